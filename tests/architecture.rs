@@ -1,0 +1,152 @@
+//! The crate arrows of ARCHITECTURE.md, asserted from `cargo metadata` and from the sources.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The rooms that each room may depend on.
+const ARROWS: &[(&str, &[&str])] = &[
+    ("surfaces", &[]),
+    ("perception", &["surfaces"]),
+    ("robot_model", &[]),
+    ("posture", &["robot_model", "surfaces"]),
+    ("planner", &["posture", "robot_model", "surfaces"]),
+    ("scenes", &["perception", "robot_model", "surfaces"]),
+    (
+        "scandent",
+        &["perception", "planner", "posture", "robot_model", "scenes", "surfaces"],
+    ),
+];
+
+/// Third-party crates that only the named rooms may use, because one file hides them from the rest.
+const GUARDED: &[(&str, &[&str])] = &[
+    ("parry3d-f64", &["robot_model", "scandent"]),
+    ("glamx", &["robot_model", "scandent"]),
+    ("clarabel", &["posture"]),
+    ("sqp-craft-activeset", &["posture"]),
+    ("urdf-rs", &["robot_model"]),
+    ("mesh-loader", &["robot_model", "surfaces"]),
+    ("kiddo", &["perception"]),
+    ("anyhow", &["scandent"]),
+    ("clap", &["scandent"]),
+    ("indicatif", &["scandent"]),
+];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every workspace package with the names of its normal and build dependencies.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--format-version", "1", "--no-deps", "--offline"])
+        .current_dir(root())
+        .output()
+        .expect("cargo metadata runs");
+    assert!(
+        output.status.success(),
+        "cargo metadata failed: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let metadata: serde_json::Value =
+        serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON");
+    let packages = metadata["packages"].as_array().expect("packages");
+    packages
+        .iter()
+        .map(|package| {
+            let needed = package["dependencies"]
+                .as_array()
+                .expect("dependencies")
+                .iter()
+                // `kind` is null for normal dependencies; tests may look upwards.
+                .filter(|d| d["kind"] != "dev")
+                .map(|d| d["name"].as_str().expect("name").to_owned())
+                .collect();
+            (package["name"].as_str().expect("name").to_owned(), needed)
+        })
+        .collect()
+}
+
+fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a source folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            rust_files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// The files under `folder` that name the crate `name` as Rust code does.
+fn files_that_name(folder: &str, name: &str) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    rust_files(&root().join(folder), &mut files);
+    let path = format!("{}::", name.replace('-', "_"));
+    files.retain(|f| std::fs::read_to_string(f).expect("a source file").contains(&path));
+    files
+}
+
+#[test]
+fn arrows_between_rooms_only_point_downwards() {
+    let dependencies = dependencies();
+    let rooms: BTreeSet<&str> = ARROWS.iter().map(|(room, _)| *room).collect();
+    let listed: BTreeSet<&str> = dependencies.keys().map(String::as_str).collect();
+    assert_eq!(listed, rooms, "a room without a rule, or a rule without a room");
+    for (room, allowed) in ARROWS {
+        for needed in dependencies[*room].iter().filter(|d| rooms.contains(d.as_str())) {
+            assert!(
+                allowed.contains(&needed.as_str()),
+                "{room} must not depend on {needed}; it may use {allowed:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn guarded_crates_stay_in_their_rooms() {
+    let dependencies = dependencies();
+    for (guarded, rooms) in GUARDED {
+        let users: Vec<&str> = dependencies
+            .iter()
+            .filter(|(_, needed)| needed.contains(*guarded))
+            .map(|(room, _)| room.as_str())
+            .collect();
+        for user in &users {
+            assert!(rooms.contains(user), "{user} must not use {guarded}; only {rooms:?} may");
+        }
+    }
+}
+
+#[test]
+fn the_application_uses_parry_in_the_verifier_only() {
+    for name in ["parry3d-f64", "glamx"] {
+        for file in files_that_name("src", name) {
+            assert!(
+                file.starts_with(root().join("src/verify")),
+                "{} names {name}; only src/verify may",
+                file.display()
+            );
+        }
+    }
+}
+
+#[test]
+fn the_verifier_shares_nothing_with_the_solver() {
+    for file in files_that_name("src/verify", "posture") {
+        panic!("{} uses posture, whose results it is there to check", file.display());
+    }
+}
+
+#[test]
+fn one_file_of_the_robot_model_converts_to_parrys_algebra() {
+    let files = files_that_name("robot_model/src", "glamx");
+    assert!(files.len() <= 1, "more than one file converts: {files:?}");
+    for file in files {
+        assert!(
+            file.starts_with(root().join("robot_model/src/collision")),
+            "{} names glamx; only robot_model/src/collision may",
+            file.display()
+        );
+    }
+}
