@@ -1,0 +1,60 @@
+//! Convex bodies that are only avoided.
+
+use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, ThinBody};
+
+/// A convex body in W: the hull of its points.
+#[allow(non_snake_case)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    /// Name, unique in its set.
+    pub id: String,
+    /// Points whose hull is the body, in W, m.
+    pub points_W: Vec<Point3<f64>>,
+    /// The surface whose body this is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<String>,
+}
+
+impl Obstacle {
+    /// Checks the points.
+    ///
+    /// # Errors
+    /// [`Error::Obstacle`] with the id and [`Error::TooFewPoints`] or [`Error::NonFiniteVertex`].
+    pub fn validate(&self) -> Result<(), Error> {
+        let cause = if self.points_W.len() < 4 {
+            Error::TooFewPoints {
+                count: self.points_W.len(),
+            }
+        } else if let Some((vertex, p)) = self
+            .points_W
+            .iter()
+            .enumerate()
+            .find(|(_, p)| !p.coords.iter().all(|c| c.is_finite()))
+        {
+            Error::NonFiniteVertex {
+                vertex,
+                point: p.coords.iter().copied().collect(),
+            }
+        } else {
+            return Ok(());
+        };
+        Err(Error::Obstacle {
+            id: self.id.clone(),
+            cause: Box::new(cause),
+        })
+    }
+}
+
+impl From<ThinBody> for Obstacle {
+    fn from(body: ThinBody) -> Self {
+        Self {
+            id: format!("{}/body", body.surface),
+            points_W: body.points_W,
+            surface: Some(body.surface),
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! The convex hull of points in the plane.
+
+use nalgebra::Point2;
+
+use super::{ConvexPolygon, clean_ring, validate};
+use crate::Error;
+
+impl ConvexPolygon {
+    /// The smallest convex polygon around the points, up to [`super::VERTEX_SEPARATION_M`].
+    ///
+    /// # Errors
+    /// [`Error::TooFewVertices`], [`Error::NonFiniteVertex`], [`Error::Collinear`] (also when all
+    /// points are one point).
+    /// Source: Andrew's monotone chain.
+    pub fn hull(points: &[Point2<f64>]) -> Result<Self, Error> {
+        if points.len() < 3 {
+            return Err(Error::TooFewVertices {
+                count: points.len(),
+            });
+        }
+        validate::check_finite(points)?;
+        // Left to right, then back: a vertex stays while the chain turns left at it.
+        let mut sorted = points.to_vec();
+        sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        let mut ring: Vec<Point2<f64>> = Vec::new();
+        for _ in 0..2 {
+            let start = ring.len();
+            for p in &sorted {
+                while let [.., a, b] = &ring[start..] {
+                    if (b - a).perp(&(p - b)) > 0.0 {
+                        break;
+                    }
+                    ring.pop();
+                }
+                ring.push(*p);
+            }
+            // The last point of a chain is the first of the other one.
+            ring.pop();
+            sorted.reverse();
+        }
+        let ring = clean_ring(ring);
+        if ring.len() < 3 {
+            return Err(Error::Collinear {
+                count: points.len(),
+                vertex: 0,
+                off_m: 0.0,
+            });
+        }
+        Self::new(ring)
+    }
+}
