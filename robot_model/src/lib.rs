@@ -1,1 +1,27 @@
-//! robot_model
+//! What a robot is: a tree of bodies under a floating base, read from URDF + SRDF + contacts.
+//!
+//! | question | answered by |
+//! |---|---|
+//! | which bodies, joints, limits, frames | [`Robot`], [`Body`], [`Frame`] |
+//! | where may it touch the world | [`ContactPatch`] |
+//! | where is it: q = \[p_WB, quat_xyzw, joints…\] | [`Configuration`] |
+//! | poses, centre of mass, Jacobians, gravity torques | [`Kinematics`] |
+//! | distances to itself and to the world | [`collision`] |
+
+pub mod body;
+pub mod collision;
+pub mod configuration;
+pub mod contact;
+pub mod error;
+pub mod kinematics;
+pub mod robot;
+
+pub use body::{Body, Frame, JointKind};
+pub use configuration::Configuration;
+pub use contact::ContactPatch;
+pub use error::Error;
+pub use kinematics::Kinematics;
+pub use robot::Robot;
+
+/// Gravity, along −z of W; m/s². Stated here and nowhere else.
+pub const GRAVITY_M_S2: f64 = 9.81;

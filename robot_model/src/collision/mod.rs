@@ -1,0 +1,23 @@
+//! Collision shapes of a robot, and signed distances to itself and to the world.
+//!
+//! A distance d with unit normal n (from b toward a) and witness points p_a, p_b changes as
+//!
+//!   ḋ = nᵀ (v_pa − v_pb)        d < 0 on overlap: the least translation that would part them
+//!
+//! parry3d (GJK and EPA) computes what has no closed form; only `parry.rs` knows it.
+
+mod broad;
+mod drawing;
+mod geometry;
+mod hull;
+mod model;
+mod narrow;
+mod parry;
+mod segment;
+mod world;
+
+pub use geometry::ShapeGeometry;
+pub use hull::{Hull, HullError};
+pub use model::{BodyShape, CollidingPair, CollisionModel, Other, Proximity, Shape};
+pub use narrow::{Closest, closest};
+pub use world::{Obstacle, World};

@@ -1,0 +1,248 @@
+//! A robot's shapes, the pairs of them to watch, and the distances at a configuration.
+#![allow(non_snake_case)]
+
+use std::collections::BTreeSet;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::broad::Aabb;
+use super::narrow::{Closest, closest};
+use super::{ShapeGeometry, World};
+use crate::{Body, Configuration, Kinematics, Robot};
+
+/// A collision shape on a link.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// The link it belongs to (one fixed to the body's link, maybe).
+    pub link: String,
+    /// The body it moves with.
+    pub body: usize,
+    /// Pose of the shape's frame G in that body.
+    pub X_BG: Isometry3<f64>,
+    /// The shape in G.
+    pub geometry: ShapeGeometry,
+}
+
+/// One shape of the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BodyShape {
+    /// Index in [`CollisionModel::shapes`].
+    pub shape: usize,
+    /// The body it moves with.
+    pub body: usize,
+}
+
+/// What a shape is near to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Other {
+    /// Another shape of the robot.
+    Shape(BodyShape),
+    /// A body of the world, by index.
+    Obstacle(usize),
+}
+
+/// How near a shape is to another, or to a body of the world.
+///
+/// Units: m.  Frames: W.
+#[derive(Clone, Copy, Debug)]
+pub struct Proximity {
+    /// The robot's shape.
+    pub a: BodyShape,
+    /// The other one.
+    pub b: Other,
+    /// Signed distance; negative on overlap.
+    pub distance: f64,
+    /// Unit normal from b toward a: ḋ = n·(v_pa − v_pb).
+    pub normal_W: Vector3<f64>,
+    /// Witness point on a.
+    pub p_a_W: Vector3<f64>,
+    /// Witness point on b.
+    pub p_b_W: Vector3<f64>,
+}
+
+/// A pair of links that overlap.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CollidingPair {
+    /// The one link.
+    pub link_a: String,
+    /// The other.
+    pub link_b: String,
+    /// Signed distance, negative; m.
+    pub distance: f64,
+}
+
+/// The shapes of a robot and the pairs of them that may collide.
+#[derive(Clone, Debug, Default)]
+pub struct CollisionModel {
+    shapes: Vec<Shape>,
+    bounds: Vec<(Point3<f64>, Vector3<f64>)>,
+    pairs: Vec<(usize, usize)>,
+}
+
+impl CollisionModel {
+    /// The shapes on `bodies`, watching each pair of them but those of one body and those of
+    /// neighbours (parent and child).
+    pub fn new(shapes: Vec<Shape>, bodies: &[Body]) -> Self {
+        let parent = |body: usize| bodies.get(body).and_then(|b| b.parent);
+        let mut pairs = Vec::new();
+        for (j, second) in shapes.iter().enumerate() {
+            for (i, first) in shapes.iter().enumerate().take(j) {
+                let neighbours = parent(first.body) == Some(second.body)
+                    || parent(second.body) == Some(first.body);
+                if first.body != second.body && !neighbours {
+                    pairs.push((i, j));
+                }
+            }
+        }
+        pairs.sort_unstable();
+        let bounds = shapes.iter().map(|s| s.geometry.bounds()).collect();
+        CollisionModel {
+            shapes,
+            bounds,
+            pairs,
+        }
+    }
+
+    /// The shapes.
+    pub fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+
+    /// The pairs of shapes that are watched for self-collision, smaller index first.
+    pub fn pairs(&self) -> &[(usize, usize)] {
+        &self.pairs
+    }
+
+    /// Stops watching the pairs of links for which `disabled(link_a, link_b)` holds in either
+    /// order.
+    pub fn disable(&mut self, disabled: impl Fn(&str, &str) -> bool) {
+        let shapes = &self.shapes;
+        self.pairs.retain(|&(i, j)| {
+            let (a, b) = (&shapes[i].link, &shapes[j].link);
+            !(disabled(a, b) || disabled(b, a))
+        });
+    }
+
+    /// Pose of a shape's frame.
+    pub fn X_WG(&self, kinematics: &Kinematics, shape: usize) -> Isometry3<f64> {
+        kinematics.X_WB[self.shapes[shape].body] * self.shapes[shape].X_BG
+    }
+
+    /// Appends every watched pair that is within `prediction_m`, in the order of
+    /// [`Self::pairs`].
+    pub fn self_proximities(
+        &self,
+        _robot: &Robot,
+        kinematics: &Kinematics,
+        prediction_m: f64,
+        out: &mut Vec<Proximity>,
+    ) {
+        let placed = self.place(kinematics);
+        for &(i, j) in &self.pairs {
+            let ((X_WA, box_a), (X_WB, box_b)) = (&placed[i], &placed[j]);
+            if box_a.is_farther_than(box_b, prediction_m) {
+                continue;
+            }
+            let (a, b) = (&self.shapes[i].geometry, &self.shapes[j].geometry);
+            if let Some(found) = closest(a, X_WA, b, X_WB, prediction_m) {
+                out.push(proximity(
+                    self.body_shape(i),
+                    Other::Shape(self.body_shape(j)),
+                    found,
+                ));
+            }
+        }
+    }
+
+    /// Appends every shape and body of the world within `prediction_m` of each other, those
+    /// excepted for which `skip` holds; by shape, then by obstacle.
+    pub fn world_proximities(
+        &self,
+        _robot: &Robot,
+        kinematics: &Kinematics,
+        world: &World,
+        prediction_m: f64,
+        skip: &dyn Fn(BodyShape, usize) -> bool,
+        out: &mut Vec<Proximity>,
+    ) {
+        for (i, (X_WG, bounds)) in self.place(kinematics).iter().enumerate() {
+            let a = self.body_shape(i);
+            for (k, obstacle) in world.obstacles().iter().enumerate() {
+                if bounds.is_farther_than(&obstacle.bounds, prediction_m) || skip(a, k) {
+                    continue;
+                }
+                let geometry = &self.shapes[i].geometry;
+                let (b, X_WO) = (&obstacle.geometry, &obstacle.pose);
+                if let Some(found) = closest(geometry, X_WG, b, X_WO, prediction_m) {
+                    out.push(proximity(a, Other::Obstacle(k), found));
+                }
+            }
+        }
+    }
+
+    /// Pose and bounding box of each shape.
+    fn place(&self, kinematics: &Kinematics) -> Vec<(Isometry3<f64>, Aabb)> {
+        self.shapes
+            .iter()
+            .zip(&self.bounds)
+            .map(|(shape, bounds)| {
+                let X_WG = kinematics.X_WB[shape.body] * shape.X_BG;
+                (X_WG, Aabb::around(bounds, &X_WG))
+            })
+            .collect()
+    }
+
+    fn body_shape(&self, shape: usize) -> BodyShape {
+        BodyShape {
+            shape,
+            body: self.shapes[shape].body,
+        }
+    }
+}
+
+impl Robot {
+    /// The watched pairs of links that overlap at a configuration, deepest overlap of each, in
+    /// alphabetical order. They are to be disabled by the SRDF or by the user, or not at all.
+    pub fn colliding_pairs(&self, configuration: &Configuration) -> Vec<CollidingPair> {
+        let kinematics = Kinematics::new(self, configuration);
+        let mut near = Vec::new();
+        self.collision
+            .self_proximities(self, &kinematics, 0.0, &mut near);
+        near.sort_by(|p, q| p.distance.total_cmp(&q.distance));
+        let mut seen = BTreeSet::new();
+        let mut pairs: Vec<CollidingPair> = near
+            .iter()
+            .filter_map(|p| {
+                let Other::Shape(b) = p.b else { return None };
+                let link = |shape: usize| self.collision.shapes[shape].link.clone();
+                let (link_a, link_b) = (link(p.a.shape), link(b.shape));
+                let (link_a, link_b) = if link_a <= link_b {
+                    (link_a, link_b)
+                } else {
+                    (link_b, link_a)
+                };
+                let overlaps = p.distance < 0.0;
+                (overlaps && seen.insert((link_a.clone(), link_b.clone()))).then_some(
+                    CollidingPair {
+                        link_a,
+                        link_b,
+                        distance: p.distance,
+                    },
+                )
+            })
+            .collect();
+        pairs.sort_by(|p, q| (&p.link_a, &p.link_b).cmp(&(&q.link_a, &q.link_b)));
+        pairs
+    }
+}
+
+fn proximity(a: BodyShape, b: Other, found: Closest) -> Proximity {
+    Proximity {
+        a,
+        b,
+        distance: found.distance,
+        normal_W: found.normal_W,
+        p_a_W: found.p_a_W.coords,
+        p_b_W: found.p_b_W.coords,
+    }
+}

@@ -1,0 +1,79 @@
+//! What the robot may collide with.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::broad::Aabb;
+use super::{Hull, HullError, ShapeGeometry};
+
+/// A convex body of the environment.
+#[derive(Clone, Debug)]
+pub struct Obstacle {
+    /// Pose of the frame O that its hull is given in: at the mean of its points, axes of W.
+    pub(crate) pose: Isometry3<f64>,
+    pub(crate) geometry: ShapeGeometry,
+    pub(crate) bounds: Aabb,
+}
+
+impl Obstacle {
+    /// The hull of points in W. Any depth will do: a body extruded deep below the face that the
+    /// robot touches keeps pushing it out of that face.
+    ///
+    /// # Errors
+    /// [`HullError`] when the points span no volume or are not finite.
+    pub fn new(points_w: &[Point3<f64>]) -> Result<Self, HullError> {
+        // Centred coordinates keep GJK's digits for the shape, not for where it is.
+        let sum: Vector3<f64> = points_w.iter().map(|p| p.coords).sum();
+        let centre = sum / points_w.len().max(1) as f64;
+        let local: Vec<Point3<f64>> = points_w.iter().map(|p| p - centre).collect();
+        let geometry = ShapeGeometry::ConvexHull(Hull::new(&local)?);
+        let pose = Isometry3::translation(centre.x, centre.y, centre.z);
+        let bounds = Aabb::around(&geometry.bounds(), &pose);
+        Ok(Obstacle {
+            pose,
+            geometry,
+            bounds,
+        })
+    }
+
+    /// Pose of the frame that [`Self::geometry`] is given in.
+    pub fn pose(&self) -> &Isometry3<f64> {
+        &self.pose
+    }
+
+    /// The obstacle's shape.
+    pub fn geometry(&self) -> &ShapeGeometry {
+        &self.geometry
+    }
+}
+
+/// The convex bodies of the environment, in a fixed order.
+#[derive(Clone, Debug, Default)]
+pub struct World {
+    obstacles: Vec<Obstacle>,
+}
+
+impl World {
+    /// The hulls of point sets in W.
+    ///
+    /// # Errors
+    /// The index of the first set that spans no volume or holds a point that is not finite,
+    /// with the reason.
+    pub fn new<P: AsRef<[Point3<f64>]>>(bodies: &[P]) -> Result<Self, (usize, HullError)> {
+        let obstacles = bodies
+            .iter()
+            .enumerate()
+            .map(|(i, points)| Obstacle::new(points.as_ref()).map_err(|error| (i, error)))
+            .collect::<Result<_, _>>()?;
+        Ok(World { obstacles })
+    }
+
+    /// The bodies.
+    pub fn obstacles(&self) -> &[Obstacle] {
+        &self.obstacles
+    }
+
+    /// Adds one more body.
+    pub fn push(&mut self, obstacle: Obstacle) {
+        self.obstacles.push(obstacle);
+    }
+}

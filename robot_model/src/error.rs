@@ -1,0 +1,195 @@
+//! What can go wrong between a robot's files and a [`Robot`](crate::Robot).
+
+use std::path::PathBuf;
+
+/// Every way in which loading or asking a robot fails; file errors name the file and the cause.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The file could not be read.
+    #[error("{path}: {source}", path = .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// The file is not well-formed, or not what its format asks for.
+    #[error("{file}: {cause}")]
+    Parse {
+        /// The file (or the name of an embedded text).
+        file: String,
+        /// The cause, with the line where it is known.
+        cause: String,
+    },
+    /// The links and joints do not make one tree.
+    #[error("{file}: {cause}")]
+    Tree {
+        /// The file.
+        file: String,
+        /// Which link or joint, and why.
+        cause: String,
+    },
+    /// A link's mass or inertia cannot be that of a body.
+    #[error("{file}: link \"{link}\": {cause}")]
+    Inertia {
+        /// The file.
+        file: String,
+        /// The link.
+        link: String,
+        /// Why.
+        cause: String,
+    },
+    /// A joint's limits or axis make no sense.
+    #[error("{file}: joint \"{joint}\": {cause}")]
+    Joint {
+        /// The file.
+        file: String,
+        /// The joint.
+        joint: String,
+        /// Why.
+        cause: String,
+    },
+    /// A collision shape of a link is missing or cannot be made into a convex body.
+    #[error("{file}: link \"{link}\": collision {what}: {cause}")]
+    Shape {
+        /// The URDF.
+        file: String,
+        /// The link.
+        link: String,
+        /// The mesh or primitive.
+        what: String,
+        /// Why, with every place looked at for a missing mesh.
+        cause: String,
+    },
+    /// A contact patch is malformed.
+    #[error("{file}: patch \"{patch}\": {cause}")]
+    Patch {
+        /// The contacts file.
+        file: String,
+        /// The patch.
+        patch: String,
+        /// Why.
+        cause: String,
+    },
+    /// A mesh file is malformed.
+    #[error("{path}: {cause}", path = .path.display())]
+    Mesh {
+        /// The mesh file.
+        path: PathBuf,
+        /// Why.
+        cause: String,
+    },
+    /// A name that nothing bears.
+    #[error(
+        "{where_}unknown {kind} \"{name}\"; {}",
+        crate::error::describe_candidates(.candidates)
+    )]
+    Unknown {
+        /// Where the name was used: "file: " or empty.
+        where_: String,
+        /// What was asked for: joint, link, frame, patch, posture.
+        kind: &'static str,
+        /// The name asked for.
+        name: String,
+        /// The nearest names that exist.
+        candidates: Vec<String>,
+    },
+    /// A vector of the wrong length or with values that are not numbers.
+    #[error("{what}: {cause}")]
+    Value {
+        /// What was being set.
+        what: &'static str,
+        /// Why it was refused.
+        cause: String,
+    },
+}
+
+impl Error {
+    /// An [`Error::Unknown`] that lists the names nearest to `name`.
+    pub(crate) fn unknown<'a>(
+        file: Option<&str>,
+        kind: &'static str,
+        name: &str,
+        existing: impl IntoIterator<Item = &'a str>,
+    ) -> Self {
+        Error::Unknown {
+            where_: file.map(|f| format!("{f}: ")).unwrap_or_default(),
+            kind,
+            name: name.to_owned(),
+            candidates: nearest(name, existing),
+        }
+    }
+}
+
+/// "candidates: a, b" or the statement that there are none.
+pub(crate) fn describe_candidates(candidates: &[String]) -> String {
+    if candidates.is_empty() {
+        "there is none to choose from".to_owned()
+    } else {
+        format!("candidates: {}", candidates.join(", "))
+    }
+}
+
+/// How many names an unknown-name error lists.
+const CANDIDATES: usize = 8;
+
+/// The existing names nearest to `name` in edit distance, ties in alphabetical order.
+fn nearest<'a>(name: &str, existing: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let mut scored: Vec<(usize, &str)> = existing
+        .into_iter()
+        .map(|candidate| (edit_distance(name, candidate), candidate))
+        .collect();
+    scored.sort_unstable();
+    scored.dedup();
+    scored
+        .into_iter()
+        .take(CANDIDATES)
+        .map(|(_, n)| n.to_owned())
+        .collect()
+}
+
+/// Levenshtein distance, letter case ignored.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let a: Vec<char> = a.chars().flat_map(char::to_lowercase).take(256).collect();
+    let b: Vec<char> = b.chars().flat_map(char::to_lowercase).take(256).collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.iter().enumerate() {
+        let mut diagonal = i;
+        let mut left = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let up = row[j + 1];
+            let cell = (diagonal + usize::from(ca != cb)).min(up + 1).min(left + 1);
+            diagonal = up;
+            row[j] = left;
+            left = cell;
+        }
+        row[b.len()] = left;
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edit_distance_counts_edits() {
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(edit_distance("", "abc"), 3);
+        assert_eq!(edit_distance("Abc", "aBC"), 0);
+    }
+
+    #[test]
+    fn an_unknown_name_lists_the_nearest_first() {
+        let error = Error::unknown(
+            None,
+            "joint",
+            "LLEG_JOINT8",
+            ["RARM", "LLEG_JOINT5", "HEAD"],
+        );
+        let text = error.to_string();
+        assert!(text.contains("unknown joint \"LLEG_JOINT8\""), "{text}");
+        assert!(text.contains("candidates: LLEG_JOINT5"), "{text}");
+    }
+}

@@ -1,0 +1,259 @@
+//! A robot: a tree of bodies under a floating base, its frames, patches, postures and shapes.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DVector;
+
+use crate::collision::CollisionModel;
+use crate::{Body, Configuration, ContactPatch, Error, Frame, JointKind};
+
+/// A floating-base robot.
+///
+/// Bodies come in depth-first order: 0 is the floating base, parents come before children, and
+/// the bodies that a joint carries are a contiguous range. Joint j moves body j + 1.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    /// The robot's name.
+    pub name: String,
+    /// Moving bodies, links on fixed joints lumped in.
+    pub bodies: Vec<Body>,
+    /// Every link of the URDF as a frame on a body.
+    pub frames: Vec<Frame>,
+    /// Where it may touch the world.
+    pub patches: Vec<ContactPatch>,
+    /// Named joint values, `nj` each.
+    pub postures: BTreeMap<String, Vec<f64>>,
+    /// Collision shapes and the pairs of them to watch.
+    pub collision: CollisionModel,
+    /// Total mass.
+    pub mass_kg: f64,
+    /// What was assumed while loading.
+    pub notes: Vec<String>,
+    /// One past the last body that body i carries.
+    subtree_end: Vec<usize>,
+}
+
+impl Robot {
+    /// A robot of bodies in depth-first order.
+    ///
+    /// # Errors
+    /// [`Error::Value`] when the bodies are not a tree in depth-first order under one floating
+    /// base, or a frame, patch or posture does not fit them.
+    pub fn new(
+        name: String,
+        bodies: Vec<Body>,
+        frames: Vec<Frame>,
+        collision: CollisionModel,
+    ) -> Result<Self, Error> {
+        let subtree_end = subtree_ends(&bodies)?;
+        let refuse = |cause: String| Error::Value {
+            what: "robot",
+            cause,
+        };
+        if let Some(frame) = frames.iter().find(|f| f.body >= bodies.len()) {
+            return Err(refuse(format!("frame \"{}\" is on no body", frame.name)));
+        }
+        if let Some(shape) = collision.shapes().iter().find(|s| s.body >= bodies.len()) {
+            return Err(refuse(format!(
+                "a shape of link \"{}\" is on no body",
+                shape.link
+            )));
+        }
+        let mass_kg = bodies.iter().map(|b| b.mass_kg).sum();
+        Ok(Robot {
+            name,
+            bodies,
+            frames,
+            patches: Vec::new(),
+            postures: BTreeMap::new(),
+            collision,
+            mass_kg,
+            notes: Vec::new(),
+            subtree_end,
+        })
+    }
+
+    /// Number of actuated joints.
+    pub fn nj(&self) -> usize {
+        self.bodies.len() - 1
+    }
+
+    /// Number of velocities: 6 + nj.
+    pub fn nv(&self) -> usize {
+        6 + self.nj()
+    }
+
+    /// The actuated joints' names, in the order of q.
+    pub fn joint_names(&self) -> impl ExactSizeIterator<Item = &str> + Clone {
+        self.bodies[1..].iter().map(|b| b.joint.as_str())
+    }
+
+    /// The actuated joints' bodies, in the order of q: joint j moves `joint_bodies()[j]`.
+    pub fn joint_bodies(&self) -> &[Body] {
+        &self.bodies[1..]
+    }
+
+    /// Whether `joint_body`'s joint moves `body`: it is the body itself or one of its ancestors.
+    pub fn supports(&self, joint_body: usize, body: usize) -> bool {
+        joint_body <= body && body < self.subtree_end[joint_body]
+    }
+
+    /// The bodies that `body`'s joint moves, itself first.
+    pub fn subtree(&self, body: usize) -> std::ops::Range<usize> {
+        body..self.subtree_end[body]
+    }
+
+    /// Index of a joint in the joint vector.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] listing the nearest names.
+    pub fn joint_index(&self, name: &str) -> Result<usize, Error> {
+        self.joint_names()
+            .position(|n| n == name)
+            .ok_or_else(|| Error::unknown(None, "joint", name, self.joint_names()))
+    }
+
+    /// The contact patch of that name.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] listing the nearest names.
+    pub fn patch(&self, name: &str) -> Result<&ContactPatch, Error> {
+        self.patch_index(name).map(|i| &self.patches[i])
+    }
+
+    /// Index of the contact patch of that name.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] listing the nearest names.
+    pub fn patch_index(&self, name: &str) -> Result<usize, Error> {
+        self.patches
+            .iter()
+            .position(|p| p.name == name)
+            .ok_or_else(|| {
+                Error::unknown(
+                    None,
+                    "patch",
+                    name,
+                    self.patches.iter().map(|p| p.name.as_str()),
+                )
+            })
+    }
+
+    /// The frame of a link.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] listing the nearest names.
+    pub fn frame(&self, link: &str) -> Result<&Frame, Error> {
+        self.frames.iter().find(|f| f.name == link).ok_or_else(|| {
+            Error::unknown(
+                None,
+                "link",
+                link,
+                self.frames.iter().map(|f| f.name.as_str()),
+            )
+        })
+    }
+
+    /// The base at the origin, joints at zero or at the nearer limit where zero is out of range.
+    pub fn neutral(&self) -> Configuration {
+        let mut neutral = Configuration::zero(self.nj());
+        for (q, body) in neutral.joints.iter_mut().zip(self.joint_bodies()) {
+            *q = 0.0_f64.clamp(body.lower, body.upper);
+        }
+        neutral
+    }
+
+    /// The base at the origin, joints as in the named posture.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] listing the postures there are.
+    pub fn posture(&self, name: &str) -> Result<Configuration, Error> {
+        let joints = self.postures.get(name).ok_or_else(|| {
+            Error::unknown(
+                None,
+                "posture",
+                name,
+                self.postures.keys().map(String::as_str),
+            )
+        })?;
+        let mut configuration = Configuration::zero(self.nj());
+        configuration.joints = DVector::from_column_slice(joints);
+        Ok(configuration)
+    }
+
+    /// Where collision at load is looked for: the posture named half_sitting or standing, or
+    /// else the first one, or else [`Self::neutral`].
+    pub fn resting(&self) -> Configuration {
+        ["half_sitting", "standing"]
+            .into_iter()
+            .chain(self.postures.keys().map(String::as_str))
+            .find_map(|name| self.posture(name).ok())
+            .unwrap_or_else(|| self.neutral())
+    }
+
+    /// Whether the joint values have the right number and lie within the limits (± `tol`).
+    ///
+    /// # Errors
+    /// [`Error::Value`] naming the first joint that does not.
+    pub fn check_joints(&self, joints: &[f64], tol: f64) -> Result<(), Error> {
+        let refuse = |cause: String| {
+            Err(Error::Value {
+                what: "joint values",
+                cause,
+            })
+        };
+        if joints.len() != self.nj() {
+            return refuse(format!("{} values for {} joints", joints.len(), self.nj()));
+        }
+        for (q, body) in joints.iter().zip(self.joint_bodies()) {
+            if !(*q >= body.lower - tol && *q <= body.upper + tol) {
+                let Body {
+                    joint,
+                    lower,
+                    upper,
+                    ..
+                } = body;
+                return refuse(format!(
+                    "joint \"{joint}\" at {q} is outside [{lower}, {upper}]"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One past the last body of each subtree, having checked the depth-first order.
+fn subtree_ends(bodies: &[Body]) -> Result<Vec<usize>, Error> {
+    let refuse = |cause: String| {
+        Err(Error::Value {
+            what: "robot",
+            cause,
+        })
+    };
+    match bodies.first() {
+        Some(base) if base.parent.is_none() && base.kind == JointKind::Floating => {}
+        _ => return refuse("the first body is no floating base".to_owned()),
+    }
+    let mut end = vec![bodies.len(); bodies.len()];
+    let mut open = vec![0_usize];
+    for (i, body) in bodies.iter().enumerate().skip(1) {
+        let Some(parent) = body.parent.filter(|_| body.kind != JointKind::Floating) else {
+            return refuse(format!("body \"{}\" floats", body.name));
+        };
+        // Close the subtrees that this body is not in.
+        while let Some(&top) = open.last()
+            && top != parent
+        {
+            end[top] = i;
+            open.pop();
+        }
+        if open.is_empty() {
+            return refuse(format!(
+                "body \"{}\" is out of depth-first order",
+                body.name
+            ));
+        }
+        open.push(i);
+    }
+    Ok(end)
+}
