@@ -1,1 +1,32 @@
-//! Best-first search over contact sets.
+//! Best-first search over contact sets: from a start posture to the goal, one contact at a time.
+//!
+//! ```text
+//! frontier of candidates ── best ──▶ posture problem ── feasible ──▶ node ──▶ its candidates
+//!        ▲                                │ not                                    │
+//!        └────────────────────────────────┴── why: kept for the report ◀──────────┘
+//! ```
+//!
+//! | question | module |
+//! |---|---|
+//! | what is asked | [`request`] |
+//! | how far along the guide path | [`guide`] |
+//! | which contact changes could be made, and at what price | `candidate` |
+//! | the tree and its order | [`search`](mod@search) |
+//! | what is written | [`plan`], [`record`] |
+
+mod candidate;
+mod config;
+mod error;
+pub mod guide;
+mod node;
+pub mod plan;
+pub mod record;
+pub mod request;
+pub mod search;
+
+pub use config::Config;
+pub use error::Error;
+pub use guide::Guide;
+pub use plan::Plan;
+pub use request::{Goal, Request, Start};
+pub use search::{Answer, Blocked, PathStance, Progress, Status, search};

@@ -2,6 +2,7 @@
 //!
 //! Everything a reader needs to check the plan stands in the file: the surfaces it uses, the
 //! margins it promises and, for each stance, the posture and the forces at the patch vertices.
+#![allow(non_snake_case)]
 
 use serde::{Deserialize, Serialize};
 use surfaces::{Obstacle, Surface};
@@ -135,7 +136,6 @@ pub struct Stance {
     /// Posture `[p_WB, quat_xyzw, joints…]`, m and rad.
     pub q: Vec<f64>,
     /// Centre of mass in W, m.
-    #[allow(non_snake_case)]
     pub com_W: [f64; 3],
     /// The margins as the posture generator evaluated them at the end.
     pub margins: Margins,
@@ -176,20 +176,16 @@ pub struct StanceContact {
     /// The surface it touches.
     pub surface: String,
     /// Pose of the patch frame C in W.
-    #[allow(non_snake_case)]
     pub X_WC: Pose,
     /// Coefficient of friction of the pair (the real one, before `friction_use`).
     pub friction: f64,
     /// Whether it may carry load.
     pub loaded: bool,
     /// Vertices of the patch in W, m.
-    #[allow(non_snake_case)]
     pub vertices_W: Vec<[f64; 3]>,
     /// Points in W where the forces act (the patch shrunk by the CoM margin), m.
-    #[allow(non_snake_case)]
     pub force_points_W: Vec<[f64; 3]>,
     /// Force on the robot at each force point, in W, N.
-    #[allow(non_snake_case)]
     pub forces_W: Vec<[f64; 3]>,
 }
 

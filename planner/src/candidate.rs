@@ -1,0 +1,291 @@
+//! The children that a node could have, cheap tests first.
+//!
+//! A child differs by exactly one contact, and is real only if the transition is: adding c is
+//! posed as a posture of the *old* set that touches c's place without load; removing c as an
+//! equilibrium without c while c still touches. One posture then belongs to both contact sets.
+//! Source: [escande2013]; design: transitions.
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use posture::{Contact, Outcome, Place, Problem};
+use robot_model::Configuration;
+
+use crate::node::{Node, aside, fixed};
+use crate::request::{FootState, Prepared};
+
+/// A change to a node's contact set that has passed the cheap tests.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidate {
+    pub node: usize,
+    pub change: Move,
+    /// Contacts made plus contacts still to be made, as far as one can tell before solving.
+    pub priority: f64,
+}
+
+/// One contact more or one less.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Move {
+    /// Release the contact of this patch.
+    Remove { patch: usize },
+    /// Touch the surface with the patch, as near as possible to the wanted place.
+    Add {
+        patch: usize,
+        surface: usize,
+        toward: Point3<f64>,
+        yaw_rad: f64,
+    },
+}
+
+/// Every child of a node that passes the cheap tests.
+pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Candidate> {
+    let mut children = Vec::new();
+    let feet = node.feet(prepared);
+    let made = (node.depth + 1) as f64;
+    let greed = prepared.config.greed;
+    let extras = |n: usize| prepared.config.extra_contact_price * n as f64;
+    let extra_held = node
+        .contacts
+        .iter()
+        .filter(|c| !prepared.feet.contains(&c.patch))
+        .count();
+
+    // Release: at least one foot stays.
+    for held in &node.contacts {
+        let patch = held.patch;
+        let is_foot = prepared.feet.contains(&patch);
+        let stays = node
+            .contacts
+            .iter()
+            .any(|c| c.patch != patch && prepared.feet.contains(&c.patch));
+        if !stays {
+            continue;
+        }
+        let mut after = feet.clone();
+        if let Some(i) = prepared.feet.iter().position(|&p| p == patch) {
+            after[i].in_air = true;
+        }
+        let extra = if is_foot { extra_held } else { extra_held - 1 };
+        children.push(Candidate {
+            node: index,
+            change: Move::Remove { patch },
+            priority: made + greed * prepared.estimate(&after) + extras(extra),
+        });
+    }
+
+    // Touch: a patch that is free, on a surface it may touch, within reach.
+    for patch in 0..prepared.request.robot.patches.len() {
+        if !prepared.used[patch] || node.holds(patch) {
+            continue;
+        }
+        let is_foot = prepared.feet.contains(&patch);
+        for &surface in &prepared.request.usable[patch] {
+            let Some((toward, yaw_rad)) = wanted_place(prepared, node, &feet, patch, surface)
+            else {
+                continue;
+            };
+            let mut after = feet.clone();
+            if let Some(i) = prepared.feet.iter().position(|&p| p == patch) {
+                after[i] = FootState {
+                    along_m: prepared
+                        .request
+                        .guide
+                        .foot_progress(&toward.coords, &prepared.offset[patch])
+                        .along_m,
+                    aside_m: aside(prepared, patch, &toward.coords),
+                    in_air: false,
+                };
+            }
+            let extra = if is_foot { extra_held } else { extra_held + 1 };
+            children.push(Candidate {
+                node: index,
+                change: Move::Add {
+                    patch,
+                    surface,
+                    toward,
+                    yaw_rad,
+                },
+                priority: made + greed * prepared.estimate(&after) + extras(extra),
+            });
+        }
+    }
+    children
+}
+
+/// The place on a surface that a patch would like best, if it is within reach at all: a stride
+/// ahead of the other feet along the guide path, at the patch's usual offset, moved onto the
+/// surface.
+#[allow(non_snake_case)]
+fn wanted_place(
+    prepared: &Prepared,
+    node: &Node,
+    feet: &[FootState],
+    patch: usize,
+    surface: usize,
+) -> Option<(Point3<f64>, f64)> {
+    let request = prepared.request;
+    let guide = &request.guide;
+    let support = feet
+        .iter()
+        .filter(|f| !f.in_air)
+        .map(|f| f.along_m)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let along = (support + prepared.config.stride_m).min(guide.length_m());
+    let wanted = guide.foot_at(along, &prepared.offset[patch]);
+    let (_, heading) = guide.at(along);
+
+    // Moved onto the surface, the patch's middle at least its half width from the edge.
+    let polygon = request.environment.effective[surface].as_ref()?;
+    let X_WS = &request.environment.surfaces[surface].X_WS;
+    let half_width = half_width(&request.robot.patches[patch].polygon);
+    let room = polygon.inset(half_width)?;
+    let p_S = X_WS.inverse_transform_point(&Point3::from(wanted)).xy();
+    let place_S = nearest_inside(room.vertices(), &p_S);
+    let place = X_WS * Point3::new(place_S.x, place_S.y, 0.0);
+
+    // Within reach of every contact that stays: two limbs and what is between them.
+    for held in &node.contacts {
+        let apart = (place.coords - held.X_WC.translation.vector).norm();
+        let nearest = distance_to_polygon(X_WS, polygon.vertices(), &held.X_WC);
+        let reach = prepared.reach_m[patch] + prepared.reach_m[held.patch];
+        if nearest > reach && apart > reach {
+            return None;
+        }
+    }
+    Some((place, heading))
+}
+
+/// Distance of a contact from the nearest point of a polygon, m.
+#[allow(non_snake_case)]
+fn distance_to_polygon(
+    X_WS: &Isometry3<f64>,
+    polygon: &[nalgebra::Point2<f64>],
+    X_WC: &Isometry3<f64>,
+) -> f64 {
+    let p = X_WS.inverse_transform_point(&Point3::from(X_WC.translation.vector));
+    let inside = nearest_inside(polygon, &p.xy());
+    ((inside - p.xy()).norm_squared() + p.z * p.z).sqrt()
+}
+
+/// Radius of the largest circle about the centroid that the patch contains, m.
+fn half_width(polygon: &[nalgebra::Point2<f64>]) -> f64 {
+    let n = polygon.len().max(1) as f64;
+    let c = polygon
+        .iter()
+        .map(|p| p.coords)
+        .sum::<nalgebra::Vector2<f64>>()
+        / n;
+    polygon
+        .iter()
+        .zip(polygon.iter().cycle().skip(1))
+        .map(|(a, b)| {
+            let e = b - a;
+            e.perp(&(c - a.coords)).abs() / e.norm().max(1e-12)
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// The point of a convex counter-clockwise polygon that is nearest to `p`.
+fn nearest_inside(
+    polygon: &[nalgebra::Point2<f64>],
+    p: &nalgebra::Point2<f64>,
+) -> nalgebra::Point2<f64> {
+    let mut inside = true;
+    let mut best = (*p, f64::INFINITY);
+    for (a, b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
+        let e = b - a;
+        if e.perp(&(p - a)) < 0.0 {
+            inside = false;
+        }
+        let t = (e.dot(&(p - a)) / e.norm_squared().max(1e-18)).clamp(0.0, 1.0);
+        let q = a + t * e;
+        let d = (p - q).norm();
+        if d < best.1 {
+            best = (q, d);
+        }
+    }
+    if inside { *p } else { best.0 }
+}
+
+/// Solves the posture problem of a candidate; a pure function of the node and the move.
+pub(crate) fn solve(
+    prepared: &Prepared,
+    node: &Node,
+    change: &Move,
+    config: &posture::Config,
+) -> Result<(Vec<Contact>, Outcome), posture::Error> {
+    let request = prepared.request;
+    let mut contacts: Vec<Contact> = node
+        .contacts
+        .iter()
+        .map(|held| {
+            let leaves = matches!(change, Move::Remove { patch } if *patch == held.patch);
+            fixed(prepared, held, !leaves)
+        })
+        .collect();
+    if let Move::Add {
+        patch,
+        surface,
+        toward,
+        yaw_rad,
+    } = *change
+    {
+        contacts.push(Contact {
+            patch,
+            place: Place::OnSurface {
+                surface,
+                toward: Some(toward),
+                yaw_rad: Some(yaw_rad),
+            },
+            loaded: false,
+            friction: request.robot.patches[patch].friction,
+        });
+    }
+    let reference = comfortable(prepared, &contacts);
+    let problem = Problem {
+        robot: request.robot,
+        environment: request.environment,
+        contacts,
+        base_goal: None,
+        reference: &reference,
+        guess: &node.posture.q,
+    };
+    let outcome = posture::solve(&problem, config)?;
+    let contacts = problem.contacts;
+    Ok((contacts, outcome))
+}
+
+/// The comfortable posture with its base where the contacts would have it: the mean of the
+/// places less the usual offsets, heading along the guide path.
+pub(crate) fn comfortable(prepared: &Prepared, contacts: &[Contact]) -> Configuration {
+    let request = prepared.request;
+    let places: Vec<(usize, Vector3<f64>)> = contacts
+        .iter()
+        .filter_map(|c| {
+            let place = match &c.place {
+                Place::Fixed { X_WC, .. } => X_WC.translation.vector,
+                Place::OnSurface { toward, .. } => toward.as_ref()?.coords,
+            };
+            prepared.feet.contains(&c.patch).then_some((c.patch, place))
+        })
+        .collect();
+    let n = places.len().max(1) as f64;
+    let along = places
+        .iter()
+        .map(|(patch, p)| {
+            request
+                .guide
+                .foot_progress(p, &prepared.offset[*patch])
+                .along_m
+        })
+        .sum::<f64>()
+        / n;
+    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), request.guide.at(along).1);
+    let base = places
+        .iter()
+        .map(|(patch, p)| p - heading * prepared.offset[*patch])
+        .sum::<Vector3<f64>>()
+        / n;
+    request
+        .reference
+        .clone()
+        .with_base(&Isometry3::from_parts(Translation3::from(base), heading))
+}

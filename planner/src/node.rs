@@ -1,0 +1,99 @@
+//! A node of the tree: a contact set with the posture that reached it.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Vector3};
+use posture::{Contact, Place, Posture};
+
+use crate::plan::Change;
+use crate::request::{FootState, Prepared};
+
+/// A contact of a node, at its pose.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(non_snake_case)]
+pub(crate) struct Held {
+    pub patch: usize,
+    pub surface: usize,
+    pub X_WC: Isometry3<f64>,
+}
+
+/// A contact set with its posture.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub parent: Option<usize>,
+    /// Contact changes from the root.
+    pub depth: usize,
+    pub change: Change,
+    /// The contact set, in the order of the patches.
+    pub contacts: Vec<Held>,
+    /// The contacts of the posture problem: the set, and the one just released, if any.
+    pub touching: Vec<(Held, bool)>,
+    pub posture: Arc<Posture>,
+    /// Last place of every patch in W, whether it still touches or not.
+    pub last: Vec<Option<Vector3<f64>>>,
+}
+
+impl Node {
+    pub fn holds(&self, patch: usize) -> bool {
+        self.contacts.iter().any(|c| c.patch == patch)
+    }
+
+    /// The feet as the estimate sees them.
+    pub fn feet(&self, prepared: &Prepared) -> Vec<FootState> {
+        prepared
+            .feet
+            .iter()
+            .map(|&patch| {
+                let place = self.last[patch].unwrap_or_else(Vector3::zeros);
+                let progress = prepared
+                    .request
+                    .guide
+                    .foot_progress(&place, &prepared.offset[patch]);
+                FootState {
+                    along_m: progress.along_m,
+                    // Height beside the path is the surfaces' business, not a detour.
+                    aside_m: aside(prepared, patch, &place),
+                    in_air: !self.holds(patch),
+                }
+            })
+            .collect()
+    }
+}
+
+/// Horizontal distance of a foot from its place on the path, beyond half its usual offset, m.
+pub(crate) fn aside(prepared: &Prepared, patch: usize, place: &Vector3<f64>) -> f64 {
+    let guide = &prepared.request.guide;
+    let offset = &prepared.offset[patch];
+    let along = guide.foot_progress(place, offset).along_m;
+    let usual = guide.foot_at(along, offset);
+    ((place - usual).xy().norm() - 0.5 * offset.y.abs()).max(0.0)
+}
+
+/// The contact as the posture generator wants it.
+pub(crate) fn fixed(prepared: &Prepared, held: &Held, loaded: bool) -> Contact {
+    Contact {
+        patch: held.patch,
+        place: Place::Fixed {
+            X_WC: held.X_WC,
+            yaw_free: false,
+            surface: Some(held.surface),
+        },
+        loaded,
+        friction: prepared.request.robot.patches[held.patch].friction,
+    }
+}
+
+/// What tells one contact set from another: patches, surfaces and places, to the cell.
+pub(crate) fn key(contacts: &[Held], cell_m: f64) -> Vec<(usize, usize, [i64; 3])> {
+    contacts
+        .iter()
+        .map(|c| {
+            let p = c.X_WC.translation.vector / cell_m;
+            (
+                c.patch,
+                c.surface,
+                [p.x, p.y, p.z].map(|x| x.round() as i64),
+            )
+        })
+        .collect()
+}

@@ -1,0 +1,168 @@
+//! What is asked of the planner.
+
+use nalgebra::Vector3;
+use posture::{BaseGoal, Environment};
+use robot_model::{Configuration, Kinematics, Robot};
+
+use crate::guide::Guide;
+use crate::{Config, Error};
+
+/// A robot, its surroundings, where it is and where it shall go.
+pub struct Request<'a> {
+    /// The robot.
+    pub robot: &'a Robot,
+    /// What it may touch and must not hit.
+    pub environment: &'a Environment,
+    /// Where it is.
+    pub start: Start,
+    /// Where it shall go.
+    pub goal: Goal,
+    /// The path that its base should roughly follow.
+    pub guide: Guide,
+    /// For each patch of the robot the surfaces it may touch.
+    pub usable: Vec<Vec<usize>>,
+    /// The comfortable posture; its base is not used.
+    pub reference: Configuration,
+}
+
+/// The first stance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Start {
+    /// Base pose and joints.
+    pub configuration: Configuration,
+    /// Pairs of patch and surface that are in contact.
+    pub contacts: Vec<(usize, usize)>,
+}
+
+/// What the last stance must be.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Goal {
+    /// Where the base must be.
+    pub base: BaseGoal,
+    /// Patches that must be in contact, anywhere.
+    pub patches: Vec<usize>,
+    /// Pairs of patch and surface that must be in contact.
+    pub contacts: Vec<(usize, usize)>,
+}
+
+/// What follows from a request once for the whole search.
+pub(crate) struct Prepared<'a> {
+    pub request: &'a Request<'a>,
+    pub config: &'a Config,
+    /// For each patch, its place relative to the base in the reference posture, looking ahead.
+    pub offset: Vec<Vector3<f64>>,
+    /// For each patch, an upper bound of its distance from the base, m.
+    pub reach_m: Vec<f64>,
+    /// Patches whose progress counts: those in contact at the start.
+    pub feet: Vec<usize>,
+    /// Patches that are used at all.
+    pub used: Vec<bool>,
+}
+
+impl<'a> Prepared<'a> {
+    pub fn new(request: &'a Request<'a>, config: &'a Config) -> Result<Self, Error> {
+        config.validate()?;
+        let robot = request.robot;
+        for name in &config.exclude {
+            if !robot
+                .patches
+                .iter()
+                .any(|p| &p.name == name || p.has_role(name))
+            {
+                let known: Vec<&str> = robot
+                    .patches
+                    .iter()
+                    .flat_map(|p| std::iter::once(&p.name).chain(&p.roles))
+                    .map(String::as_str)
+                    .collect();
+                return Err(Error::Exclude {
+                    name: name.clone(),
+                    known: known.join(", "),
+                });
+            }
+        }
+        if request.start.contacts.is_empty() {
+            return Err(Error::Start {
+                reason: "no contact is named".to_owned(),
+            });
+        }
+        let mut upright = Configuration::zero(robot.nj());
+        upright.joints.copy_from(&request.reference.joints);
+        let kinematics = Kinematics::new(robot, &upright);
+        let offset = robot
+            .patches
+            .iter()
+            .map(|patch| kinematics.X_WC(patch).translation.vector)
+            .collect();
+        let reach_m = robot
+            .patches
+            .iter()
+            .map(|patch| {
+                let mut reach = patch.X_BC.translation.vector.norm();
+                let mut body = patch.body;
+                while let Some(parent) = robot.bodies[body].parent {
+                    let b = &robot.bodies[body];
+                    reach += b.X_PJ.translation.vector.norm();
+                    if b.kind == robot_model::JointKind::Prismatic {
+                        reach += b.lower.abs().max(b.upper.abs());
+                    }
+                    body = parent;
+                }
+                reach
+            })
+            .collect();
+        let used = robot
+            .patches
+            .iter()
+            .map(|p| !config.exclude.iter().any(|e| &p.name == e || p.has_role(e)))
+            .collect();
+        let mut feet: Vec<usize> = request.start.contacts.iter().map(|c| c.0).collect();
+        feet.sort_unstable();
+        feet.dedup();
+        Ok(Self {
+            request,
+            config,
+            offset,
+            reach_m,
+            feet,
+            used,
+        })
+    }
+
+    /// Estimated number of contact changes to the goal, given each foot's last place and whether
+    /// it is in the air.
+    ///
+    /// A foot on the ground must leave and land once for every two strides it is behind; a foot
+    /// in the air lands a stride ahead of the others.
+    pub fn estimate(&self, feet: &[FootState]) -> f64 {
+        let end = self.request.guide.length_m();
+        let stride = self.config.stride_m;
+        let furthest = feet
+            .iter()
+            .filter(|f| !f.in_air)
+            .map(|f| f.along_m)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let tolerance = 0.5 * self.request.goal.base.tolerance_m;
+        feet.iter()
+            .map(|foot| {
+                let (along, landing) = if foot.in_air {
+                    (foot.along_m.max(furthest + stride), 1.0)
+                } else {
+                    (foot.along_m, 0.0)
+                };
+                let behind = (end - tolerance - along).max(0.0);
+                landing
+                    + 2.0 * behind / (2.0 * stride)
+                    + self.config.aside_price_per_m * foot.aside_m
+            })
+            .sum()
+    }
+}
+
+/// A foot as the estimate sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FootState {
+    pub along_m: f64,
+    pub aside_m: f64,
+    pub in_air: bool,
+}

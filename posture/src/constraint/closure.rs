@@ -1,0 +1,119 @@
+//! A contact is at its place.
+//!
+//! Fixed, with R = R_WC R_W*ᵀ the rotation from the wanted to the actual frame:
+//!
+//!   p_WC − p_W* = 0,   ℓ·log R = 0        (ℓ = 0.1 m; with free yaw only its two tilt rows)
+//!
+//! On a surface S with axes x, y, z:
+//!
+//!   z·(p_WC − p_WS) = 0,   ℓ·x·z_C = 0,   ℓ·y·z_C = 0,   z·z_C ≥ ½
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::ANGLE_ARM_M;
+use crate::iterate::{Context, Iterate};
+use crate::problem::Place;
+use crate::rows::{Constraint, Rows};
+
+#[allow(non_snake_case)]
+pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
+    let body = ctx.contacts[contact].body;
+    let X_BC = &ctx.robot().patches[ctx.problem.contacts[contact].patch].X_BC;
+    let X_WC = it.kinematics.X_WB[body] * X_BC;
+    let p_WC = X_WC.translation.vector;
+    let z_C = X_WC.rotation * Vector3::z();
+    match &ctx.problem.contacts[contact].place {
+        Place::Fixed {
+            X_WC: wanted,
+            yaw_free,
+            ..
+        } => {
+            let error = p_WC - wanted.translation.vector;
+            for k in 0..3 {
+                let row = rows.push(Constraint::Closure(contact), error[k], 0.0, 0.0);
+                if !row.is_empty() {
+                    let direction = Vector3::ith(k, 1.0);
+                    ctx.add_point_gradient(it, body, &p_WC, &direction, row);
+                }
+            }
+            if *yaw_free {
+                let x = wanted.rotation * Vector3::x();
+                let y = wanted.rotation * Vector3::y();
+                let z = wanted.rotation * Vector3::z();
+                aligned(ctx, it, contact, &z_C, [&x, &y, &z], rows);
+            } else {
+                let log = (X_WC.rotation * wanted.rotation.inverse()).scaled_axis();
+                let gradient = left_jacobian_inverse(&log);
+                for k in 0..3 {
+                    let row =
+                        rows.push(Constraint::Closure(contact), ANGLE_ARM_M * log[k], 0.0, 0.0);
+                    if !row.is_empty() {
+                        let direction = ANGLE_ARM_M * gradient.row(k).transpose();
+                        ctx.add_rotation_gradient(it, body, &direction, row);
+                    }
+                }
+            }
+        }
+        Place::OnSurface { surface, .. } => {
+            let X_WS = &ctx.problem.environment.surfaces[*surface].X_WS;
+            let [x, y, z] =
+                [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| X_WS.rotation * axis);
+            let height = z.dot(&(p_WC - X_WS.translation.vector));
+            let row = rows.push(Constraint::Closure(contact), height, 0.0, 0.0);
+            if !row.is_empty() {
+                ctx.add_point_gradient(it, body, &p_WC, &z, row);
+            }
+            aligned(ctx, it, contact, &z_C, [&x, &y, &z], rows);
+        }
+    }
+}
+
+/// z_C along z: no part of it along x or y, and not the opposite.
+#[allow(non_snake_case)]
+fn aligned(
+    ctx: &Context,
+    it: &Iterate,
+    contact: usize,
+    z_C: &Vector3<f64>,
+    [x, y, z]: [&Vector3<f64>; 3],
+    rows: &mut Rows,
+) {
+    let body = ctx.contacts[contact].body;
+    for axis in [x, y] {
+        // d(axis·z_C) = axis·(φ × z_C) = (z_C × axis)·φ
+        let row = rows.push(
+            Constraint::Closure(contact),
+            ANGLE_ARM_M * axis.dot(z_C),
+            0.0,
+            0.0,
+        );
+        if !row.is_empty() {
+            ctx.add_rotation_gradient(it, body, &(ANGLE_ARM_M * z_C.cross(axis)), row);
+        }
+    }
+    let cos = z.dot(z_C);
+    if cos < 0.8 {
+        let row = rows.push(
+            Constraint::Closure(contact),
+            ANGLE_ARM_M * cos,
+            ANGLE_ARM_M * 0.5,
+            f64::INFINITY,
+        );
+        if !row.is_empty() {
+            ctx.add_rotation_gradient(it, body, &(ANGLE_ARM_M * z_C.cross(z)), row);
+        }
+    }
+}
+
+/// Inverse of the left Jacobian of SO(3): d log(exp(δ)·exp(w)) = J⁻¹(w) δ.
+fn left_jacobian_inverse(w: &Vector3<f64>) -> Matrix3<f64> {
+    let angle = w.norm();
+    let hat = w.cross_matrix();
+    let factor = if angle < 1e-4 {
+        1.0 / 12.0
+    } else {
+        let half = 0.5 * angle;
+        (1.0 - half * half.cos() / half.sin()) / (angle * angle)
+    };
+    Matrix3::identity() - 0.5 * hat + factor * hat * hat
+}

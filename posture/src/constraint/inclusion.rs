@@ -1,0 +1,54 @@
+//! A contact's patch is inside its surface: for every patch vertex p and every edge of the
+//! effective polygon with outward normal n and offset b
+//!
+//!   n·p − b ≤ −margin        (p in S's plane)
+//!
+//! Source: [brossette2013] Algorithm 1, with unit edge normals so that the value is a distance.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::iterate::{Context, Iterate};
+use crate::problem::Place;
+use crate::rows::{Constraint, Rows};
+
+/// Vertices farther inside than this cannot reach the edge in one step, m.
+const NEAR_M: f64 = 0.5;
+
+#[allow(non_snake_case)]
+pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
+    let Place::OnSurface { surface, .. } = ctx.problem.contacts[contact].place else {
+        return;
+    };
+    let Some(polygon) = &ctx.problem.environment.effective[surface] else {
+        return;
+    };
+    let X_WS = &ctx.problem.environment.surfaces[surface].X_WS;
+    let body = ctx.contacts[contact].body;
+    let vertices: Vec<_> = ctx.contacts[contact]
+        .vertices
+        .iter()
+        .map(|v| {
+            let p_W = ctx.patch_point_W(it, contact, v);
+            (p_W, X_WS.inverse_transform_point(&Point3::from(p_W)).xy())
+        })
+        .collect();
+    let margin = ctx.config.patch_margin_m;
+    for edge in polygon.half_planes() {
+        let n_W = X_WS.rotation * Vector3::new(edge.n.x, edge.n.y, 0.0);
+        for (p_W, p_S) in &vertices {
+            let value = edge.n.dot(&p_S.coords) - edge.b;
+            if value < -margin - NEAR_M {
+                continue;
+            }
+            let row = rows.push(
+                Constraint::Inclusion(contact),
+                value,
+                f64::NEG_INFINITY,
+                -margin,
+            );
+            if !row.is_empty() {
+                ctx.add_point_gradient(it, body, p_W, &n_W, row);
+            }
+        }
+    }
+}

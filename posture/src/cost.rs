@@ -1,0 +1,144 @@
+//! What makes one posture better than another:
+//!
+//!   ½ w_q Σ (q_j − q_j*)²  +  ½ w_B ‖log R_WB R*ᵀ‖²  +  ½ w_f Σ ‖φ_i‖²  +  ½ w_p ‖p_C − p*‖²  +  …
+//!
+//! all of them squares, so that the Gauss–Newton matrix is positive definite and exact but for
+//! the curvature of p_C.
+
+use nalgebra::{DMatrix, Isometry3, Vector3};
+
+use crate::constraint::ANGLE_ARM_M;
+use crate::iterate::{Context, Iterate};
+use crate::problem::Place;
+
+/// Weight that keeps the base position's block positive definite, 1/m².
+const WEIGHT_POSITION: f64 = 1e-3;
+/// Weight of the wanted heading of a free contact, 1/rad².
+const WEIGHT_HEADING: f64 = 0.3;
+
+/// Value, gradient (n) and Gauss–Newton matrix (n × n, lower triangle used) at the iterate.
+pub(crate) fn quadratic(
+    ctx: &Context,
+    it: &Iterate,
+    gradient: &mut [f64],
+    hessian: &mut DMatrix<f64>,
+) -> f64 {
+    gradient.fill(0.0);
+    hessian.fill(0.0);
+    let config = ctx.config;
+    let mut value = 0.0;
+    for k in 0..3 {
+        hessian[(k, k)] += WEIGHT_POSITION;
+    }
+    let turn = base_turn(ctx, it);
+    value += 0.5 * config.weight_base * turn.norm_squared();
+    for k in 0..3 {
+        gradient[3 + k] += config.weight_base * turn[k];
+        hessian[(3 + k, 3 + k)] += config.weight_base.max(WEIGHT_POSITION);
+    }
+    for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
+        let Some(column) = *column else { continue };
+        let error = it.q.joints[i - 1] - ctx.problem.reference.joints[i - 1];
+        value += 0.5 * config.weight_posture * error * error;
+        gradient[column] += config.weight_posture * error;
+        hessian[(column, column)] += config.weight_posture.max(1e-4);
+    }
+    for (k, f) in it.force.iter().enumerate() {
+        value += 0.5 * config.weight_forces * f * f;
+        gradient[ctx.layout.nq + k] += config.weight_forces * f;
+        hessian[(ctx.layout.nq + k, ctx.layout.nq + k)] += config.weight_forces;
+    }
+    let mut row = vec![0.0; ctx.layout.n];
+    squares(ctx, it, |error, weight, body, direction, point| {
+        value += 0.5 * weight * error * error;
+        row.fill(0.0);
+        match point {
+            Some(p) => ctx.add_point_gradient(it, body, p, direction, &mut row),
+            None => ctx.add_rotation_gradient(it, body, direction, &mut row),
+        }
+        let used: Vec<usize> = (0..ctx.layout.nq).filter(|&i| row[i] != 0.0).collect();
+        for &i in &used {
+            gradient[i] += weight * error * row[i];
+            for &j in &used {
+                if j <= i {
+                    hessian[(i, j)] += weight * row[i] * row[j];
+                }
+            }
+        }
+    });
+    value
+}
+
+/// The cost alone.
+pub(crate) fn value(ctx: &Context, it: &Iterate) -> f64 {
+    let config = ctx.config;
+    let mut value = 0.5 * config.weight_base * base_turn(ctx, it).norm_squared();
+    for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
+        if column.is_some() {
+            let error = it.q.joints[i - 1] - ctx.problem.reference.joints[i - 1];
+            value += 0.5 * config.weight_posture * error * error;
+        }
+    }
+    value += 0.5 * config.weight_forces * it.force.iter().map(|f| f * f).sum::<f64>();
+    squares(ctx, it, |error, weight, _, _, _| {
+        value += 0.5 * weight * error * error
+    });
+    value
+}
+
+fn base_turn(ctx: &Context, it: &Iterate) -> Vector3<f64> {
+    (it.q.R_WB * ctx.problem.reference.R_WB.inverse()).scaled_axis()
+}
+
+/// The squares that couple joints: calls `term(error, weight, body, direction, point)` with the
+/// gradient of the error being `direction · d point`, or `direction · rotation` without a point.
+#[allow(non_snake_case)]
+fn squares(
+    ctx: &Context,
+    it: &Iterate,
+    mut term: impl FnMut(f64, f64, usize, &Vector3<f64>, Option<&Vector3<f64>>),
+) {
+    for (contact, model) in ctx.problem.contacts.iter().zip(&ctx.contacts) {
+        let Place::OnSurface {
+            surface,
+            toward,
+            yaw_rad,
+        } = &contact.place
+        else {
+            continue;
+        };
+        let X_WC: Isometry3<f64> =
+            it.kinematics.X_WB[model.body] * ctx.robot().patches[contact.patch].X_BC;
+        if let Some(toward) = toward {
+            let error = X_WC.translation.vector - toward.coords;
+            for k in 0..3 {
+                let direction = Vector3::ith(k, 1.0);
+                term(
+                    error[k],
+                    ctx.config.weight_placement,
+                    model.body,
+                    &direction,
+                    Some(&X_WC.translation.vector),
+                );
+            }
+        }
+        if let Some(yaw) = yaw_rad {
+            // The wanted x axis, made tangent to the surface; the error is the sine of the angle.
+            let n = ctx.problem.environment.surfaces[*surface].normal_W();
+            let wanted = Vector3::new(yaw.cos(), yaw.sin(), 0.0);
+            let across = n.cross(&wanted);
+            if across.norm() > ANGLE_ARM_M {
+                let across = across.normalize();
+                let x_C = X_WC.rotation * Vector3::x();
+                let direction = x_C.cross(&across);
+                term(
+                    across.dot(&x_C),
+                    WEIGHT_HEADING,
+                    model.body,
+                    &direction,
+                    None,
+                );
+            }
+        }
+    }
+}

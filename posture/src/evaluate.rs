@@ -1,0 +1,113 @@
+//! The final evaluation: every margin from the variables alone, joints that were held included.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::constraint::Scratch;
+use crate::iterate::{Context, Iterate};
+use crate::outcome::{ContactState, Margins, Posture, Violation};
+use crate::problem::Place;
+use crate::rows::{Constraint, Rows};
+
+/// The posture at an iterate, and the worst violation of any constraint.
+#[allow(non_snake_case)]
+pub(crate) fn posture(
+    ctx: &Context,
+    it: &Iterate,
+    scratch: &mut Scratch,
+    rows: &mut Rows,
+    cost: f64,
+    iterations: usize,
+) -> (Posture, Option<Violation>) {
+    rows.clear(false);
+    crate::constraint::all(ctx, it, scratch, rows);
+    let mut worst = rows.worst().map(|(i, amount)| Violation {
+        constraint: rows.tag[i].clone(),
+        amount,
+    });
+    let mut consider = |constraint: Constraint, amount: f64| {
+        if worst.as_ref().is_none_or(|w| amount > w.amount) {
+            worst = Some(Violation { constraint, amount });
+        }
+    };
+    let robot = ctx.robot();
+
+    let mut margins = Margins {
+        joint_rad: f64::INFINITY,
+        ..Margins::default()
+    };
+    for i in 0..rows.len() {
+        match rows.tag[i] {
+            Constraint::Closure(_) => {
+                margins.closure_m = margins.closure_m.max(rows.violation(i));
+            }
+            Constraint::Equilibrium => {
+                margins.equilibrium = margins.equilibrium.max(rows.violation(i));
+            }
+            _ => {}
+        }
+    }
+
+    let mut torques = Vec::with_capacity(robot.nj());
+    for (b, body) in robot.bodies.iter().enumerate().skip(1) {
+        let torque = scratch.torques.holding(ctx, it, b);
+        torques.push(torque);
+        if body.effort > 0.0 && body.effort.is_finite() {
+            let used = torque.abs() / body.effort;
+            margins.torque_use = margins.torque_use.max(used);
+            consider(Constraint::Torque(b), used / ctx.config.torque_use - 1.0);
+        }
+        let q = it.q.joints[b - 1];
+        margins.joint_rad = margins.joint_rad.min(q - body.lower).min(body.upper - q);
+        let (lower, upper) = ctx.joint_bounds(b);
+        consider(Constraint::JointLimit(b), (lower - q).max(q - upper));
+    }
+
+    let nearest = |pairs: &[robot_model::collision::Proximity]| {
+        pairs.iter().map(|p| p.distance).min_by(f64::total_cmp)
+    };
+    margins.self_clearance_m = nearest(&scratch.clearances.own);
+    margins.clearance_m = nearest(&scratch.clearances.world);
+
+    let mut contacts = Vec::new();
+    for (i, (contact, model)) in ctx.problem.contacts.iter().zip(&ctx.contacts).enumerate() {
+        let to_W = |points: &[nalgebra::Point2<f64>]| -> Vec<Vector3<f64>> {
+            points.iter().map(|p| ctx.patch_point_W(it, i, p)).collect()
+        };
+        let vertices_W = to_W(&model.vertices);
+        if let Place::OnSurface { surface, .. } = contact.place
+            && let Some(polygon) = &ctx.problem.environment.effective[surface]
+        {
+            let X_WS = &ctx.problem.environment.surfaces[surface].X_WS;
+            for v in &vertices_W {
+                let p = X_WS.inverse_transform_point(&Point3::from(*v)).xy();
+                let inside = -polygon.signed_distance(&p);
+                margins.inclusion_m = Some(margins.inclusion_m.map_or(inside, |m| m.min(inside)));
+            }
+        }
+        let mut forces_W = vec![Vector3::zeros(); model.force_points.len()];
+        for (force, &column) in forces_W.iter_mut().zip(&ctx.layout.force[i]) {
+            *force = ctx.weight * ctx.force_W(it, i, column);
+            let local = model.axes.transpose() * *force;
+            if local.z > 1e-9 * ctx.weight {
+                let used = local.xy().norm() / (local.z * contact.friction);
+                margins.friction_use = margins.friction_use.max(used);
+            }
+        }
+        contacts.push(ContactState {
+            X_WC: it.kinematics.X_WB[model.body] * robot.patches[contact.patch].X_BC,
+            vertices_W,
+            force_points_W: to_W(&model.force_points),
+            forces_W,
+        });
+    }
+    let posture = Posture {
+        q: it.q.clone(),
+        contacts,
+        com_W: it.kinematics.com_W,
+        torques,
+        margins,
+        cost,
+        iterations,
+    };
+    (posture, worst)
+}
