@@ -1,1 +1,24 @@
-//! scenes
+//! The robots and scenes that ship, as data, and the sensor simulator that made their scans.
+//!
+//! * [`builtin`] and [`names`]: the scenes, each with its scene file, its scan and the true world.
+//! * [`builtin_robot`]: the robots, each with its URDF, SRDF and contact patches.
+//! * [`SceneFile`]: the scene file's fields, for the scenes that ship and for a user's own.
+//! * [`truth`] and [`worlds`]: what really stands there, to judge the surfaces by and to simulate.
+//! * [`simulator`]: the depth camera.
+//!
+//! Scans are made again with `cargo run -p scenes --example make_scans`, robots with
+//! `cargo run -p scenes --example make_hrp2`.
+
+mod builtin;
+mod error;
+mod robots;
+pub mod scene_file;
+pub mod simulator;
+pub mod truth;
+pub mod worlds;
+
+pub use builtin::{Builtin, builtin, names};
+pub use error::Error;
+pub use robots::{BuiltinRobot, builtin_robot, robot_names};
+pub use scene_file::SceneFile;
+pub use truth::{Face, OrientedBox, Truth};

@@ -1,0 +1,49 @@
+//! Takes the scans of the scenes that ship and writes them beside their scene files.
+//!
+//! ```sh
+//! cargo run -p scenes --example make_scans [FOLDER]
+//! ```
+
+use std::path::PathBuf;
+
+use scenes::SceneFile;
+use scenes::simulator::{DepthNoise, XTION, scan};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes"));
+    let folder = std::env::args().nth(1).map_or_else(beside, PathBuf::from);
+    for scene in scenes::names().filter_map(scenes::builtin) {
+        let world = (scene.truth)().world();
+        for source in SceneFile::parse(scene.toml)?.scan {
+            let Some(name) = &source.depth else { continue };
+            let scan = scan(
+                &world,
+                &XTION,
+                &source.X_WV(),
+                &DepthNoise::default(),
+                scene.seed,
+            );
+            let path = folder.join(name);
+            write_png(&path, scan.camera.width, scan.camera.height, &scan.depth_mm)?;
+            println!("wrote {}", path.display());
+        }
+    }
+    Ok(())
+}
+
+/// Writes a 16-bit grey image.
+fn write_png(
+    path: &std::path::Path,
+    width: usize,
+    height: usize,
+    values: &[u16],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let file = std::io::BufWriter::new(std::fs::File::create(path)?);
+    let mut encoder = png::Encoder::new(file, u32::try_from(width)?, u32::try_from(height)?);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.set_compression(png::Compression::High);
+    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_be_bytes()).collect();
+    encoder.write_header()?.write_image_data(&bytes)?;
+    Ok(())
+}

@@ -1,0 +1,27 @@
+//! What can be wrong with a scene.
+
+/// A scene file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The text is not TOML or does not have the fields of a scene; the message carries the line.
+    #[error("not a scene file: {0}")]
+    Syntax(#[source] Box<toml::de::Error>),
+    /// A field has a value that makes no sense.
+    #[error("scene field `{field}`: {reason}")]
+    Field {
+        /// Path of the field, for example `scan[0].quat_xyzw`.
+        field: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+impl Error {
+    pub(crate) fn field(field: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Field {
+            field: field.into(),
+            reason: reason.into(),
+        }
+    }
+}

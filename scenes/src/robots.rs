@@ -1,0 +1,31 @@
+//! The robots that ship.
+
+/// A robot's three files, embedded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BuiltinRobot {
+    /// Name, as in `builtin:NAME`.
+    pub name: &'static str,
+    /// Links, joints, masses, shapes.
+    pub urdf: &'static str,
+    /// Named postures and pairs that are never checked.
+    pub srdf: &'static str,
+    /// Contact patches.
+    pub contacts: &'static str,
+}
+
+static ROBOTS: [BuiltinRobot; 1] = [BuiltinRobot {
+    name: "hrp2",
+    urdf: include_str!("../robots/hrp2/hrp2.urdf"),
+    srdf: include_str!("../robots/hrp2/hrp2.srdf"),
+    contacts: include_str!("../robots/hrp2/contacts.toml"),
+}];
+
+/// The robot of this name.
+pub fn builtin_robot(name: &str) -> Option<&'static BuiltinRobot> {
+    ROBOTS.iter().find(|robot| robot.name == name)
+}
+
+/// Names of all robots that ship.
+pub fn robot_names() -> impl Iterator<Item = &'static str> {
+    ROBOTS.iter().map(|robot| robot.name)
+}

@@ -1,0 +1,321 @@
+//! `scene.toml`: what to plan, from which data, with which robot.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+
+/// Largest deviation of a quaternion's length from 1.
+const QUATERNION_TOLERANCE: f64 = 1e-6;
+
+/// A scene as it is written; paths in it are relative to the file.
+///
+/// The environment comes from exactly one of `scan` (one or more), `surfaces_file` and `mesh_file`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// Name; the output folder is called after it.
+    pub name: String,
+    /// What the scene shows.
+    #[serde(default)]
+    pub description: String,
+    /// Scans with the poses they were taken from.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scan: Vec<ScanSource>,
+    /// A surface set that was extracted before (`surfaces.json`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surfaces_file: Option<String>,
+    /// A mesh of the environment in W, metres (STL, OBJ).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_file: Option<String>,
+    /// The robot.
+    pub robot: RobotSource,
+    /// Where and how the robot starts.
+    pub start: Start,
+    /// Where it should go.
+    pub goal: Goal,
+    /// A path for the base to follow; a line from start to goal where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guide: Option<Guide>,
+    /// Which surfaces may carry which role: one table a role, with the fields of the surface
+    /// crate's role filter.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub roles: toml::Table,
+    /// Coefficients of friction.
+    #[serde(default)]
+    pub friction: Friction,
+    /// Overrides of the perception's configuration.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub perception: toml::Table,
+    /// Overrides of the surfaces' configuration.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub surfaces: toml::Table,
+    /// Overrides of the posture generator's configuration.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub posture: toml::Table,
+    /// Overrides of the planner's configuration.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub planner: toml::Table,
+}
+
+/// One scan: a depth image or a point cloud, and the sensor's pose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScanSource {
+    /// Depth image (16-bit PNG).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth: Option<String>,
+    /// Point cloud (PCD, PLY).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cloud: Option<String>,
+    /// Name of a known sensor; replaces the intrinsics below.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensor: Option<String>,
+    /// Focal length along the columns, pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fx: Option<f64>,
+    /// Focal length along the rows, pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fy: Option<f64>,
+    /// Column of the principal point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cx: Option<f64>,
+    /// Row of the principal point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cy: Option<f64>,
+    /// Depth of one unit of the image, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth_scale_m: Option<f64>,
+    /// Position of the sensor's frame V (optical: x right, y down, z forward) in W, m.
+    pub position_m: [f64; 3],
+    /// Orientation of V in W.
+    pub quat_xyzw: [f64; 4],
+}
+
+/// The robot: `urdf = "builtin:NAME"`, or files.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotSource {
+    /// A path, or `builtin:NAME`.
+    pub urdf: String,
+    /// Postures and disabled pairs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub srdf: Option<String>,
+    /// Contact patches.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contacts: Option<String>,
+}
+
+/// Posture and place of the robot before its first step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// Name of a posture in the SRDF.
+    pub posture: String,
+    /// Position of the base in W, m.
+    pub base_position_m: [f64; 3],
+    /// Orientation of the base in W: roll, pitch, yaw about fixed axes.
+    #[serde(default)]
+    pub base_rpy_rad: [f64; 3],
+    /// Patches that touch the ground.
+    pub contacts: Vec<String>,
+}
+
+/// What the last stance must fulfil.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Goal {
+    /// Position of the base in W: x, y or x, y, z, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base_position_m: Option<Vec<f64>>,
+    /// Largest distance from it, m.
+    #[serde(default = "default_tolerance_m")]
+    pub tolerance_m: f64,
+    /// Heading of the base, rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw_rad: Option<f64>,
+    /// Contacts that it must have.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contact: Vec<GoalContact>,
+}
+
+fn default_tolerance_m() -> f64 {
+    0.10
+}
+
+/// A wanted contact: the surface by its name, or the surface at a point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GoalContact {
+    /// The robot's contact patch.
+    pub patch: String,
+    /// Id of the surface.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<String>,
+    /// A point in W on the surface, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point_m: Option<[f64; 3]>,
+}
+
+/// Places that the base should pass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Guide {
+    /// x, y, z (m) and yaw (rad) of the base in W, from the start on.
+    pub key_postures: Vec<[f64; 4]>,
+}
+
+/// Coefficients of friction; a patch without a value keeps that of the contacts file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Friction {
+    /// For every patch that has none of its own here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub default: Option<f64>,
+    /// By the patch's name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub patch: BTreeMap<String, f64>,
+}
+
+impl SceneFile {
+    /// Reads and checks a scene.
+    ///
+    /// # Errors
+    /// [`Error::Syntax`] with the line; [`Error::Field`] for a value that makes no sense.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let scene: Self = toml::from_str(text).map_err(|e| Error::Syntax(Box::new(e)))?;
+        scene.check()?;
+        Ok(scene)
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        if self.name.is_empty() {
+            return Err(Error::field("name", "is empty"));
+        }
+        let inputs = usize::from(!self.scan.is_empty())
+            + usize::from(self.surfaces_file.is_some())
+            + usize::from(self.mesh_file.is_some());
+        if inputs != 1 {
+            let reason = format!("{inputs} of scan, surfaces_file and mesh_file; one is needed");
+            return Err(Error::field("scan", reason));
+        }
+        for (i, scan) in self.scan.iter().enumerate() {
+            scan.check(&format!("scan[{i}]"))?;
+        }
+        finite("start.base_position_m", &self.start.base_position_m)?;
+        finite("start.base_rpy_rad", &self.start.base_rpy_rad)?;
+        if self.start.contacts.is_empty() {
+            return Err(Error::field("start.contacts", "is empty"));
+        }
+        self.goal.check()?;
+        if let Some(guide) = &self.guide {
+            for (i, posture) in guide.key_postures.iter().enumerate() {
+                finite(&format!("guide.key_postures[{i}]"), posture)?;
+            }
+        }
+        self.friction.check()
+    }
+}
+
+impl ScanSource {
+    /// Pose of the sensor's optical frame in W.
+    #[allow(non_snake_case)]
+    pub fn X_WV(&self) -> Isometry3<f64> {
+        let [x, y, z, w] = self.quat_xyzw;
+        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        Isometry3::from_parts(Translation3::from(Vector3::from(self.position_m)), rotation)
+    }
+
+    fn check(&self, field: &str) -> Result<(), Error> {
+        if self.depth.is_some() == self.cloud.is_some() {
+            return Err(Error::field(field, "needs either `depth` or `cloud`"));
+        }
+        let intrinsics = [self.fx, self.fy, self.cx, self.cy, self.depth_scale_m];
+        let given = intrinsics.iter().flatten().count();
+        if self.depth.is_some() && self.sensor.is_none() && given < intrinsics.len() {
+            let reason = "a depth image needs `sensor`, or fx, fy, cx, cy and depth_scale_m";
+            return Err(Error::field(field, reason));
+        }
+        if self.sensor.is_some() && given > 0 {
+            return Err(Error::field(field, "has both `sensor` and intrinsics"));
+        }
+        for (name, value) in [
+            ("fx", self.fx),
+            ("fy", self.fy),
+            ("depth_scale_m", self.depth_scale_m),
+        ] {
+            if value.is_some_and(|v| !(v.is_finite() && v > 0.0)) {
+                return Err(Error::field(
+                    format!("{field}.{name}"),
+                    "is not a positive number",
+                ));
+            }
+        }
+        finite(&format!("{field}.position_m"), &self.position_m)?;
+        finite(&format!("{field}.quat_xyzw"), &self.quat_xyzw)?;
+        let norm = self.quat_xyzw.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if (norm - 1.0).abs() > QUATERNION_TOLERANCE {
+            let reason = format!("has length {norm}, not 1");
+            return Err(Error::field(format!("{field}.quat_xyzw"), reason));
+        }
+        Ok(())
+    }
+}
+
+impl Goal {
+    fn check(&self) -> Result<(), Error> {
+        if self.base_position_m.is_none() && self.contact.is_empty() {
+            return Err(Error::field(
+                "goal",
+                "has neither base_position_m nor a contact",
+            ));
+        }
+        if let Some(position) = &self.base_position_m {
+            if !(2..=3).contains(&position.len()) {
+                let reason = format!("has {} coordinates; x, y or x, y, z", position.len());
+                return Err(Error::field("goal.base_position_m", reason));
+            }
+            finite("goal.base_position_m", position)?;
+        }
+        if !(self.tolerance_m.is_finite() && self.tolerance_m > 0.0) {
+            return Err(Error::field("goal.tolerance_m", "is not a positive number"));
+        }
+        if self.yaw_rad.is_some_and(|yaw| !yaw.is_finite()) {
+            return Err(Error::field("goal.yaw_rad", "is not finite"));
+        }
+        for (i, contact) in self.contact.iter().enumerate() {
+            if contact.surface.is_some() == contact.point_m.is_some() {
+                let reason = "needs either `surface` or `point_m`";
+                return Err(Error::field(format!("goal.contact[{i}]"), reason));
+            }
+            if let Some(point) = &contact.point_m {
+                finite(&format!("goal.contact[{i}].point_m"), point)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Friction {
+    fn check(&self) -> Result<(), Error> {
+        let all = self.default.iter().map(|v| ("default", v));
+        for (name, value) in all.chain(self.patch.iter().map(|(name, v)| (name.as_str(), v))) {
+            if !(value.is_finite() && *value > 0.0) {
+                return Err(Error::field(
+                    format!("friction: {name}"),
+                    "is not a positive number",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn finite(field: &str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().find(|v| !v.is_finite()) {
+        Some(value) => Err(Error::field(field, format!("contains {value}"))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,178 @@
+//! The embedded scans: made by this simulator, from the robot's head, and showing what they should.
+
+#![allow(clippy::unwrap_used)]
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use scenes::simulator::{DepthNoise, Scan, XTION, scan};
+use scenes::{Builtin, SceneFile};
+
+fn all() -> impl Iterator<Item = &'static Builtin> {
+    scenes::names().filter_map(scenes::builtin)
+}
+
+fn only_scan(scene: &Builtin) -> scenes::scene_file::ScanSource {
+    let scans = SceneFile::parse(scene.toml).unwrap().scan;
+    assert_eq!(scans.len(), 1, "{}: one shot", scene.name);
+    scans.into_iter().next().unwrap()
+}
+
+fn simulate(scene: &Builtin, noise: &DepthNoise) -> Scan {
+    scan(
+        &(scene.truth)().world(),
+        &XTION,
+        &only_scan(scene).X_WV(),
+        noise,
+        scene.seed,
+    )
+}
+
+fn embedded(scene: &Builtin) -> Vec<u16> {
+    let bytes = scene.file(&only_scan(scene).depth.unwrap()).unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+        .read_info()
+        .unwrap();
+    let mut raw = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut raw).unwrap();
+    assert_eq!((info.width, info.height), (640, 480));
+    assert_eq!(
+        (info.color_type, info.bit_depth),
+        (png::ColorType::Grayscale, png::BitDepth::Sixteen)
+    );
+    raw.chunks_exact(2)
+        .map(|b| u16::from_be_bytes([b[0], b[1]]))
+        .collect()
+}
+
+/// Whoever changes geometry, noise or pose must run `make_scans` again.
+#[test]
+fn embedded_scans_are_what_the_simulator_makes_now() {
+    for scene in all() {
+        let now = simulate(scene, &DepthNoise::default()).depth_mm;
+        let then = embedded(scene);
+        let differing = now.iter().zip(&then).filter(|(a, b)| a != b).count();
+        assert!(
+            now == then,
+            "{}: {differing} pixels differ; run make_scans",
+            scene.name
+        );
+    }
+}
+
+/// X_WV is the pose of the robot's frame `head_depth` at the start, head turned within its limits.
+#[test]
+#[allow(non_snake_case)]
+fn scans_are_taken_from_the_robots_head() {
+    let urdf = scenes::builtin_robot("hrp2").unwrap().urdf;
+    let document = roxmltree::Document::parse(urdf).unwrap();
+    for scene in all() {
+        let file = SceneFile::parse(scene.toml).unwrap();
+        let X_WV = only_scan(scene).X_WV();
+        let start = &file.start;
+        let [roll, pitch, yaw] = start.base_rpy_rad;
+        let X_WB = Isometry3::from_parts(
+            Translation3::from(Vector3::from(start.base_position_m)),
+            UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+        );
+        // The yaw and pitch at which the optical axis of the head looks along that of the scan:
+        // the mount is pitched 10° down, and yaw comes first.
+        let z_B = X_WB.rotation.inverse() * (X_WV * Vector3::z());
+        let head_yaw = z_B.y.atan2(z_B.x);
+        let head_pitch = (-z_B.z).asin() - 10f64.to_radians();
+        assert!(head_yaw.abs() <= 45f64.to_radians() && head_pitch <= 45f64.to_radians());
+        let expected = X_WB * head_depth(&document, head_yaw, head_pitch);
+        let error = expected.inverse() * X_WV;
+        assert!(
+            error.translation.vector.norm() < 1e-6,
+            "{}: {error}",
+            scene.name
+        );
+        assert!(error.rotation.angle() < 1e-6, "{}: {error}", scene.name);
+    }
+}
+
+/// Pose of `head_depth` in BODY, every joint but the head's at zero as in half_sitting.
+fn head_depth(document: &roxmltree::Document, yaw: f64, pitch: f64) -> Isometry3<f64> {
+    let mut pose = Isometry3::identity();
+    let mut link = "head_depth".to_string();
+    while link != "BODY" {
+        let of = |joint: &roxmltree::Node, tag: &str, attribute: &str| {
+            let child = joint.children().find(|c| c.has_tag_name(tag))?;
+            child.attribute(attribute).map(str::to_string)
+        };
+        let joint = document
+            .descendants()
+            .filter(|n| n.has_tag_name("joint"))
+            .find(|j| of(j, "child", "link").as_deref() == Some(&link))
+            .unwrap();
+        let numbers = |attribute: &str| -> Vec<f64> {
+            let text = of(&joint, "origin", attribute).unwrap();
+            text.split_whitespace()
+                .map(|v| v.parse().unwrap())
+                .collect()
+        };
+        let (xyz, rpy) = (numbers("xyz"), numbers("rpy"));
+        let angle = match joint.attribute("name").unwrap() {
+            "HEAD_JOINT0" => Vector3::new(0.0, 0.0, yaw),
+            "HEAD_JOINT1" => Vector3::new(0.0, pitch, 0.0),
+            _ => Vector3::zeros(),
+        };
+        let origin = Isometry3::from_parts(
+            Translation3::new(xyz[0], xyz[1], xyz[2]),
+            UnitQuaternion::from_euler_angles(rpy[0], rpy[1], rpy[2]),
+        );
+        pose = origin * UnitQuaternion::from_scaled_axis(angle) * pose;
+        link = of(&joint, "parent", "link").unwrap();
+    }
+    pose
+}
+
+/// The depth errors that remain after the dropouts have the RMS of the noise model.
+#[test]
+fn depth_errors_have_the_modelled_size() {
+    for scene in all() {
+        let scan = simulate(scene, &DepthNoise::default());
+        let noise = DepthNoise::default();
+        let mut ratio = Vec::new();
+        for i in 0..scan.depth_mm.len() {
+            let (z, measured) = (scan.true_depth_m[i], f64::from(scan.depth_mm[i]) / 1000.0);
+            // Away from edges: the neighbours lie on the same face.
+            let inner = i % 640 > 2 && i % 640 < 637 && i / 640 > 2 && i / 640 < 477;
+            let same = |j: usize| scan.face[j] == scan.face[i];
+            let neighbours = |i: usize| [i - 2, i + 2, i - 1280, i + 1280];
+            if !inner || measured == 0.0 || !neighbours(i).into_iter().all(same) {
+                continue;
+            }
+            let quantum = z * z * noise.disparity_step_px / (525.0 * noise.baseline_m);
+            let variance = noise.sigma_m(z).powi(2)
+                + (noise.distortion * z).powi(2)
+                + (quantum * quantum + 1e-6) / 12.0;
+            ratio.push((measured - z).powi(2) / variance);
+        }
+        let mean = ratio.iter().sum::<f64>() / ratio.len() as f64;
+        assert!(
+            ratio.len() > 150_000,
+            "{}: {} pixels",
+            scene.name,
+            ratio.len()
+        );
+        // The distortion has some (640·480)/(4π·40²) ≈ 15 independent spots: its variance alone is
+        // uncertain by a third.
+        assert!(
+            (0.6..1.5).contains(&mean),
+            "{}: variance ratio {mean}",
+            scene.name
+        );
+    }
+}
+
+/// Without noise every pixel has a value, and it is the true depth to half a millimetre.
+#[test]
+fn a_perfect_sensor_measures_the_truth() {
+    for scene in all() {
+        let scan = simulate(scene, &DepthNoise::none());
+        for (mm, z) in scan.depth_mm.iter().zip(&scan.true_depth_m) {
+            let expected = if z.is_nan() { 0.0 } else { *z };
+            assert!((f64::from(*mm) / 1000.0 - expected).abs() <= 0.0005 + 1e-9);
+        }
+    }
+}
