@@ -1,0 +1,59 @@
+//! Parameters of the whole extraction.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::error::within;
+use crate::organised::OrganisedConfig;
+
+/// Which path a scan takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// The organised path where the scan has an image, else the chain.
+    #[default]
+    Auto,
+    /// Inverse-depth moments on the image.
+    Organised,
+    /// The chain of brossette2013 on the points.
+    Chain,
+}
+
+/// Parameters of the extraction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Which path a scan takes.
+    pub method: Method,
+    /// Points farther than this from the sensor are not used, m.
+    pub range_max_m: f64,
+    /// Parameters of the organised path.
+    pub organised: OrganisedConfig,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            method: Method::Auto,
+            range_max_m: 5.0,
+            organised: OrganisedConfig::default(),
+        }
+    }
+}
+
+impl Config {
+    /// Checks every parameter's range.
+    ///
+    /// # Errors
+    /// [`Error::Config`] naming the parameter.
+    pub fn check(&self) -> Result<(), Error> {
+        within(
+            "range_max_m",
+            self.range_max_m,
+            1e-3,
+            1e6,
+            "must be a positive distance",
+        )?;
+        self.organised.check()
+    }
+}

@@ -1,0 +1,130 @@
+//! Everything that can go wrong between a scan file and its surfaces.
+
+use std::path::{Path, PathBuf};
+
+/// Why a scan could not be read or turned into surfaces.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The file could not be opened or read.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A field of the file contradicts the format, another field or the file's length.
+    #[error("{}: {field}: {cause}", path.display())]
+    Field {
+        /// The file.
+        path: PathBuf,
+        /// The header field or part of the file, as the format calls it.
+        field: String,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// The parser of the format refused the file.
+    #[error("{}: not a readable {format} file: {source}", path.display())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// The format that was tried.
+        format: &'static str,
+        /// What the parser said.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// Neither the extension nor the first bytes name a known format.
+    #[error("{}: unknown scan format; known are depth PNG (16 bit), PCD and PLY", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file was read and holds no finite point in front of the sensor.
+    #[error("{}: no valid point ({total} read, all zero, NaN or infinite)", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+        /// Points or pixels read before the invalid ones were dropped.
+        total: usize,
+    },
+    /// The sensor table has no entry of this name.
+    #[error("unknown sensor {name:?}; known are {}", candidates.join(", "))]
+    UnknownSensor {
+        /// The name asked for.
+        name: String,
+        /// The names in the table.
+        candidates: Vec<&'static str>,
+    },
+    /// A depth image needs intrinsics that neither the options nor the sensor table give.
+    #[error("{}: sensor {sensor:?} has no intrinsics for {width}x{height} pixels; give fx, fy, cx, cy", path.display())]
+    NoIntrinsics {
+        /// The file.
+        path: PathBuf,
+        /// The sensor's name.
+        sensor: String,
+        /// Image width, px.
+        width: usize,
+        /// Image height, px.
+        height: usize,
+    },
+    /// The organised path was asked for on a cloud that has no image behind it.
+    #[error("method \"organised\" needs a depth image, or an organised cloud in its optical frame")]
+    NotOrganised,
+    /// A parameter is outside its range.
+    #[error("{key} = {value}: {cause}")]
+    Config {
+        /// The parameter's name.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it has to be.
+        cause: &'static str,
+    },
+    /// A polygon that came out of the pixels was refused by the surface type.
+    #[error("surface {id}: {source}")]
+    Surface {
+        /// The surface's id.
+        id: String,
+        /// What the surface type said.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl Error {
+    /// A field error of `path`.
+    pub(crate) fn field(path: &Path, field: impl Into<String>, cause: impl Into<String>) -> Self {
+        Self::Field {
+            path: path.to_owned(),
+            field: field.into(),
+            cause: cause.into(),
+        }
+    }
+
+    /// A parser's error of `path`, wrapped opaquely.
+    pub(crate) fn parse<E>(path: &Path, format: &'static str, source: E) -> Self
+    where
+        E: Into<Box<dyn std::error::Error + Send + Sync>>,
+    {
+        Self::Parse {
+            path: path.to_owned(),
+            format,
+            source: source.into(),
+        }
+    }
+}
+
+/// `Ok` if `value` is finite and inside `[low, high]`, else the config error that names `key`.
+pub(crate) fn within(
+    key: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+    cause: &'static str,
+) -> Result<(), Error> {
+    if value.is_finite() && (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(Error::Config { key, value, cause })
+    }
+}

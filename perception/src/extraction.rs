@@ -1,0 +1,55 @@
+//! What comes out of a scan.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+use surfaces::Surface;
+
+/// The surfaces of one scan, and how they came about.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Extraction {
+    /// The surfaces in W, by falling area; ids s0, s1, …
+    pub surfaces: Vec<Surface>,
+    /// Counts along the way.
+    pub statistics: Statistics,
+    /// Which pixel belongs to which plane; depth images only.
+    pub segmentation: Option<Segmentation>,
+}
+
+/// Counts of points and parts along the way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Statistics {
+    /// Points or pixels in the scan.
+    pub points: usize,
+    /// Those that were measured.
+    pub valid: usize,
+    /// Those within range (and, on the chain, left by the voxel grid).
+    pub used: usize,
+    /// Regions (or clusters) that were grown.
+    pub regions: usize,
+    /// Planes that were fitted.
+    pub planes: usize,
+    /// Points or pixels that belong to one of them.
+    pub assigned: usize,
+}
+
+/// A plane for every pixel.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(non_snake_case)]
+pub struct Segmentation {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Row-major index of the pixel's plane, [`Self::NONE`] where there is none.
+    pub labels: Vec<u16>,
+    /// Index of the plane of each surface, in the order of the surfaces.
+    pub plane_of_surface: Vec<u16>,
+    /// Each plane in the sensor's frame: unit normal n toward the sensor and distance d > 0,
+    /// n·p = −d; `None` for a plane that kept too few pixels.
+    pub planes_V: Vec<Option<(Vector3<f64>, f64)>>,
+}
+
+impl Segmentation {
+    /// The label of a pixel without a plane.
+    pub const NONE: u16 = u16::MAX;
+}

@@ -1,0 +1,161 @@
+//! Connected parts of the eroded labels: the visible faces, each with its samples and its edge.
+
+use nalgebra::Point2;
+
+use super::labels::NONE;
+
+/// Pixels of one face, connected by their sides.
+pub(super) struct Face {
+    /// Index of its plane.
+    pub label: u16,
+    /// Runs of pixels, row by row: row, first column, one past the last column.
+    pub runs: Vec<(u32, u32, u32)>,
+}
+
+impl Face {
+    /// The ends of its runs, as points of the pixel plane: their hull is the face's.
+    pub fn extremes(&self) -> Vec<Point2<f64>> {
+        let ends = self.runs.iter().flat_map(|&(v, a, b)| [(a, v), (b - 1, v)]);
+        ends.map(|(u, v)| Point2::new(f64::from(u), f64::from(v)))
+            .collect()
+    }
+}
+
+/// The face's bounding box as a bitmap with an empty frame of one pixel.
+pub(super) struct Raster {
+    pub inside: Vec<bool>,
+    pub stride: usize,
+    /// Pixel of the bitmap's first entry.
+    origin: (i64, i64),
+}
+
+impl Raster {
+    /// The bitmap of a face; `None` for a face without pixels.
+    pub fn new(face: &Face) -> Option<Self> {
+        let u0 = face.runs.iter().map(|r| r.1).min()?;
+        let u1 = face.runs.iter().map(|r| r.2).max()?;
+        let (v0, v1) = (face.runs.first()?.0, face.runs.last()?.0);
+        let (stride, rows) = ((u1 - u0) as usize + 2, (v1 - v0) as usize + 3);
+        let mut inside = vec![false; stride * rows];
+        for &(v, a, b) in &face.runs {
+            let row = (v - v0 + 1) as usize * stride + 1;
+            inside[row + (a - u0) as usize..row + (b - u0) as usize].fill(true);
+        }
+        Some(Self {
+            inside,
+            stride,
+            origin: (i64::from(u0) - 1, i64::from(v0) - 1),
+        })
+    }
+
+    /// The pixel of entry `i`.
+    pub fn point(&self, i: usize) -> Point2<f64> {
+        let (x, y) = ((i % self.stride) as i64, (i / self.stride) as i64);
+        Point2::new((x + self.origin.0) as f64, (y + self.origin.1) as f64)
+    }
+
+    /// The pixels just outside: those that share a side with one of the face.
+    pub fn outside(&self) -> Vec<Point2<f64>> {
+        let s = self.stride;
+        let beside = |i: usize| {
+            let is = |k: usize| self.inside.get(k).copied().unwrap_or(false);
+            // The bitmap has no frame on the right: entry i + 1 of the last column is the frame.
+            is(i + 1) || (i > 0 && is(i - 1)) || is(i + s) || (i >= s && is(i - s))
+        };
+        (0..self.inside.len())
+            .filter(|&i| !self.inside[i] && beside(i))
+            .map(|i| self.point(i))
+            .collect()
+    }
+}
+
+/// The faces of the labels, in the order of their first pixels.
+///
+/// Runs of adjacent rows that overlap in a column are joined (union–find).
+pub(super) fn faces(labels: &[u16], width: usize) -> Vec<Face> {
+    let mut runs: Vec<(u32, u32, u32, u16)> = Vec::new();
+    let mut parent: Vec<usize> = Vec::new();
+    let mut above = 0..0;
+    for (v, line) in labels.chunks_exact(width.max(1)).enumerate() {
+        let first = runs.len();
+        let mut u = 0;
+        while u < width {
+            let label = line[u];
+            let start = u;
+            while u < width && line[u] == label {
+                u += 1;
+            }
+            if label != NONE {
+                parent.push(runs.len());
+                runs.push((v as u32, start as u32, u as u32, label));
+            }
+        }
+        let mut over = above.clone();
+        for here in first..runs.len() {
+            let (_, a, b, label) = runs[here];
+            // Runs above are sorted: skip those that end before this one begins.
+            while over.start < over.end && runs[over.start].2 <= a {
+                over.start += 1;
+            }
+            for (k, run) in runs.iter().enumerate().take(over.end).skip(over.start) {
+                if run.1 >= b {
+                    break;
+                }
+                if run.3 == label {
+                    let (p, q) = (root(&mut parent, here), root(&mut parent, k));
+                    // The earlier run is the root.
+                    parent[p.max(q)] = p.min(q);
+                }
+            }
+        }
+        above = first..runs.len();
+    }
+    let mut index = vec![usize::MAX; runs.len()];
+    let mut faces: Vec<Face> = Vec::new();
+    for (k, &(v, a, b, label)) in runs.iter().enumerate() {
+        let r = root(&mut parent, k);
+        if index[r] == usize::MAX {
+            index[r] = faces.len();
+            faces.push(Face {
+                label,
+                runs: Vec::new(),
+            });
+        }
+        faces[index[r]].runs.push((v, a, b));
+    }
+    faces
+}
+
+fn root(parent: &mut [usize], mut i: usize) -> usize {
+    while parent[i] != i {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    i
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_u_is_one_face_and_its_inside_another() {
+        let picture = ["#.#.", "#.#.", "###.", "...#"];
+        let labels: Vec<u16> = picture
+            .iter()
+            .flat_map(|row| row.bytes().map(|b| if b == b'#' { 0 } else { 1 }))
+            .collect();
+        let faces = faces(&labels, 4);
+        let sizes: Vec<(u16, usize)> = faces
+            .iter()
+            .map(|f| {
+                (
+                    f.label,
+                    f.runs.iter().map(|(_, a, b)| (b - a) as usize).sum(),
+                )
+            })
+            .collect();
+        // The U; its inside; the column on the right; the bottom; the lone corner.
+        assert_eq!(sizes, [(0, 7), (1, 2), (1, 3), (1, 3), (0, 1)]);
+    }
+}

@@ -1,0 +1,120 @@
+//! 16-bit grey PNG → [`DepthImage`].
+
+use std::io::Cursor;
+use std::path::Path;
+
+use png::{BitDepth, ColorType, Decoder, Limits};
+
+use super::SensorOptions;
+use crate::Error;
+use crate::error::within;
+use crate::scan::DepthImage;
+use crate::sensor::Sensor;
+
+const FORMAT: &str = "PNG";
+/// Deflate expands by at most this factor, so a smaller file cannot hold the image it promises.
+const DEFLATE_RATIO_MAX: usize = 1032;
+/// No depth camera has more pixels.
+const PIXELS_MAX: usize = 64 << 20;
+
+/// The depth image in `bytes`, in metres.
+///
+/// Depths outside the sensor's range count as not measured.
+///
+/// # Errors
+/// [`Error::Field`] for another pixel type, absurd sizes or a file too short for them;
+/// [`Error::Parse`] from the decoder; [`Error::NoIntrinsics`]; [`Error::Config`].
+pub(super) fn parse(
+    path: &Path,
+    bytes: &[u8],
+    sensor: &Sensor,
+    options: &SensorOptions,
+) -> Result<DepthImage, Error> {
+    let scale = options.depth_scale_m.unwrap_or(sensor.depth_scale_m);
+    within(
+        "depth_scale_m",
+        scale,
+        1e-9,
+        1.0,
+        "must be in (0, 1] metres per unit",
+    )?;
+
+    // Check the promised size against the bytes that are there.
+    let mut decoder = Decoder::new(Cursor::new(bytes));
+    let info = decoder
+        .read_header_info()
+        .map_err(|e| Error::parse(path, FORMAT, e))?;
+    let (width, height) = (info.width as usize, info.height as usize);
+    let (color, bits) = (info.color_type, info.bit_depth);
+    if (color, bits) != (ColorType::Grayscale, BitDepth::Sixteen) {
+        let cause = format!("a depth image is 16-bit grey, this is {bits:?}-bit {color:?}");
+        return Err(Error::field(path, "IHDR", cause));
+    }
+    let pixels = width
+        .checked_mul(height)
+        .filter(|&n| n > 0 && n <= PIXELS_MAX);
+    let Some(pixels) = pixels.filter(|&n| n * 2 <= bytes.len().saturating_mul(DEFLATE_RATIO_MAX))
+    else {
+        let cause = format!("{width}x{height} pixels cannot be in {} bytes", bytes.len());
+        return Err(Error::field(path, "IHDR", cause));
+    };
+
+    // Decode; samples are big-endian.
+    decoder.set_limits(Limits {
+        bytes: 4 * pixels + (1 << 20),
+    });
+    let mut reader = decoder
+        .read_info()
+        .map_err(|e| Error::parse(path, FORMAT, e))?;
+    let size = reader.output_buffer_size().unwrap_or(0);
+    if size != 2 * pixels {
+        return Err(Error::field(
+            path,
+            "IHDR",
+            format!("a frame of {size} bytes is not 16-bit"),
+        ));
+    }
+    let mut raw = vec![0_u8; size];
+    reader
+        .next_frame(&mut raw)
+        .map_err(|e| Error::parse(path, FORMAT, e))?;
+    let (near, far) = (sensor.range_m.0 as f32, sensor.range_m.1 as f32);
+    let z_m = raw
+        .chunks_exact(2)
+        .map(|b| f32::from(u16::from_be_bytes([b[0], b[1]])) * scale as f32)
+        .map(|z| if (near..=far).contains(&z) { z } else { 0.0 })
+        .collect();
+
+    // The pinhole: the caller's, else the sensor's for this size.
+    let intrinsics = options
+        .intrinsics
+        .or_else(|| sensor.intrinsics_for(width, height))
+        .ok_or_else(|| Error::NoIntrinsics {
+            path: path.to_owned(),
+            sensor: sensor.name.to_owned(),
+            width,
+            height,
+        })?;
+    within(
+        "fx",
+        intrinsics.fx,
+        1.0,
+        1e6,
+        "must be a focal length in pixels",
+    )?;
+    within(
+        "fy",
+        intrinsics.fy,
+        1.0,
+        1e6,
+        "must be a focal length in pixels",
+    )?;
+    within("cx", intrinsics.cx, -1e6, 1e6, "must be a pixel column")?;
+    within("cy", intrinsics.cy, -1e6, 1e6, "must be a pixel row")?;
+    Ok(DepthImage {
+        width,
+        height,
+        z_m,
+        intrinsics,
+    })
+}

@@ -1,0 +1,150 @@
+//! Scan files → [`Scan`]; one reader a file.
+//!
+//! Every reader works on the file's bytes and checks each size in the header against the number
+//! of bytes that are there before anything is allocated, so that a lying header is an error and
+//! neither a panic nor a gigabyte.
+
+mod depth_png;
+mod pcd;
+mod ply;
+
+use std::path::Path;
+
+use nalgebra::{Isometry3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::scan::{DepthImage, Intrinsics, PointCloud, Scan};
+use crate::sensor::Sensor;
+
+/// What the file does not say about itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SensorOptions {
+    /// Name in the sensor table; it gives the noise and what the fields below leave out.
+    pub sensor: String,
+    /// Intrinsics of a depth image, px; the sensor's own where absent.
+    pub intrinsics: Option<Intrinsics>,
+    /// Metres per unit of a depth image; the sensor's own where absent.
+    pub depth_scale_m: Option<f64>,
+    /// Where the sensor stood in the cloud's frame, m, for clouds that were moved after the scan.
+    pub eye_m: Option<[f64; 3]>,
+}
+
+impl Default for SensorOptions {
+    fn default() -> Self {
+        Self {
+            sensor: "xtion".to_owned(),
+            intrinsics: None,
+            depth_scale_m: None,
+            eye_m: None,
+        }
+    }
+}
+
+/// Reads the scan at `path`, in the format that its first bytes or its extension name.
+///
+/// # Errors
+/// [`Error::Io`] when the file cannot be read; else as [`parse_scan`].
+pub fn read_scan(path: &Path, options: &SensorOptions) -> Result<Scan, Error> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Io {
+        path: path.to_owned(),
+        source,
+    })?;
+    parse_scan(path, &bytes, options)
+}
+
+/// The scan in `bytes`; `path` is for the messages and the extension only.
+///
+/// # Errors
+/// [`Error::UnknownFormat`]; [`Error::Field`] or [`Error::Parse`] for a file that contradicts its
+/// format; [`Error::Empty`] when no valid point is left; [`Error::UnknownSensor`],
+/// [`Error::NoIntrinsics`] and [`Error::Config`] for bad options.
+pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<Scan, Error> {
+    let sensor = Sensor::named(&options.sensor)?;
+    let eye = options.eye_m.unwrap_or([0.0; 3]);
+    if eye.iter().any(|c| !c.is_finite()) {
+        return Err(Error::Config {
+            key: "eye_m",
+            value: f64::NAN,
+            cause: "must be finite",
+        });
+    }
+    let (cloud, depth, pose) = match format_of(path, bytes) {
+        Some(Format::Png) => {
+            let depth = depth_png::parse(path, bytes, sensor, options)?;
+            (depth.to_cloud(), Some(depth), Isometry3::identity())
+        }
+        Some(Format::Pcd) => {
+            let (cloud, pose) = pcd::parse(path, bytes)?;
+            let depth = DepthImage::from_organised(&cloud);
+            (cloud, depth, pose)
+        }
+        Some(Format::Ply) => (ply::parse(path, bytes)?, None, Isometry3::identity()),
+        None => {
+            return Err(Error::UnknownFormat {
+                path: path.to_owned(),
+            });
+        }
+    };
+    if cloud.finite().next().is_none() {
+        let total = cloud.points.len().max(cloud.invalid);
+        return Err(Error::Empty {
+            path: path.to_owned(),
+            total,
+        });
+    }
+    Ok(Scan {
+        cloud,
+        depth,
+        X_WV: pose,
+        eye_V: Vector3::from(eye),
+        noise: sensor.noise,
+    })
+}
+
+enum Format {
+    Png,
+    Pcd,
+    Ply,
+}
+
+/// The format by the first bytes, else by the extension.
+fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
+    let extension = path
+        .extension()
+        .and_then(|e| e.to_str())
+        .map(str::to_ascii_lowercase);
+    if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
+        Some(Format::Png)
+    } else if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        Some(Format::Ply)
+    } else if bytes.starts_with(b"# .PCD") || bytes.starts_with(b"VERSION") {
+        Some(Format::Pcd)
+    } else {
+        match extension.as_deref() {
+            Some("png") => Some(Format::Png),
+            Some("pcd") => Some(Format::Pcd),
+            Some("ply") => Some(Format::Ply),
+            _ => None,
+        }
+    }
+}
+
+/// Drops the invalid points of a cloud without a grid, marks them all NaN in one with a grid.
+fn tidy(points: Vec<[f32; 3]>, organised: Option<(usize, usize)>) -> PointCloud {
+    let finite = |p: &[f32; 3]| p.iter().all(|c| c.is_finite());
+    let invalid = points.iter().filter(|p| !finite(p)).count();
+    let points = match organised {
+        Some(_) => points
+            .into_iter()
+            .map(|p| if finite(&p) { p } else { [f32::NAN; 3] })
+            .collect(),
+        None => points.into_iter().filter(finite).collect(),
+    };
+    PointCloud {
+        points,
+        organised,
+        invalid,
+    }
+}

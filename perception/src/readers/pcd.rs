@@ -1,0 +1,205 @@
+//! PCD (ascii, binary, binary_compressed; organised or not) → points and viewpoint.
+
+use std::io::BufRead;
+use std::path::Path;
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use pcd_rs::{DataKind, FieldDef, PcdDeserialize, PcdMeta, Reader, Schema, ValueKind};
+
+use super::tidy;
+use crate::Error;
+use crate::scan::PointCloud;
+
+const FORMAT: &str = "PCD";
+/// A longer record is a lie: real ones have some tens of bytes.
+const RECORD_BYTES_MAX: u64 = 1 << 16;
+/// LZF expands by at most this factor (264 bytes from 3).
+const LZF_RATIO_MAX: u64 = 88;
+
+/// The points in V and the pose X_WV that VIEWPOINT states.
+///
+/// # Errors
+/// [`Error::Field`] naming the header field that contradicts another one or the file's length;
+/// [`Error::Parse`] for anything else that is not PCD.
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(PointCloud, Isometry3<f64>), Error> {
+    let mut rest = bytes;
+    let meta = PcdMeta::from_reader(&mut rest).map_err(|e| Error::parse(path, FORMAT, e))?;
+    let organised = check(path, &meta, rest)?;
+    let pose = viewpoint(path, &meta)?;
+    if meta.num_points == 0 {
+        return Ok((PointCloud::default(), pose));
+    }
+    let reader = Reader::<Xyz, _>::from_reader(bytes).map_err(|e| Error::parse(path, FORMAT, e))?;
+    let mut points = Vec::with_capacity(meta.num_points as usize);
+    for record in reader {
+        points.push(record.map_err(|e| Error::parse(path, FORMAT, e))?.0);
+    }
+    Ok((tidy(points, organised), pose))
+}
+
+/// Checks every size of the header against the others and against the data that follows it.
+/// Returns the grid of an organised cloud.
+fn check(path: &Path, meta: &PcdMeta, data: &[u8]) -> Result<Option<(usize, usize)>, Error> {
+    let fail = |field: &str, cause: String| Err(Error::field(path, field, cause));
+    for axis in ["x", "y", "z"] {
+        match meta.field_defs.iter().find(|f| f.name == axis) {
+            None => return fail("FIELDS", format!("has no {axis}")),
+            Some(f) if f.count != 1 => return fail("COUNT", format!("{axis} occurs {}×", f.count)),
+            Some(_) => {}
+        }
+    }
+    let record = meta
+        .field_defs
+        .iter()
+        .try_fold(0_u64, |sum, f| {
+            sum.checked_add(f.count.checked_mul(f.kind.byte_size() as u64)?)
+        })
+        .filter(|&size| size <= RECORD_BYTES_MAX);
+    let Some(record) = record else {
+        return fail(
+            "COUNT",
+            format!("a point is longer than {RECORD_BYTES_MAX} bytes"),
+        );
+    };
+    let n = meta.num_points;
+    if meta.width.checked_mul(meta.height) != Some(n) {
+        let cause = format!(
+            "{n} is not WIDTH × HEIGHT = {} × {}",
+            meta.width, meta.height
+        );
+        return fail("POINTS", cause);
+    }
+    let Some(total) = n.checked_mul(record) else {
+        return fail("POINTS", format!("{n} points cannot be in any file"));
+    };
+    let there = data.len() as u64;
+    match meta.data {
+        DataKind::Binary if total > there => {
+            return fail(
+                "POINTS",
+                format!("{n} points need {total} bytes, {there} follow"),
+            );
+        }
+        // Each token of a line takes a digit and a separator (the last line may lack its end).
+        DataKind::Ascii if n.saturating_mul(6) > there + 1 => {
+            return fail(
+                "POINTS",
+                format!("{n} lines cannot be in the {there} bytes that follow"),
+            );
+        }
+        DataKind::BinaryCompressed => {
+            let size = |at: usize| {
+                let word = data.get(at..at + 4)?.try_into().ok()?;
+                Some(u64::from(u32::from_le_bytes(word)))
+            };
+            let (Some(packed), Some(unpacked)) = (size(0), size(4)) else {
+                return fail(
+                    "DATA",
+                    "ends before the sizes of the compressed block".to_owned(),
+                );
+            };
+            if packed + 8 > there {
+                let cause = format!("{packed} compressed bytes stated, {} follow", there - 8);
+                return fail("DATA", cause);
+            }
+            if unpacked != total || unpacked > packed.saturating_mul(LZF_RATIO_MAX) {
+                let cause = format!("{packed} bytes unpack to {unpacked}, {n} points are {total}");
+                return fail("DATA", cause);
+            }
+        }
+        _ => {}
+    }
+    let (width, height) = (meta.width as usize, meta.height as usize);
+    Ok((height > 1 && width > 1).then_some((width, height)))
+}
+
+/// VIEWPOINT as X_WV.
+fn viewpoint(path: &Path, meta: &PcdMeta) -> Result<Isometry3<f64>, Error> {
+    let v = &meta.viewpoint;
+    let rotation = Quaternion::new(v.qw, v.qx, v.qy, v.qz);
+    let translation = Translation3::new(v.tx, v.ty, v.tz);
+    let finite = translation.vector.iter().all(|c| c.is_finite());
+    let unit = (0.99..=1.01).contains(&rotation.norm());
+    if !finite || !unit {
+        let cause = format!("{v:?} is not a position and a unit quaternion (w x y z)");
+        return Err(Error::field(path, "VIEWPOINT", cause));
+    }
+    Ok(Isometry3::from_parts(
+        translation,
+        UnitQuaternion::from_quaternion(rotation),
+    ))
+}
+
+/// The coordinates of one record; the other fields are skipped without being stored.
+struct Xyz([f32; 3]);
+
+impl Xyz {
+    fn set(&mut self, field: &FieldDef, value: f64) {
+        match field.name.as_str() {
+            "x" => self.0[0] = value as f32,
+            "y" => self.0[1] = value as f32,
+            "z" => self.0[2] = value as f32,
+            _ => {}
+        }
+    }
+}
+
+impl PcdDeserialize for Xyz {
+    fn is_dynamic() -> bool {
+        true
+    }
+
+    fn read_spec() -> Vec<(Option<String>, ValueKind, Option<usize>)> {
+        Vec::new()
+    }
+
+    fn read_chunk<R: BufRead>(reader: &mut R, fields: &Schema) -> pcd_rs::Result<Self> {
+        let mut point = Self([f32::NAN; 3]);
+        for field in fields.iter() {
+            let size = field.kind.byte_size();
+            for _ in 0..field.count {
+                let mut word = [0_u8; 8];
+                reader.read_exact(&mut word[..size])?;
+                point.set(field, value(field.kind, word));
+            }
+        }
+        Ok(point)
+    }
+
+    fn read_line<R: BufRead>(reader: &mut R, fields: &Schema) -> pcd_rs::Result<Self> {
+        let mut line = String::new();
+        reader.read_line(&mut line)?;
+        let mut point = Self([f32::NAN; 3]);
+        let mut tokens = line.split_ascii_whitespace();
+        for field in fields.iter() {
+            for _ in 0..field.count {
+                let token = tokens
+                    .next()
+                    .ok_or_else(|| pcd_rs::Error::InvalidArgumentError {
+                        desc: format!("a point ends before its {}: {line:?}", field.name),
+                    })?;
+                if matches!(field.name.as_str(), "x" | "y" | "z") {
+                    point.set(field, token.parse()?);
+                }
+            }
+        }
+        Ok(point)
+    }
+}
+
+/// A little-endian word as a number.
+fn value(kind: ValueKind, w: [u8; 8]) -> f64 {
+    let [a, b, c, d, ..] = w;
+    match kind {
+        ValueKind::U8 => f64::from(a),
+        ValueKind::I8 => f64::from(a as i8),
+        ValueKind::U16 => f64::from(u16::from_le_bytes([a, b])),
+        ValueKind::I16 => f64::from(i16::from_le_bytes([a, b])),
+        ValueKind::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
+        ValueKind::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
+        ValueKind::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
+        ValueKind::U64 => u64::from_le_bytes(w) as f64,
+        ValueKind::I64 => i64::from_le_bytes(w) as f64,
+        ValueKind::F64 => f64::from_le_bytes(w),
+    }
+}
