@@ -98,6 +98,17 @@ pub enum Error {
         /// What is wrong with it.
         cause: Box<Error>,
     },
+    /// The rings of an outline cross themselves or each other.
+    #[error(
+        "the outline crosses itself: its rings enclose {enclosed_m2} m², its triangles \
+         {triangles_m2} m²"
+    )]
+    CrossingOutline {
+        /// Area of the outer ring less that of the holes, m².
+        enclosed_m2: f64,
+        /// Area that a triangulation of it covers, m².
+        triangles_m2: f64,
+    },
     /// A surface is bad.
     #[error("surface `{id}`: {cause}")]
     Surface {

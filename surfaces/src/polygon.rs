@@ -9,6 +9,8 @@ mod clip;
 mod hull;
 mod inset;
 mod simplify;
+#[cfg(test)]
+pub(crate) mod tests;
 mod validate;
 
 use nalgebra::{Point2, Vector2};
@@ -23,31 +25,42 @@ pub(crate) use clip::{clean_ring, clip_ring, ring_area};
 /// metres in `f64` (rounding about 1e-15 m) and in files with six decimals, a micrometre is.
 pub const VERTEX_SEPARATION_M: f64 = 1e-6;
 
+/// A vertex this near to the line through its neighbours is on it, up to rounding, m.
+const FLAT_M: f64 = 1e-9;
+
 /// Half of the plane: { p : n · p ≤ b }.
 ///
-/// `normal` is a unit vector that points out of the half plane; `offset` is in m.
+/// `n` is a unit vector that points out of the half plane; `b` is in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfPlane {
     /// Unit outward normal n.
-    pub normal: Vector2<f64>,
+    pub n: Vector2<f64>,
     /// Offset b, m.
-    pub offset: f64,
+    pub b: f64,
 }
 
 impl HalfPlane {
     /// The half plane on the left of the line from `a` to `b`, which must differ.
     pub fn left_of(a: &Point2<f64>, b: &Point2<f64>) -> Self {
         let edge = b - a;
-        let normal = Vector2::new(edge.y, -edge.x) / edge.norm();
+        let n = Vector2::new(edge.y, -edge.x) / edge.norm();
         Self {
-            normal,
-            offset: normal.dot(&a.coords),
+            n,
+            b: n.dot(&a.coords),
+        }
+    }
+
+    /// The half plane on the other side of the same line.
+    pub fn flipped(&self) -> Self {
+        Self {
+            n: -self.n,
+            b: -self.b,
         }
     }
 
     /// n · p − b: the distance of `p` from the boundary line, positive outside, m.
     pub fn value(&self, p: &Point2<f64>) -> f64 {
-        self.normal.dot(&p.coords) - self.offset
+        self.n.dot(&p.coords) - self.b
     }
 }
 
@@ -73,7 +86,7 @@ impl ConvexPolygon {
 
     /// The polygon that a cleaned ring gives, if it still has an area.
     pub(crate) fn from_ring(ring: Vec<Point2<f64>>) -> Option<Self> {
-        Self::new(clean_ring(ring)).ok()
+        Self::new(clean_ring(ring, FLAT_M)).ok()
     }
 
     /// The vertices, counter-clockwise, in m.

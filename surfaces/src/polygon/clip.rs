@@ -71,13 +71,11 @@ pub(crate) fn ring_area(ring: &[Point2<f64>]) -> f64 {
         .sum::<f64>()
 }
 
-/// A convex ring without repeated vertices and without vertices on the line of their neighbours.
+/// A ring without repeated vertices and without vertices nearer than `flat_m` to the line through
+/// their neighbours.
 ///
-/// Vertices are only dropped, so a convex ring can only shrink, by less than
-/// [`VERTEX_SEPARATION_M`].
-pub(crate) fn clean_ring(mut ring: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
-    // A thousandth of the separation: collinear up to rounding, not merely flat.
-    const FLAT_M: f64 = 1e-3 * VERTEX_SEPARATION_M;
+/// Vertices are only dropped, so a convex ring can only shrink.
+pub(crate) fn clean_ring(mut ring: Vec<Point2<f64>>, flat_m: f64) -> Vec<Point2<f64>> {
     let mut i = 0;
     let mut steps_without_change = 0;
     while ring.len() >= 3 && steps_without_change < ring.len() {
@@ -90,7 +88,7 @@ pub(crate) fn clean_ring(mut ring: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
         );
         let chord = after - before;
         let repeated = (here - before).norm() < VERTEX_SEPARATION_M;
-        let flat = chord.perp(&(here - before)).abs() <= FLAT_M * chord.norm();
+        let flat = chord.perp(&(here - before)).abs() <= flat_m * chord.norm();
         if repeated || flat {
             ring.remove(i);
             steps_without_change = 0;

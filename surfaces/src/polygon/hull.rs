@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::{ConvexPolygon, clean_ring, validate};
+use super::{ConvexPolygon, FLAT_M, clean_ring, validate};
 use crate::Error;
 
 impl ConvexPolygon {
@@ -38,7 +38,7 @@ impl ConvexPolygon {
             ring.pop();
             sorted.reverse();
         }
-        let ring = clean_ring(ring);
+        let ring = clean_ring(ring, FLAT_M);
         if ring.len() < 3 {
             return Err(Error::Collinear {
                 count: points.len(),

@@ -24,7 +24,7 @@ impl ConvexPolygon {
         }
         let mut half_planes = self.half_planes();
         for (half_plane, d) in half_planes.iter_mut().zip(distances_m) {
-            half_plane.offset -= d;
+            half_plane.b -= d;
         }
         self.clip_all(&half_planes)
     }

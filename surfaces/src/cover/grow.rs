@@ -1,0 +1,198 @@
+//! Growing a convex part of a region until the region's edges stop it.
+//!
+//! The piece begins as the hull of the region. While an edge of the region runs through its
+//! interior, a line between the seed and that edge cuts it: of all directions in which the two can
+//! be separated, the one that leaves the piece the most area. No edge of the region runs through
+//! the interior at the end, and the seed is inside: so is the whole piece.
+
+use nalgebra::{Point2, Vector2};
+
+use super::Region;
+use crate::polygon::{ConvexPolygon, HalfPlane, clip_ring, ring_area};
+
+/// An edge this far inside a piece is inside, m; less is rounding.
+const INSIDE_M: f64 = 1e-7;
+/// The seed may be this far beyond a line that separates it from an edge it touches, m.
+const TOUCH_M: f64 = 2e-8;
+/// Points nearer than this give no direction, m.
+const APART_M: f64 = 1e-6;
+/// A line that is along no edge of the region must leave this much more: what remains beside lines
+/// along the edges is easier to cover.
+const SLANTED: f64 = 0.95;
+/// Growing again from a piece ends when it adds less than this part of the area.
+const GROWTH_MIN: f64 = 1e-6;
+/// Each round begins from the piece of the one before, so few change anything.
+const ROUNDS_MAX: usize = 4;
+
+/// The edges of a region and its hull.
+pub(super) struct Boundary {
+    edges: Vec<Edge>,
+    hull: Vec<Point2<f64>>,
+}
+
+/// An edge of the region with the unit normals of itself and its two neighbours in the ring.
+struct Edge {
+    ends: [Point2<f64>; 2],
+    normals: [Vector2<f64>; 3],
+}
+
+impl Boundary {
+    pub fn new(region: &Region) -> Self {
+        let mut edges = Vec::new();
+        for ring in region.rings() {
+            let count = ring.len();
+            let normal = |i: usize| HalfPlane::left_of(&ring[i % count], &ring[(i + 1) % count]).n;
+            for i in 0..count {
+                edges.push(Edge {
+                    ends: [ring[i], ring[(i + 1) % count]],
+                    normals: [normal(i), normal(i + count - 1), normal(i + 1)],
+                });
+            }
+        }
+        // A region has an area, so its outer ring has a hull.
+        let outer = &region.rings()[0];
+        let hull = ConvexPolygon::hull(outer).map_or(outer.clone(), |h| h.vertices().to_vec());
+        Self { edges, hull }
+    }
+
+    /// A convex ring around the seed (a convex counter-clockwise ring in the region) that no edge
+    /// of the region enters.
+    pub fn grow(&self, seed: &[Point2<f64>]) -> Vec<Point2<f64>> {
+        let mut piece = self.grow_once(seed);
+        for _ in 1..ROUNDS_MAX {
+            // Each line was the best for its own edge: with the piece for a seed all are chosen
+            // anew, none can take anything away, some can be moved outward.
+            let larger = self.grow_once(&piece);
+            let gain = ring_area(&larger) - ring_area(&piece);
+            if gain <= GROWTH_MIN * ring_area(&piece) {
+                break;
+            }
+            piece = larger;
+        }
+        piece
+    }
+
+    fn grow_once(&self, seed: &[Point2<f64>]) -> Vec<Point2<f64>> {
+        // Nearest first: a line that keeps a near edge out mostly keeps out what is behind it.
+        let mut order: Vec<(f64, usize)> = (0..self.edges.len())
+            .map(|i| (self.edges[i].distance(seed), i))
+            .collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut piece = self.hull.clone();
+        let mut cuts: Vec<HalfPlane> = Vec::new();
+        for (_, i) in order {
+            let edge = &self.edges[i];
+            if edge.enters(&piece)
+                && let Some(cut) = edge.best_cut(seed, &piece)
+            {
+                piece = clip_ring(&piece, &cut);
+                cuts.push(cut);
+            }
+        }
+        // A later line may have done the work of an earlier one as well.
+        let mut i = 0;
+        while i < cuts.len() {
+            let others = cuts.iter().enumerate().filter(|(j, _)| *j != i);
+            let without = others.fold(self.hull.clone(), |ring, (_, cut)| clip_ring(&ring, cut));
+            if self.edges.iter().any(|edge| edge.enters(&without)) {
+                i += 1;
+            } else {
+                piece = without;
+                cuts.remove(i);
+            }
+        }
+        piece
+    }
+}
+
+impl Edge {
+    /// The distance from a convex ring to the edge, 0 where they touch, m.
+    fn distance(&self, seed: &[Point2<f64>]) -> f64 {
+        let [a, b] = &self.ends;
+        let from_seed = seed.iter().map(|p| distance_to_segment(p, a, b));
+        let ring = seed.iter().zip(seed.iter().cycle().skip(1));
+        let from_ends =
+            ring.flat_map(|(c, d)| [distance_to_segment(a, c, d), distance_to_segment(b, c, d)]);
+        from_seed.chain(from_ends).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether the edge runs through the interior of a convex ring.
+    fn enters(&self, piece: &[Point2<f64>]) -> bool {
+        let [a, b] = &self.ends;
+        let (mut from, mut to) = (0.0, 1.0);
+        for (p, q) in piece.iter().zip(piece.iter().cycle().skip(1)) {
+            if (q - p).norm() < APART_M {
+                continue;
+            }
+            let side = HalfPlane::left_of(p, q);
+            let (at_a, at_b) = (side.value(a) + INSIDE_M, side.value(b) + INSIDE_M);
+            if at_a >= 0.0 && at_b >= 0.0 {
+                return false;
+            }
+            if at_a > 0.0 || at_b > 0.0 {
+                let crossing = at_a / (at_a - at_b);
+                if at_a > 0.0 {
+                    from = f64::max(from, crossing);
+                } else {
+                    to = f64::min(to, crossing);
+                }
+            }
+        }
+        to > from
+    }
+
+    /// The half plane of the seed, bounded by a line between the seed and the edge, that leaves
+    /// the piece the most area.
+    ///
+    /// Two convex sets in the plane that do not overlap are separated by a line along an edge of
+    /// one of them; lines through a corner of each, square to the shortest connection and along
+    /// the neighbouring edges of the region leave larger pieces. Each line touches the edge.
+    fn best_cut(&self, seed: &[Point2<f64>], piece: &[Point2<f64>]) -> Option<HalfPlane> {
+        let mut best: Option<(f64, HalfPlane)> = None;
+        let mut try_normal = |n: Vector2<f64>, handicap: f64| {
+            let along = |p: &Point2<f64>| n.dot(&p.coords);
+            let b = self.ends.iter().map(along).fold(f64::INFINITY, f64::min);
+            let reach = seed.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
+            if reach > b + TOUCH_M {
+                return;
+            }
+            let cut = HalfPlane { n, b };
+            let area = ring_area(&clip_ring(piece, &cut)) * handicap;
+            if best.is_none_or(|(largest, _)| area > largest) {
+                best = Some((area, cut));
+            }
+        };
+        for n in self.normals {
+            try_normal(n, 1.0);
+            try_normal(-n, 1.0);
+        }
+        for (p, q) in seed.iter().zip(seed.iter().cycle().skip(1)) {
+            if (q - p).norm() >= APART_M {
+                try_normal(HalfPlane::left_of(p, q).n, SLANTED);
+            }
+            for end in &self.ends {
+                let gap = end - p;
+                if gap.norm() < APART_M {
+                    continue;
+                }
+                let direction = gap.normalize();
+                let across = Vector2::new(-direction.y, direction.x);
+                try_normal(direction, SLANTED);
+                try_normal(across, SLANTED);
+                try_normal(-across, SLANTED);
+            }
+        }
+        best.map(|(_, cut)| cut)
+    }
+}
+
+fn distance_to_segment(p: &Point2<f64>, a: &Point2<f64>, b: &Point2<f64>) -> f64 {
+    let edge = b - a;
+    let length = edge.norm_squared();
+    let along = if length > 0.0 {
+        (edge.dot(&(p - a)) / length).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (p - (a + edge * along)).norm()
+}

@@ -1,0 +1,161 @@
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::*;
+
+fn tilted(tilt_rad: f64, height_m: f64) -> Surface {
+    let corners = vec![[-0.2, -0.1], [0.2, -0.1], [0.2, 0.1], [-0.2, 0.1]];
+    let pose = Isometry3::new([0.0, 0.0, height_m].into(), Vector3::x() * tilt_rad);
+    Surface::new("s", pose, corners.try_into().unwrap())
+}
+
+#[test]
+fn floors_are_for_feet_and_walls_for_hands() {
+    let config = Config::default();
+    let serves =
+        |role: &str, surface: &Surface| config.filter(role).unwrap().accepts(surface).is_ok();
+    for (tilt, height, foot, hand) in [
+        (0.0, 0.0, true, false),
+        (0.0, 0.7, true, true),
+        (0.55, 0.2, true, false),
+        (0.65, 0.7, false, true),
+        (FRAC_PI_2, 0.9, false, true),
+        (FRAC_PI_2, 2.5, false, false),
+        (PI, 1.2, false, false),
+    ] {
+        let surface = tilted(tilt, height);
+        assert_eq!(
+            serves("foot", &surface),
+            foot,
+            "foot at {tilt} rad, {height} m"
+        );
+        assert_eq!(
+            serves("hand", &surface),
+            hand,
+            "hand at {tilt} rad, {height} m"
+        );
+    }
+}
+
+#[test]
+fn every_rejection_says_what_was_wrong() {
+    let some = Filter::default();
+    let facing = Filter {
+        facing_W: Some([0.0, 0.0, -2.0]),
+        ..some.clone()
+    };
+    let cases = [
+        (
+            Filter::walkable(0.2),
+            tilted(0.3, 0.0),
+            "tilted by 0.300 rad, not 0.000 … 0.200",
+        ),
+        (
+            Filter {
+                tilt_min_rad: Some(1.0),
+                ..some.clone()
+            },
+            tilted(0.3, 0.0),
+            "not 1.000",
+        ),
+        (
+            Filter {
+                height_min_m: Some(0.5),
+                ..some.clone()
+            },
+            tilted(0.0, 0.4),
+            "at 0.400 m, below",
+        ),
+        (
+            Filter {
+                height_max_m: Some(0.5),
+                ..some.clone()
+            },
+            tilted(0.0, 0.6),
+            "at 0.600 m, above",
+        ),
+        (facing, tilted(0.0, 0.0), "3.142 rad off"),
+        (
+            Filter {
+                radius_min_m: Some(0.2),
+                ..some.clone()
+            },
+            tilted(0.0, 0.0),
+            "radius of 0.100 m",
+        ),
+        (
+            Filter {
+                area_min_m2: Some(0.2),
+                ..some.clone()
+            },
+            tilted(0.0, 0.0),
+            "area is 0.0800",
+        ),
+    ];
+    for (filter, surface, message) in cases {
+        let rejection = filter.accepts(&surface).unwrap_err().to_string();
+        assert!(rejection.contains(message), "{rejection}");
+    }
+    let mut vanished = tilted(0.0, 0.0);
+    vanished.inset_m = 0.11;
+    let rejection = some.accepts(&vanished).unwrap_err();
+    assert_eq!(rejection, Rejection::Empty { inset_m: 0.11 });
+}
+
+#[test]
+fn a_tilted_surface_is_in_a_height_range_it_reaches() {
+    // A wall from 0.4 to 0.6 m.
+    let wall = tilted(FRAC_PI_2, 0.5);
+    let range = |min, max| Filter {
+        height_min_m: Some(min),
+        height_max_m: Some(max),
+        ..Filter::default()
+    };
+    assert!(range(0.55, 1.0).accepts(&wall).is_ok());
+    assert!(range(0.0, 0.45).accepts(&wall).is_ok());
+    assert!(range(0.65, 1.0).accepts(&wall).is_err());
+}
+
+#[test]
+fn a_file_changes_what_it_names_and_nothing_else() {
+    let text = r#"{"hand": {"height_max_m": 1.2}, "knee": {"tilt_max_rad": 0.1}}"#;
+    let config: Config = serde_json::from_str(text).unwrap();
+    let default = Config::default();
+    assert_eq!(
+        config.filter("foot").unwrap(),
+        default.filter("foot").unwrap()
+    );
+    let hand = Filter {
+        height_max_m: Some(1.2),
+        ..default.filter("hand").unwrap().clone()
+    };
+    assert_eq!(config.filter("hand").unwrap(), &hand);
+    assert_eq!(config.filter("knee").unwrap(), &Filter::walkable(0.1));
+    let written = serde_json::to_string(&config).unwrap();
+    assert_eq!(serde_json::from_str::<Config>(&written).unwrap(), config);
+    let misspelt = serde_json::from_str::<Config>(r#"{"hand": {"height_m": 1.2}}"#);
+    assert!(
+        misspelt
+            .unwrap_err()
+            .to_string()
+            .contains("unknown field `height_m`")
+    );
+    let unknown = config.filter("elbow").unwrap_err().to_string();
+    assert_eq!(unknown, "no role `elbow`; there are: foot, hand, knee");
+}
+
+#[test]
+fn verdicts_name_every_pair() {
+    let mut wall = tilted(FRAC_PI_2, 0.9);
+    wall.id = "wall".into();
+    let set = SurfaceSet::new(vec![tilted(0.0, 0.0), wall], vec![]).unwrap();
+    let verdicts = Config::default().verdicts(&set);
+    let serving: Vec<_> = verdicts
+        .iter()
+        .filter(|v| v.rejection.is_none())
+        .map(|v| (v.role.as_str(), v.surface.as_str()))
+        .collect();
+    assert_eq!(verdicts.len(), 4);
+    assert_eq!(serving, [("foot", "s"), ("hand", "wall")]);
+}
