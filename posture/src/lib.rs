@@ -26,6 +26,8 @@ mod constraint;
 mod cost;
 mod error;
 mod evaluate;
+#[cfg(test)]
+mod finite_difference;
 mod iterate;
 pub mod outcome;
 pub mod problem;

@@ -21,6 +21,10 @@ use crate::{Config, Error, cost, evaluate};
 const KEEP: f64 = 1e-3;
 /// Promised reduction, over the cost, at which the search ends.
 const OPTIMAL: f64 = 2e-3;
+/// Iterations over which the violation must fall by [`FAIR`], or the search gives up.
+const PATIENCE: usize = 8;
+/// Part of the violation that may be left after that many iterations.
+const FAIR: f64 = 0.8;
 /// Trust-region scale at which the search gives up.
 const SMALLEST: f64 = 1e-5;
 
@@ -91,9 +95,17 @@ impl<'a> Solver<'a> {
         let mut trust: f64 = 1.0;
         let mut cost = self.linearise(&it);
         let mut status = "iteration limit";
-        for _ in 0..config.max_iterations {
+        let mut checkpoint = f64::INFINITY;
+        for iteration in 0..config.max_iterations {
             self.iterations += 1;
             let violation = self.rows.total_violation();
+            if iteration % PATIENCE == PATIENCE - 1 {
+                if violation > config.tolerance && violation > FAIR * checkpoint {
+                    status = "stalled";
+                    break;
+                }
+                checkpoint = violation;
+            }
             let worst = self.rows.worst().map_or(0.0, |(_, amount)| amount);
 
             // The step, and what the linear model promises of it.

@@ -1,0 +1,211 @@
+//! The tester that every constraint and the cost run through: derivatives against differences.
+
+use nalgebra::{DMatrix, DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use robot_model::{Configuration, Robot};
+use surfaces::{ConvexPolygon, Surface, SurfaceSet};
+
+use crate::constraint::{self, Scratch};
+use crate::iterate::{Context, Iterate};
+use crate::problem::{BaseGoal, Contact, Environment, Place, Problem};
+use crate::rows::{Constraint, Rows};
+use crate::{Config, cost};
+
+/// The humanoid that ships, read from its files.
+pub(crate) fn humanoid() -> Robot {
+    robot_model::load_from_strings(
+        include_str!("../../scenes/robots/hrp2/hrp2.urdf"),
+        Some(include_str!("../../scenes/robots/hrp2/hrp2.srdf")),
+        Some(include_str!("../../scenes/robots/hrp2/contacts.toml")),
+        "hrp2",
+        &|_| Err("none".to_owned()),
+        &robot_model::Config::default(),
+    )
+    .unwrap()
+}
+
+/// A square surface of half width `half` at a pose.
+#[allow(non_snake_case)]
+pub(crate) fn square(id: &str, X_WS: Isometry3<f64>, half: f64) -> Surface {
+    let polygon = ConvexPolygon::new(
+        [(-half, -half), (half, -half), (half, half), (-half, half)]
+            .map(|(x, y)| nalgebra::Point2::new(x, y))
+            .to_vec(),
+    )
+    .unwrap();
+    Surface::new(id, X_WS, polygon)
+}
+
+/// Numbers between −1 and 1 from a seed: SplitMix64.
+pub(crate) struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^= z >> 31;
+        2.0 * ((z >> 11) as f64 / (1u64 << 53) as f64) - 1.0
+    }
+
+    pub fn vector(&mut self) -> Vector3<f64> {
+        Vector3::new(self.next(), self.next(), self.next())
+    }
+}
+
+/// A configuration with every joint well inside its limits.
+fn random_configuration(robot: &Robot, random: &mut Random) -> Configuration {
+    let mut q = Configuration::zero(robot.nj());
+    q.p_WB = Vector3::new(0.0, 0.0, 0.7) + 0.1 * random.vector();
+    q.R_WB = UnitQuaternion::new(0.3 * random.vector());
+    for (joint, body) in q.joints.iter_mut().zip(robot.joint_bodies()) {
+        let (middle, half) = (
+            0.5 * (body.lower + body.upper),
+            0.5 * (body.upper - body.lower),
+        );
+        *joint = middle + 0.6 * half * random.next();
+    }
+    q
+}
+
+fn check(seed: u64) {
+    let robot = humanoid();
+    let mut random = Random(seed);
+    let tilt = |random: &mut Random| UnitQuaternion::new(0.3 * random.vector());
+    let environment = {
+        let mut at = |p: Vector3<f64>, id: &str| {
+            square(
+                id,
+                Isometry3::from_parts(Translation3::from(p), tilt(&mut random)),
+                0.25,
+            )
+        };
+        let surfaces = vec![
+            at(Vector3::new(0.2, -0.1, 0.1), "a"),
+            at(Vector3::new(0.4, 0.4, 0.6), "b"),
+        ];
+        Environment::new(
+            &SurfaceSet {
+                surfaces,
+                obstacles: Vec::new(),
+            },
+            0.05,
+        )
+        .unwrap()
+    };
+    let q = random_configuration(&robot, &mut random);
+    let patch = |name: &str| robot.patch_index(name).unwrap();
+    let fixed = |yaw_free: bool, random: &mut Random| Place::Fixed {
+        X_WC: Isometry3::from_parts(
+            Translation3::from(0.3 * random.vector()),
+            UnitQuaternion::new(random.vector()),
+        ),
+        yaw_free,
+        surface: None,
+    };
+    let on = |surface, random: &mut Random| Place::OnSurface {
+        surface,
+        toward: Some(Point3::from(random.vector())),
+        yaw_rad: Some(random.next()),
+    };
+    let contacts = [
+        ("left_foot", fixed(false, &mut random)),
+        ("right_foot", on(0, &mut random)),
+        ("left_hand", on(1, &mut random)),
+        ("right_hand", fixed(true, &mut random)),
+    ]
+    .into_iter()
+    .map(|(name, place)| Contact {
+        patch: patch(name),
+        place,
+        loaded: true,
+        friction: 0.7,
+    })
+    .collect();
+    let reference = random_configuration(&robot, &mut random);
+    let problem = Problem {
+        robot: &robot,
+        environment: &environment,
+        contacts,
+        base_goal: Some(BaseGoal {
+            position_m: [Some(0.3), None, Some(0.1)],
+            tolerance_m: 0.1,
+            yaw_rad: Some(0.4),
+            yaw_tolerance_rad: 0.1,
+        }),
+        reference: &reference,
+        guess: &q,
+    };
+    let config = Config {
+        prediction_m: 0.3,
+        ..Config::default()
+    };
+    let ctx = Context::new(&problem, &config).unwrap();
+    let mut it = ctx.start(&q);
+    for f in &mut it.force {
+        *f += 0.2 * random.next();
+    }
+
+    let n = ctx.layout.n;
+    let mut scratch = Scratch::default();
+    let mut rows = Rows::new(n);
+    constraint::all(&ctx, &it, &mut scratch, &mut rows);
+    let mut gradient = vec![0.0; n];
+    let mut hessian = DMatrix::zeros(n, n);
+    cost::quadratic(&ctx, &it, &mut gradient, &mut hessian);
+
+    const H: f64 = 1e-6;
+    let mut kinds = std::collections::HashMap::new();
+    for k in 0..n {
+        let mut moved = |sign: f64| -> (Rows, f64, Iterate) {
+            let delta = DVector::from_fn(n, |i, _| if i == k { sign * H } else { 0.0 });
+            let mut to = it.clone();
+            ctx.step(&it, delta.as_slice(), 1.0, &mut to);
+            let mut rows = Rows::new(n);
+            rows.with_jacobian = false;
+            constraint::all(&ctx, &to, &mut scratch, &mut rows);
+            let cost = cost::value(&ctx, &to);
+            (rows, cost, to)
+        };
+        let (plus, cost_plus, _) = moved(1.0);
+        let (minus, cost_minus, _) = moved(-1.0);
+        let slope = (cost_plus - cost_minus) / (2.0 * H);
+        assert!(
+            (slope - gradient[k]).abs() < 1e-5,
+            "cost, column {k}: {slope} {}",
+            gradient[k]
+        );
+        assert_eq!(plus.tag, rows.tag, "a row came or went within {H}");
+        assert_eq!(minus.tag, rows.tag, "a row came or went within {H}");
+        for i in 0..rows.len() {
+            let slope = (plus.value[i] - minus.value[i]) / (2.0 * H);
+            let given = rows.row(i)[k];
+            // Distances come from an iteration that ends some 1e-8 m early on curved shapes, which
+            // a difference over 2e-6 m turns into 1 %; everything else is in closed form.
+            let tolerance = match rows.tag[i] {
+                Constraint::Clearance(..) | Constraint::SelfClearance(..) => 2e-2,
+                _ => 1e-6,
+            } * (1.0 + slope.abs());
+            assert!(
+                (slope - given).abs() < tolerance,
+                "{:?}, column {k}: difference {slope}, derivative {given}",
+                rows.tag[i]
+            );
+            *kinds
+                .entry(std::mem::discriminant(&rows.tag[i]))
+                .or_insert(0) += 1;
+        }
+    }
+    assert!(
+        kinds.len() >= 7,
+        "only {} kinds of constraint had rows",
+        kinds.len()
+    );
+}
+
+#[test]
+fn derivatives_agree_with_differences() {
+    for seed in 1..=8 {
+        check(seed);
+    }
+}
