@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 pub(crate) use clip::{clean_ring, clip_ring, ring_area};
+pub(crate) use validate::check_width;
 
 /// Two vertices nearer than this are the same point, m.
 ///

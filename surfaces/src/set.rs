@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Obstacle, Surface, ThinBody, thin_body};
+use crate::{Error, Obstacle, Source, Surface, ThinBody, thin_body};
 
 /// The value of the field `format` that this version writes and reads.
 pub const SURFACES_FORMAT: &str = "scandent-surfaces/1";
@@ -101,14 +101,18 @@ impl SurfaceSet {
         Ok(&self.surfaces[self.index_of(id)?])
     }
 
-    /// Every convex body to keep away from: the obstacles, and for each surface that no obstacle
-    /// names a body behind it, as deep as the other surfaces and the points known to be free allow.
+    /// Every convex body to keep away from: the obstacles, then a body behind each surface, as deep
+    /// as the other surfaces and the points known to be free allow.
+    ///
+    /// A surface that an obstacle names already has its body; those of a mesh have none of their
+    /// own, because the mesh is among the obstacles.
     #[allow(non_snake_case)]
     pub fn bodies(&self, free_W: &[Point3<f64>], config: &thin_body::Config) -> Vec<Obstacle> {
         let mut bodies = self.obstacles.clone();
         for surface in &self.surfaces {
             let has_body = |o: &Obstacle| o.surface.as_ref() == Some(&surface.id);
-            if !self.obstacles.iter().any(has_body) {
+            let of_mesh = surface.source == Source::Mesh;
+            if !of_mesh && !self.obstacles.iter().any(has_body) {
                 let depth = thin_body::depth_m(surface, &self.surfaces, free_W, config);
                 bodies.push(ThinBody::new(surface, depth).into());
             }

@@ -94,7 +94,12 @@ pub fn depth_m(
         let along = other.normal_W().dot(&surface.normal_W());
         // Within 60° of the opposite direction: the other side of the same object.
         let far_side = along < -0.5;
-        let touch = if far_side { 0.0 } else { config.touch_m };
+        // The two sides of a sheet may lie in one plane.
+        let touch = if far_side {
+            -DEPTH_MIN_M
+        } else {
+            config.touch_m
+        };
         if let Some(entry) = entry_depth(surface, column, other, touch)
             && entry < wanted
         {
@@ -115,7 +120,7 @@ pub fn depth_m(
     depth
 }
 
-/// The least depth, more than `touch_m`, at which another polygon is in the column.
+/// The least depth, not less than `touch_m`, at which another polygon is in the column.
 fn entry_depth(
     surface: &Surface,
     column: &ConvexPolygon,
@@ -127,7 +132,7 @@ fn entry_depth(
     for HalfPlane { n, b } in column.half_planes() {
         ring = clip(&ring, |p| n.dot(&p.xy().coords) - b);
     }
-    ring = clip(&ring, |p| p.z + touch_m.max(DEPTH_MIN_M));
+    ring = clip(&ring, |p| p.z + touch_m);
     ring.iter().map(|p| -p.z).reduce(f64::min)
 }
 

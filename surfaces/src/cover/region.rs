@@ -4,7 +4,7 @@ use geo::{Coord, LineString, Polygon, TriangulateEarcut};
 use nalgebra::Point2;
 
 use crate::Error;
-use crate::polygon::{ConvexPolygon, VERTEX_SEPARATION_M, ring_area};
+use crate::polygon::{ConvexPolygon, VERTEX_SEPARATION_M, check_width, ring_area};
 
 /// A region of the plane with an outer ring and holes, in m.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,14 +104,7 @@ fn check_ring(points: &[Point2<f64>]) -> Result<(), Error> {
             });
         }
     }
-    let extent = points.iter().map(|p| (p - points[0]).norm());
-    if ring_area(points).abs() < VERTEX_SEPARATION_M * extent.fold(0.0, f64::max) {
-        return Err(Error::Collinear {
-            count,
-            vertex: 0,
-            off_m: 0.0,
-        });
-    }
+    check_width(points)?;
     Ok(())
 }
 

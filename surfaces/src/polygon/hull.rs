@@ -10,7 +10,7 @@ impl ConvexPolygon {
     ///
     /// # Errors
     /// [`Error::TooFewVertices`], [`Error::NonFiniteVertex`], [`Error::Collinear`] (also when all
-    /// points are one point).
+    /// points are at one place).
     /// Source: Andrew's monotone chain.
     pub fn hull(points: &[Point2<f64>]) -> Result<Self, Error> {
         if points.len() < 3 {
@@ -40,11 +40,8 @@ impl ConvexPolygon {
         }
         let ring = clean_ring(ring, FLAT_M);
         if ring.len() < 3 {
-            return Err(Error::Collinear {
-                count: points.len(),
-                vertex: 0,
-                off_m: 0.0,
-            });
+            // Too narrow for a polygon: say which point is the farthest from the line.
+            validate::check_width(points)?;
         }
         Self::new(ring)
     }

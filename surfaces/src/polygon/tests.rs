@@ -3,6 +3,8 @@ use proptest::prelude::*;
 
 use super::*;
 
+const NAN: f64 = f64::NAN;
+
 /// Points within a few metres, as coordinates come from scans.
 pub(crate) fn points(count: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Point2<f64>>> {
     prop::collection::vec((-3.0..3.0, -3.0..3.0), count)
@@ -27,7 +29,6 @@ fn rectangle(width: f64, height: f64) -> ConvexPolygon {
 
 #[test]
 fn every_bad_polygon_is_refused_for_its_own_fault_and_vertex() {
-    const NAN: f64 = f64::NAN;
     let cases: Vec<(&[[f64; 2]], &str)> = vec![
         (
             &[[0.0, 0.0], [1.0, 0.0]],
@@ -80,6 +81,27 @@ fn every_bad_polygon_is_refused_for_its_own_fault_and_vertex() {
     for (vertices, message) in cases {
         let error = polygon(vertices).unwrap_err().to_string();
         assert!(error.contains(message), "{vertices:?}: {error}");
+    }
+}
+
+#[test]
+fn a_hull_needs_an_area() {
+    let line: Vec<_> = (0..5).map(|i| Point2::new(f64::from(i), 0.0)).collect();
+    let one_place = vec![Point2::new(1.0, 2.0); 5];
+    let mut nearly = line.clone();
+    nearly[2].y = 5e-7;
+    for (points, message) in [
+        (line, "all 5 vertices lie on one line"),
+        (one_place, "all 5 vertices lie on one line"),
+        (
+            nearly,
+            "vertex 2, the farthest from it, is off by 5.000e-7 m",
+        ),
+        (vec![Point2::origin(); 2], "at least 3 vertices"),
+        (vec![Point2::new(0.0, NAN); 3], "vertex 0 is not finite"),
+    ] {
+        let error = ConvexPolygon::hull(&points).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
     }
 }
 

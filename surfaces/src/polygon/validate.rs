@@ -54,7 +54,7 @@ fn check_distinct(vertices: &[Point2<f64>]) -> Result<(), Error> {
 }
 
 /// Refuses vertices that all lie on one line.
-fn check_width(vertices: &[Point2<f64>]) -> Result<(), Error> {
+pub(crate) fn check_width(vertices: &[Point2<f64>]) -> Result<(), Error> {
     // The line through vertex 0 and the vertex farthest from it: every polygon with an area has
     // a vertex off that line.
     let origin = vertices[0];
@@ -64,7 +64,8 @@ fn check_width(vertices: &[Point2<f64>]) -> Result<(), Error> {
             axis = v - origin;
         }
     }
-    let axis = axis.normalize();
+    // One place only: no line, no vertex off it.
+    let axis = axis.try_normalize(0.0).unwrap_or_default();
     let (mut vertex, mut off_m) = (0, 0.0);
     for (i, v) in vertices.iter().enumerate() {
         let off = axis.perp(&(v - origin)).abs();

@@ -1,0 +1,17 @@
+//! The settings of this crate.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{mesh, role, thin_body};
+
+/// Every setting of the crate; the defaults work.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// How deep the bodies behind surfaces are.
+    pub body: thin_body::Config,
+    /// How a mesh is taken apart.
+    pub mesh: mesh::Config,
+    /// Which surfaces serve which role.
+    pub roles: role::Config,
+}

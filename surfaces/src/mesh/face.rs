@@ -1,0 +1,235 @@
+//! Plane faces: triangles in one plane, merged into regions with holes.
+
+use std::collections::HashMap;
+
+use geo::{Coord, LineString, Polygon};
+use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use super::Config;
+use super::topology::Topology;
+use super::weld::Welded;
+use crate::cover::Region;
+use crate::polygon::clean_ring;
+
+/// A connected plane region of the mesh.
+#[allow(non_snake_case)]
+pub(super) struct Face {
+    /// Pose of the face's frame F in W: z outward, origin in the plane.
+    pub X_WF: Isometry3<f64>,
+    /// The region in F.
+    pub region: Region,
+    /// Root mean square distance of the triangles' corners from the plane, m.
+    pub rms_m: f64,
+}
+
+/// The faces that the given triangles make, the largest first, and the triangles of those whose
+/// outline is beyond use.
+pub(super) fn faces(
+    mesh: &Welded,
+    topology: &Topology,
+    triangles: &[usize],
+    config: &Config,
+) -> (Vec<Face>, Vec<Vec<usize>>) {
+    let mut faces = Vec::new();
+    let mut broken = Vec::new();
+    for plane in merge(mesh, grow(mesh, topology, triangles, config), config) {
+        match plane_faces(mesh, &plane) {
+            Some(mut list) => faces.append(&mut list),
+            None => broken.push(plane.triangles),
+        }
+    }
+    // Stable, so that equal areas keep the order of the mesh.
+    faces.sort_by(|a: &Face, b: &Face| b.region.area().total_cmp(&a.region.area()));
+    (faces, broken)
+}
+
+/// Triangles in one plane.
+struct Plane {
+    normal: Vector3<f64>,
+    origin: Point3<f64>,
+    area_m2: f64,
+    triangles: Vec<usize>,
+}
+
+/// Grows planes over the edges of the mesh, each from the largest triangle that is left.
+///
+/// The plane of that triangle is the one all others are held to: a gently curved strip would
+/// otherwise drift away from it.
+fn grow(mesh: &Welded, topology: &Topology, triangles: &[usize], config: &Config) -> Vec<Plane> {
+    let mut order = triangles.to_vec();
+    let area = |t: &usize| mesh.triangles[*t].area_m2;
+    order.sort_by(|a, b| area(b).total_cmp(&area(a)).then(a.cmp(b)));
+    let mut free = vec![false; mesh.triangles.len()];
+    for t in triangles {
+        free[*t] = true;
+    }
+    let mut planes = Vec::new();
+    for seed in order {
+        if !free[seed] {
+            continue;
+        }
+        free[seed] = false;
+        let (normal, origin) = (mesh.triangles[seed].normal, mesh.corners(seed)[0]);
+        let mut list = vec![seed];
+        let mut next = 0;
+        while let Some(t) = list.get(next).copied() {
+            next += 1;
+            for u in &topology.neighbours[t] {
+                if free[*u] && fits(mesh, *u, &normal, &origin, config) {
+                    free[*u] = false;
+                    list.push(*u);
+                }
+            }
+        }
+        planes.push(fitted(mesh, list));
+    }
+    planes
+}
+
+/// Whether a triangle lies in a plane and looks the same way.
+fn fits(
+    mesh: &Welded,
+    t: usize,
+    normal: &Vector3<f64>,
+    origin: &Point3<f64>,
+    config: &Config,
+) -> bool {
+    let triangle = &mesh.triangles[t];
+    // A corner may be off by as much as is welded, which turns narrow triangles most.
+    let angle = config.merge_angle_rad + 2.0 * config.weld_m / triangle.height_m;
+    let near = |p: &Point3<f64>| normal.dot(&(p - origin)).abs() <= config.merge_offset_m;
+    triangle.normal.angle(normal) <= angle && mesh.corners(t).iter().all(near)
+}
+
+/// The plane through triangles that nearly lie in one: mean normal and centroid by area.
+fn fitted(mesh: &Welded, mut triangles: Vec<usize>) -> Plane {
+    triangles.sort_unstable();
+    let mut normal = Vector3::zeros();
+    let mut moment = Vector3::zeros();
+    let mut area_m2 = 0.0;
+    for t in &triangles {
+        let triangle = &mesh.triangles[*t];
+        let middle = mesh
+            .corners(*t)
+            .iter()
+            .map(|p| p.coords)
+            .sum::<Vector3<f64>>()
+            / 3.0;
+        normal += triangle.normal * triangle.area_m2;
+        moment += middle * triangle.area_m2;
+        area_m2 += triangle.area_m2;
+    }
+    Plane {
+        normal: normal.normalize(),
+        origin: Point3::from(moment / area_m2),
+        area_m2,
+        triangles,
+    }
+}
+
+/// Joins planes that are the same although no edge connects them (tiles, T-junctions).
+fn merge(mesh: &Welded, mut planes: Vec<Plane>, config: &Config) -> Vec<Plane> {
+    planes.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2));
+    let mut merged: Vec<Plane> = Vec::new();
+    // Looked up only, by cells of normals twice as wide as normals may differ.
+    let width = 2.0 * config.merge_angle_rad.max(1e-3);
+    let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+    for plane in planes {
+        let cell = |n: f64| (n / width).floor() as i64;
+        let home = [
+            cell(plane.normal.x),
+            cell(plane.normal.y),
+            cell(plane.normal.z),
+        ];
+        let near = (0..27).map(|k| {
+            [
+                home[0] + k % 3 - 1,
+                home[1] + k / 3 % 3 - 1,
+                home[2] + k / 9 - 1,
+            ]
+        });
+        let same = near
+            .filter_map(|key| cells.get(&key))
+            .flatten()
+            .copied()
+            .filter(|i| {
+                let into = &merged[*i];
+                let inside = |t: &usize| fits(mesh, *t, &into.normal, &into.origin, config);
+                plane.triangles.iter().all(inside)
+            })
+            .min();
+        match same {
+            Some(i) => merged[i].triangles.extend(plane.triangles),
+            None => {
+                cells.entry(home).or_default().push(merged.len());
+                merged.push(plane);
+            }
+        }
+    }
+    merged
+        .into_iter()
+        .map(|plane| fitted(mesh, plane.triangles))
+        .collect()
+}
+
+/// The connected regions of a plane; None when an outline is beyond use.
+#[allow(non_snake_case)]
+fn plane_faces(mesh: &Welded, plane: &Plane) -> Option<Vec<Face>> {
+    let X_WF = frame(&plane.normal, &plane.origin);
+    let corners: Vec<[Point3<f64>; 3]> = plane
+        .triangles
+        .iter()
+        .map(|t| mesh.corners(*t).map(|p| X_WF.inverse_transform_point(&p)))
+        .collect();
+    let heights = corners.iter().flatten().map(|p| p.z * p.z);
+    let rms_m = (heights.sum::<f64>() / (3 * corners.len()) as f64).sqrt();
+    let flat: Vec<Polygon<f64>> = corners
+        .iter()
+        .map(|triangle| {
+            let line = triangle.iter().map(|p| Coord { x: p.x, y: p.y });
+            Polygon::new(line.collect(), vec![])
+        })
+        .collect();
+    let mut faces = Vec::new();
+    for polygon in geo::unary_union(&flat) {
+        let lines = std::iter::once(polygon.exterior()).chain(polygon.interiors());
+        let mut rings = lines.map(open_ring);
+        // Without its outer ring a face is a sliver; holes of that kind are gaps.
+        let Some(outer) = rings.next().filter(|ring| ring.len() >= 3) else {
+            continue;
+        };
+        let holes = rings.filter(|ring| ring.len() >= 3);
+        let region = Region::new(std::iter::once(outer).chain(holes).collect()).ok()?;
+        faces.push(Face {
+            X_WF,
+            region,
+            rms_m,
+        });
+    }
+    Some(faces)
+}
+
+/// The points of a closed line, each once, without those on a straight edge.
+fn open_ring(line: &LineString<f64>) -> Vec<Point2<f64>> {
+    let mut points: Vec<Point2<f64>> = line.0.iter().map(|c| Point2::new(c.x, c.y)).collect();
+    points.pop();
+    // The union works on a grid a billion times finer than the face: a micrometre is straight.
+    clean_ring(points, 1e-6)
+}
+
+/// A frame with z along the normal and x as near to W's x axis as that allows, else to its y axis.
+fn frame(normal: &Vector3<f64>, origin: &Point3<f64>) -> Isometry3<f64> {
+    // Beyond 0.9 the projection of W's x axis is short and turns quickly.
+    let toward = if normal.x.abs() < 0.9 {
+        Vector3::x()
+    } else {
+        Vector3::y()
+    };
+    let x = (toward - normal * normal.dot(&toward)).normalize();
+    let y = normal.cross(&x);
+    let rotation = Rotation3::from_basis_unchecked(&[x, y, *normal]);
+    Isometry3::from_parts(
+        Translation3::from(origin.coords),
+        UnitQuaternion::from_rotation_matrix(&rotation),
+    )
+}

@@ -1,0 +1,159 @@
+//! What the triangles of a mesh make together: neighbours, parts, solids.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point3;
+
+use super::Config;
+use super::weld::Welded;
+
+/// Neighbours of each triangle, and the parts of the mesh.
+pub(super) struct Topology {
+    /// For each triangle those across an edge that run along it the other way.
+    pub neighbours: Vec<Vec<usize>>,
+    /// For each triangle the index of its solid.
+    pub solid: Vec<Option<usize>>,
+    /// Triangles of each closed convex part whose normals point outward.
+    pub solids: Vec<Vec<usize>>,
+    pub open_edges: usize,
+    pub crowded_edges: usize,
+    pub flipped_edges: usize,
+    pub inward_parts: usize,
+}
+
+/// A triangle at an edge, and whether it runs from the smaller to the larger vertex.
+type Side = (usize, bool);
+
+impl Topology {
+    pub fn new(mesh: &Welded, config: &Config) -> Self {
+        let count = mesh.triangles.len();
+        let mut edges: BTreeMap<[usize; 2], Vec<Side>> = BTreeMap::new();
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            let [a, b, c] = triangle.corners;
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let key = [from.min(to), from.max(to)];
+                edges.entry(key).or_default().push((t, from < to));
+            }
+        }
+        let mut topology = Self {
+            neighbours: vec![Vec::new(); count],
+            solid: vec![None; count],
+            solids: Vec::new(),
+            open_edges: 0,
+            crowded_edges: 0,
+            flipped_edges: 0,
+            inward_parts: 0,
+        };
+        let mut parts = Parts::new(count);
+        let mut closed = vec![true; count];
+        for sides in edges.values() {
+            let proper = matches!(sides[..], [(_, one), (_, other)] if one != other);
+            match sides[..] {
+                [_] => topology.open_edges += 1,
+                [_, _] => topology.flipped_edges += usize::from(!proper),
+                _ => topology.crowded_edges += 1,
+            }
+            for (i, (t, direction)) in sides.iter().enumerate() {
+                closed[*t] &= proper;
+                for (u, other) in &sides[..i] {
+                    parts.join(*t, *u);
+                    if direction != other {
+                        topology.neighbours[*t].push(*u);
+                        topology.neighbours[*u].push(*t);
+                    }
+                }
+            }
+        }
+        for part in parts.lists() {
+            if part.iter().any(|t| !closed[*t]) {
+                continue;
+            }
+            if volume(mesh, &part) < 0.0 {
+                topology.inward_parts += 1;
+            } else if topology.is_convex(mesh, &part, config) {
+                for t in &part {
+                    topology.solid[*t] = Some(topology.solids.len());
+                }
+                topology.solids.push(part);
+            }
+        }
+        topology
+    }
+
+    /// Whether every vertex of a closed part lies behind every triangle's plane.
+    fn is_convex(&self, mesh: &Welded, part: &[usize], config: &Config) -> bool {
+        let behind = |t: usize, points: &[Point3<f64>]| {
+            let (origin, normal) = (mesh.corners(t)[0], mesh.triangles[t].normal);
+            // The plane of a narrow triangle is known near it only.
+            let tilt = 2.0 * config.weld_m / mesh.triangles[t].height_m;
+            points.iter().all(|p| {
+                let tolerance = config.merge_offset_m.max(tilt * (p - origin).norm());
+                normal.dot(&(p - origin)) <= tolerance
+            })
+        };
+        // The neighbours first: nearly every part that is not convex is found out there.
+        let locally = part.iter().all(|t| {
+            let across = self.neighbours[*t].iter();
+            across.into_iter().all(|u| behind(*t, &mesh.corners(*u)))
+        });
+        locally && {
+            let mut vertices: Vec<usize> = part
+                .iter()
+                .flat_map(|t| mesh.triangles[*t].corners)
+                .collect();
+            vertices.sort_unstable();
+            vertices.dedup();
+            let points: Vec<_> = vertices.into_iter().map(|i| mesh.vertices[i]).collect();
+            part.iter().all(|t| behind(*t, &points))
+        }
+    }
+}
+
+/// Signed volume of a closed part, positive when its normals point outward, m³.
+fn volume(mesh: &Welded, part: &[usize]) -> f64 {
+    // Seen from a vertex of the part, so that a part far from the origin loses no digits.
+    let Some(origin) = part.first().map(|t| mesh.corners(*t)[0]) else {
+        return 0.0;
+    };
+    let of_triangle = |t: &usize| {
+        let [a, b, c] = mesh.corners(*t).map(|p| p - origin);
+        a.dot(&b.cross(&c)) / 6.0
+    };
+    part.iter().map(of_triangle).sum()
+}
+
+/// Disjoint sets of triangles.
+struct Parts {
+    parent: Vec<usize>,
+}
+
+impl Parts {
+    fn new(count: usize) -> Self {
+        Self {
+            parent: (0..count).collect(),
+        }
+    }
+
+    fn root(&mut self, mut t: usize) -> usize {
+        while self.parent[t] != t {
+            self.parent[t] = self.parent[self.parent[t]];
+            t = self.parent[t];
+        }
+        t
+    }
+
+    /// The smaller root stays one, so that the result does not depend on the order of joins.
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parent[a.max(b)] = a.min(b);
+    }
+
+    /// The sets, each sorted, in the order of their first triangles.
+    fn lists(mut self) -> Vec<Vec<usize>> {
+        let mut lists: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for t in 0..self.parent.len() {
+            lists.entry(self.root(t)).or_default().push(t);
+        }
+        lists.into_values().collect()
+    }
+}

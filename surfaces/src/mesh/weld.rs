@@ -1,0 +1,127 @@
+//! One vertex a place, and no triangle without an area.
+
+use std::collections::HashMap;
+
+use nalgebra::{Point3, Vector3};
+
+use super::TriangleMesh;
+use crate::Error;
+
+/// A mesh whose vertices are distinct and whose triangles have areas.
+pub(super) struct Welded {
+    pub vertices: Vec<Point3<f64>>,
+    pub triangles: Vec<Triangle>,
+    /// Triangles that were skipped.
+    pub degenerate: usize,
+    /// Vertices that were merged into another one.
+    pub merged: usize,
+}
+
+/// A triangle with an area.
+pub(super) struct Triangle {
+    pub corners: [usize; 3],
+    /// Unit normal by the winding.
+    pub normal: Vector3<f64>,
+    pub area_m2: f64,
+    /// Height over the longest edge, m.
+    pub height_m: f64,
+}
+
+impl Welded {
+    pub fn new(mesh: &TriangleMesh, weld_m: f64) -> Result<Self, Error> {
+        check(mesh)?;
+        let (vertices, place) = merge(&mesh.vertices, weld_m);
+        let mut triangles = Vec::with_capacity(mesh.triangles.len());
+        for corners in &mesh.triangles {
+            let corners = corners.map(|i| place[i]);
+            if let Some(triangle) = measure(&vertices, corners, weld_m) {
+                triangles.push(triangle);
+            }
+        }
+        if triangles.is_empty() {
+            return Err(Error::EmptyMesh {
+                triangles: mesh.triangles.len(),
+                vertices: mesh.vertices.len(),
+            });
+        }
+        Ok(Self {
+            degenerate: mesh.triangles.len() - triangles.len(),
+            merged: mesh.vertices.len() - vertices.len(),
+            vertices,
+            triangles,
+        })
+    }
+
+    /// The corners of a triangle.
+    pub fn corners(&self, triangle: usize) -> [Point3<f64>; 3] {
+        self.triangles[triangle].corners.map(|i| self.vertices[i])
+    }
+}
+
+fn check(mesh: &TriangleMesh) -> Result<(), Error> {
+    let finite = |p: &Point3<f64>| p.coords.iter().all(|c| c.is_finite());
+    if let Some(vertex) = mesh.vertices.iter().position(|p| !finite(p)) {
+        let point = mesh.vertices[vertex].coords.iter().copied().collect();
+        return Err(Error::NonFiniteVertex { vertex, point });
+    }
+    let count = mesh.vertices.len();
+    for (triangle, corners) in mesh.triangles.iter().enumerate() {
+        if let Some(vertex) = corners.iter().copied().find(|i| *i >= count) {
+            return Err(Error::MeshIndex {
+                triangle,
+                vertex,
+                count,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The distinct points, and for each point the place of its representative: the first one nearer
+/// than `weld_m` in the order of the file.
+fn merge(points: &[Point3<f64>], weld_m: f64) -> (Vec<Point3<f64>>, Vec<usize>) {
+    let mut distinct: Vec<Point3<f64>> = Vec::new();
+    // Cells as wide as the distance: whoever is near is in a neighbouring cell. Only looked up,
+    // never iterated, so the order of the map does not matter.
+    let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+    let mut place = Vec::with_capacity(points.len());
+    for p in points {
+        let cell = |c: f64| (c / weld_m).floor() as i64;
+        let home = [cell(p.x), cell(p.y), cell(p.z)];
+        let near = neighbours(home)
+            .filter_map(|key| cells.get(&key))
+            .flatten()
+            .copied()
+            .filter(|i| (distinct[*i] - p).norm() < weld_m)
+            .min();
+        place.push(near.unwrap_or_else(|| {
+            let index = distinct.len();
+            distinct.push(*p);
+            cells.entry(home).or_default().push(index);
+            index
+        }));
+    }
+    (distinct, place)
+}
+
+fn neighbours(home: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
+    (0..27).map(move |k| {
+        let step = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
+        [0, 1, 2].map(|i| home[i].saturating_add(step[i]))
+    })
+}
+
+/// The triangle of three vertices, if it has an area.
+fn measure(vertices: &[Point3<f64>], corners: [usize; 3], weld_m: f64) -> Option<Triangle> {
+    let [a, b, c] = corners.map(|i| vertices[i]);
+    let cross = (b - a).cross(&(c - a));
+    let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+    let height_m = cross.norm() / longest;
+    // NaN where two corners are one vertex: not wider than anything.
+    (height_m > weld_m).then(|| Triangle {
+        corners,
+        normal: cross.normalize(),
+        area_m2: 0.5 * cross.norm(),
+        height_m,
+    })
+}
