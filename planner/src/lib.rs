@@ -12,6 +12,7 @@
 //! | how far along the guide path | [`guide`] |
 //! | which contact changes could be made, and at what price | `candidate` |
 //! | the tree and its order | [`search`](mod@search) |
+//! | which contacts the way can do without | `shorten` |
 //! | what is written | [`plan`], [`record`] |
 
 mod candidate;
@@ -23,6 +24,7 @@ pub mod plan;
 pub mod record;
 pub mod request;
 pub mod search;
+mod shorten;
 
 pub use config::Config;
 pub use error::Error;

@@ -17,6 +17,7 @@ use crate::candidate::{self, Candidate, Move};
 use crate::node::{Held, Node, fixed, key};
 use crate::plan::{Change, SearchSummary};
 use crate::request::{Prepared, Request};
+use crate::shorten::shorten;
 use crate::{Config, Error};
 
 /// How the search ended.
@@ -136,20 +137,20 @@ pub fn search(
     };
     let root = search.root()?;
     if let Some(last) = search.admit(root)? {
-        return Ok(search.answer(Status::Found, 0, Some(last)));
+        return search.answer(Status::Found, 0, Some(last));
     }
     loop {
         if cancel.load(Ordering::Relaxed) {
             let best = search.best();
-            return Ok(search.answer(Status::Interrupted, best, None));
+            return search.answer(Status::Interrupted, best, None);
         }
         if search.nodes.len() >= config.nodes_max || search.solved >= config.candidates_max {
             let best = search.best();
-            return Ok(search.answer(Status::BudgetSpent, best, None));
+            return search.answer(Status::BudgetSpent, best, None);
         }
         let Some((candidate, solved)) = search.next() else {
             let best = search.best();
-            return Ok(search.answer(Status::NoPlan, best, None));
+            return search.answer(Status::NoPlan, best, None);
         };
         search.solved += 1;
         search.expanded.insert(candidate.node);
@@ -158,7 +159,7 @@ pub fn search(
             Some(node) if search.is_new(&node) => {
                 let index = search.nodes.len();
                 if let Some(last) = search.admit(node)? {
-                    return Ok(search.answer(Status::Found, index, Some(last)));
+                    return search.answer(Status::Found, index, Some(last));
                 }
             }
             _ => {}
@@ -487,39 +488,32 @@ impl<'a> Search<'a> {
             .join(", ")
     }
 
-    /// The way from the root to a node, and the goal's posture after it.
-    fn answer(mut self, status: Status, index: usize, last: Option<Posture>) -> Answer {
+    /// The way from the root to a node, shortened, and the goal's posture after it.
+    fn answer(
+        mut self,
+        status: Status,
+        index: usize,
+        last: Option<Posture>,
+    ) -> Result<Answer, Error> {
         let mut way = Vec::new();
         let mut at = Some(index);
         while let Some(i) = at {
-            way.push(i);
+            way.push(self.nodes[i].clone());
             at = self.nodes[i].parent;
         }
         way.reverse();
+        if status == Status::Found {
+            let (shorter, solved) = shorten(&self.prepared, self.posture_config, way)?;
+            way = shorter;
+            self.solved += solved;
+        }
         let path_stances = way.len();
-        let mut path: Vec<PathStance> = way
-            .iter()
-            .map(|&i| {
-                let node = &self.nodes[i];
-                PathStance {
-                    change: node.change.clone(),
-                    contacts: node
-                        .touching
-                        .iter()
-                        .map(|(held, loaded)| (held.patch, held.surface, *loaded))
-                        .collect(),
-                    posture: node.posture.clone(),
-                }
-            })
-            .collect();
+        let mut path: Vec<PathStance> = way.iter().map(stance).collect();
         if let Some(posture) = last {
+            let held = &self.nodes[index].contacts;
             path.push(PathStance {
                 change: Change::Goal,
-                contacts: self.nodes[index]
-                    .contacts
-                    .iter()
-                    .map(|c| (c.patch, c.surface, true))
-                    .collect(),
+                contacts: held.iter().map(|c| (c.patch, c.surface, true)).collect(),
                 posture: Arc::new(posture),
             });
         }
@@ -528,7 +522,7 @@ impl<'a> Search<'a> {
             blocked.clear();
         }
         blocked.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
-        Answer {
+        Ok(Answer {
             status,
             path,
             summary: SearchSummary {
@@ -538,6 +532,19 @@ impl<'a> Search<'a> {
                 path_stances,
             },
             blocked,
-        }
+        })
+    }
+}
+
+/// A node as a stance on the way.
+fn stance(node: &Node) -> PathStance {
+    PathStance {
+        change: node.change.clone(),
+        contacts: node
+            .touching
+            .iter()
+            .map(|(held, loaded)| (held.patch, held.surface, *loaded))
+            .collect(),
+        posture: node.posture.clone(),
     }
 }

@@ -1,0 +1,113 @@
+//! Shortening: contacts that the way can do without are taken out of it.
+//!
+//! A contact that was made at one stance and released at a later one is left out if every posture
+//! between still exists without it. The postures are solved again with all places fixed, so the
+//! rest of the way stays as it is.
+
+use std::sync::Arc;
+
+use posture::{Contact, Outcome, Problem};
+
+use crate::Error;
+use crate::candidate::comfortable;
+use crate::node::{Held, Node, fixed};
+use crate::plan::Change;
+use crate::request::Prepared;
+
+/// The way without the contacts that it can do without, and how many problems were solved for it.
+///
+/// # Errors
+/// [`Error::Posture`] where a problem cannot be posed.
+pub(crate) fn shorten(
+    prepared: &Prepared,
+    config: &posture::Config,
+    mut way: Vec<Node>,
+) -> Result<(Vec<Node>, usize), Error> {
+    let mut solved = 0;
+    let mut made = 1;
+    while made < way.len() {
+        match released(prepared, &way, made) {
+            Some(released) => {
+                let (shorter, tried) = without(prepared, config, &way, made, released)?;
+                solved += tried;
+                match shorter {
+                    Some(shorter) => way = shorter,
+                    None => made += 1,
+                }
+            }
+            None => made += 1,
+        }
+    }
+    Ok((way, solved))
+}
+
+/// Where the contact that stance `made` makes is released again, if it is one that the start does
+/// not have.
+fn released(prepared: &Prepared, way: &[Node], made: usize) -> Option<usize> {
+    let Change::Add { patch, .. } = &way[made].change else {
+        return None;
+    };
+    let index = prepared.request.robot.patch_index(patch).ok()?;
+    if prepared.feet.contains(&index) {
+        return None;
+    }
+    (made + 1..way.len()).find(|&i| !way[i].holds(index))
+}
+
+/// The way with the contact that is made at `made` and released at `released` left out, if every
+/// posture between exists without it.
+fn without(
+    prepared: &Prepared,
+    config: &posture::Config,
+    way: &[Node],
+    made: usize,
+    released: usize,
+) -> Result<(Option<Vec<Node>>, usize), Error> {
+    let Some(dropped) = way[made]
+        .contacts
+        .iter()
+        .map(|c| c.patch)
+        .find(|&patch| !way[made - 1].holds(patch))
+    else {
+        return Ok((None, 0));
+    };
+    let mut shorter: Vec<Node> = way[..made].to_vec();
+    for (tried, node) in way[made + 1..released].iter().enumerate() {
+        let touching: Vec<(Held, bool)> = node
+            .touching
+            .iter()
+            .filter(|(held, _)| held.patch != dropped)
+            .cloned()
+            .collect();
+        let Some(last) = shorter.last() else {
+            return Ok((None, tried));
+        };
+        let contacts: Vec<Contact> = touching
+            .iter()
+            .map(|(held, loaded)| fixed(prepared, held, *loaded))
+            .collect();
+        if !contacts.iter().any(|c| c.loaded) {
+            return Ok((None, tried));
+        }
+        let reference = comfortable(prepared, &contacts);
+        let problem = Problem {
+            robot: prepared.request.robot,
+            environment: prepared.request.environment,
+            contacts,
+            base_goal: None,
+            reference: &reference,
+            guess: &last.posture.q,
+        };
+        let Outcome::Feasible(posture) = posture::solve(&problem, config)? else {
+            return Ok((None, tried + 1));
+        };
+        let mut next = node.clone();
+        next.contacts.retain(|held| held.patch != dropped);
+        next.touching = touching;
+        next.posture = Arc::new(*posture);
+        shorter.push(next);
+    }
+    let tried = shorter.len() - made;
+    shorter.extend_from_slice(&way[released + 1..]);
+    Ok((Some(shorter), tried))
+}
