@@ -90,7 +90,10 @@ pub fn cover(region: &Region, config: &Config) -> Cover {
     let mut uncovered = Fragments::new(triangles.map(|t| t.to_vec()));
     let mut candidates = Candidates::default();
     for seed in seeds(region.triangles()) {
-        candidates.push(boundary.grow(&seed), vertices_max);
+        // What grows from inside a piece is mostly that piece again.
+        if !candidates.contain(&seed) {
+            candidates.push(boundary.grow(&seed), vertices_max);
+        }
     }
     let mut pieces: Vec<Piece> = Vec::new();
     while pieces.len() < config.pieces_max && uncovered.area() > (1.0 - config.coverage) * area {
@@ -139,6 +142,12 @@ struct Candidates {
 }
 
 impl Candidates {
+    /// Whether a ring lies in one of the pieces.
+    fn contain(&self, ring: &[Point2<f64>]) -> bool {
+        let inside = |piece: &Piece| ring.iter().all(|p| piece.polygon.contains(p, 1e-6));
+        self.list.iter().any(inside)
+    }
+
     fn push(&mut self, ring: Vec<Point2<f64>>, vertices_max: usize) {
         if let Some(polygon) = ConvexPolygon::from_ring(ring) {
             let polygon = polygon.simplified_inside(vertices_max);

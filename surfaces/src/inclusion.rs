@@ -1,4 +1,4 @@
-//! A contact patch inside a surface: Algorithm 1 of [brossette2013].
+//! A contact patch inside a surface: Algorithm 1 of `brossette2013`.
 //!
 //! Both polygons run counter-clockwise about the common normal N, so a patch vertex p is inside
 //! the surface when it is on the left of every edge q_l q_{l+1}, the closing edge included:
@@ -8,7 +8,7 @@
 //! Divided by the edge's length that is n_l · p_k − b_l ≤ 0, a distance in m with the unit outward
 //! normal n_l; the solver gets it in this form.
 //!
-//! Source: [brossette2013] Algorithm 1; deviation: its product is turned round (the same
+//! Source: `brossette2013` Algorithm 1; deviation: its product is turned round (the same
 //! statement) and normalised.
 
 use nalgebra::{Isometry2, Point2, Vector3};

@@ -1,6 +1,6 @@
 //! The body behind a surface, for collision avoidance.
 //!
-//! [brossette2013] extrudes each surface by a few centimetres against its normal. A distance
+//! `brossette2013` extrudes each surface by a few centimetres against its normal. A distance
 //! algorithm that finds a link past the middle of so thin a body pushes it out at the far side, so
 //! a body should be as deep as what is known allows: not into space that is known to be free, and
 //! not through the far side of the object.
@@ -28,7 +28,7 @@ impl ThinBody {
     ///   { p_W − t z_S : p in the polygon, 0 ≤ t ≤ thickness }
     ///
     /// Shapes: 2n points.  Units: m.  Frames: W.
-    /// Source: [brossette2013] section IV-B.
+    /// Source: `brossette2013` section IV-B.
     #[allow(non_snake_case)]
     pub fn new(surface: &Surface, thickness_m: f64) -> Self {
         let inward: Vector3<f64> = -surface.normal_W() * thickness_m;

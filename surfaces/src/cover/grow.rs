@@ -79,30 +79,51 @@ impl Boundary {
             .collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut piece = self.hull.clone();
+        let mut sides = sides(&piece);
         let mut cuts: Vec<HalfPlane> = Vec::new();
         for (_, i) in order {
             let edge = &self.edges[i];
-            if edge.enters(&piece)
+            if edge.enters(&sides)
                 && let Some(cut) = edge.best_cut(seed, &piece)
             {
                 piece = clip_ring(&piece, &cut);
+                sides.push(cut);
                 cuts.push(cut);
             }
         }
-        // A later line may have done the work of an earlier one as well.
+        self.drop_redundant(cuts, piece)
+    }
+
+    /// Drops the lines whose work the others do as well, the first ones first.
+    fn drop_redundant(
+        &self,
+        mut cuts: Vec<HalfPlane>,
+        mut piece: Vec<Point2<f64>>,
+    ) -> Vec<Point2<f64>> {
+        let hull = sides(&self.hull);
         let mut i = 0;
         while i < cuts.len() {
             let others = cuts.iter().enumerate().filter(|(j, _)| *j != i);
-            let without = others.fold(self.hull.clone(), |ring, (_, cut)| clip_ring(&ring, cut));
+            let others: Vec<HalfPlane> = others.map(|(_, cut)| *cut).collect();
+            let without: Vec<HalfPlane> = hull.iter().chain(&others).copied().collect();
             if self.edges.iter().any(|edge| edge.enters(&without)) {
                 i += 1;
             } else {
-                piece = without;
-                cuts.remove(i);
+                cuts = others;
+                piece = cuts
+                    .iter()
+                    .fold(self.hull.clone(), |ring, cut| clip_ring(&ring, cut));
             }
         }
         piece
     }
+}
+
+/// The half planes of a convex ring's edges.
+fn sides(ring: &[Point2<f64>]) -> Vec<HalfPlane> {
+    let edges = ring.iter().zip(ring.iter().cycle().skip(1));
+    let long = edges.filter(|(p, q)| (*q - *p).norm() >= APART_M);
+    long.map(|(p, q)| HalfPlane::left_of(p, q)).collect()
 }
 
 impl Edge {
@@ -116,15 +137,11 @@ impl Edge {
         from_seed.chain(from_ends).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether the edge runs through the interior of a convex ring.
-    fn enters(&self, piece: &[Point2<f64>]) -> bool {
+    /// Whether the edge runs through the interior of an intersection of half planes.
+    fn enters(&self, sides: &[HalfPlane]) -> bool {
         let [a, b] = &self.ends;
         let (mut from, mut to) = (0.0, 1.0);
-        for (p, q) in piece.iter().zip(piece.iter().cycle().skip(1)) {
-            if (q - p).norm() < APART_M {
-                continue;
-            }
-            let side = HalfPlane::left_of(p, q);
+        for side in sides {
             let (at_a, at_b) = (side.value(a) + INSIDE_M, side.value(b) + INSIDE_M);
             if at_a >= 0.0 && at_b >= 0.0 {
                 return false;
@@ -136,9 +153,12 @@ impl Edge {
                 } else {
                     to = f64::min(to, crossing);
                 }
+                if to <= from {
+                    return false;
+                }
             }
         }
-        to > from
+        true
     }
 
     /// The half plane of the seed, bounded by a line between the seed and the edge, that leaves
@@ -157,7 +177,7 @@ impl Edge {
                 return;
             }
             let cut = HalfPlane { n, b };
-            let area = ring_area(&clip_ring(piece, &cut)) * handicap;
+            let area = area_left(piece, &cut) * handicap;
             if best.is_none_or(|(largest, _)| area > largest) {
                 best = Some((area, cut));
             }
@@ -184,6 +204,39 @@ impl Edge {
         }
         best.map(|(_, cut)| cut)
     }
+}
+
+/// The area of the part of a convex ring in a half plane, m².
+fn area_left(ring: &[Point2<f64>], half_plane: &HalfPlane) -> f64 {
+    let Some(mut a) = ring.last() else {
+        return 0.0;
+    };
+    let origin = *a;
+    let mut value_a = half_plane.value(a);
+    let mut last: Option<Point2<f64>> = None;
+    let mut first: Option<Point2<f64>> = None;
+    let mut doubled = 0.0;
+    let mut add = |p: Point2<f64>| {
+        if let Some(q) = last {
+            doubled += (q - origin).perp(&(p - origin));
+        }
+        first.get_or_insert(p);
+        last = Some(p);
+    };
+    for b in ring {
+        let value_b = half_plane.value(b);
+        if (value_a < 0.0 && value_b > 0.0) || (value_a > 0.0 && value_b < 0.0) {
+            add(a + (b - a) * (value_a / (value_a - value_b)));
+        }
+        if value_b <= 0.0 {
+            add(*b);
+        }
+        (a, value_a) = (b, value_b);
+    }
+    if let (Some(p), Some(q)) = (first, last) {
+        doubled += (q - origin).perp(&(p - origin));
+    }
+    0.5 * doubled
 }
 
 fn distance_to_segment(p: &Point2<f64>, a: &Point2<f64>, b: &Point2<f64>) -> f64 {
