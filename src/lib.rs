@@ -1,1 +1,3 @@
 //! scandent
+
+pub mod view;

@@ -1,0 +1,139 @@
+//! The scan in the page: thinned evenly, positions in 16-bit steps.
+
+use std::collections::HashSet;
+
+use serde_json::{Value, json};
+
+/// Edge of the first grid, m; each following one is wider by [`WIDENING`].
+const FIRST_CELL_M: f32 = 0.005;
+const WIDENING: f32 = 1.2;
+
+/// At most `most` of the finite points, in their order: the first of each cell of the finest grid
+/// that has few enough cells.
+pub(super) fn thinned(points: &[[f32; 3]], most: usize) -> Vec<[f32; 3]> {
+    let mut kept: Vec<_> = points
+        .iter()
+        .filter(|p| p.iter().all(|c| c.is_finite()))
+        .copied()
+        .collect();
+    let mut cell = FIRST_CELL_M;
+    while kept.len() > most {
+        // Asked only whether a cell is taken: the order of the set reaches nothing.
+        let mut taken = HashSet::new();
+        kept.retain(|p| taken.insert(p.map(|c| (c / cell).floor() as i64)));
+        cell *= WIDENING;
+    }
+    kept
+}
+
+/// The points as base64 of little-endian 16-bit steps above their lower corner; null when there
+/// are none. `total` is the number of points they were thinned from.
+pub(super) fn record(points: &[[f32; 3]], total: usize) -> Value {
+    if points.is_empty() {
+        return Value::Null;
+    }
+    let bound = |pick: fn(f32, f32) -> f32, axis: usize| {
+        points.iter().map(|p| p[axis]).fold(points[0][axis], pick)
+    };
+    let low = [0, 1, 2].map(|axis| f64::from(bound(f32::min, axis)));
+    let high = [0, 1, 2].map(|axis| f64::from(bound(f32::max, axis)));
+    let extent = (0..3)
+        .map(|axis| high[axis] - low[axis])
+        .fold(0.0, f64::max);
+    let step = (extent / f64::from(u16::MAX)).max(1e-6);
+    let bytes: Vec<u8> = points
+        .iter()
+        .flat_map(|p| {
+            [0, 1, 2].map(|axis| ((f64::from(p[axis]) - low[axis]) / step).round() as u16)
+        })
+        .flat_map(u16::to_le_bytes)
+        .collect();
+    json!({
+        "count": points.len(),
+        "total": total,
+        "origin_m": low,
+        "step_m": step,
+        "positions": base64(&bytes),
+    })
+}
+
+/// Base64 with padding, RFC 4648 §4.
+fn base64(bytes: &[u8]) -> String {
+    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for group in bytes.chunks(3) {
+        let bits = (0..3).fold(0, |bits, k| {
+            bits << 8 | u32::from(group.get(k).copied().unwrap_or(0))
+        });
+        for k in 0..4 {
+            let sextet = bits >> (18 - 6 * k) & 63;
+            text.push(if k <= group.len() {
+                char::from(ALPHABET[sextet as usize])
+            } else {
+                '='
+            });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_rfc_4648() {
+        let vectors = [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foobar", "Zm9vYmFy"),
+        ];
+        for (bytes, text) in vectors {
+            assert_eq!(base64(bytes.as_bytes()), text);
+        }
+        assert_eq!(base64(&[0xfb, 0xff, 0xbf]), "+/+/");
+    }
+
+    #[test]
+    fn thinning_keeps_an_even_part_and_leaves_out_what_is_not_finite() {
+        let mut points: Vec<[f32; 3]> = (0..40_000)
+            .map(|i| [(i % 200) as f32 * 0.01, (i / 200) as f32 * 0.01, 0.0])
+            .collect();
+        points.push([f32::NAN, 0.0, 0.0]);
+        points.push([0.0, f32::INFINITY, 0.0]);
+
+        let thin = thinned(&points, 5000);
+
+        assert!(
+            thin.len() <= 5000 && thin.len() > 2500,
+            "{} points",
+            thin.len()
+        );
+        assert!(thin.iter().flatten().all(|c| c.is_finite()));
+        // Both halves keep their share: 10 % of a half for the cells that the border cuts.
+        let left = thin.iter().filter(|p| p[0] < 1.0).count();
+        assert!((left as f64 - thin.len() as f64 / 2.0).abs() < 0.1 * left as f64);
+        assert_eq!(thinned(&points, 100_000).len(), 40_000);
+    }
+
+    #[test]
+    fn positions_come_back_to_half_a_step() {
+        let points = [[-1.5, 0.25, 0.0], [2.0, -0.75, 1.0], [0.123_45, 0.0, 0.5]];
+        let cloud = record(&points, 7);
+        assert_eq!(cloud["count"], 3);
+        assert_eq!(cloud["total"], 7);
+        let step = cloud["step_m"].as_f64().unwrap();
+        assert!(
+            (step - 3.5 / 65_535.0).abs() < 1e-9,
+            "the longest side is 3.5 m"
+        );
+        // The first point lies at the lower x, 1 m above the lower y and at the lower z.
+        let steps = (1.0 / step).round() as u16;
+        let [a, b] = steps.to_le_bytes();
+        let text = cloud["positions"].as_str().unwrap();
+        assert!(text.starts_with(&base64(&[0, 0, a, b, 0, 0])), "{text}");
+        assert_eq!(record(&[], 9), Value::Null);
+    }
+}

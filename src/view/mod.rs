@@ -1,0 +1,121 @@
+//! One self-contained HTML page that shows a plan: it needs no network and no server.
+//!
+//! | in the page | made by |
+//! |---|---|
+//! | frame, style and script | `viewer/` (three.js bundled in) |
+//! | the scan | `cloud` |
+//! | the robot's shapes and where its bodies are in every stance | `robot` |
+//! | the surfaces | `surface` |
+//! | the stances with their forces | `stance` |
+//! | where the centre of mass may stand | `support` |
+//!
+//! All that needs a model of the robot is computed here; the script only draws.
+
+mod cloud;
+mod number;
+mod robot;
+mod stance;
+mod support;
+mod surface;
+
+use anyhow::{Context, Result};
+use planner::plan::Plan;
+use robot_model::{GRAVITY_M_S2, Robot};
+use serde_json::{Value, json};
+
+const TEMPLATE: &str = include_str!("../../viewer/index.html");
+const STYLE: &str = include_str!("../../viewer/viewer.css");
+const SCRIPT: &str = include_str!("../../viewer/dist/viewer.js");
+
+/// Most points of the scan that the page carries.
+pub const CLOUD_POINTS_MAX: usize = 60_000;
+
+/// What the page shows.
+#[allow(non_snake_case)]
+#[derive(Clone, Copy, Debug)]
+pub struct ViewInput<'a> {
+    /// The plan; one without stances shows its surfaces.
+    pub plan: &'a Plan,
+    /// The plan's robot.
+    pub robot: &'a Robot,
+    /// The scan's points in W, m; thinned to [`CLOUD_POINTS_MAX`], points that are not finite are
+    /// left out.
+    pub cloud_W: &'a [[f32; 3]],
+}
+
+/// The page as HTML.
+///
+/// # Errors
+/// When the robot is not the plan's, or a stance contradicts itself: which stance, and how.
+pub fn page(input: &ViewInput<'_>) -> Result<String> {
+    // Nothing in the JSON may end the script element that carries it.
+    let data = data(input)?.to_string().replace('<', "\\u003c");
+    let title = escaped(&input.plan.scene);
+    let parts = [
+        ("@TITLE@", title.as_str()),
+        ("@STYLE@", STYLE),
+        ("@DATA@", &data),
+        ("@SCRIPT@", SCRIPT),
+    ];
+
+    let mut html = String::with_capacity(TEMPLATE.len() + STYLE.len() + SCRIPT.len() + data.len());
+    let mut rest = TEMPLATE;
+    for (mark, text) in parts {
+        let (before, after) = rest
+            .split_once(mark)
+            .with_context(|| format!("the page's frame has no {mark}"))?;
+        html.push_str(before);
+        html.push_str(text);
+        rest = after;
+    }
+    html.push_str(rest);
+    Ok(html)
+}
+
+/// The JSON that the page's script reads.
+fn data(input: &ViewInput<'_>) -> Result<Value> {
+    let ViewInput {
+        plan,
+        robot,
+        cloud_W,
+    } = input;
+    robot::check_joints(robot, plan)?;
+    let stances = plan
+        .stances
+        .iter()
+        .map(|stance| {
+            stance::record(stance, &plan.required, robot)
+                .with_context(|| format!("stance {} of the plan", stance.index))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(json!({
+        "format": "scandent-view/1",
+        "program": format!("{} {}", plan.program.name, plan.program.version),
+        "scene": plan.scene,
+        "seed": plan.seed,
+        "inputs": plan.inputs,
+        "robot": {
+            "name": robot.name,
+            "mass_kg": robot.mass_kg,
+            "weight_N": robot.mass_kg * GRAVITY_M_S2,
+            "bodies": robot::bodies(robot),
+        },
+        "cloud": cloud::record(&cloud::thinned(cloud_W, CLOUD_POINTS_MAX), cloud_W.len()),
+        "surfaces": plan.surfaces.iter().map(surface::record).collect::<Vec<_>>(),
+        "obstacles": plan.obstacles.iter().map(surface::obstacle).collect::<Vec<_>>(),
+        "required": plan.required,
+        "goal": plan.goal,
+        "search": plan.search,
+        "stances": stances,
+    }))
+}
+
+/// Text that stands in an element.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests;

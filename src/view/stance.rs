@@ -1,0 +1,222 @@
+//! A stance in the page: bodies, contacts with what their forces amount to, support region.
+
+use anyhow::{Result, ensure};
+use nalgebra::{Point2, Point3, Quaternion, UnitQuaternion, Vector3};
+use planner::plan::{Change, RequiredMargins, Stance, StanceContact};
+use robot_model::Robot;
+use serde_json::{Value, json};
+use surfaces::ConvexPolygon;
+
+use super::number::{metres, newtons, plane_points, position, unit};
+use super::robot::poses;
+use super::support::{LoadedContact, support_region};
+
+/// Contacts whose heights and normals differ by no more than this are called level: 2 mm, 1°.
+const LEVEL_HEIGHT_M: f64 = 0.002;
+const LEVEL_TILT_RAD: f64 = 0.0175;
+
+/// The stance with everything that the page would have to compute from it.
+///
+/// # Errors
+/// When q is not the robot's or a contact has not one force for each force point.
+pub(super) fn record(stance: &Stance, required: &RequiredMargins, robot: &Robot) -> Result<Value> {
+    for contact in &stance.contacts {
+        ensure!(
+            contact.forces_W.len() == contact.force_points_W.len(),
+            "contact {:?} has {} forces at {} points",
+            contact.patch,
+            contact.forces_W.len(),
+            contact.force_points_W.len(),
+        );
+    }
+    let contacts: Vec<_> = stance
+        .contacts
+        .iter()
+        .map(|c| contact(c, &stance.change))
+        .collect();
+    Ok(json!({
+        "index": stance.index,
+        "change": stance.change,
+        "poses": poses(robot, &stance.q)?,
+        "com_W": stance.com_W.map(metres),
+        "contacts": contacts,
+        "support_level_m": metres(support_level(stance)),
+        "support": support(stance, required),
+        "margins": stance.margins,
+    }))
+}
+
+fn contact(contact: &StanceContact, change: &Change) -> Value {
+    let normal = normal(contact);
+    let (points, forces) = (triples(&contact.force_points_W), triples(&contact.forces_W));
+    let force: Vector3<f64> = forces.iter().sum();
+    let normal_force = force.dot(&normal);
+    let pushes = contact.loaded && normal_force > 0.0;
+
+    // Where the normal parts of the forces act together.
+    let pressure = || {
+        let weighted: Vector3<f64> = points
+            .iter()
+            .zip(&forces)
+            .map(|(p, f)| *p * f.dot(&normal))
+            .sum();
+        position(&(weighted / normal_force))
+    };
+    let tangential = (force - normal * normal_force).norm();
+    json!({
+        "patch": contact.patch,
+        "link": contact.link,
+        "surface": contact.surface,
+        "loaded": contact.loaded,
+        "state": state(contact, change),
+        "friction": contact.friction,
+        "normal_W": components(&normal, unit),
+        "vertices_W": contact.vertices_W.iter().map(|p| p.map(metres)).collect::<Vec<_>>(),
+        "force_points_W": contact.force_points_W.iter().map(|p| p.map(metres)).collect::<Vec<_>>(),
+        "forces_W": contact.forces_W.iter().map(|f| f.map(newtons)).collect::<Vec<_>>(),
+        "force_W": components(&force, newtons),
+        "normal_N": newtons(normal_force),
+        "centre_of_pressure_W": pushes.then(pressure),
+        "friction_use": pushes.then(|| tangential / (contact.friction * normal_force)),
+    })
+}
+
+/// What the page calls the contact.
+fn state(contact: &StanceContact, change: &Change) -> &'static str {
+    match change {
+        _ if contact.loaded => "loaded",
+        Change::Add { patch, .. } if *patch == contact.patch => "made",
+        Change::Remove { patch, .. } if *patch == contact.patch => "leaving",
+        _ => "touching",
+    }
+}
+
+/// z_C in W.
+fn normal(contact: &StanceContact) -> Vector3<f64> {
+    let [x, y, z, w] = contact.X_WC.quat_xyzw;
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)) * Vector3::z()
+}
+
+fn components(v: &Vector3<f64>, rounded: fn(f64) -> f64) -> [f64; 3] {
+    <[f64; 3]>::from(*v).map(rounded)
+}
+
+fn triples(rows: &[[f64; 3]]) -> Vec<Vector3<f64>> {
+    rows.iter().map(|&row| row.into()).collect()
+}
+
+/// The height at which the support region is drawn: that of the lowest loaded contact.
+fn support_level(stance: &Stance) -> f64 {
+    let height = |contact: &StanceContact| contact.X_WC.p[2];
+    let lowest =
+        |contacts: &mut dyn Iterator<Item = &StanceContact>| contacts.map(height).reduce(f64::min);
+    lowest(&mut stance.contacts.iter().filter(|c| c.loaded))
+        .or_else(|| lowest(&mut stance.contacts.iter()))
+        .unwrap_or(0.0)
+}
+
+/// The support region of the loaded contacts, and the smaller one that the plan keeps to: with
+/// the forces at the shrunk patches and the share of the friction that may be used.
+fn support(stance: &Stance, required: &RequiredMargins) -> Option<Value> {
+    let loaded: Vec<_> = stance.contacts.iter().filter(|c| c.loaded).collect();
+    let region_of = |points: fn(&StanceContact) -> &[[f64; 3]], friction_use: f64| {
+        let contacts: Vec<_> = loaded
+            .iter()
+            .map(|&contact| LoadedContact {
+                points_W: points(contact).iter().map(|&p| Point3::from(p)).collect(),
+                normal_W: normal(contact),
+                friction: friction_use * contact.friction,
+            })
+            .collect();
+        support_region(&contacts)
+    };
+    let region = region_of(|c| &c.vertices_W, 1.0)?;
+    let kept = region_of(|c| &c.force_points_W, required.friction_use);
+    let [x, y, _] = stance.com_W;
+    let edge = ConvexPolygon::hull(&region)
+        .ok()
+        .map(|hull| -hull.signed_distance(&Point2::new(x, y)));
+    Some(json!({
+        "region": plane_points(&region),
+        "kept": kept.as_ref().map(plane_points),
+        "com_edge_m": edge.map(metres),
+        "level": is_level(&loaded),
+    }))
+}
+
+/// Whether the contacts lie in one horizontal plane.
+fn is_level(contacts: &[&StanceContact]) -> bool {
+    let heights = || contacts.iter().flat_map(|c| &c.vertices_W).map(|v| v[2]);
+    let [low, high] = [
+        heights().fold(f64::MAX, f64::min),
+        heights().fold(f64::MIN, f64::max),
+    ];
+    let upright = |contact: &&StanceContact| normal(contact).angle(&Vector3::z()) < LEVEL_TILT_RAD;
+    high - low < LEVEL_HEIGHT_M && contacts.iter().all(upright)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use planner::plan::Pose;
+
+    fn foot(patch: &str, loaded: bool) -> StanceContact {
+        let corners = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]];
+        StanceContact {
+            patch: patch.into(),
+            link: "sole".into(),
+            surface: "ground".into(),
+            X_WC: Pose {
+                p: [0.0, 0.0, 0.2],
+                quat_xyzw: [0.0, 0.0, 0.0, 1.0],
+            },
+            friction: 0.5,
+            loaded,
+            vertices_W: corners.map(|[x, y]| [x, y, 0.2]).to_vec(),
+            force_points_W: corners.map(|[x, y]| [0.8 * x, 0.8 * y, 0.2]).to_vec(),
+            forces_W: if loaded {
+                vec![
+                    [30.0, 0.0, 200.0],
+                    [30.0, 0.0, 200.0],
+                    [0.0, 0.0, 100.0],
+                    [0.0, 0.0, 100.0],
+                ]
+            } else {
+                vec![[0.0; 3]; 4]
+            },
+        }
+    }
+
+    #[test]
+    fn the_forces_of_a_contact_are_summed_up() {
+        let record = contact(&foot("left", true), &Change::Start);
+        assert_eq!(record["force_W"], json!([60.0, 0.0, 600.0]));
+        assert_eq!(record["normal_N"], json!(600.0));
+        // 400 N act at y = −0.04 m and 200 N at +0.04 m.
+        assert_eq!(record["centre_of_pressure_W"], json!([0.0, -0.0133, 0.2]));
+        // 60 N of the 0.5 · 600 N that friction can hold.
+        assert!((record["friction_use"].as_f64().unwrap() - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_contact_without_load_says_whether_it_comes_or_goes() {
+        let add = Change::Add {
+            patch: "left".into(),
+            surface: "ground".into(),
+        };
+        let remove = Change::Remove {
+            patch: "left".into(),
+            surface: "ground".into(),
+        };
+        let states = [
+            (&add, "made"),
+            (&remove, "leaving"),
+            (&Change::Start, "touching"),
+        ];
+        for (change, expected) in states {
+            let record = contact(&foot("left", false), change);
+            assert_eq!(record["state"], expected);
+            assert_eq!(record["centre_of_pressure_W"], Value::Null);
+        }
+    }
+}

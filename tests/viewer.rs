@@ -1,0 +1,126 @@
+//! The page that `scandent view` writes, in a real browser.
+//!
+//! Passes when the page opens from a file without the network, goes through every stance by key,
+//! mouse and play button, each stance with a picture of its own, and the browser complains of
+//! nothing: no error, warning or uncaught exception. Without a Chromium it is skipped, loudly.
+
+#[path = "viewer/check.rs"]
+mod check;
+#[path = "viewer/chromium.rs"]
+mod chromium;
+#[path = "viewer/fixture.rs"]
+mod fixture;
+
+use std::path::{Path, PathBuf};
+
+use check::check_page;
+use scandent::view::{ViewInput, page};
+
+fn chromium() -> Option<PathBuf> {
+    let found = chromium::find();
+    if found.is_none() {
+        eprintln!(
+            "\n!!!!! SKIPPED: no chromium, chromium-browser or google-chrome on the PATH, and \
+             CHROMIUM is not set: the page was opened by nobody !!!!!\n"
+        );
+    }
+    found
+}
+
+fn fixture_page() -> String {
+    let (plan, robot, cloud) = (fixture::plan(), fixture::robot(), fixture::cloud());
+    page(&ViewInput {
+        plan: &plan,
+        robot: &robot,
+        cloud_W: &cloud,
+    })
+    .expect("a page")
+}
+
+fn check(chromium: &Path, html: &str) -> anyhow::Result<()> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("a page.html");
+    std::fs::write(&file, html)?;
+    check_page(chromium, &file, fixture::plan().stances.len())
+}
+
+#[test]
+fn the_page_shows_every_stance_without_a_complaint() {
+    let Some(chromium) = chromium() else { return };
+    check(&chromium, &fixture_page()).unwrap();
+}
+
+/// The check itself: it must see what goes wrong in a page, wherever it happens.
+#[test]
+fn a_broken_page_is_noticed() {
+    let Some(chromium) = chromium() else { return };
+    let html = fixture_page();
+    let with_script =
+        |script: &str| html.replacen("<body>", &format!("<body><script>{script}</script>"), 1);
+    let breakages = [
+        (
+            "data that cannot be shown",
+            html.replacen("\"stances\":[", "\"stanzas\":[", 1),
+            "console: ",
+        ),
+        (
+            "a console error at the first key",
+            with_script("addEventListener('keydown', () => console.error('broken'))"),
+            "broken",
+        ),
+        (
+            "an exception at the last stance",
+            html.replacen("\"change\":{\"kind\":\"goal\"}", "\"change\":null", 1),
+            "uncaught: ",
+        ),
+        (
+            "a promise that fails unheard",
+            with_script("setTimeout(() => Promise.reject(new Error('unheard')), 0)"),
+            "unheard",
+        ),
+        (
+            "a request, refused by the page's policy",
+            html.replacen(
+                "</body>",
+                "<img src=\"http://127.0.0.1:9/a.png\" alt=\"\"></body>",
+                1,
+            ),
+            "Content Security Policy",
+        ),
+        (
+            "a request where no policy refuses it",
+            html.replacen("default-src 'none'", "default-src *", 1)
+                .replacen("img-src data:", "img-src *", 1)
+                .replacen(
+                    "</body>",
+                    "<img src=\"http://127.0.0.1:9/a.png\" alt=\"\"></body>",
+                    1,
+                ),
+            "request for http://127.0.0.1:9/a.png",
+        ),
+        (
+            "a number that is none",
+            html.replacen("\"nodes_expanded\":6", "\"nodes_expanded\":{}", 1),
+            "[object",
+        ),
+        (
+            "a slider that moves nothing",
+            html.replacen("oninput:", "onnothing:", 1),
+            "instead of",
+        ),
+        (
+            "a picture that stands still",
+            html.replacen(
+                "this.renderer.render(this.scene,this.camera)",
+                "this.drawn||=(this.renderer.render(this.scene,this.camera),1)",
+                1,
+            ),
+            "looks like the one before",
+        ),
+    ];
+    for (what, broken, told) in breakages {
+        assert_ne!(broken, html, "{what}: nothing was broken");
+        let error = format!("{:#}", check(&chromium, &broken).expect_err(what));
+        assert!(error.contains(told), "{what}: {error}");
+    }
+}

@@ -1,0 +1,32 @@
+// Decoding of the data that the page carries.
+
+/** The plan's picture: the JSON of `scandent-view/1`, the cloud's positions decoded. */
+export function readData(element) {
+  const data = JSON.parse(element.textContent);
+  if (data.format !== 'scandent-view/1') throw new Error(`unknown data format ${data.format}`);
+  if (data.cloud) data.cloud.positions = decodeCloud(data.cloud);
+  return data;
+}
+
+/** Positions in W, m, from 16-bit steps above the cloud's lower corner (little endian). */
+function decodeCloud({ positions, count, origin_m: origin, step_m: step }) {
+  const bytes = Uint8Array.from(atob(positions), (c) => c.charCodeAt(0));
+  if (bytes.length !== 6 * count) throw new Error(`cloud of ${count} points has ${bytes.length} bytes`);
+  const steps = new DataView(bytes.buffer);
+  const xyz = new Float32Array(3 * count);
+  for (let i = 0; i < xyz.length; i++) xyz[i] = origin[i % 3] + step * steps.getUint16(2 * i, true);
+  return xyz;
+}
+
+/** A pose as it stands in the data, `[x, y, z, qx, qy, qz, qw]`, put on an object. */
+export function setPose(object, pose, at = 0) {
+  object.position.fromArray(pose, at);
+  object.quaternion.fromArray(pose, at + 3);
+}
+
+/** What the plan does to get to the stance, as a sentence. */
+export function describeChange({ kind, patch, surface }) {
+  if (kind === 'start') return 'Start';
+  if (kind === 'goal') return 'Goal reached';
+  return kind === 'add' ? `${patch} made on ${surface}` : `${patch} leaves ${surface}`;
+}

@@ -1,0 +1,40 @@
+// Switches of the layers, and the key to their colours.
+import { heightScale } from './cloud.js';
+import { el } from './dom.js';
+import { AXIS_M } from './surfaces.js';
+import { onTheme } from './theme.js';
+import { count, metres, newtons } from './units.js';
+
+/** One switch for each `[name, label, object, there]`; what is not there has no switch. */
+export function layerSwitches(element, layers, invalidate) {
+  for (const [name, label, object, there, on = true] of layers) {
+    const apply = (visible) => {
+      object.visible = visible;
+      invalidate();
+    };
+    apply(there && on);
+    if (!there) continue;
+    const box = el('input', { type: 'checkbox', id: `layer-${name}`, checked: on, onchange: () => apply(box.checked) });
+    element.append(el('label', {}, box, el('span', { class: `swatch ${name}` }), label));
+  }
+}
+
+const swatch = (name) => el('span', { class: `swatch ${name}` });
+
+/** The height scale of the cloud and the scale of the force arrows. */
+export function colourKey(element, { cloud, range, scale }) {
+  const parts = [];
+  if (cloud) {
+    const ramp = el('span', { class: 'ramp' });
+    onTheme(() => { ramp.style.background = `linear-gradient(90deg, ${heightScale().join()})`; });
+    const share = cloud.count < cloud.total ? `${count(cloud.count)} of ${count(cloud.total)}` : count(cloud.count);
+    parts.push(el('div', { class: 'height' }, metres(range[0], 2), ramp, metres(range[1], 2),
+      el('small', {}, `height in W; ${share} points`)));
+  }
+  parts.push(
+    el('div', {}, el('span', { class: 'sample' }), `contact force, 0.1 m = ${newtons(0.1 / scale)}`),
+    el('div', {}, swatch('loaded'), 'loaded contact', swatch('unloaded'), 'touching, no load'),
+    el('div', {}, ['x', 'y', 'z'].map((axis) => el('span', { class: `axis ${axis}` }, axis)), `frames of the surfaces, ${AXIS_M} m`),
+  );
+  element.append(...parts);
+}

@@ -1,0 +1,142 @@
+// The side panel: facts of the stance, then of the plan.
+import { marginRows } from './margins.js';
+import { supportPlot } from './support_plot.js';
+import { describeChange } from './data.js';
+import { el } from './dom.js';
+import { count, degrees, metres, millimetres, newtons, percent } from './units.js';
+
+const STATES = {
+  loaded: 'loaded', made: 'just made, no load', leaving: 'about to leave, no load', touching: 'touching, no load',
+};
+
+export class Panel {
+  /** `point` is called with the id of the surface that the reader points at, or null. */
+  constructor(element, data, point) {
+    this.data = data;
+    this.stanceBox = el('div', { class: 'stance-box' });
+    element.append(
+      this.stanceBox,
+      section('Search', facts(searchFacts(data))),
+      section('Goal', facts(goalFacts(data.goal))),
+      surfaceTable(data.surfaces, point),
+      inputList(data),
+      el('p', { class: 'foot' }, 'The margins are those of the plan file; ',
+        el('code', {}, 'scandent verify'), ' recomputes and judges them.'),
+    );
+  }
+
+  show(stance) {
+    const { data } = this;
+    this.stanceBox.replaceChildren(
+      el('h2', {}, `Stance ${stance.index}`, el('small', {}, describeChange(stance.change))),
+      section('Contacts', contactTable(stance)),
+      section('Margins', marginTable(marginRows(stance, data.required))),
+      section('Support region, from above', supportPlot(stance), supportNote(stance, data)),
+    );
+  }
+}
+
+const section = (title, ...content) => el('section', {}, el('h3', {}, title), content);
+
+const facts = (rows) =>
+  el('dl', {}, rows.map(([name, value]) => [el('dt', {}, name), el('dd', {}, value)]));
+
+const head = (...names) =>
+  el('thead', {}, el('tr', {}, names.map((name) => el('th', { scope: 'col' }, name))));
+
+function contactTable({ contacts }) {
+  if (!contacts.length) return el('p', { class: 'note' }, 'No contacts.');
+  return el('table', { class: 'contacts' },
+    head('patch', 'surface', 'normal', 'friction'),
+    el('tbody', {}, contacts.map((contact) => el('tr', {},
+      el('th', { scope: 'row' },
+        el('span', { class: `dot ${contact.loaded ? 'loaded' : 'unloaded'}` }),
+        contact.patch, el('small', {}, STATES[contact.state])),
+      el('td', {}, contact.surface),
+      el('td', { class: 'number' }, contact.loaded ? newtons(contact.normal_N) : '–'),
+      el('td', { class: 'number' }, frictionText(contact), el('small', {}, `μ = ${contact.friction}`))))));
+}
+
+function frictionText({ loaded, friction_use: use }) {
+  return loaded && typeof use === 'number' ? percent(use, 0) : '–';
+}
+
+function marginTable(rows) {
+  return el('table', { class: 'margins' },
+    head('worst in this stance', 'value', 'required'),
+    el('tbody', {}, rows.map((row) => el('tr', { class: row.state?.replace(' ', '-') },
+      el('th', { scope: 'row' }, row.name, meter(row)),
+      el('td', { class: 'number' }, row.shown),
+      el('td', { class: 'number' }, row.bound ?? '', row.state && el('span', { class: 'state' }, row.state))))));
+}
+
+/** A bar with a mark at the required value. */
+function meter({ full, mark }) {
+  if (full === undefined) return null;
+  const bar = el('span', { class: 'meter', 'aria-hidden': 'true' }, el('i'), el('b'));
+  bar.firstChild.style.width = `${100 * full}%`;
+  bar.lastChild.style.left = `${100 * mark}%`;
+  return bar;
+}
+
+function supportNote(stance, { required }) {
+  const kept = `the patches shrunk by ${millimetres(required.com_m, 0)} and ${percent(required.friction_use, 0)} of the friction`;
+  const ground = `Drawn in the 3-D view at the height of the lowest loaded contact, ${metres(stance.support_level_m, 2)}.`;
+  if (!stance.support) {
+    return el('p', { class: 'note bad' }, 'No CoM position is in static equilibrium on the loaded contacts.');
+  }
+  const what = stance.support.level
+    ? 'The loaded contacts are level and coplanar: the region is the convex hull of their vertices, projected on the ground.'
+    : 'The loaded contacts are not in one level plane: the region is where the CoM may stand for contact forces inside the friction cones (8-sided, inscribed) to balance gravity.';
+  return el('p', { class: 'note' }, `${what} Dashed: with ${kept}. Torque limits are not part of it. ${ground}`);
+}
+
+function searchFacts({ search, stances, seed }) {
+  return [
+    ['Stances in the plan', count(stances.length)],
+    ['Contact sets on the path', count(search.path_stances)],
+    ['Nodes generated', count(search.nodes_generated)],
+    ['Nodes expanded', count(search.nodes_expanded)],
+    ['Posture problems solved', count(search.candidates_solved)],
+    ['Seed', String(seed)],
+  ];
+}
+
+function goalFacts(goal) {
+  const rows = [];
+  if (goal.base_position_m) {
+    const axes = goal.base_position_m.map((v) => (typeof v === 'number' ? v.toFixed(2) : 'free'));
+    rows.push(['Base at x, y, z', `${axes.join(', ').replaceAll('-', '\u2212')} m`]);
+    rows.push(['Within', metres(goal.tolerance_m, 2)]);
+  }
+  if (typeof goal.yaw_rad === 'number') rows.push(['Heading', degrees(goal.yaw_rad)]);
+  for (const { patch, surface } of goal.contacts) rows.push(['Contact', `${patch} on ${surface}`]);
+  return rows.length ? rows : [['Goal', 'none']];
+}
+
+function surfaceTable(surfaces, point) {
+  const row = (surface) => el('tr', {
+    tabindex: 0,
+    onmouseenter: () => point(surface.id), onmouseleave: () => point(null),
+    onfocus: () => point(surface.id), onblur: () => point(null),
+  },
+  el('th', { scope: 'row' }, surface.id, el('small', {}, surface.source)),
+  el('td', { class: 'number' }, surface.X_WS[2].toFixed(3).replace('-', '\u2212')),
+  el('td', { class: 'number' }, degrees(surface.tilt_rad)),
+  el('td', { class: 'number' }, surface.area_m2.toFixed(3)),
+  el('td', { class: 'number' }, (1000 * surface.inset_m).toFixed(0)),
+  el('td', { class: 'number' }, surface.inliers ? (1000 * surface.rms_m).toFixed(1) : '–'));
+  return el('details', { open: true },
+    el('summary', {}, `Surfaces (${surfaces.length})`),
+    el('div', { class: 'scroll' }, el('table', { class: 'surfaces' },
+      head('id', 'height m', 'tilt', 'area m²', 'inset mm', 'RMS mm'),
+      el('tbody', {}, surfaces.map(row)))));
+}
+
+function inputList({ inputs, program }) {
+  return el('details', {},
+    el('summary', {}, `Made from (${inputs.length} files)`),
+    el('ul', { class: 'inputs' }, inputs.map((input) => el('li', {},
+      el('b', {}, input.role), ` ${input.name}`, el('code', { title: input.sha256 }, `sha256 ${input.sha256.slice(0, 16)}…`)))),
+    el('p', { class: 'note' }, `Planned by ${program}.`));
+}

@@ -1,0 +1,91 @@
+// The surfaces: polygon, inset polygon, outline, frame and name; those that carry a contact stand out.
+import {
+  BufferAttribute, BufferGeometry, DoubleSide, Group, Mesh, MeshLambertMaterial,
+} from 'three';
+import { CSS2DObject } from 'three/examples/jsm/renderers/CSS2DRenderer.js';
+import { setPose } from './data.js';
+import { el } from './dom.js';
+import { lineMaterial, ring, segments } from './line.js';
+import { colour, onTheme } from './theme.js';
+
+export const AXIS_M = 0.12;
+
+/** Triangles of a convex polygon given counter-clockwise in its plane. */
+export function fan(points) {
+  const flat = new Float32Array(points.flatMap(([x, y, z]) => [x, y, z ?? 0]));
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(flat, 3));
+  geometry.setIndex(points.slice(2).flatMap((_, i) => [0, i + 1, i + 2]));
+  geometry.computeVertexNormals();
+  return geometry;
+}
+
+export class SurfacesLayer {
+  constructor(stage, surfaces) {
+    this.fill = new Group();
+    this.inset = new Group();
+    this.frames = new Group();
+    this.names = new Group();
+    this.used = new Set();
+    this.pointed = null;
+    this.parts = new Map();
+    const lines = {
+      edge: lineMaterial(stage, 'surface-edge', { linewidth: 1.6 }),
+      edgeUsed: lineMaterial(stage, 'surface-used', { linewidth: 2.6 }),
+      inset: lineMaterial(stage, 'surface-edge', { linewidth: 1.1, dashed: true, dashSize: 0.02, gapSize: 0.014 }),
+      outline: lineMaterial(stage, 'surface-edge', { linewidth: 0.9, transparent: true, opacity: 0.6 }),
+      axes: ['x', 'y', 'z'].map((axis) => lineMaterial(stage, `axis-${axis}`, { linewidth: 2.4 })),
+    };
+    for (const surface of surfaces) this.add(surface, lines);
+    onTheme(() => this.paint());
+  }
+
+  add(surface, lines) {
+    const material = new MeshLambertMaterial({ transparent: true, side: DoubleSide, depthWrite: false });
+    const face = new Mesh(fan(surface.polygon), material);
+    face.receiveShadow = true;
+    const edge = segments(ring(surface.polygon), lines.edge);
+    const strong = segments(ring(surface.polygon), lines.edgeUsed);
+    const body = new Group().add(face, edge, strong);
+    const inner = new Group();
+    if (surface.effective) inner.add(segments(ring(surface.effective), lines.inset));
+    for (const outline of surface.outline) inner.add(segments(ring(outline), lines.outline));
+    const frame = new Group();
+    lines.axes.forEach((axis, i) => {
+      const tip = [0, 0, 0];
+      tip[i] = AXIS_M;
+      frame.add(segments([0, 0, 0, ...tip], axis));
+    });
+    const tag = new CSS2DObject(el('span', { class: 'tag' }, surface.id));
+    tag.center.set(0.5, -0.3);
+    const name = new Group().add(tag);
+    for (const [layer, part] of [[this.fill, body], [this.inset, inner], [this.frames, frame], [this.names, name]]) {
+      setPose(part, surface.X_WS);
+      layer.add(part);
+    }
+    this.parts.set(surface.id, { material, edge, strong, tag });
+  }
+
+  /** Marks the surfaces that carry a contact of the stance. */
+  setUsed(ids) {
+    this.used = new Set(ids);
+    this.paint();
+  }
+
+  /** Marks the surface that the reader points at in the table. */
+  point(id) {
+    this.pointed = id;
+    this.paint();
+  }
+
+  paint() {
+    for (const [id, { material, edge, strong, tag }] of this.parts) {
+      const marked = this.used.has(id) || this.pointed === id;
+      material.color.set(colour(marked ? 'surface-used' : 'surface'));
+      material.opacity = this.pointed === id ? 0.6 : marked ? 0.34 : 0.22;
+      edge.visible = !marked;
+      strong.visible = marked;
+      tag.element.classList.toggle('used', marked);
+    }
+  }
+}
