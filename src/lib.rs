@@ -1,3 +1,4 @@
 //! scandent
 
+pub mod verify;
 pub mod view;

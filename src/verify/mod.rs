@@ -1,0 +1,68 @@
+//! Recomputes everything that a plan claims, from the plan and the robot alone.
+//!
+//! The code here shares nothing with the solvers: it has kinematics of its own (4×4 matrices),
+//! moments summed link by link, polygons by their edges, equilibrium by linear programming from
+//! nothing but the contacts, and distances that a separating direction vouches for. What it takes
+//! from elsewhere is data: the robot's bodies, shapes and patches, the plan's surfaces.
+//!
+//! | file | what it checks |
+//! |---|---|
+//! | `structure` | format, robot, the promised margins, the environment |
+//! | `sequence` | one contact a stance, kept contacts, the goal |
+//! | `stance` | numbers, names, joint limits, centre of mass, contacts on their surfaces |
+//! | `forces` | friction cones, balance, torques; equilibrium and support region by LP |
+//! | `clearance` | distances to the environment, between parts, and how deep contacts sink |
+//!
+//! A plan that fails is told where: stance, contact or joint or pair, check, and by how much.
+
+mod balance;
+pub mod certificate;
+mod check;
+mod clearance;
+mod distance;
+mod findings;
+mod forces;
+mod nearest;
+mod options;
+mod polygon;
+mod posture;
+mod sequence;
+mod stance;
+mod structure;
+
+#[cfg(test)]
+#[path = "../../tests/support/biped.rs"]
+mod biped;
+
+pub use certificate::{Certificate, Row, Summary};
+pub use check::{Check, Sense};
+pub use options::Options;
+
+use planner::plan::Plan;
+use robot_model::Robot;
+
+use clearance::Surroundings;
+use findings::Findings;
+
+/// Checks a plan against a robot; never fails, and passes only what holds.
+///
+/// Bounds are the plan's own `required` margins, which must themselves make sense; slacks are
+/// those of `options`.
+pub fn verify(plan: &Plan, robot: &Robot, options: &Options) -> Certificate {
+    let mut findings = Findings::default();
+    let drawable = structure::check(plan, robot, options, &mut findings);
+    sequence::check(plan, options, &mut findings);
+    if drawable {
+        let surroundings = Surroundings::new(plan);
+        let scene = stance::Scene {
+            plan,
+            robot,
+            options,
+            surroundings,
+        };
+        for (index, stance) in plan.stances.iter().enumerate() {
+            stance::check(&scene, index, stance, &mut findings);
+        }
+    }
+    findings.certify(&plan.scene, &robot.name, plan.stances.len(), options)
+}

@@ -1,0 +1,361 @@
+//! One stance: is what it says whole, is it where it says, does it hold.
+#![allow(non_snake_case)]
+
+use nalgebra::{Matrix4, Vector3};
+use planner::plan::{Plan, Stance, StanceContact};
+use robot_model::{ContactPatch, Robot};
+use surfaces::Surface;
+
+use super::clearance::{self, Surroundings};
+use super::findings::Findings;
+use super::forces;
+use super::polygon;
+use super::posture::{Posture, angle_between, column, inverse_point, point, pose};
+use super::{Check, Options};
+
+/// A contact of a stance, with what it refers to and where the posture puts it.
+pub(crate) struct Touch<'a> {
+    pub stated: &'a StanceContact,
+    pub patch: &'a ContactPatch,
+    pub surface: &'a Surface,
+    /// Pose of the patch frame in W, by the posture.
+    pub X_WC: Matrix4<f64>,
+    /// The patch's vertices in W, by the posture.
+    pub vertices_W: Vec<Vector3<f64>>,
+}
+
+/// What all stances share.
+pub(crate) struct Scene<'a> {
+    pub plan: &'a Plan,
+    pub robot: &'a Robot,
+    pub options: &'a Options,
+    pub surroundings: Surroundings,
+}
+
+/// Goes through one stance.
+pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
+    let at = Some(index);
+    if !whole(scene, index, stance, findings) {
+        return;
+    }
+    let Some(posture) = Posture::new(scene.robot, &stance.q) else {
+        findings.flaw(
+            at,
+            Check::Numbers,
+            "q",
+            "the robot has another number of joints",
+        );
+        return;
+    };
+    let touches = place(scene, stance, &posture);
+
+    quaternions(scene, index, stance, findings);
+    joint_limits(scene, index, stance, findings);
+    let com = (Vector3::from(stance.com_W) - posture.com_W).norm();
+    findings.value(at, Check::Com, "", com, scene.options.com_m);
+    for touch in &touches {
+        contact(scene, index, touch, findings);
+    }
+    let used = forces::check(scene, index, &posture, &touches, findings);
+    let nearest = clearance::check(
+        scene.plan,
+        &posture,
+        &touches,
+        &scene.surroundings,
+        scene.options,
+        index,
+        findings,
+    );
+    stated_margins(scene, index, stance, &used, &nearest, findings);
+}
+
+/// Whether the stance can be gone through at all: lengths, finite numbers, known names.
+fn whole(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) -> bool {
+    let at = Some(index);
+    let sane = |values: &[f64]| {
+        values
+            .iter()
+            .all(|x| x.is_finite() && x.abs() <= scene.options.extent_m)
+    };
+    let wanted = scene.robot.bodies.len() + 6;
+    if stance.q.len() != wanted {
+        let note = format!("{} values, {wanted} wanted", stance.q.len());
+        findings.flaw(at, Check::Numbers, "q", note);
+    } else if !sane(&stance.q) {
+        findings.flaw(
+            at,
+            Check::Numbers,
+            "q",
+            "a value is not finite or out of all proportion",
+        );
+    } else if stance.q[3..7].iter().all(|x| x.abs() < 1e-3) {
+        findings.flaw(at, Check::Numbers, "q", "the quaternion is zero");
+    }
+    if !sane(&stance.com_W) {
+        findings.flaw(
+            at,
+            Check::Numbers,
+            "com_W",
+            "a value is not finite or out of all proportion",
+        );
+    }
+    for (k, contact) in stance.contacts.iter().enumerate() {
+        let points = contact.vertices_W.iter().chain(&contact.force_points_W);
+        // Forces have no extent, but no robot here weighs 1e7 N either.
+        let forces = contact
+            .forces_W
+            .iter()
+            .all(|f| f.iter().all(|x| x.abs() <= 1e7));
+        let quaternion = &contact.X_WC.quat_xyzw;
+        if !(sane(&contact.X_WC.p)
+            && sane(quaternion)
+            && points.into_iter().all(|p| sane(p))
+            && forces
+            && contact.friction.is_finite())
+        {
+            let note = "a value is not finite or out of all proportion";
+            findings.flaw(at, Check::Numbers, &contact.patch, note);
+        } else if quaternion.iter().all(|x| x.abs() < 1e-3) {
+            findings.flaw(at, Check::Numbers, &contact.patch, "the quaternion is zero");
+        }
+        names(scene, index, stance, k, findings);
+    }
+    findings.holds_unless_flawed(at, Check::Numbers);
+    findings.holds_unless_flawed(at, Check::Names);
+    !findings.flawed(at, Check::Numbers) && !findings.flawed(at, Check::Names)
+}
+
+/// Patch, link, surface and friction of one contact, and that it is described in full.
+fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut Findings) {
+    let Some(contact) = stance.contacts.get(k) else {
+        return;
+    };
+    let mut flaw = |note: String| {
+        findings.flaw(Some(index), Check::Names, &contact.patch, note);
+    };
+    match scene.robot.patches.iter().find(|p| p.name == contact.patch) {
+        None => {
+            let known: Vec<&str> = scene
+                .robot
+                .patches
+                .iter()
+                .map(|p| p.name.as_str())
+                .collect();
+            flaw(format!(
+                "the robot has no such patch; it has {}",
+                known.join(", ")
+            ));
+        }
+        Some(patch) => {
+            if patch.link != contact.link {
+                flaw(format!(
+                    "is on link {}, not on {}",
+                    patch.link, contact.link
+                ));
+            }
+            if patch.polygon.len() != contact.vertices_W.len() {
+                let (stated, real) = (contact.vertices_W.len(), patch.polygon.len());
+                flaw(format!("{stated} vertices stated, the patch has {real}"));
+            }
+        }
+    }
+    if !scene.plan.surfaces.iter().any(|s| s.id == contact.surface) {
+        flaw(format!("there is no surface {}", contact.surface));
+    }
+    if stance
+        .contacts
+        .iter()
+        .take(k)
+        .any(|other| other.patch == contact.patch)
+    {
+        flaw("is listed twice".to_owned());
+    }
+    let (points, forces) = (contact.force_points_W.len(), contact.forces_W.len());
+    if points != forces {
+        flaw(format!("{forces} forces at {points} points"));
+    }
+    if !(contact.friction > 0.0 && contact.friction <= scene.options.friction_max) {
+        let most = scene.options.friction_max;
+        flaw(format!(
+            "friction {} is not in (0, {most}]",
+            contact.friction
+        ));
+    }
+    // One pair, one coefficient, in whichever stance.
+    let elsewhere = scene
+        .plan
+        .stances
+        .iter()
+        .flat_map(|s| &s.contacts)
+        .find(|other| {
+            other.patch == contact.patch
+                && other.surface == contact.surface
+                && other.friction != contact.friction
+        });
+    if let Some(other) = elsewhere {
+        flaw(format!(
+            "friction {} on {}, but {} in another stance",
+            contact.friction, contact.surface, other.friction
+        ));
+    }
+}
+
+/// The contacts with what they refer to, which [`whole`] has found to exist.
+fn place<'a>(scene: &Scene<'a>, stance: &'a Stance, posture: &Posture) -> Vec<Touch<'a>> {
+    let (plan, robot) = (scene.plan, scene.robot);
+    stance
+        .contacts
+        .iter()
+        .filter_map(|stated| {
+            let patch = robot.patches.iter().find(|p| p.name == stated.patch)?;
+            let surface = plan.surfaces.iter().find(|s| s.id == stated.surface)?;
+            let X_WC = posture.X_WB.get(patch.body)? * patch.X_BC.to_homogeneous();
+            let vertices_W = patch
+                .polygon
+                .iter()
+                .map(|v| point(&X_WC, &Vector3::new(v.x, v.y, 0.0)))
+                .collect();
+            Some(Touch {
+                stated,
+                patch,
+                surface,
+                X_WC,
+                vertices_W,
+            })
+        })
+        .collect()
+}
+
+fn quaternions(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
+    let mut add = |subject: &str, q: &[f64]| {
+        let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let (check, most) = (Check::Quaternion, scene.options.quaternion);
+        findings.value(Some(index), check, subject, (norm - 1.0).abs(), most);
+    };
+    if let Some(quaternion) = stance.q.get(3..7) {
+        add("base", quaternion);
+    }
+    for contact in &stance.contacts {
+        add(&contact.patch, &contact.X_WC.quat_xyzw);
+    }
+}
+
+/// The joint that is nearest to a limit, and every one that is too near.
+fn joint_limits(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
+    let bound = scene.plan.required.joint_rad - scene.options.joint_rad;
+    let joints = stance.q.get(7..).unwrap_or_default();
+    let distances: Vec<(f64, &str)> = scene
+        .robot
+        .bodies
+        .iter()
+        .skip(1)
+        .zip(joints)
+        .map(|(body, q)| ((q - body.lower).min(body.upper - q), body.joint.as_str()))
+        .collect();
+    let nearest = distances.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let too_near = distances.iter().filter(|(d, _)| *d < bound);
+    let rows: Vec<_> = too_near
+        .chain(nearest.filter(|(d, _)| *d >= bound))
+        .collect();
+    for (distance, joint) in rows {
+        findings.value(Some(index), Check::JointLimit, *joint, *distance, bound);
+    }
+}
+
+/// Where one contact is, on its surface and in the file.
+fn contact(scene: &Scene, index: usize, touch: &Touch, findings: &mut Findings) {
+    let (at, options) = (Some(index), scene.options);
+    let name = &touch.stated.patch;
+    let X_WS = touch.surface.X_WS.to_homogeneous();
+
+    // Stated and real pose, stated and real vertices.
+    let X_stated = pose(&touch.stated.X_WC.p, &touch.stated.X_WC.quat_xyzw);
+    let mut off = (column(&X_stated, 3) - column(&touch.X_WC, 3)).norm();
+    for (stated, real) in touch.stated.vertices_W.iter().zip(&touch.vertices_W) {
+        off = off.max((Vector3::from(*stated) - real).norm());
+    }
+    findings.value(at, Check::Pose, name, off, options.closure_m);
+    let turned = angle_between(&X_stated, &touch.X_WC);
+    if turned > options.pose_rad {
+        let most = options.pose_rad;
+        findings.flaw(
+            at,
+            Check::Pose,
+            name,
+            format!("turned by {turned:.4} rad, {most} allowed"),
+        );
+    }
+
+    // Plane, normal, polygon.
+    let in_surface: Vec<Vector3<f64>> = touch
+        .vertices_W
+        .iter()
+        .map(|p| inverse_point(&X_WS, p))
+        .collect();
+    let height = in_surface.iter().map(|p| p.z.abs()).fold(0.0, f64::max);
+    findings.value(at, Check::Closure, name, height, options.closure_m);
+    let (z_C, z_S) = (column(&touch.X_WC, 2), column(&X_WS, 2));
+    let angle = z_C.cross(&z_S).norm().atan2(z_C.dot(&z_S));
+    findings.value(at, Check::Normal, name, angle, options.normal_rad);
+    let polygon: Vec<[f64; 2]> = touch
+        .surface
+        .polygon
+        .vertices()
+        .iter()
+        .map(|v| [v.x, v.y])
+        .collect();
+    let out = in_surface
+        .iter()
+        .map(|p| polygon::outside(&polygon, [p.x, p.y]))
+        .fold(f64::NEG_INFINITY, f64::max);
+    let inside = -out - touch.surface.inset_m;
+    findings.value(at, Check::Inclusion, name, inside, -options.inclusion_m);
+}
+
+/// The parts of friction and torque that the stated forces use.
+pub(crate) struct Used {
+    pub friction: f64,
+    pub torque: f64,
+}
+
+/// The plan may not say that its margins are better than they are.
+fn stated_margins(
+    scene: &Scene,
+    index: usize,
+    stance: &Stance,
+    used: &Used,
+    nearest: &clearance::Nearest,
+    findings: &mut Findings,
+) {
+    let stated = &stance.margins;
+    let joints = stance.q.get(7..).unwrap_or_default();
+    let joint = scene
+        .robot
+        .bodies
+        .iter()
+        .skip(1)
+        .zip(joints)
+        .map(|(body, q)| (q - body.lower).min(body.upper - q))
+        .fold(f64::INFINITY, f64::min);
+    // How much better than found, for each.
+    let better = [
+        ("friction_use", used.friction - stated.friction_use),
+        ("torque_use", used.torque - stated.torque_use),
+        ("joint_rad", stated.joint_rad - joint),
+        (
+            "clearance_m",
+            stated.clearance_m.map_or(0.0, |s| s - nearest.environment),
+        ),
+        (
+            "self_clearance_m",
+            stated.self_clearance_m.map_or(0.0, |s| s - nearest.own),
+        ),
+    ];
+    let worst = better
+        .into_iter()
+        .max_by(|a, b| a.1.is_nan().cmp(&b.1.is_nan()).then(a.1.total_cmp(&b.1)));
+    if let Some((margin, value)) = worst {
+        let most = scene.options.stated;
+        findings.value(Some(index), Check::StatedMargin, margin, value, most);
+    }
+}

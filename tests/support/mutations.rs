@@ -1,0 +1,567 @@
+//! Ways to break a plan, each with the check that must notice.
+//!
+//! They work on any plan with a start, a stance that adds a contact, surfaces and loaded contacts,
+//! so that every plan that is written can be put through them.
+#![allow(dead_code, non_snake_case)]
+
+use nalgebra::{Point2, Point3, Vector2, Vector3};
+use planner::plan::{Change, Plan, Stance, StanceContact};
+use scandent::verify::Check;
+use surfaces::{HalfPlane, Obstacle};
+
+/// One way to break a plan.
+pub struct Mutation {
+    /// What is done.
+    pub name: &'static str,
+    /// Does it.
+    pub apply: fn(&mut Plan),
+    /// The check that must fail.
+    pub expected: Check,
+    /// Checks that may fail with it, because the same flaw shows in them.
+    pub may_also: &'static [Check],
+}
+
+/// The table.
+pub fn mutations() -> Vec<Mutation> {
+    use Check::*;
+    let mut table = Vec::new();
+    let mut add = |name, apply, expected, may_also| {
+        table.push(Mutation {
+            name,
+            apply,
+            expected,
+            may_also,
+        });
+    };
+    // Contacts on their surfaces.
+    add("surface 5 mm below the foot", surface_sunk, Closure, &[]);
+    add(
+        "robot 5 mm above its surfaces",
+        robot_lifted,
+        Closure,
+        &[Kept, Goal, Inclusion],
+    );
+    add(
+        "surface tilted under the foot",
+        surface_tilted,
+        Normal,
+        &[
+            Closure,
+            Inclusion,
+            Clearance,
+            ContactDepth,
+            Friction,
+            Unilateral,
+            StatedMargin,
+        ],
+    );
+    add("foot half over the edge", surface_cut, Inclusion, &[]);
+    add(
+        "contact on a surface that is not there",
+        surface_unknown,
+        Names,
+        &[Sequence],
+    );
+    // Forces.
+    add(
+        "missing force",
+        force_missing,
+        BalanceForce,
+        &[BalanceMoment, Torque],
+    );
+    add(
+        "two feet squeeze",
+        feet_squeeze,
+        Friction,
+        &[Torque, StatedMargin, Unilateral],
+    );
+    add(
+        "a corner pulls",
+        corner_pulls,
+        Unilateral,
+        &[Friction, StatedMargin],
+    );
+    add("force far from the patch", force_off_patch, ForcePoint, &[]);
+    add("transition contact bears", transition_bears, Unloaded, &[]);
+    add(
+        "transition contact said to be loaded",
+        transition_loaded,
+        Sequence,
+        &[],
+    );
+    add(
+        "nothing to stand on",
+        contacts_gone,
+        Equilibrium,
+        &[
+            Sequence,
+            BalanceForce,
+            BalanceMoment,
+            Torque,
+            ComMargin,
+            Clearance,
+            StatedMargin,
+        ],
+    );
+    // Joints.
+    add(
+        "joint turned once round",
+        joint_round,
+        JointLimit,
+        &[StatedMargin],
+    );
+    add(
+        "more joint margin promised than kept",
+        joint_promise,
+        JointLimit,
+        &[],
+    );
+    add(
+        "more torque margin promised than kept",
+        torque_promise,
+        Torque,
+        &[],
+    );
+    // Collisions.
+    add(
+        "obstacle in the torso",
+        obstacle_in_torso,
+        Clearance,
+        &[StatedMargin],
+    );
+    add(
+        "obstacle in the foot, said to be the ground",
+        obstacle_in_foot,
+        ContactDepth,
+        &[Clearance, StatedMargin],
+    );
+    add(
+        "more distance between links promised than kept",
+        self_promise,
+        SelfClearance,
+        &[],
+    );
+    // From stance to stance.
+    add(
+        "contact moved between stances",
+        contact_moved,
+        Kept,
+        &[Inclusion, Closure, Goal, Clearance, StatedMargin],
+    );
+    add(
+        "two contacts changed at once",
+        stance_skipped,
+        Sequence,
+        &[],
+    );
+    add("stance out of place", index_wrong, Sequence, &[]);
+    add("no stances", stances_gone, Sequence, &[PathLength]);
+    add("goal elsewhere", goal_moved, Goal, &[]);
+    add("length of the path wrong", path_length, PathLength, &[]);
+    // What is stated and what is.
+    add("centre of mass wrong", com_wrong, Com, &[]);
+    add("contact pose stated wrong", pose_wrong, Pose, &[Kept]);
+    add(
+        "quaternion not of unit length",
+        quaternion_long,
+        Quaternion,
+        &[],
+    );
+    add("joint names in another order", joints_swapped, Robot, &[]);
+    add("another robot's mass", mass_wrong, Robot, &[]);
+    add(
+        "margins stated better than they are",
+        margins_boasted,
+        StatedMargin,
+        &[],
+    );
+    add("q truncated", q_truncated, Numbers, &[]);
+    add("q not a number", q_nan, Numbers, &[]);
+    add("force not a number", force_nan, Numbers, &[]);
+    add("patch listed twice", contact_twice, Names, &[Sequence]);
+    add(
+        "friction of ice cream on velcro",
+        friction_claim,
+        Names,
+        &[],
+    );
+    // What is promised.
+    add("friction use of 5", friction_use_5, Required, &[]);
+    add("negative clearance", clearance_negative, Required, &[]);
+    add(
+        "margin not a number",
+        margin_nan,
+        Required,
+        &[ForcePoint, ComMargin],
+    );
+    add(
+        "bodies behind surfaces without thickness",
+        thin_body_gone,
+        Required,
+        &[],
+    );
+    add(
+        "two surfaces of one name",
+        surface_doubled,
+        Environment,
+        &[],
+    );
+    add("another format", format_wrong, Format, &[]);
+    table
+}
+
+/// The first stance that adds a contact.
+fn adding(plan: &mut Plan) -> Option<(usize, &mut Stance)> {
+    plan.stances
+        .iter_mut()
+        .enumerate()
+        .find(|(_, s)| matches!(s.change, Change::Add { .. }))
+}
+
+fn loaded(stance: &mut Stance) -> impl Iterator<Item = &mut StanceContact> {
+    stance.contacts.iter_mut().filter(|c| c.loaded)
+}
+
+fn surface_of_start(plan: &Plan) -> Option<(usize, StanceContact)> {
+    let contact = plan.stances.first()?.contacts.first()?.clone();
+    let index = plan.surfaces.iter().position(|s| s.id == contact.surface)?;
+    Some((index, contact))
+}
+
+fn surface_sunk(plan: &mut Plan) {
+    let Some((i, _)) = surface_of_start(plan) else {
+        return;
+    };
+    let normal = plan.surfaces[i].normal_W();
+    plan.surfaces[i].X_WS.translation.vector -= 0.005 * normal;
+}
+
+fn surface_tilted(plan: &mut Plan) {
+    let Some((i, contact)) = surface_of_start(plan) else {
+        return;
+    };
+    let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.02);
+    // About the contact, so that its centre stays in the plane.
+    let about = Vector3::from(contact.X_WC.p);
+    let pose = &mut plan.surfaces[i].X_WS;
+    pose.translation.vector = about + turn * (pose.translation.vector - about);
+    pose.rotation = turn * pose.rotation;
+}
+
+/// Moves all that a stance states by the same.
+fn translate(stance: &mut Stance, by: [f64; 3]) {
+    for k in 0..3 {
+        stance.q[k] += by[k];
+        stance.com_W[k] += by[k];
+        for contact in &mut stance.contacts {
+            contact.X_WC.p[k] += by[k];
+            for p in contact
+                .vertices_W
+                .iter_mut()
+                .chain(&mut contact.force_points_W)
+            {
+                p[k] += by[k];
+            }
+        }
+    }
+}
+
+fn robot_lifted(plan: &mut Plan) {
+    if let Some((_, stance)) = adding(plan) {
+        translate(stance, [0.0, 0.0, 0.005]);
+    }
+}
+
+fn contact_moved(plan: &mut Plan) {
+    if let Some((_, stance)) = adding(plan) {
+        translate(stance, [0.0, 0.005, 0.0]);
+    }
+}
+
+fn surface_cut(plan: &mut Plan) {
+    let Some((i, contact)) = surface_of_start(plan) else {
+        return;
+    };
+    let surface = &mut plan.surfaces[i];
+    let centre = surface
+        .X_WS
+        .inverse_transform_point(&Point3::from(contact.X_WC.p));
+    // Everything beyond the middle of the foot falls off.
+    let side = if centre.x > 0.0 { 1.0 } else { -1.0 };
+    let normal = Vector2::new(side, 0.0);
+    let offset = normal.dot(&Point2::new(centre.x, centre.y).coords);
+    if let Some(rest) = surface.polygon.clip(&HalfPlane { normal, offset }) {
+        surface.polygon = rest;
+    }
+}
+
+fn surface_unknown(plan: &mut Plan) {
+    if let Some(contact) = plan
+        .stances
+        .first_mut()
+        .and_then(|s| s.contacts.first_mut())
+    {
+        contact.surface = "nowhere".to_owned();
+    }
+}
+
+/// The largest force of the first stance.
+fn largest(plan: &mut Plan) -> Option<&mut [f64; 3]> {
+    let forces = plan
+        .stances
+        .first_mut()?
+        .contacts
+        .iter_mut()
+        .flat_map(|c| &mut c.forces_W);
+    forces.max_by(|a, b| a[2].total_cmp(&b[2]))
+}
+
+fn force_missing(plan: &mut Plan) {
+    if let Some(force) = largest(plan) {
+        *force = [0.0; 3];
+    }
+}
+
+fn force_nan(plan: &mut Plan) {
+    if let Some(force) = largest(plan) {
+        force[1] = f64::NAN;
+    }
+}
+
+fn feet_squeeze(plan: &mut Plan) {
+    let Some(stance) = plan.stances.first_mut() else {
+        return;
+    };
+    let mut contacts = loaded(stance);
+    let (Some(a), Some(b)) = (contacts.next(), contacts.next()) else {
+        return;
+    };
+    let (Some(p), Some(q)) = (a.force_points_W.first(), b.force_points_W.first()) else {
+        return;
+    };
+    // Equal and opposite along the line between the points: neither force nor moment.
+    let along = (Vector3::from(*q) - Vector3::from(*p)).normalize();
+    let (Some(f), Some(g)) = (a.forces_W.first_mut(), b.forces_W.first_mut()) else {
+        return;
+    };
+    for k in 0..3 {
+        f[k] += 300.0 * along[k];
+        g[k] -= 300.0 * along[k];
+    }
+}
+
+fn corner_pulls(plan: &mut Plan) {
+    let Some(stance) = plan.stances.first_mut() else {
+        return;
+    };
+    let Some(contact) = loaded(stance).find(|c| c.forces_W.len() == 4) else {
+        return;
+    };
+    let pull = 50.0
+        + contact
+            .forces_W
+            .iter()
+            .map(|f| f[2].abs())
+            .fold(0.0, f64::max);
+    // At the corners of a parallelogram in turn: neither force nor moment.
+    for (force, sign) in contact.forces_W.iter_mut().zip([1.0, -1.0, 1.0, -1.0]) {
+        force[2] += sign * pull;
+    }
+}
+
+fn force_off_patch(plan: &mut Plan) {
+    let Some(stance) = plan.stances.first_mut() else {
+        return;
+    };
+    if let Some(contact) = loaded(stance).next()
+        && let Some(&[x, y, z]) = contact.force_points_W.first()
+    {
+        contact.force_points_W.push([x + 1.0, y, z]);
+        contact.forces_W.push([0.0; 3]);
+    }
+}
+
+fn transition_bears(plan: &mut Plan) {
+    let Some((_, stance)) = adding(plan) else {
+        return;
+    };
+    if let Some(contact) = stance.contacts.iter_mut().find(|c| !c.loaded) {
+        contact.force_points_W = vec![contact.X_WC.p];
+        contact.forces_W = vec![[0.0, 0.0, 20.0]];
+    }
+}
+
+fn transition_loaded(plan: &mut Plan) {
+    let Some((_, stance)) = adding(plan) else {
+        return;
+    };
+    if let Some(contact) = stance.contacts.iter_mut().find(|c| !c.loaded) {
+        contact.loaded = true;
+    }
+}
+
+fn contacts_gone(plan: &mut Plan) {
+    if let Some((_, stance)) = adding(plan) {
+        stance.contacts.clear();
+    }
+}
+
+fn joint_round(plan: &mut Plan) {
+    // A whole turn leaves every link where it is.
+    if let Some(angle) = plan.stances.first_mut().and_then(|s| s.q.last_mut()) {
+        *angle += std::f64::consts::TAU;
+    }
+}
+
+fn joint_promise(plan: &mut Plan) {
+    plan.required.joint_rad = 0.499;
+}
+
+fn torque_promise(plan: &mut Plan) {
+    plan.required.torque_use = 0.02;
+}
+
+fn obstacle(plan: &mut Plan, centre: [f64; 3], half: f64, surface: Option<String>) {
+    let points_W = (0..8)
+        .map(|k| {
+            let sign = |bit: usize| if k & bit == 0 { -half } else { half };
+            Point3::from(centre) + Vector3::new(sign(1), sign(2), sign(4))
+        })
+        .collect();
+    plan.obstacles.push(Obstacle {
+        id: "planted".to_owned(),
+        points_W,
+        surface,
+    });
+}
+
+fn obstacle_in_torso(plan: &mut Plan) {
+    let Some([x, y, z, ..]) = plan.stances.first().map(|s| s.q.as_slice()) else {
+        return;
+    };
+    let centre = [*x, *y, *z + 0.1];
+    obstacle(plan, centre, 0.03, None);
+}
+
+fn obstacle_in_foot(plan: &mut Plan) {
+    let Some((_, contact)) = surface_of_start(plan) else {
+        return;
+    };
+    obstacle(plan, contact.X_WC.p, 0.03, Some(contact.surface));
+}
+
+fn self_promise(plan: &mut Plan) {
+    plan.required.self_clearance_m = 0.499;
+}
+
+fn stance_skipped(plan: &mut Plan) {
+    if let Some((index, _)) = adding(plan) {
+        plan.stances.remove(index);
+        plan.search.path_stances -= 1;
+        for (k, stance) in plan.stances.iter_mut().enumerate() {
+            stance.index = k;
+        }
+    }
+}
+
+fn index_wrong(plan: &mut Plan) {
+    if let Some((_, stance)) = adding(plan) {
+        stance.index += 1;
+    }
+}
+
+fn stances_gone(plan: &mut Plan) {
+    plan.stances.clear();
+}
+
+fn goal_moved(plan: &mut Plan) {
+    let [x, ..] = plan.goal.base_position_m.unwrap_or_default();
+    plan.goal.base_position_m = Some([Some(x.unwrap_or(0.0) + 10.0), None, None]);
+}
+
+fn path_length(plan: &mut Plan) {
+    plan.search.path_stances += 1;
+}
+
+fn com_wrong(plan: &mut Plan) {
+    if let Some(stance) = plan.stances.first_mut() {
+        stance.com_W[0] += 0.01;
+    }
+}
+
+fn pose_wrong(plan: &mut Plan) {
+    if let Some(contact) = plan.stances.last_mut().and_then(|s| s.contacts.first_mut()) {
+        contact.X_WC.p[1] += 0.003;
+    }
+}
+
+fn quaternion_long(plan: &mut Plan) {
+    if let Some(stance) = plan.stances.first_mut() {
+        stance.q[3..7].iter_mut().for_each(|x| *x *= 1.01);
+    }
+}
+
+fn joints_swapped(plan: &mut Plan) {
+    plan.robot.joint_names.swap(0, 1);
+}
+
+fn mass_wrong(plan: &mut Plan) {
+    plan.robot.mass_kg += 1.0;
+}
+
+fn margins_boasted(plan: &mut Plan) {
+    if let Some(stance) = plan.stances.first_mut() {
+        stance.margins.torque_use = 0.0;
+    }
+}
+
+fn q_truncated(plan: &mut Plan) {
+    if let Some(stance) = plan.stances.first_mut() {
+        stance.q.pop();
+    }
+}
+
+fn q_nan(plan: &mut Plan) {
+    if let Some(last) = plan.stances.first_mut().and_then(|s| s.q.last_mut()) {
+        *last = f64::NAN;
+    }
+}
+
+fn contact_twice(plan: &mut Plan) {
+    if let Some(stance) = plan.stances.first_mut() {
+        let again = stance.contacts.first().cloned();
+        stance.contacts.extend(again);
+    }
+}
+
+fn friction_claim(plan: &mut Plan) {
+    plan.stances
+        .iter_mut()
+        .flat_map(|s| &mut s.contacts)
+        .for_each(|c| c.friction = 3.0);
+}
+
+fn friction_use_5(plan: &mut Plan) {
+    plan.required.friction_use = 5.0;
+}
+
+fn clearance_negative(plan: &mut Plan) {
+    plan.required.clearance_m = -0.1;
+}
+
+fn margin_nan(plan: &mut Plan) {
+    plan.required.com_m = f64::NAN;
+}
+
+fn thin_body_gone(plan: &mut Plan) {
+    plan.thin_body_m = 0.0;
+}
+
+fn surface_doubled(plan: &mut Plan) {
+    let again = plan.surfaces.first().cloned();
+    plan.surfaces.extend(again);
+}
+
+fn format_wrong(plan: &mut Plan) {
+    plan.format = "scandent-plan/0".to_owned();
+}

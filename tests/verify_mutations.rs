@@ -1,0 +1,58 @@
+//! A plan made by hand passes the verifier; broken in every way of the table it fails, in the
+//! check that is meant to notice and in no unrelated one.
+
+#[path = "support/biped.rs"]
+mod biped;
+#[path = "support/mutations.rs"]
+mod mutations;
+
+use scandent::verify::{Check, Options, verify};
+
+#[test]
+fn the_hand_made_plan_passes() {
+    let certificate = verify(&biped::plan(), &biped::robot(), &Options::default());
+    let table = certificate.table();
+    println!("{table}");
+    assert!(certificate.pass, "{table}");
+    // Nothing passes for want of being looked at: every check has been made.
+    let made: Vec<Check> = certificate.summary.iter().map(|s| s.check).collect();
+    assert_eq!(made, Check::ALL, "{table}");
+}
+
+#[test]
+fn every_broken_plan_fails_where_it_is_broken() {
+    let (plan, robot, options) = (biped::plan(), biped::robot(), Options::default());
+    let mut wrong = Vec::new();
+    for mutation in mutations::mutations() {
+        let mut broken = plan.clone();
+        (mutation.apply)(&mut broken);
+        let certificate = verify(&broken, &robot, &options);
+        let failed = certificate.failed_checks();
+        let unrelated: Vec<&Check> = failed
+            .iter()
+            .filter(|check| **check != mutation.expected && !mutation.may_also.contains(check))
+            .collect();
+        if !failed.contains(&mutation.expected) || !unrelated.is_empty() {
+            let why: Vec<String> = certificate.failures().map(|row| row.sentence()).collect();
+            wrong.push(format!(
+                "{}: {failed:?}\n  {}",
+                mutation.name,
+                why.join("\n  ")
+            ));
+        }
+        assert!(!certificate.pass || failed.is_empty());
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_failure_names_stance_contact_check_and_amount() {
+    let (mut plan, robot) = (biped::plan(), biped::robot());
+    plan.surfaces[1].X_WS.translation.vector.z -= 0.005;
+    let certificate = verify(&plan, &robot, &Options::default());
+    let first = certificate.failures().next().unwrap().sentence();
+    assert_eq!(
+        first,
+        "stance 2, left_foot: closure 0.005000 m > 0.001000 m (by 0.004000 m)"
+    );
+}
