@@ -15,9 +15,12 @@
 //! | which contacts the way can do without | `shorten` |
 //! | what is written | [`plan`], [`record`] |
 
+pub mod answer;
 mod candidate;
 mod config;
 mod error;
+mod goal;
+mod grow;
 pub mod guide;
 mod node;
 pub mod plan;
@@ -26,9 +29,10 @@ pub mod request;
 pub mod search;
 mod shorten;
 
+pub use answer::{Answer, Blocked, PathStance, Progress, Status};
 pub use config::Config;
 pub use error::Error;
 pub use guide::Guide;
 pub use plan::Plan;
 pub use request::{Goal, Request, Start};
-pub use search::{Answer, Blocked, PathStance, Progress, Status, search};
+pub use search::search;

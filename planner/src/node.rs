@@ -38,6 +38,14 @@ impl Node {
         self.contacts.iter().any(|c| c.patch == patch)
     }
 
+    /// Distance along the guide path that the feet still have to go, on the mean, m.
+    pub fn distance_m(&self, prepared: &Prepared) -> f64 {
+        let end = prepared.request.guide.length_m();
+        let feet = self.feet(prepared);
+        let behind: f64 = feet.iter().map(|f| (end - f.along_m).max(0.0)).sum();
+        behind / feet.len().max(1) as f64
+    }
+
     /// The feet as the estimate sees them.
     pub fn feet(&self, prepared: &Prepared) -> Vec<FootState> {
         prepared

@@ -4,8 +4,8 @@ use nalgebra::{Isometry3, Vector3};
 use posture::Environment;
 use robot_model::Robot;
 
+use crate::answer::PathStance;
 use crate::plan::{Margins, Pose, Stance, StanceContact};
-use crate::search::PathStance;
 
 /// The stances of a path, ready to be written.
 pub fn stances(robot: &Robot, environment: &Environment, path: &[PathStance]) -> Vec<Stance> {

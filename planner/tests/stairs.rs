@@ -1,4 +1,5 @@
 //! The whole search on exactly known stairs, with the humanoid that ships.
+#![allow(clippy::unwrap_used)]
 
 use std::sync::atomic::AtomicBool;
 

@@ -1,4 +1,5 @@
 //! Contact sets with known answers, for the humanoid that ships.
+#![allow(clippy::unwrap_used)]
 
 use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
 use posture::{
