@@ -11,7 +11,9 @@ mod sensor;
 pub use config::{Config, Method};
 pub use error::Error;
 pub use extraction::{Extraction, Segmentation, Statistics};
-pub use organised::{CoverConfig, GrowthConfig, MaskConfig, MergeConfig, OrganisedConfig};
+pub use organised::{
+    CoverConfig, GrowthConfig, MaskConfig, MergeConfig, OrganisedConfig, OutlineConfig,
+};
 pub use readers::{SensorOptions, parse_scan, read_scan};
 pub use scan::{DepthImage, Intrinsics, PointCloud, Scan};
 pub use sensor::{Noise, SENSORS, Sensor};

@@ -1,6 +1,6 @@
-//! A region that is not convex, covered by few maximal convex pieces.
+//! A region with holes, covered by few large convex pieces.
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
 use serde::{Deserialize, Serialize};
 use surfaces::{ConvexPolygon, HalfPlane};
 
@@ -11,8 +11,6 @@ use crate::error::within;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CoverConfig {
-    /// Concavities no deeper than this are noise of the edge, px.
-    pub notch_px: f64,
     /// The cover stops when this ratio of the face is covered.
     pub ratio: f64,
     /// Most pieces of one face.
@@ -21,6 +19,8 @@ pub struct CoverConfig {
     pub vertices_max: usize,
     /// Smallest piece, and smallest area that a further piece must add, m².
     pub area_min_m2: f64,
+    /// A further piece must add this ratio of the face.
+    pub gain_min_ratio: f64,
     /// Smallest width of a piece (diameter of the largest inscribed circle), m.
     pub width_min_m: f64,
 }
@@ -28,11 +28,11 @@ pub struct CoverConfig {
 impl Default for CoverConfig {
     fn default() -> Self {
         Self {
-            notch_px: 1.5,
-            ratio: 0.96,
-            pieces_max: 8,
+            ratio: 0.95,
+            pieces_max: 10,
             vertices_max: 12,
             area_min_m2: 0.005,
+            gain_min_ratio: 0.015,
             width_min_m: 0.04,
         }
     }
@@ -40,13 +40,6 @@ impl Default for CoverConfig {
 
 impl CoverConfig {
     pub(super) fn check(&self) -> Result<(), Error> {
-        within(
-            "notch_px",
-            self.notch_px,
-            0.0,
-            64.0,
-            "must be in [0, 64] px",
-        )?;
         within("ratio", self.ratio, 0.01, 1.0, "must be in [0.01, 1]")?;
         within(
             "pieces_max",
@@ -70,6 +63,13 @@ impl CoverConfig {
             "must not be negative",
         )?;
         within(
+            "gain_min_ratio",
+            self.gain_min_ratio,
+            0.0,
+            1.0,
+            "must be in [0, 1]",
+        )?;
+        within(
             "width_min_m",
             self.width_min_m,
             0.0,
@@ -79,197 +79,422 @@ impl CoverConfig {
     }
 }
 
-/// A region on a raster, sampled.
-///
-/// The raster is the pixel plane of an image or a grid in the plane of the face: convex sets of
-/// one are convex sets of the other.
-pub(super) struct Region {
-    /// Convex hull of the region.
-    pub hull: ConvexPolygon,
-    /// Sample points of the hull: position, area (m²), and whether the region holds them.
-    pub samples: Vec<Sample>,
-    /// Points just outside of the region's edge, all around it: no piece may hold one.
-    pub outside: Vec<Point2<f64>>,
-}
+/// Samples of a region, about this many.
+const SAMPLES: f64 = 700.0;
+/// Places that each piece is grown from, to take the best.
+const SEEDS: usize = 4;
+/// Most rounds of growing a piece about its own ellipse.
+const ROUNDS: usize = 8;
 
-/// One sample of the hull.
-#[derive(Clone, Copy)]
-pub(super) struct Sample {
-    pub p: Point2<f64>,
-    pub area_m2: f64,
-    pub inside: bool,
-}
+/// Area that other pieces cover already counts this much: pieces overlap, not end at seams.
+const OVERLAP_WORTH: f64 = 0.05;
+/// Rounds over the cuts of a piece, each replaced by a better one.
+const POLISHES: usize = 2;
+/// Most corners of the region beyond one cut for which better cuts are sought.
+const CORNERS: usize = 40;
 
-/// What is left of the samples' worth.
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    Air,
-    Uncovered,
-    Covered,
-}
+/// An edge of the region.
+type Edge = (Point2<f64>, Point2<f64>);
 
-/// A covered sample counts this much: it makes pieces overlap rather than end at a seam.
-const OVERLAP_WORTH: f64 = 0.1;
-/// Directions tried for each cut, and rounds of refinement around the best one.
-const DIRECTIONS: usize = 48;
-const REFINEMENTS: usize = 4;
-/// Bins along a direction.
-const BINS: usize = 96;
-
-/// Convex pieces of the region, the first of most area; the greedy cover.
-///
-/// Every piece is cut from the hull: while a point outside of the region lies deeper than the
-/// notch tolerance in the piece, the half-plane that loses least is cut off through it.
-pub(super) fn cover(region: &Region, config: &CoverConfig) -> Vec<ConvexPolygon> {
-    let mut kinds: Vec<Kind> = region
-        .samples
+/// Convex pieces of the region between the rings (the outer one first, then holes), greedily:
+/// each adds most to those before it. They overlap rather than meet at seams, and no edge of the
+/// region reaches more than `slack_m` into one.
+pub(super) fn cover(
+    rings: &[Vec<Point2<f64>>],
+    slack_m: f64,
+    config: &CoverConfig,
+) -> Vec<ConvexPolygon> {
+    let large = |piece: &ConvexPolygon| {
+        piece.area() >= config.area_min_m2 && 2.0 * piece.inscribed_circle().1 >= config.width_min_m
+    };
+    let Some(Ok(hull)) = rings.first().map(|outer| ConvexPolygon::hull(outer)) else {
+        return Vec::new();
+    };
+    let edges: Vec<Edge> = rings
         .iter()
-        .map(|s| if s.inside { Kind::Uncovered } else { Kind::Air })
+        .flat_map(|ring| {
+            ring.iter()
+                .copied()
+                .zip(ring.iter().copied().cycle().skip(1))
+        })
         .collect();
-    let total: f64 = region
-        .samples
-        .iter()
-        .filter(|s| s.inside)
-        .map(|s| s.area_m2)
-        .sum();
-    let mut covered = 0.0;
-    let mut pieces = Vec::new();
-    for _ in 0..config.pieces_max {
-        let Some(piece) = largest_piece(region, &kinds, config.notch_px) else {
-            break;
+    let (mut uncovered, cell_m2) = samples(&hull, &edges);
+    let total = uncovered.len();
+    let mut pieces: Vec<ConvexPolygon> = Vec::new();
+    while pieces.len() < config.pieces_max {
+        // Grow from the places that are farthest from every edge; take what adds most.
+        let mut best: Option<(usize, ConvexPolygon)> = None;
+        let boundary = Boundary {
+            hull: &hull,
+            edges: &edges,
+            slack_m,
         };
-        // What the piece adds.
-        let mut gain = 0.0;
-        let mut next = kinds.clone();
-        for (sample, kind) in region.samples.iter().zip(&mut next) {
-            if *kind == Kind::Uncovered && piece.contains(&sample.p, 0.5) {
-                gain += sample.area_m2;
-                *kind = Kind::Covered;
+        let worth = |piece: &ConvexPolygon| {
+            gained(piece, &uncovered) as f64 * cell_m2 + OVERLAP_WORTH * piece.area()
+        };
+        for seed in seeds(&uncovered, &edges) {
+            let Some(piece) = boundary.grow(&seed, &worth) else {
+                continue;
+            };
+            let piece = piece.simplified_inside(config.vertices_max);
+            let gain = gained(&piece, &uncovered);
+            if best.as_ref().is_none_or(|(most, _)| gain > *most) && large(&piece) {
+                best = Some((gain, piece));
             }
         }
-        if gain < config.area_min_m2.max(0.02 * total) {
+        let Some((gain, piece)) = best else { break };
+        let added = gain as f64 * cell_m2;
+        let least = config.gain_min_ratio * total as f64 * cell_m2;
+        if !pieces.is_empty() && added < least.max(config.area_min_m2) {
             break;
         }
-        kinds = next;
-        covered += gain;
+        uncovered.retain(|p| !piece.contains(p, 0.0));
         pieces.push(piece);
-        if covered >= config.ratio * total {
+        if uncovered.len() as f64 <= (1.0 - config.ratio) * total as f64 {
             break;
         }
     }
     pieces
 }
 
-/// One convex piece of the region that holds much of what is uncovered.
-fn largest_piece(region: &Region, kinds: &[Kind], notch_px: f64) -> Option<ConvexPolygon> {
-    let mut piece = region.hull.clone();
-    let mut outside = region.outside.clone();
-    let mut samples: Vec<(Point2<f64>, f64)> = region
-        .samples
-        .iter()
-        .zip(kinds)
-        .map(|(s, kind)| {
-            let worth = match kind {
-                Kind::Air => -1.0,
-                Kind::Uncovered => 1.0,
-                Kind::Covered => OVERLAP_WORTH,
-            };
-            (s.p, worth * s.area_m2)
-        })
-        .collect();
-    loop {
-        // The outside points that are in the piece by more than the tolerance; the deepest one.
-        let planes = piece.half_planes();
-        let depth = |p: &Point2<f64>| {
-            -planes
-                .iter()
-                .map(|h| h.value(p))
-                .fold(f64::NEG_INFINITY, f64::max)
-        };
-        let mut deepest: Option<(f64, Point2<f64>)> = None;
-        outside.retain(|p| {
-            let d = depth(p);
-            if d > notch_px && deepest.is_none_or(|(most, _)| d > most) {
-                deepest = Some((d, *p));
-            }
-            d > notch_px
-        });
-        let Some((_, through)) = deepest else {
-            return Some(piece);
-        };
-        let cut = best_cut(&through, &outside, &samples);
-        piece = piece.clip(&cut)?;
-        samples.retain(|(p, _)| cut.value(p) <= 0.0);
-    }
+/// How many of the points a piece holds.
+fn gained(piece: &ConvexPolygon, points: &[Point2<f64>]) -> usize {
+    points.iter().filter(|p| piece.contains(p, 0.0)).count()
 }
 
-/// The half-plane to keep: its line passes at or before `through`, touches an outside point, and
-/// what it keeps is worth most.
-fn best_cut(
-    through: &Point2<f64>,
-    outside: &[Point2<f64>],
-    samples: &[(Point2<f64>, f64)],
-) -> HalfPlane {
-    let try_at = |angle: f64| {
-        let n = Vector2::new(angle.cos(), angle.sin());
-        let (worth, t) = best_offset(&n, through, outside, samples);
-        (worth, angle, t)
+/// A lattice of points inside the region, and the area that each stands for.
+fn samples(hull: &ConvexPolygon, edges: &[Edge]) -> (Vec<Point2<f64>>, f64) {
+    let pitch = (hull.area() / SAMPLES).sqrt();
+    let ends = |axis: usize| {
+        let along = || hull.vertices().iter().map(move |v| v[axis]);
+        (
+            along().fold(f64::INFINITY, f64::min),
+            along().fold(f64::NEG_INFINITY, f64::max),
+        )
     };
-    let turn = std::f64::consts::TAU / DIRECTIONS as f64;
-    let better = |a: (f64, f64, f64), b: (f64, f64, f64)| if b.0 > a.0 { b } else { a };
-    let mut best = (0..DIRECTIONS)
-        .map(|k| try_at(k as f64 * turn))
-        .fold((f64::NEG_INFINITY, 0.0, through.x), better);
-    let mut spread = turn / 2.0;
-    for _ in 0..REFINEMENTS {
-        let angle = best.1;
-        best = better(better(best, try_at(angle - spread)), try_at(angle + spread));
-        spread /= 2.0;
-    }
-    HalfPlane {
-        n: Vector2::new(best.1.cos(), best.1.sin()),
-        b: best.2,
-    }
-}
-
-/// The most that {n·p ≤ t} can keep over the offsets t of outside points at or before `through`,
-/// and that t.
-fn best_offset(
-    n: &Vector2<f64>,
-    through: &Point2<f64>,
-    outside: &[Point2<f64>],
-    samples: &[(Point2<f64>, f64)],
-) -> (f64, f64) {
-    let last = n.dot(&through.coords);
-    let first = outside
-        .iter()
-        .map(|p| n.dot(&p.coords))
-        .fold(last, f64::min);
-    // Worth of the samples by their place along n: below `first`, then in bins up to `last`.
-    let scale = BINS as f64 / (last - first).max(1e-9);
-    let mut below = 0.0;
-    let mut bins = [0.0; BINS + 1];
-    for (p, worth) in samples {
-        let t = n.dot(&p.coords);
-        if t <= first {
-            below += worth;
-        } else if t <= last {
-            bins[(((t - first) * scale).ceil() as usize).min(BINS)] += worth;
+    let ((x0, x1), (y0, y1)) = (ends(0), ends(1));
+    let mut inside = Vec::new();
+    let rows = ((y1 - y0) / pitch).ceil().min(4.0 * SAMPLES) as usize;
+    for row in 0..rows {
+        // Crossings of the row with the edges, left to right: odd intervals are inside.
+        let y = y0 + (row as f64 + 0.5) * pitch;
+        let mut crossings: Vec<f64> = edges
+            .iter()
+            .filter(|(a, b)| (a.y > y) != (b.y > y))
+            .map(|(a, b)| a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y))
+            .collect();
+        crossings.sort_by(f64::total_cmp);
+        for pair in crossings.chunks_exact(2) {
+            let first = ((pair[0].max(x0) - x0) / pitch - 0.5).ceil().max(0.0) as usize;
+            let last = pair[1].min(x1);
+            let xs = (first..)
+                .map(|k| x0 + (k as f64 + 0.5) * pitch)
+                .take_while(|x| *x < last);
+            inside.extend(xs.map(|x| Point2::new(x, y)));
         }
     }
-    bins[0] += below;
-    for k in 0..BINS {
-        bins[k + 1] += bins[k];
+    (inside, pitch * pitch)
+}
+
+/// The points farthest from every edge, each outside of the free circles of those before it.
+fn seeds(points: &[Point2<f64>], edges: &[Edge]) -> Vec<Point2<f64>> {
+    let mut free: Vec<(f64, Point2<f64>)> = points
+        .iter()
+        .map(|p| {
+            (
+                edges
+                    .iter()
+                    .map(|e| distance(p, e))
+                    .fold(f64::INFINITY, f64::min),
+                *p,
+            )
+        })
+        .collect();
+    let mut seeds = Vec::new();
+    while seeds.len() < SEEDS {
+        // The first of equals, so that the result does not depend on anything else.
+        let best = free.iter().fold(
+            None,
+            |best: Option<(f64, Point2<f64>)>, &(r, p)| match best {
+                Some((most, _)) if r <= most => best,
+                _ => Some((r, p)),
+            },
+        );
+        let Some((r, p)) = best else { break };
+        seeds.push(p);
+        free.retain(|(_, q)| (q - p).norm() > 2.0 * r);
     }
-    let mut best = (bins[BINS], last);
-    for p in outside {
-        let t = n.dot(&p.coords);
-        if t < last {
-            let worth = bins[(((t - first) * scale).floor() as usize).min(BINS)];
-            if worth > best.0 || (worth == best.0 && t > best.1) {
-                best = (worth, t);
+    seeds
+}
+
+fn distance(p: &Point2<f64>, (a, b): &Edge) -> f64 {
+    (p - closest(a, b, p)).norm()
+}
+
+/// What stops a piece: the edges of its region.
+struct Boundary<'a> {
+    hull: &'a ConvexPolygon,
+    edges: &'a [Edge],
+    slack_m: f64,
+}
+
+impl Boundary<'_> {
+    /// Grows a convex piece around a point: cut by the edges nearest in the metric of an ellipse,
+    /// then again in that of the piece's own second moments, while it is worth more; at last each
+    /// cut is turned to where it costs least.
+    ///
+    /// Source: the alternation of [deits2015], with the moments in place of the inscribed ellipse.
+    fn grow(
+        &self,
+        seed: &Point2<f64>,
+        worth: &dyn Fn(&ConvexPolygon) -> f64,
+    ) -> Option<ConvexPolygon> {
+        let (mut piece, mut cuts) = self.inflate(seed, &Matrix2::identity())?;
+        let mut most = worth(&piece);
+        let mut about = ellipse(&piece);
+        for _ in 0..ROUNDS {
+            let Some((centre, metric)) = about else { break };
+            let Some((next, its_cuts)) = self.inflate(&centre, &metric) else {
+                break;
+            };
+            let now = worth(&next);
+            let grown = now > most * 1.005;
+            about = ellipse(&next);
+            if now > most {
+                (piece, cuts, most) = (next, its_cuts, now);
+            }
+            if !grown {
+                break;
+            }
+        }
+        for _ in 0..POLISHES {
+            piece = self.polish(&mut cuts).unwrap_or(piece);
+        }
+        Some(piece)
+    }
+
+    /// The hull, cut off at the nearest edge, then at the nearest edge left, and so on; near in
+    /// the metric ‖M (p − c)‖. Returns the cuts too.
+    fn inflate(
+        &self,
+        centre: &Point2<f64>,
+        metric: &Matrix2<f64>,
+    ) -> Option<(ConvexPolygon, Vec<HalfPlane>)> {
+        let mut piece = self.hull.clone();
+        let mut left = self.inside(&piece);
+        let mut cuts = Vec::new();
+        let back = metric.try_inverse()?;
+        loop {
+            let flat = |p: &Point2<f64>| Point2::from(metric * (p - centre));
+            let nearest = left
+                .iter()
+                .map(|(a, b)| closest(&flat(a), &flat(b), &Point2::origin()).coords)
+                .min_by(|p, q| p.norm_squared().total_cmp(&q.norm_squared()));
+            let Some(q) = nearest else { break };
+            // Tangent to the ellipse through the nearest point.
+            let n = (metric.transpose() * q).try_normalize(1e-12)?;
+            let cut = HalfPlane {
+                n,
+                b: n.dot(&(centre + back * q).coords),
+            };
+            piece = piece.clip(&cut)?;
+            clip(&mut left, &cut, self.slack_m);
+            cuts.push(cut);
+        }
+        Some((piece, cuts))
+    }
+
+    /// The parts of the edges that reach into the piece.
+    fn inside(&self, piece: &ConvexPolygon) -> Vec<Edge> {
+        let mut left = self.edges.to_vec();
+        for side in piece.half_planes() {
+            clip(&mut left, &side, self.slack_m);
+        }
+        left
+    }
+
+    /// Replaces each cut by the one that keeps most among those that keep out the same edges: the
+    /// lines through two of the corners that are then in the way.
+    fn polish(&self, cuts: &mut Vec<HalfPlane>) -> Option<ConvexPolygon> {
+        let mut i = 0;
+        while i < cuts.len() {
+            let others: Vec<HalfPlane> = cuts
+                .iter()
+                .enumerate()
+                .filter(|(k, _)| *k != i)
+                .map(|(_, c)| c.clone())
+                .collect();
+            let without = self.hull.clip_all(&others)?;
+            let left = self.inside(&without);
+            if left.is_empty() {
+                cuts.remove(i);
+                continue;
+            }
+            let corners: Vec<Point2<f64>> = left.iter().flat_map(|(a, b)| [*a, *b]).collect();
+            let old = without.clip(&cuts[i])?.area();
+            if let Some((area, cut)) = best_cut(&without, &corners)
+                && area > old * 1.001
+            {
+                cuts[i] = cut;
+            }
+            i += 1;
+        }
+        self.hull.clip_all(cuts)
+    }
+}
+
+/// The half-plane that keeps most of the piece and none of the corners in its inside.
+fn best_cut(piece: &ConvexPolygon, corners: &[Point2<f64>]) -> Option<(f64, HalfPlane)> {
+    if corners.len() > CORNERS {
+        return None;
+    }
+    let mut best: Option<(f64, HalfPlane)> = None;
+    for (i, p) in corners.iter().enumerate() {
+        for q in &corners[i + 1..] {
+            let Some(along) = (q - p).try_normalize(1e-9) else {
+                continue;
+            };
+            for n in [
+                Vector2::new(along.y, -along.x),
+                Vector2::new(-along.y, along.x),
+            ] {
+                let b = n.dot(&p.coords);
+                if corners.iter().any(|r| n.dot(&r.coords) < b - 1e-9) {
+                    continue;
+                }
+                let cut = HalfPlane { n, b };
+                let Some(area) = piece.clip(&cut).map(|kept| kept.area()) else {
+                    continue;
+                };
+                if best.as_ref().is_none_or(|(most, _)| area > *most) {
+                    best = Some((area, cut));
+                }
             }
         }
     }
     best
+}
+
+/// Keeps of every edge what reaches more than `slack` into the half-plane.
+fn clip(edges: &mut Vec<Edge>, keep: &HalfPlane, slack: f64) {
+    edges.retain_mut(|(a, b)| {
+        let (ha, hb) = (keep.value(a) + slack, keep.value(b) + slack);
+        if ha >= 0.0 && hb >= 0.0 {
+            return false;
+        }
+        if ha > 0.0 || hb > 0.0 {
+            let p = *a + (*b - *a) * (ha / (ha - hb));
+            *(if ha > 0.0 { a } else { b }) = p;
+        }
+        true
+    });
+}
+
+/// The point of a segment that is nearest to p.
+fn closest(a: &Point2<f64>, b: &Point2<f64>, p: &Point2<f64>) -> Point2<f64> {
+    let along = b - a;
+    let square = along.norm_squared();
+    let t = if square > 0.0 {
+        ((p - a).dot(&along) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    a + along * t
+}
+
+/// Centroid of a polygon and the matrix that makes its second moments those of a circle.
+fn ellipse(piece: &ConvexPolygon) -> Option<(Point2<f64>, Matrix2<f64>)> {
+    let c = piece.centroid();
+    let mut moments = Matrix2::zeros();
+    for (a, b) in piece.edges() {
+        // ∫ p pᵀ over the triangle (c, a, b).
+        let (a, b): (Vector2<f64>, Vector2<f64>) = (a - c, b - c);
+        let sum = a + b;
+        moments +=
+            (a * a.transpose() + b * b.transpose() + sum * sum.transpose()) * (a.perp(&b) / 24.0);
+    }
+    let eigen = SymmetricEigen::new(moments / piece.area());
+    let scale = eigen.eigenvalues.map(|l| 1.0 / l.sqrt());
+    let metric = Matrix2::from_diagonal(&scale) * eigen.eigenvectors.transpose();
+    metric.iter().all(|x| x.is_finite()).then_some((c, metric))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(corners: &[[f64; 2]]) -> Vec<Point2<f64>> {
+        corners.iter().map(|&c| Point2::from(c)).collect()
+    }
+
+    /// Area of the region, and of what the pieces cover of it, on a fine lattice; panics where a
+    /// piece leaves the region by more than the slack.
+    fn covered(rings: &[Vec<Point2<f64>>], pieces: &[ConvexPolygon]) -> f64 {
+        let edges: Vec<Edge> = rings
+            .iter()
+            .flat_map(|r| r.iter().copied().zip(r.iter().copied().cycle().skip(1)))
+            .collect();
+        let inside = |p: &Point2<f64>| {
+            let crossed = edges.iter().filter(|(a, b)| {
+                (a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)
+            });
+            crossed.count() % 2 == 1
+        };
+        let (mut region, mut both) = (0, 0);
+        for i in 0..200 {
+            for j in 0..200 {
+                let p = Point2::new(0.0, 0.0) + Vector2::new(i as f64 + 0.5, j as f64 + 0.5) * 0.01;
+                let held = pieces.iter().any(|piece| piece.contains(&p, 0.0));
+                let near = edges
+                    .iter()
+                    .map(|e| distance(&p, e))
+                    .fold(f64::INFINITY, f64::min);
+                assert!(
+                    !held || inside(&p) || near < 0.002,
+                    "{p} is covered and outside"
+                );
+                region += usize::from(inside(&p));
+                both += usize::from(inside(&p) && held);
+            }
+        }
+        both as f64 / region as f64
+    }
+
+    #[test]
+    fn a_convex_region_is_one_piece_and_itself() {
+        let rings = [ring(&[[0.1, 0.1], [1.8, 0.2], [1.6, 1.4], [0.2, 1.7]])];
+        let pieces = cover(&rings, 1e-3, &CoverConfig::default());
+        assert_eq!(pieces.len(), 1);
+        assert!((pieces[0].area() - ConvexPolygon::hull(&rings[0]).unwrap().area()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn l_u_and_ring_are_covered_by_few_pieces_that_stay_inside() {
+        let l = ring(&[
+            [0., 0.],
+            [2., 0.],
+            [2., 0.5],
+            [0.6, 0.5],
+            [0.6, 2.],
+            [0., 2.],
+        ]);
+        let u = ring(&[
+            [0., 0.],
+            [2., 0.],
+            [2., 2.],
+            [1.5, 2.],
+            [1.5, 0.5],
+            [0.5, 0.5],
+            [0.5, 2.],
+            [0., 2.],
+        ]);
+        let square = ring(&[[0., 0.], [2., 0.], [2., 2.], [0., 2.]]);
+        let hole = ring(&[[0.6, 0.6], [0.6, 1.3], [1.3, 1.3], [1.3, 0.6]]);
+        for (rings, most) in [(vec![l], 2), (vec![u], 3), (vec![square, hole], 4)] {
+            let pieces = cover(&rings, 1e-3, &CoverConfig::default());
+            let ratio = covered(&rings, &pieces);
+            assert!(pieces.len() <= most, "{} pieces", pieces.len());
+            assert!(ratio > 0.95, "{ratio}");
+        }
+    }
 }

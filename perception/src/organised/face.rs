@@ -12,15 +12,6 @@ pub(super) struct Face {
     pub runs: Vec<(u32, u32, u32)>,
 }
 
-impl Face {
-    /// The ends of its runs, as points of the pixel plane: their hull is the face's.
-    pub fn extremes(&self) -> Vec<Point2<f64>> {
-        let ends = self.runs.iter().flat_map(|&(v, a, b)| [(a, v), (b - 1, v)]);
-        ends.map(|(u, v)| Point2::new(f64::from(u), f64::from(v)))
-            .collect()
-    }
-}
-
 /// The face's bounding box as a bitmap with an empty frame of one pixel.
 pub(super) struct Raster {
     pub inside: Vec<bool>,
@@ -52,20 +43,6 @@ impl Raster {
     pub fn point(&self, i: usize) -> Point2<f64> {
         let (x, y) = ((i % self.stride) as i64, (i / self.stride) as i64);
         Point2::new((x + self.origin.0) as f64, (y + self.origin.1) as f64)
-    }
-
-    /// The pixels just outside: those that share a side with one of the face.
-    pub fn outside(&self) -> Vec<Point2<f64>> {
-        let s = self.stride;
-        let beside = |i: usize| {
-            let is = |k: usize| self.inside.get(k).copied().unwrap_or(false);
-            // The bitmap has no frame on the right: entry i + 1 of the last column is the frame.
-            is(i + 1) || (i > 0 && is(i - 1)) || is(i + s) || (i >= s && is(i - s))
-        };
-        (0..self.inside.len())
-            .filter(|&i| !self.inside[i] && beside(i))
-            .map(|i| self.point(i))
-            .collect()
     }
 }
 

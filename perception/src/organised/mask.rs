@@ -15,35 +15,37 @@ use crate::sensor::Noise;
 pub struct MaskConfig {
     /// Longest run of unmeasured pixels between two of one face that is closed, px.
     pub gap_px: usize,
-    /// k σ_edge: how far every edge is taken back, px.
-    pub edge_px: usize,
+    /// How far edges are taken back where a face ends at unmeasured pixels (an edge in the air:
+    /// the drop-outs have taken some of it), px.
+    pub edge_unseen_px: usize,
+    /// How far edges are taken back where a face meets another surface, px.
+    pub edge_seen_px: usize,
+    /// Parts narrower than twice this and one pixel are taken off, px.
+    pub neck_px: usize,
 }
 
 impl Default for MaskConfig {
     fn default() -> Self {
         Self {
             gap_px: 4,
-            edge_px: 2,
+            edge_unseen_px: 1,
+            edge_seen_px: 2,
+            neck_px: 2,
         }
     }
 }
 
 impl MaskConfig {
     pub(super) fn check(&self) -> Result<(), Error> {
-        within(
-            "gap_px",
-            self.gap_px as f64,
-            0.0,
-            64.0,
-            "must be in [0, 64] px",
-        )?;
-        within(
-            "edge_px",
-            self.edge_px as f64,
-            0.0,
-            64.0,
-            "must be in [0, 64] px",
-        )
+        for (key, value) in [
+            ("gap_px", self.gap_px),
+            ("edge_unseen_px", self.edge_unseen_px),
+            ("edge_seen_px", self.edge_seen_px),
+            ("neck_px", self.neck_px),
+        ] {
+            within(key, value as f64, 0.0, 64.0, "must be in [0, 64] px")?;
+        }
+        Ok(())
     }
 }
 
@@ -94,63 +96,165 @@ pub(super) fn close(
     (0..width).for_each(|u| run(u, width, height));
 }
 
-/// The labels that are left when every face loses its outermost `edge_px` pixels (in the maximum
-/// norm); a face also ends at the border of the image.
-pub(super) fn erode(labels: &[u16], width: usize, height: usize, edge_px: usize) -> Vec<u16> {
-    // Along rows, then along columns: a pixel stays if the 2 r + 1 around it are alike.
-    let mut rows = vec![NONE; labels.len()];
-    for v in 0..height {
-        let line = &labels[v * width..(v + 1) * width];
-        erode_line(line, &mut rows[v * width..(v + 1) * width], edge_px);
-    }
-    let mut eroded = vec![NONE; labels.len()];
-    // Length of the run of equal labels that ends above (including) the current row.
-    let mut runs = vec![0_usize; width];
-    let mut last = vec![NONE; width];
-    for v in 0..height {
-        for u in 0..width {
-            let label = rows[v * width + u];
-            runs[u] = if label == last[u] { runs[u] + 1 } else { 1 };
-            last[u] = label;
-            if label != NONE && runs[u] > 2 * edge_px {
-                eroded[(v - edge_px) * width + u] = label;
+/// The labels that surely lie on their face.
+///
+/// Every face loses its outermost `unseen_px` pixels where it ends at unmeasured ones, and
+/// `seen_px` where it ends at another surface (in the maximum norm). Nothing is taken off at the
+/// border of the image, where only the view ends.
+pub(super) fn erode(
+    image: &InverseImage,
+    labels: &[u16],
+    unseen_px: usize,
+    seen_px: usize,
+) -> Vec<u16> {
+    let (width, height) = (image.width, image.height);
+    // What a pixel is to its neighbours: its label; a mix of its own for what has none.
+    let solid = |label: u16| if label == NONE { MIXED } else { label };
+    let measured: Vec<u16> = labels
+        .iter()
+        .zip(&image.w)
+        .map(|(&label, &w)| {
+            if label == NONE && w == 0.0 {
+                OPEN
+            } else {
+                solid(label)
             }
-        }
-    }
-    eroded
+        })
+        .collect();
+    let all: Vec<u16> = labels.iter().map(|&label| solid(label)).collect();
+    let far = joined(&measured, width, height, seen_px);
+    let near = joined(&all, width, height, unseen_px);
+    let both = far.iter().zip(&near);
+    labels
+        .iter()
+        .zip(both)
+        .map(|(&l, (&f, &n))| if f == l && n == l { l } else { NONE })
+        .collect()
 }
 
-fn erode_line(line: &[u16], out: &mut [u16], r: usize) {
-    let mut run = 0;
-    let mut last = NONE;
-    for (u, &label) in line.iter().enumerate() {
-        run = if label == last { run + 1 } else { 1 };
-        last = label;
-        if label != NONE && run > 2 * r {
-            out[u - r] = label;
+/// No label: joins with any other to that one.
+const OPEN: u16 = u16::MAX - 1;
+/// Two labels, or a surface that has none: joins with any other to itself.
+const MIXED: u16 = u16::MAX;
+
+/// What the pixels within `r` of each pixel (in the maximum norm) have in common: nothing
+/// ([`OPEN`]), one label, or more than one ([`MIXED`]).
+fn joined(labels: &[u16], width: usize, height: usize, r: usize) -> Vec<u16> {
+    let mut rows = labels.to_vec();
+    for (line, from) in rows
+        .chunks_exact_mut(width.max(1))
+        .zip(labels.chunks_exact(width.max(1)))
+    {
+        for d in 1..=r.min(width.saturating_sub(1)) {
+            join_all(&mut line[d..], &from[..width - d]);
+            join_all(&mut line[..width - d], &from[d..]);
         }
     }
+    let mut all = rows.clone();
+    for d in 1..=r.min(height.saturating_sub(1)) {
+        let (d, n) = (d * width, all.len());
+        join_all(&mut all[d..], &rows[..n - d]);
+        join_all(&mut all[..n - d], &rows[d..]);
+    }
+    all
+}
+
+fn join_all(to: &mut [u16], from: &[u16]) {
+    for (a, &b) in to.iter_mut().zip(from) {
+        let either = if *a == OPEN { b } else { *a };
+        *a = if *a == b || *a == OPEN || b == OPEN {
+            either
+        } else {
+            MIXED
+        };
+    }
+}
+
+/// The labels without the parts that are no wider than 2 `neck_px`: eroded, and grown back within
+/// what was there.
+pub(super) fn open(labels: &[u16], width: usize, height: usize, neck_px: usize) -> Vec<u16> {
+    // NONE is MIXED, so that the core of a face is what is far from all that is not the face.
+    let core: Vec<u16> = joined(labels, width, height, neck_px)
+        .into_iter()
+        .map(|label| if label == MIXED { OPEN } else { label })
+        .collect();
+    // Cores of two faces are more than 2 `neck_px` apart, so no pixel is near two of them.
+    let grown = joined(&core, width, height, neck_px);
+    labels
+        .iter()
+        .zip(grown)
+        .map(|(&l, g)| if l == g { l } else { NONE })
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scan::Intrinsics;
+
+    fn image(width: usize, w: Vec<f32>) -> InverseImage {
+        let height = w.len() / width;
+        let intrinsics = Intrinsics {
+            fx: 100.0,
+            fy: 100.0,
+            cx: 0.0,
+            cy: 0.0,
+        };
+        InverseImage {
+            width,
+            height,
+            w,
+            intrinsics,
+            centre: (0.0, 0.0),
+        }
+    }
 
     #[test]
-    fn erosion_takes_the_edge_off_every_face_and_the_border() {
-        // Two faces side by side, 8 × 6 pixels.
-        let (width, height) = (8, 6);
-        let labels: Vec<u16> = (0..48).map(|i| u16::from(i % width >= 4)).collect();
-        let eroded = erode(&labels, width, height, 1);
-        let expected = |u: usize, v: usize| {
-            let inside = (1..5).contains(&v) && matches!(u, 1 | 2 | 5 | 6);
-            if inside { u16::from(u >= 4) } else { NONE }
-        };
-        for v in 0..height {
-            for u in 0..width {
-                assert_eq!(eroded[v * width + u], expected(u, v), "{u} {v}");
-            }
+    fn erosion_takes_more_off_at_a_surface_than_in_the_air_and_none_at_the_border() {
+        // Face, gap without depth, face, then a surface without a plane.
+        let row = "aaaa..bbbbbb??";
+        let picture = row.repeat(3);
+        let labels: Vec<u16> = picture
+            .bytes()
+            .map(|b| match b {
+                b'a' => 0,
+                b'b' => 1,
+                _ => NONE,
+            })
+            .collect();
+        let w = picture
+            .bytes()
+            .map(|b| if b == b'.' { 0.0 } else { 1.0 })
+            .collect();
+        let eroded = erode(&image(row.len(), w), &labels, 1, 2);
+        let expected = "aaa....bbb....".repeat(3);
+        for (i, (&label, want)) in eroded.iter().zip(expected.bytes()).enumerate() {
+            let got = match label {
+                0 => b'a',
+                1 => b'b',
+                _ => b'.',
+            };
+            assert_eq!(got, want, "pixel {i}");
         }
-        assert_eq!(erode(&labels, width, height, 0), labels);
+    }
+
+    #[test]
+    fn opening_removes_a_neck_and_keeps_the_corners() {
+        let picture = [
+            "#######....",
+            "###########",
+            "#######....",
+            "#######....",
+            "#######....",
+        ];
+        let labels: Vec<u16> = picture
+            .iter()
+            .flat_map(|row| row.bytes().map(|b| if b == b'#' { 3 } else { NONE }))
+            .collect();
+        let opened = open(&labels, 11, 5, 1);
+        for (i, (&before, &after)) in labels.iter().zip(&opened).enumerate() {
+            let expected = if i % 11 < 7 { before } else { NONE };
+            assert_eq!(after, expected, "pixel {i}");
+        }
     }
 }

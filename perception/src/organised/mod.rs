@@ -13,25 +13,25 @@ mod labels;
 mod mask;
 mod merge;
 mod moments;
+mod outline;
 mod plane;
 
-use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
-use surfaces::{ConvexPolygon, Source, Surface};
+use surfaces::{Source, Surface};
 
 pub use cover::CoverConfig;
 pub use growth::GrowthConfig;
 pub use mask::MaskConfig;
 pub use merge::MergeConfig;
+pub use outline::OutlineConfig;
 
 use crate::Error;
 use crate::extraction::{Extraction, Segmentation, Statistics};
-use crate::scan::{DepthImage, tangent_frame};
+use crate::scan::DepthImage;
 use crate::sensor::Noise;
-use face::{Face, Raster};
 use growth::{Region, grow};
 use image::{Grid, InverseImage};
-use plane::Plane;
 
 /// Parameters of the organised path, a table a step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -43,8 +43,8 @@ pub struct OrganisedConfig {
     pub merge: MergeConfig,
     /// From labelled pixels to faces.
     pub mask: MaskConfig,
-    /// From faces to convex polygons.
-    pub cover: CoverConfig,
+    /// From faces to outlines and convex polygons.
+    pub outline: OutlineConfig,
 }
 
 impl OrganisedConfig {
@@ -52,7 +52,7 @@ impl OrganisedConfig {
         self.growth.check()?;
         self.merge.check()?;
         self.mask.check()?;
-        self.cover.check()
+        self.outline.check()
     }
 }
 
@@ -93,7 +93,13 @@ pub(crate) fn extract(
     // 4. Every pixel to the nearest of the planes around it; gaps closed, edges taken off.
     let mut labels = labels::label(&image, &small, &regions, noise);
     mask::close(&image, &regions, &mut labels, noise, config.mask.gap_px);
-    let eroded = mask::erode(&labels, image.width, image.height, config.mask.edge_px);
+    let eroded = mask::erode(
+        &image,
+        &labels,
+        config.mask.edge_unseen_px,
+        config.mask.edge_seen_px,
+    );
+    let eroded = mask::open(&eroded, image.width, image.height, config.mask.neck_px);
 
     // 5. The final planes, fitted to the pixels that surely lie on their face.
     let planes = plane::fit(&image, &eroded, regions.len(), noise);
@@ -102,7 +108,14 @@ pub(crate) fn extract(
     let mut found = Vec::new();
     for face in face::faces(&eroded, image.width) {
         if let Some(Some(plane)) = planes.get(usize::from(face.label)) {
-            found.extend(pieces(&image, &face, plane, noise, X_WV, config));
+            found.extend(outline::pieces(
+                &image,
+                &face,
+                plane,
+                noise,
+                X_WV,
+                &config.outline,
+            ));
         }
     }
 
@@ -167,161 +180,4 @@ fn refined(large: &Grid, small: &Grid, region: Region) -> Region {
         cells: region.cells.iter().flat_map(fine).collect(),
         ..region
     }
-}
-
-/// One convex polygon of a face, in its frame.
-#[allow(non_snake_case)]
-struct Piece {
-    label: u16,
-    X_VS: Isometry3<f64>,
-    polygon: ConvexPolygon,
-    outline: Vec<Vec<[f64; 2]>>,
-    covariance: Option<[[f64; 3]; 3]>,
-}
-
-/// The convex pieces that cover a face.
-///
-/// A plane maps to the image by a homography that keeps convex sets convex, so the cover is found
-/// on the pixels, where the uncertainty of an edge has one size, and then mapped to the plane.
-#[allow(non_snake_case)]
-fn pieces(
-    image: &InverseImage,
-    face: &Face,
-    plane: &Plane,
-    noise: &Noise,
-    X_WV: &Isometry3<f64>,
-    config: &OrganisedConfig,
-) -> Vec<Piece> {
-    let area: f64 = face
-        .runs
-        .iter()
-        .map(|&(v, a, b)| {
-            let middle = f64::from(a + b - 1) / 2.0;
-            f64::from(b - a) * plane.pixel_area(image, middle, f64::from(v))
-        })
-        .sum();
-    if area < config.cover.area_min_m2 {
-        return Vec::new();
-    }
-    let (Ok(hull), Some(raster)) = (ConvexPolygon::hull(&face.extremes()), Raster::new(face))
-    else {
-        return Vec::new();
-    };
-    let region = cover::Region {
-        samples: samples(image, &raster, &hull, plane),
-        outside: raster.outside(),
-        hull,
-    };
-    let outline = contour::rings(&raster, 1.0);
-    let chunks = chunks(face);
-    let rotation = frame(plane, X_WV);
-    let in_V = |p: &Point2<f64>| plane.point(image, p.x, p.y);
-    let mut pieces = Vec::new();
-    for piece in cover::cover(&region, &config.cover) {
-        // Corners on the plane; the origin at the piece's centroid.
-        let Some(corners) = piece
-            .vertices()
-            .iter()
-            .map(in_V)
-            .collect::<Option<Vec<_>>>()
-        else {
-            continue;
-        };
-        let Some(anchor) = corners.first().copied() else {
-            continue;
-        };
-        let onto = |origin: Point3<f64>| {
-            move |p: &Point3<f64>| {
-                let q = rotation.inverse() * (p - origin);
-                Point2::new(q.x, q.y)
-            }
-        };
-        let Ok(rough) = ConvexPolygon::hull(&corners.iter().map(onto(anchor)).collect::<Vec<_>>())
-        else {
-            continue;
-        };
-        let rough = rough.simplified_inside(config.cover.vertices_max);
-        let c = rough.centroid();
-        let origin = anchor + rotation * Vector3::new(c.x, c.y, 0.0);
-        let moved: Vec<_> = rough.vertices().iter().map(|v| v - c.coords).collect();
-        let Ok(polygon) = ConvexPolygon::new(moved) else {
-            continue;
-        };
-        let narrow = 2.0 * polygon.inscribed_circle().1 < config.cover.width_min_m;
-        if polygon.area() < config.cover.area_min_m2 || narrow {
-            continue;
-        }
-        let X_VS = Isometry3::from_parts(
-            Translation3::from(origin),
-            UnitQuaternion::from_rotation_matrix(&rotation),
-        );
-        let ring = |ring: &Vec<Point2<f64>>| {
-            ring.iter()
-                .filter_map(in_V)
-                .map(|p| onto(origin)(&p).coords.into())
-                .collect()
-        };
-        pieces.push(Piece {
-            label: face.label,
-            X_VS,
-            outline: outline.iter().map(ring).collect(),
-            covariance: plane::covariance(image, &chunks, plane, &origin, &rotation, noise),
-            polygon,
-        });
-    }
-    pieces
-}
-
-/// Orientation of S in V: z_S toward the sensor.
-#[allow(non_snake_case)]
-fn frame(plane: &Plane, X_WV: &Isometry3<f64>) -> Rotation3<f64> {
-    let R_VW = X_WV.rotation.inverse();
-    let columns = tangent_frame(
-        &-plane.normal,
-        &(R_VW * Vector3::x()),
-        &(R_VW * Vector3::z()),
-    );
-    Rotation3::from_matrix_unchecked(columns)
-}
-
-/// A lattice of samples of the hull, at most about a thousand.
-fn samples(
-    image: &InverseImage,
-    raster: &Raster,
-    hull: &ConvexPolygon,
-    plane: &Plane,
-) -> Vec<cover::Sample> {
-    let stride = ((raster.inside.len() as f64 / 1200.0).sqrt().ceil() as usize).max(1);
-    let planes = hull.half_planes();
-    let rows = raster.inside.len() / raster.stride.max(1);
-    let mut samples = Vec::new();
-    for y in (stride / 2..rows).step_by(stride) {
-        for x in (stride / 2..raster.stride).step_by(stride) {
-            let i = y * raster.stride + x;
-            let p = raster.point(i);
-            let inside = raster.inside[i];
-            if inside || planes.iter().all(|h| h.value(&p) <= 0.0) {
-                let cells = (stride * stride) as f64;
-                let area_m2 = cells * plane.pixel_area(image, p.x, p.y);
-                samples.push(cover::Sample { p, area_m2, inside });
-            }
-        }
-    }
-    samples
-}
-
-/// Middle and number of pixels of pieces of the face's runs.
-fn chunks(face: &Face) -> Vec<(f64, f64, f64)> {
-    let mut chunks = Vec::new();
-    for &(v, a, b) in face.runs.iter().step_by(4) {
-        let mut u = a;
-        while u < b {
-            let end = (u + 16).min(b);
-            let n = f64::from(end - u);
-            // Every fourth row stands for four.
-            chunks.push((f64::from(u) + (n - 1.0) / 2.0, f64::from(v), 4.0 * n));
-            u = end;
-        }
-    }
-    chunks
 }
