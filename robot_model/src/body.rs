@@ -33,7 +33,7 @@ pub struct Body {
     pub kind: JointKind,
     /// Unit axis in the joint's frame (which the body's frame coincides with at joint value zero).
     pub axis: Vector3<f64>,
-    /// Lower limit; always finite (a continuous joint gets ±2π and a note).
+    /// Lower limit; finite for every joint (a continuous one gets ±2π and a note).
     pub lower: f64,
     /// Upper limit, above `lower`.
     pub upper: f64,

@@ -7,20 +7,26 @@
 //! | where is it: q = \[p_WB, quat_xyzw, joints…\] | [`Configuration`] |
 //! | poses, centre of mass, Jacobians, gravity torques | [`Kinematics`] |
 //! | distances to itself and to the world | [`collision`] |
+//! | how is it read from files | [`load()`], [`load_from_strings`], [`mesh_file`] |
 
 pub mod body;
 pub mod collision;
+pub mod config;
 pub mod configuration;
 pub mod contact;
 pub mod error;
 pub mod kinematics;
+pub mod load;
+pub mod mesh_file;
 pub mod robot;
 
 pub use body::{Body, Frame, JointKind};
+pub use config::Config;
 pub use configuration::Configuration;
 pub use contact::ContactPatch;
 pub use error::Error;
 pub use kinematics::Kinematics;
+pub use load::{RobotFiles, load, load_from_strings};
 pub use robot::Robot;
 
 /// Gravity, along −z of W; m/s². Stated here and nowhere else.

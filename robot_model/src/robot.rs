@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DVector;
+use nalgebra::{DVector, Isometry3};
 
 use crate::collision::CollisionModel;
 use crate::{Body, Configuration, ContactPatch, Error, Frame, JointKind};
@@ -23,6 +23,8 @@ pub struct Robot {
     pub patches: Vec<ContactPatch>,
     /// Named joint values, `nj` each.
     pub postures: BTreeMap<String, Vec<f64>>,
+    /// Pose of the base in those postures that state one.
+    pub posture_bases: BTreeMap<String, Isometry3<f64>>,
     /// Collision shapes and the pairs of them to watch.
     pub collision: CollisionModel,
     /// Total mass.
@@ -66,6 +68,7 @@ impl Robot {
             frames,
             patches: Vec::new(),
             postures: BTreeMap::new(),
+            posture_bases: BTreeMap::new(),
             collision,
             mass_kg,
             notes: Vec::new(),
@@ -163,7 +166,7 @@ impl Robot {
         neutral
     }
 
-    /// The base at the origin, joints as in the named posture.
+    /// Joints as in the named posture, the base where the posture has it or else at the origin.
     ///
     /// # Errors
     /// [`Error::Unknown`] listing the postures there are.
@@ -177,6 +180,9 @@ impl Robot {
             )
         })?;
         let mut configuration = Configuration::zero(self.nj());
+        if let Some(base) = self.posture_bases.get(name) {
+            configuration = configuration.with_base(base);
+        }
         configuration.joints = DVector::from_column_slice(joints);
         Ok(configuration)
     }

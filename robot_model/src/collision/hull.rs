@@ -35,10 +35,10 @@ pub struct Hull {
 }
 
 /// A triangle of the growing hull, with the points outside of it that it has to answer for.
-struct Facet {
-    corners: [usize; 3],
-    normal: Vector3<f64>,
-    offset: f64,
+pub(super) struct Facet {
+    pub corners: [usize; 3],
+    pub normal: Vector3<f64>,
+    pub offset: f64,
     outside: Vec<usize>,
     farthest: Option<(usize, f64)>,
 }
@@ -69,14 +69,7 @@ impl Hull {
         if let Some(at) = points.iter().position(|p| !finite(p)) {
             return Err(HullError::NotFinite(at));
         }
-        let corners = first_tetrahedron(points)?;
-        let size = extent(points);
-        let mut growing = Growing {
-            points,
-            tolerance: size * RELATIVE_TOLERANCE,
-            facets: vec![],
-        };
-        growing.start(corners);
+        let mut growing = Growing::new(points.to_vec())?;
         let mut count = 4;
         while count < max_vertices
             && let Some((facet, apex)) = growing.farthest()
@@ -139,13 +132,26 @@ impl Hull {
 }
 
 /// The hull under construction.
-struct Growing<'a> {
-    points: &'a [Point3<f64>],
+pub(super) struct Growing {
+    pub points: Vec<Point3<f64>>,
+    pub facets: Vec<Facet>,
     tolerance: f64,
-    facets: Vec<Facet>,
 }
 
-impl Growing<'_> {
+impl Growing {
+    /// The tetrahedron that the growth begins with; every other point still outside.
+    pub fn new(points: Vec<Point3<f64>>) -> Result<Self, HullError> {
+        let corners = first_tetrahedron(&points)?;
+        let tolerance = extent(&points) * RELATIVE_TOLERANCE;
+        let mut growing = Growing {
+            points,
+            facets: Vec::new(),
+            tolerance,
+        };
+        growing.start(corners);
+        Ok(growing)
+    }
+
     fn facet(&self, corners: [usize; 3]) -> Facet {
         let [a, b, c] = corners.map(|i| self.points[i]);
         let normal = (b - a)
@@ -193,7 +199,7 @@ impl Growing<'_> {
     }
 
     /// The point farthest above any facet.
-    fn farthest(&self) -> Option<(usize, usize)> {
+    pub fn farthest(&self) -> Option<(usize, usize)> {
         let mut best: Option<(usize, usize, f64)> = None;
         for (i, facet) in self.facets.iter().enumerate() {
             if let Some((point, height)) = facet.farthest
@@ -207,7 +213,7 @@ impl Growing<'_> {
 
     /// Makes `apex` a vertex: the facets that it sees give way to a cone over their rim. False
     /// where rounding leaves no single rim; the point is then given up.
-    fn add(&mut self, facet: usize, apex: usize) -> Result<bool, HullError> {
+    pub fn add(&mut self, facet: usize, apex: usize) -> Result<bool, HullError> {
         let seen: Vec<bool> = (0..self.facets.len())
             .map(|i| i == facet || self.above(&self.facets[i], apex) > self.tolerance)
             .collect();

@@ -12,6 +12,7 @@ mod geometry;
 mod hull;
 mod model;
 mod narrow;
+mod overlap;
 mod parry;
 mod segment;
 mod world;

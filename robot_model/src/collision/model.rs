@@ -81,20 +81,37 @@ pub struct CollisionModel {
 
 impl CollisionModel {
     /// The shapes on `bodies`, watching each pair of them but those of one body and those of
-    /// neighbours (parent and child).
+    /// neighbours: parent and child, or joined by bodies that have no shape (the inner links of
+    /// a universal joint).
     pub fn new(shapes: Vec<Shape>, bodies: &[Body]) -> Self {
-        let parent = |body: usize| bodies.get(body).and_then(|b| b.parent);
+        let mut has_shape = vec![false; bodies.len()];
+        for shape in &shapes {
+            if let Some(has) = has_shape.get_mut(shape.body) {
+                *has = true;
+            }
+        }
+        // The nearest ancestor with a shape, by body; parents come first.
+        let mut above: Vec<Option<usize>> = vec![None; bodies.len()];
+        for (i, body) in bodies.iter().enumerate() {
+            above[i] = body.parent.filter(|p| *p < i).and_then(|parent| {
+                if has_shape[parent] {
+                    Some(parent)
+                } else {
+                    above[parent]
+                }
+            });
+        }
+        let neighbour = |body: usize| above.get(body).copied().flatten();
         let mut pairs = Vec::new();
-        for (j, second) in shapes.iter().enumerate() {
-            for (i, first) in shapes.iter().enumerate().take(j) {
-                let neighbours = parent(first.body) == Some(second.body)
-                    || parent(second.body) == Some(first.body);
+        for (i, first) in shapes.iter().enumerate() {
+            for (j, second) in shapes.iter().enumerate().skip(i + 1) {
+                let neighbours = neighbour(first.body) == Some(second.body)
+                    || neighbour(second.body) == Some(first.body);
                 if first.body != second.body && !neighbours {
                     pairs.push((i, j));
                 }
             }
         }
-        pairs.sort_unstable();
         let bounds = shapes.iter().map(|s| s.geometry.bounds()).collect();
         CollisionModel {
             shapes,

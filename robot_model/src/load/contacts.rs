@@ -1,0 +1,173 @@
+//! The contacts file: where a robot may touch the world.
+//!
+//! ```toml
+//! [[patch]]
+//! name = "left_foot"
+//! link = "LLEG_LINK5"
+//! position_m = [0.015, 0.0095, -0.105]
+//! rpy_rad = [0.0, 0.0, 0.0]     # frame C in the link's, z_C outward from the environment
+//! polygon_m = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]  # counter-clockwise
+//! roles = ["foot"]
+//! friction = 0.6
+//! ```
+#![allow(non_snake_case)]
+
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
+use serde::Deserialize;
+
+use crate::{ContactPatch, Error, Robot};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(default)]
+    patch: Vec<Patch>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Patch {
+    name: String,
+    link: String,
+    #[serde(default)]
+    position_m: [f64; 3],
+    #[serde(default)]
+    rpy_rad: [f64; 3],
+    polygon_m: Vec<[f64; 2]>,
+    #[serde(default)]
+    roles: Vec<String>,
+    friction: f64,
+}
+
+/// The patches of a contacts file on a robot.
+///
+/// # Errors
+/// [`Error::Parse`] with the line; [`Error::Patch`] for a polygon that is not strictly convex
+/// and counter-clockwise, a friction that is not positive, a name given twice;
+/// [`Error::Unknown`] for a link that is not there.
+pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactPatch>, Error> {
+    let parsed: File = toml::from_str(text).map_err(|error| Error::Parse {
+        file: file.to_owned(),
+        cause: error.to_string().trim_end().to_owned(),
+    })?;
+    let mut patches: Vec<ContactPatch> = Vec::new();
+    for patch in &parsed.patch {
+        let refuse = |cause: String| Error::Patch {
+            file: file.to_owned(),
+            patch: patch.name.clone(),
+            cause,
+        };
+        if patches.iter().any(|other| other.name == patch.name) {
+            return Err(refuse("its name is given twice".to_owned()));
+        }
+        let frame = robot
+            .frames
+            .iter()
+            .find(|f| f.name == patch.link)
+            .ok_or_else(|| {
+                let place = format!("{file}: patch \"{}\"", patch.name);
+                let links = robot.frames.iter().map(|f| f.name.as_str());
+                Error::unknown(Some(&place), "link", &patch.link, links)
+            })?;
+        let numbers = patch.position_m.iter().chain(&patch.rpy_rad);
+        if !numbers
+            .chain(patch.polygon_m.iter().flatten())
+            .all(|v| v.is_finite())
+        {
+            return Err(refuse("it holds a number that is not finite".to_owned()));
+        }
+        if !(patch.friction.is_finite() && patch.friction > 0.0) {
+            return Err(refuse(format!(
+                "its friction {} is not positive",
+                patch.friction
+            )));
+        }
+        let polygon: Vec<Point2<f64>> = patch.polygon_m.iter().map(|&p| p.into()).collect();
+        if let Some(cause) = flaw(&polygon) {
+            return Err(refuse(cause));
+        }
+        let [roll, pitch, yaw] = patch.rpy_rad;
+        let X_LC = Isometry3::from_parts(
+            Translation3::from(Vector3::from(patch.position_m)),
+            UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+        );
+        patches.push(ContactPatch {
+            name: patch.name.clone(),
+            link: patch.link.clone(),
+            body: frame.body,
+            X_BC: frame.X_BL * X_LC,
+            polygon,
+            roles: patch.roles.clone(),
+            friction: patch.friction,
+        });
+    }
+    Ok(patches)
+}
+
+/// Vertices nearer than this are one, corners flatter than this (as a height) are none; m.
+const SMALLEST_M: f64 = 1e-6;
+
+/// Why the vertices are no strictly convex polygon in counter-clockwise order, if so.
+fn flaw(polygon: &[Point2<f64>]) -> Option<String> {
+    let n = polygon.len();
+    if n < 3 {
+        return Some(format!(
+            "its polygon has {n} vertices, at least 3 are wanted"
+        ));
+    }
+    for i in 0..n {
+        for j in 0..i {
+            if (polygon[i] - polygon[j]).norm() < SMALLEST_M {
+                return Some(format!("vertices {j} and {i} of its polygon are the same"));
+            }
+        }
+    }
+    let area = (0..n)
+        .map(|i| polygon[i].coords.perp(&polygon[(i + 1) % n].coords))
+        .sum::<f64>();
+    if area <= 0.0 {
+        return Some("its polygon runs clockwise, counter-clockwise is wanted".to_owned());
+    }
+    // Left turns all along, and one turn in total: a star turns left, too.
+    let mut turning = 0.0;
+    for i in 0..n {
+        let (a, b, c) = (polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]);
+        let (into, out) = (b - a, c - b);
+        let turn = into.perp(&out);
+        if turn < SMALLEST_M * (c - a).norm() {
+            let at = (i + 1) % n;
+            return Some(format!("its polygon is not strictly convex at vertex {at}"));
+        }
+        turning += turn.atan2(into.dot(&out));
+    }
+    (turning > 1.5 * std::f64::consts::TAU).then(|| "its polygon crosses itself".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flaw_of(points: &[[f64; 2]]) -> String {
+        let polygon: Vec<Point2<f64>> = points.iter().map(|&p| p.into()).collect();
+        flaw(&polygon).unwrap_or_default()
+    }
+
+    #[test]
+    fn polygons_are_checked() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        assert_eq!(flaw_of(&square), "");
+        let mut clockwise = square;
+        clockwise.reverse();
+        assert!(flaw_of(&clockwise).contains("clockwise"));
+        assert!(flaw_of(&square[..2]).contains("2 vertices"));
+        let repeated = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+        assert!(flaw_of(&repeated).contains("the same"));
+        let dented = [[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]];
+        assert!(flaw_of(&dented).contains("convex"));
+        let star: Vec<[f64; 2]> = (0..5)
+            .map(|k| (f64::from(k) * 2.0 * std::f64::consts::TAU / 5.0).sin_cos())
+            .map(|(y, x)| [x, y])
+            .collect();
+        assert!(flaw_of(&star).contains("crosses"));
+    }
+}

@@ -1,0 +1,259 @@
+//! A tree of links → moving bodies, frames and limits: fixed links lumped, mimics locked.
+#![allow(non_snake_case)]
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
+
+use super::Findings;
+use super::inertia::{self, Lump};
+use super::tree::Tree;
+use super::urdf::{Joint, JointType, Urdf};
+use crate::{Body, Error, Frame, JointKind};
+
+/// The bodies, and for every link (by its index) the body it is part of and its pose there.
+pub(super) struct Lumped {
+    pub bodies: Vec<Body>,
+    pub frames: Vec<Frame>,
+    pub places: Vec<Option<(usize, Isometry3<f64>)>>,
+}
+
+/// Lumps links on fixed and locked joints into the bodies that move.
+///
+/// # Errors
+/// [`Error::Joint`] for limits or an axis that make no sense, a floating joint anywhere but
+/// under a dummy root; [`Error::Inertia`] as [`inertia::check`] says.
+pub(super) fn lump(
+    file: &str,
+    urdf: &Urdf,
+    tree: &Tree,
+    findings: &mut Findings,
+) -> Result<Lumped, Error> {
+    let root = base_of(urdf, tree, findings);
+    let mut bodies = vec![base_body(urdf.links[root].name.clone())];
+    let mut lumps = vec![Lump::default()];
+    let mut frames = Vec::new();
+    let mut places = vec![None; urdf.links.len()];
+    // Depth first, children in the file's order.
+    let mut open = vec![(root, 0, Isometry3::identity(), None)];
+    while let Some((link, body, X_BL, mover)) = open.pop() {
+        // A link on a moving joint starts a body of its own.
+        let (body, X_BL) = match mover {
+            None => (body, X_BL),
+            Some((joint, motion)) => {
+                bodies.push(moving_body(
+                    &urdf.links[link].name,
+                    joint,
+                    body,
+                    X_BL,
+                    motion,
+                ));
+                lumps.push(Lump::default());
+                (bodies.len() - 1, Isometry3::identity())
+            }
+        };
+        lumps[body].add(file, &urdf.links[link], &X_BL)?;
+        frames.push(Frame {
+            name: urdf.links[link].name.clone(),
+            body,
+            X_BL,
+        });
+        places[link] = Some((body, X_BL));
+        let first = open.len();
+        for &(j, child) in &tree.children[link] {
+            let joint = &urdf.joints[j];
+            let X_BJ = X_BL * joint.pose;
+            open.push(match motion_of(file, urdf, joint, findings)? {
+                Motion::Locked(X_JL) => (child, body, X_BJ * X_JL, None),
+                Motion::Moves(range) => (child, body, X_BJ, Some((joint, range))),
+            });
+        }
+        open[first..].reverse();
+    }
+    for (body, lump) in bodies.iter_mut().zip(&lumps) {
+        (body.mass_kg, body.com_B, body.inertia_B) = lump.total();
+    }
+    inertia::check(file, &bodies, findings)?;
+    Ok(Lumped {
+        bodies,
+        frames,
+        places,
+    })
+}
+
+/// The link that floats: the root, or what hangs on a dummy root by a floating joint.
+fn base_of(urdf: &Urdf, tree: &Tree, findings: &mut Findings) -> usize {
+    let root = &urdf.links[tree.root];
+    let is_dummy = root.collisions.is_empty()
+        && root
+            .inertial
+            .as_ref()
+            .is_none_or(|inertial| inertial.mass_kg == 0.0);
+    match tree.children[tree.root].as_slice() {
+        [(j, child)] if is_dummy && urdf.joints[*j].kind == JointType::Floating => {
+            let (name, base) = (&root.name, &urdf.links[*child].name);
+            findings.note(format!(
+                "link \"{base}\" floats; the dummy root \"{name}\" is dropped"
+            ));
+            *child
+        }
+        _ => tree.root,
+    }
+}
+
+/// How a joint moves its child.
+enum Motion {
+    /// Not at all: the child's pose in the joint's frame.
+    Locked(Isometry3<f64>),
+    Moves(Range),
+}
+
+struct Range {
+    kind: JointKind,
+    axis: UnitVector3<f64>,
+    lower: f64,
+    upper: f64,
+    effort: f64,
+    velocity: f64,
+}
+
+fn motion_of(
+    file: &str,
+    urdf: &Urdf,
+    joint: &Joint,
+    findings: &mut Findings,
+) -> Result<Motion, Error> {
+    let name = joint.name.as_str();
+    let refuse = |cause: &str| {
+        let cause = format!("line {}: {cause}", joint.line);
+        Err(Error::Joint {
+            file: file.to_owned(),
+            joint: name.to_owned(),
+            cause,
+        })
+    };
+    if joint.kind == JointType::Fixed {
+        return Ok(Motion::Locked(Isometry3::identity()));
+    }
+    if joint.kind == JointType::Floating {
+        return refuse("a floating joint is supported under a dummy root link only");
+    }
+    let Some(axis) = UnitVector3::try_new(joint.axis, 1e-9) else {
+        return refuse("its axis is zero");
+    };
+    let kind = match joint.kind {
+        JointType::Prismatic => JointKind::Prismatic,
+        _ => JointKind::Revolute,
+    };
+    // A mimic joint is no freedom of its own: it stays where it is while its leader is at zero.
+    if let Some(mimic) = &joint.mimic {
+        if !urdf.joints.iter().any(|other| other.name == mimic.joint) {
+            // Locked all the same.
+            findings.note(format!(
+                "joint \"{name}\" mimics no joint: \"{}\"",
+                mimic.joint
+            ));
+        }
+        findings.mimics.push(format!(
+            "\"{name}\" at {} (mimics \"{}\")",
+            mimic.offset, mimic.joint
+        ));
+        return Ok(Motion::Locked(moved(kind, &axis, mimic.offset)));
+    }
+    let (lower, upper) = match (&joint.limit, joint.kind) {
+        (_, JointType::Continuous) => {
+            findings.continuous.push(name.to_owned());
+            (-TAU, TAU)
+        }
+        (None, _) => return refuse("it has no <limit>"),
+        (Some(limit), _) => (limit.lower, limit.upper),
+    };
+    if lower > upper {
+        return refuse(&format!(
+            "its lower limit {lower} is above its upper limit {upper}"
+        ));
+    }
+    if lower == upper {
+        findings.locked.push(format!("\"{name}\" at {lower}"));
+        return Ok(Motion::Locked(moved(kind, &axis, lower)));
+    }
+    // What is absent or zero is not stated: no motor has no torque.
+    let stated = |value: Option<f64>| value.filter(|v| *v != 0.0).unwrap_or(f64::INFINITY);
+    let effort = stated(joint.limit.as_ref().and_then(|limit| limit.effort));
+    let velocity = stated(joint.limit.as_ref().and_then(|limit| limit.velocity));
+    if effort < 0.0 || velocity < 0.0 {
+        return refuse("its effort or velocity limit is negative");
+    }
+    if effort.is_infinite() {
+        findings.without_effort.push(name.to_owned());
+    }
+    if velocity.is_infinite() {
+        findings.without_velocity.push(name.to_owned());
+    }
+    Ok(Motion::Moves(Range {
+        kind,
+        axis,
+        lower,
+        upper,
+        effort,
+        velocity,
+    }))
+}
+
+/// The pose that a joint value gives.
+fn moved(kind: JointKind, axis: &UnitVector3<f64>, value: f64) -> Isometry3<f64> {
+    match kind {
+        JointKind::Prismatic => Translation3::from(axis.into_inner() * value).into(),
+        _ => Isometry3::from_parts(
+            Translation3::identity(),
+            UnitQuaternion::from_axis_angle(axis, value),
+        ),
+    }
+}
+
+fn base_body(name: String) -> Body {
+    Body {
+        name,
+        joint: String::new(),
+        parent: None,
+        X_PJ: Isometry3::identity(),
+        kind: JointKind::Floating,
+        axis: Vector3::zeros(),
+        lower: f64::NEG_INFINITY,
+        upper: f64::INFINITY,
+        effort: 0.0,
+        velocity: f64::INFINITY,
+        mass_kg: 0.0,
+        com_B: Vector3::zeros(),
+        inertia_B: nalgebra::Matrix3::zeros(),
+    }
+}
+
+fn moving_body(
+    link: &str,
+    joint: &Joint,
+    parent: usize,
+    X_PJ: Isometry3<f64>,
+    range: Range,
+) -> Body {
+    let Range {
+        kind,
+        axis,
+        lower,
+        upper,
+        effort,
+        velocity,
+    } = range;
+    Body {
+        joint: joint.name.clone(),
+        parent: Some(parent),
+        X_PJ,
+        kind,
+        axis: axis.into_inner(),
+        lower,
+        upper,
+        effort,
+        velocity,
+        ..base_body(link.to_owned())
+    }
+}

@@ -1,0 +1,134 @@
+//! The collision elements of links → convex shapes on bodies.
+#![allow(non_snake_case)]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::urdf::{Geometry, Urdf};
+use super::{Findings, MeshSource};
+use crate::collision::{Hull, Shape, ShapeGeometry};
+use crate::{Config, Error, mesh_file};
+
+/// Reads the collision shapes of a robot's links, every mesh as its convex hull.
+pub(super) struct ShapeReader<'a> {
+    pub file: &'a str,
+    pub meshes: &'a MeshSource<'a>,
+    pub config: &'a Config,
+    /// Hulls by file name and scale: many a robot has two equal arms.
+    pub hulls: BTreeMap<(String, [u64; 3]), Hull>,
+}
+
+impl ShapeReader<'_> {
+    /// The shapes of every link that has a place in a body.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] naming link and mesh: missing, malformed, without volume; a size that is
+    /// not positive.
+    pub fn read(
+        &mut self,
+        urdf: &Urdf,
+        places: &[Option<(usize, Isometry3<f64>)>],
+        findings: &mut Findings,
+    ) -> Result<Vec<Shape>, Error> {
+        let mut shapes = Vec::new();
+        for (link, place) in urdf.links.iter().zip(places) {
+            let Some((body, X_BL)) = place else { continue };
+            for collision in &link.collisions {
+                let geometry = self.shape(&link.name, &collision.geometry, findings)?;
+                shapes.push(Shape {
+                    link: link.name.clone(),
+                    body: *body,
+                    X_BG: X_BL * collision.pose,
+                    geometry,
+                });
+            }
+        }
+        Ok(shapes)
+    }
+
+    fn shape(
+        &mut self,
+        link: &str,
+        geometry: &Geometry,
+        findings: &mut Findings,
+    ) -> Result<ShapeGeometry, Error> {
+        let (what, shape) = match geometry {
+            Geometry::Box { size } => (
+                "box",
+                ShapeGeometry::Box {
+                    half_extents_m: Vector3::from(*size) / 2.0,
+                },
+            ),
+            Geometry::Sphere { radius } => ("sphere", ShapeGeometry::Sphere { radius_m: *radius }),
+            Geometry::Cylinder { radius, length } => (
+                "cylinder",
+                ShapeGeometry::Cylinder {
+                    half_length_m: length / 2.0,
+                    radius_m: *radius,
+                },
+            ),
+            Geometry::Capsule { radius, length } => (
+                "capsule",
+                ShapeGeometry::Capsule {
+                    half_length_m: length / 2.0,
+                    radius_m: *radius,
+                },
+            ),
+            Geometry::Mesh { filename, scale } => {
+                let hull = self.hull(link, filename, scale, findings)?;
+                (filename.as_str(), ShapeGeometry::ConvexHull(hull))
+            }
+        };
+        match shape.flaw() {
+            None => Ok(shape),
+            Some(cause) => Err(self.refuse(link, what, cause)),
+        }
+    }
+
+    /// The convex hull of a mesh.
+    fn hull(
+        &mut self,
+        link: &str,
+        filename: &str,
+        scale: &[f64; 3],
+        findings: &mut Findings,
+    ) -> Result<Hull, Error> {
+        let key = (filename.to_owned(), scale.map(f64::to_bits));
+        if let Some(hull) = self.hulls.get(&key) {
+            return Ok(hull.clone());
+        }
+        let bytes = (self.meshes)(filename).map_err(|cause| self.refuse(link, filename, cause))?;
+        let mesh = mesh_file::parse(Path::new(filename), &bytes).map_err(|error| match error {
+            Error::Mesh { cause, .. } => self.refuse(link, filename, cause),
+            other => other,
+        })?;
+        let scaled: Vec<Point3<f64>> = mesh
+            .vertices
+            .iter()
+            .map(|v| Point3::from(v.coords.component_mul(&Vector3::from(*scale))))
+            .collect();
+        let hull = Hull::with_at_most(&scaled, self.config.hull_vertices.max(4))
+            .map_err(|error| self.refuse(link, filename, error.to_string()))?;
+        // A millimetre is what a clearance margin does not notice.
+        let shortfall_mm = hull.shortfall_m() * 1e3;
+        if shortfall_mm > 1.0 {
+            findings
+                .simplified
+                .push(format!("{link} ({shortfall_mm:.1} mm)"));
+        }
+        self.hulls.insert(key, hull.clone());
+        Ok(hull)
+    }
+
+    fn refuse(&self, link: &str, what: &str, cause: String) -> Error {
+        let what = what.to_owned();
+        Error::Shape {
+            file: self.file.to_owned(),
+            link: link.to_owned(),
+            what,
+            cause,
+        }
+    }
+}

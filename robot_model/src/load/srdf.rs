@@ -1,0 +1,143 @@
+//! SRDF: named postures, and pairs of links that never collide or always do.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use roxmltree::Node;
+
+use super::Findings;
+use super::xml::{Source, children};
+use crate::{Error, Robot};
+
+/// Adds an SRDF's postures to a robot and disables its pairs of links.
+///
+/// States of one name (a group each) make one posture; joints that none of them names stay at
+/// the neutral value. A joint that is absent or has several values is noted; the seven values
+/// [x y z qx qy qz qw] of a root joint become the posture's base pose.
+///
+/// # Errors
+/// [`Error::Parse`] with the line; [`Error::Unknown`] for a link that is not there, unless
+/// `findings` is lenient.
+pub(super) fn apply(
+    file: &str,
+    text: &str,
+    robot: &mut Robot,
+    findings: &mut Findings,
+) -> Result<(), Error> {
+    let source = Source::parse(file, text)?;
+    let root = source.robot()?;
+    for state in children(root, "group_state") {
+        posture(&source, state, robot, findings)?;
+    }
+    // Pairs to disable, in either order.
+    let mut disabled = BTreeSet::new();
+    for pair in children(root, "disable_collisions") {
+        let (a, b) = (source.text(pair, "link1")?, source.text(pair, "link2")?);
+        let mut known = true;
+        for link in [a, b] {
+            if robot.frames.iter().all(|f| f.name != link) {
+                known = false;
+                let line = source.document.text_pos_at(pair.range().start).row;
+                let place = format!("{file}: line {line}");
+                let links = robot.frames.iter().map(|f| f.name.as_str());
+                let error = Error::unknown(Some(&place), "link", link, links);
+                findings.refuse_unless_lenient(error)?;
+            }
+        }
+        if known {
+            disabled.insert((a.to_owned(), b.to_owned()));
+        }
+    }
+    robot
+        .collision
+        .disable(|a, b| disabled.contains(&(a.to_owned(), b.to_owned())));
+    // Tags that look like a slip of the pen would otherwise pass in silence.
+    for element in root.children().filter(Node::is_element) {
+        let tag = element.tag_name().name();
+        if !KNOWN_TAGS.contains(&tag) {
+            findings.note(format!("{file}: <{tag}> is not understood and left aside"));
+        }
+    }
+    Ok(())
+}
+
+/// What an SRDF may hold; only states and pairs matter here.
+const KNOWN_TAGS: [&str; 15] = [
+    "group_state",
+    "disable_collisions",
+    "group",
+    "end_effector",
+    "virtual_joint",
+    "passive_joint",
+    "link_sphere_approximation",
+    "disable_default_collisions",
+    "enable_collisions",
+    "joint_property",
+    "rotor_params",
+    "gripper",
+    "handle",
+    "contact",
+    "specificities",
+];
+
+fn posture(
+    source: &Source,
+    state: Node,
+    robot: &mut Robot,
+    findings: &mut Findings,
+) -> Result<(), Error> {
+    let name = source.text(state, "name")?.to_owned();
+    let neutral = robot.neutral();
+    let mut joints = robot
+        .postures
+        .remove(&name)
+        .unwrap_or_else(|| neutral.joints.iter().copied().collect());
+    let (mut absent, mut outside) = (Vec::new(), Vec::new());
+    for node in children(state, "joint") {
+        let joint = source.text(node, "name")?;
+        let values: Vec<f64> = source
+            .text(node, "value")?
+            .split_whitespace()
+            .map(|word| word.parse::<f64>().ok().filter(|value| value.is_finite()))
+            .collect::<Option<_>>()
+            .ok_or_else(|| source.refuse(node, format!("joint \"{joint}\": not a number")))?;
+        let place = robot.joint_names().position(|n| n == joint);
+        match (place, values.as_slice()) {
+            (Some(at), [value]) => {
+                let body = &robot.bodies[at + 1];
+                if *value < body.lower || *value > body.upper {
+                    outside.push(joint.to_owned());
+                }
+                joints[at] = *value;
+            }
+            (None, &[x, y, z, i, j, k, w]) => {
+                let rotation = Quaternion::new(w, i, j, k);
+                if let Some(rotation) = UnitQuaternion::try_new(rotation, 1e-3) {
+                    let pose = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
+                    robot.posture_bases.insert(name.clone(), pose);
+                }
+            }
+            (Some(_), values) => {
+                let count = values.len();
+                findings.note(format!(
+                    "posture \"{name}\": joint \"{joint}\" has {count} values; left at neutral"
+                ));
+            }
+            (None, _) => absent.push(joint.to_owned()),
+        }
+    }
+    if !absent.is_empty() {
+        let list = absent.join(", ");
+        findings.note(format!(
+            "posture \"{name}\" names joints that the robot lacks: {list}"
+        ));
+    }
+    if !outside.is_empty() {
+        let list = outside.join(", ");
+        findings.note(format!(
+            "posture \"{name}\" is outside the limits of {list}"
+        ));
+    }
+    robot.postures.insert(name, joints);
+    Ok(())
+}

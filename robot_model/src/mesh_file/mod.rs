@@ -1,0 +1,77 @@
+//! Triangles out of STL, OBJ and COLLADA files.
+//!
+//! Own readers: nothing that a file says about itself is believed before it is checked against
+//! the bytes that are there, and vertices keep their double precision.
+
+mod dae;
+mod obj;
+mod stl;
+
+use std::path::Path;
+
+use nalgebra::Point3;
+
+use crate::Error;
+
+/// Vertices and the triangles over them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleMesh {
+    /// Vertices, in the file's own frame; m.
+    pub vertices: Vec<Point3<f64>>,
+    /// Indices into `vertices`, all of them valid.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// More than this many vertices or triangles is no mesh of a robot or room.
+const GREATEST_COUNT: usize = 20_000_000;
+
+/// Reads a mesh file; the kind follows from its extension (`.stl`, `.obj`, `.dae`).
+///
+/// # Errors
+/// [`Error::Io`] when it cannot be read, [`Error::Mesh`] when it is malformed.
+pub fn read(path: &Path) -> Result<TriangleMesh, Error> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Io {
+        path: path.into(),
+        source,
+    })?;
+    parse(path, &bytes)
+}
+
+/// Reads a mesh out of the bytes of the file at `path`.
+///
+/// # Errors
+/// [`Error::Mesh`] with the line or byte: unknown kind, truncated, a header that lies, an index
+/// out of range, a coordinate that is not finite, no triangle at all.
+pub fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, Error> {
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let parsed = match extension.as_deref() {
+        Some("stl") => stl::parse(bytes),
+        Some("obj") => obj::parse(bytes),
+        Some("dae") => dae::parse(bytes),
+        Some(other) => Err(format!(
+            "meshes of kind \".{other}\" are not read; STL, OBJ, DAE are"
+        )),
+        None => Err("its name has no extension to tell its kind from".to_owned()),
+    };
+    let refuse = |cause: String| Error::Mesh {
+        path: path.to_owned(),
+        cause,
+    };
+    let mesh = parsed.map_err(refuse)?;
+    if mesh.triangles.is_empty() {
+        return Err(refuse("it has no triangles".to_owned()));
+    }
+    Ok(mesh)
+}
+
+/// Complains of a count that no honest file has.
+fn check_count(what: &str, count: usize) -> Result<(), String> {
+    if count > GREATEST_COUNT {
+        return Err(format!(
+            "{count} {what} are more than the {GREATEST_COUNT} that are read"
+        ));
+    }
+    Ok(())
+}
