@@ -4,10 +4,10 @@
 //! so that every plan that is written can be put through them.
 #![allow(dead_code, non_snake_case)]
 
-use nalgebra::{Point2, Point3, Vector2, Vector3};
+use nalgebra::{Point2, Point3, Vector3};
 use planner::plan::{Change, Plan, Stance, StanceContact};
 use scandent::verify::Check;
-use surfaces::{HalfPlane, Obstacle};
+use surfaces::{ConvexPolygon, Obstacle};
 
 /// One way to break a plan.
 pub struct Mutation {
@@ -288,10 +288,18 @@ fn surface_cut(plan: &mut Plan) {
         .inverse_transform_point(&Point3::from(contact.X_WC.p));
     // Everything beyond the middle of the foot falls off.
     let side = if centre.x > 0.0 { 1.0 } else { -1.0 };
-    let normal = Vector2::new(side, 0.0);
-    let offset = normal.dot(&Point2::new(centre.x, centre.y).coords);
-    if let Some(rest) = surface.polygon.clip(&HalfPlane { normal, offset }) {
-        surface.polygon = rest;
+    let inside = |p: &Point2<f64>| side * (p.x - centre.x) <= 0.0;
+    let mut rest = Vec::new();
+    for (a, b) in surface.polygon.edges() {
+        if inside(a) {
+            rest.push(*a);
+        }
+        if inside(a) != inside(b) {
+            rest.push(a + (b - a) * ((centre.x - a.x) / (b.x - a.x)));
+        }
+    }
+    if let Ok(polygon) = ConvexPolygon::new(rest) {
+        surface.polygon = polygon;
     }
 }
 
