@@ -59,14 +59,14 @@ pub(super) fn deepest(
         let facet = &growing.facets[nearest];
         let reached = along(&-facet.normal);
         if reached.distance > best.distance - ENOUGH_M {
-            let at = |pick: fn(&(Point3<f64>, Point3<f64>)) -> Point3<f64>| {
-                let corners = facet.corners.iter().zip(weights.iter());
-                let sum: Vector3<f64> = corners.map(|(&i, w)| pick(&pairs[i]).coords * *w).sum();
-                Point3::from(sum)
-            };
+            let (mut p_a_W, mut p_b_W) = (Vector3::zeros(), Vector3::zeros());
+            for (&corner, weight) in facet.corners.iter().zip(weights.iter()) {
+                p_a_W += pairs[corner].0.coords * *weight;
+                p_b_W += pairs[corner].1.coords * *weight;
+            }
             best = Closest {
-                p_a_W: at(|p| p.0),
-                p_b_W: at(|p| p.1),
+                p_a_W: p_a_W.into(),
+                p_b_W: p_b_W.into(),
                 ..reached
             };
         }
