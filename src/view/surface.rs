@@ -29,7 +29,7 @@ pub(super) fn record(surface: &Surface) -> Value {
     })
 }
 
-/// A body that is only avoided; those behind surfaces are shown by their surface.
+/// A body that is only avoided.
 pub(super) fn obstacle(obstacle: &Obstacle) -> Value {
     json!({
         "id": obstacle.id,

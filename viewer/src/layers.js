@@ -21,20 +21,18 @@ export function layerSwitches(element, layers, invalidate) {
 
 const swatch = (name) => el('span', { class: `swatch ${name}` });
 
-/** The height scale of the cloud and the scale of the force arrows. */
+/** The height scale of the cloud, the scale of the forces and the colours of contacts and axes. */
 export function colourKey(element, { cloud, range, scale }) {
-  const parts = [];
   if (cloud) {
     const ramp = el('span', { class: 'ramp' });
     onTheme(() => { ramp.style.background = `linear-gradient(90deg, ${heightScale().join()})`; });
     const share = cloud.count < cloud.total ? `${count(cloud.count)} of ${count(cloud.total)}` : count(cloud.count);
-    parts.push(el('div', { class: 'height' }, metres(range[0], 2), ramp, metres(range[1], 2),
-      el('small', {}, `height in W; ${share} points`)));
+    element.append(el('span', {}, 'height ', metres(range[0], 2), ramp, metres(range[1], 2)), el('span', {}, `${share} points`));
   }
-  parts.push(
-    el('div', {}, el('span', { class: 'sample' }), `contact force, 0.1 m = ${newtons(0.1 / scale)}`),
-    el('div', {}, swatch('loaded'), 'loaded contact', swatch('unloaded'), 'touching, no load'),
-    el('div', {}, ['x', 'y', 'z'].map((axis) => el('span', { class: `axis ${axis}` }, axis)), `frames of the surfaces, ${AXIS_M} m`),
+  element.append(
+    el('span', {}, el('span', { class: 'sample' }), `contact force, 0.1 m = ${newtons(0.1 / scale)}`),
+    el('span', {}, swatch('loaded'), 'loaded contact'),
+    el('span', {}, swatch('unloaded'), 'no load'),
+    el('span', {}, ['x', 'y', 'z'].map((axis) => el('span', { class: `axis ${axis}` }, axis)), `frame, ${AXIS_M} m`),
   );
-  element.append(...parts);
 }

@@ -18,7 +18,7 @@ import { SurfacesLayer } from './surfaces.js';
 import { isDark, onTheme, startTheme, toggleTheme } from './theme.js';
 import { Transport } from './transport.js';
 
-/** A stage narrower than this starts with its boxes closed. */
+/** A stage narrower than this starts with its box of layers closed. */
 const ROOMY_PX = 800;
 
 const $ = (id) => document.getElementById(id);
@@ -65,7 +65,11 @@ function start() {
     ['goal', 'Goal', goal, true],
   ], () => stage.invalidate());
   colourKey($('key'), { cloud: data.cloud, range, scale: contacts.scale });
-  for (const box of document.querySelectorAll('.stage details')) box.open = stage.width > ROOMY_PX;
+  const box = $('layers-box');
+  box.open = stage.width > ROOMY_PX;
+  const reserve = () => stage.reserve(box.open && stage.width > ROOMY_PX ? box.offsetWidth : 0);
+  box.addEventListener('toggle', reserve);
+  reserve();
   const panel = new Panel($('panel'), data, (id) => {
     surfaces.point(id);
     stage.invalidate();

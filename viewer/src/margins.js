@@ -10,10 +10,13 @@ export function marginRows(stance, required) {
     most('Friction used, of μ', m.friction_use, required.friction_use, percent),
     most('Torque used, of limit', m.torque_use, required.torque_use, percent),
     least('Joint range left', m.joint_rad, required.joint_rad, degrees),
-    least('Clearance to scene', m.clearance_m, required.clearance_m, millimetres),
-    least('Clearance to itself', m.self_clearance_m, required.self_clearance_m, millimetres),
+    least('Clearance to scene', m.clearance_m, required.clearance_m, millimetres, 'none near'),
+    least('Clearance to itself', m.self_clearance_m, required.self_clearance_m, millimetres, 'none near'),
     least('Patch inside surface', m.inclusion_m, 0, millimetres),
-    plain('CoM inside support', stance.support?.com_edge_m, millimetres),
+    // On level contacts the shrunk patches promise a distance; elsewhere only the forces do.
+    stance.support?.level
+      ? least('CoM inside support', stance.support.com_edge_m, required.com_m, millimetres)
+      : plain('CoM inside support', stance.support?.com_edge_m, millimetres),
     plain('Contact closure', m.closure_m, (x) => millimetres(x, 3)),
     plain('Equilibrium, of weight', m.equilibrium, scientific),
   ];
@@ -28,10 +31,10 @@ function most(name, value, bound, show) {
   return { ...row, full: clamp(value), mark: clamp(bound), state: judge(bound - value, bound) };
 }
 
-/** A distance that must stay above its bound; none is measured where nothing is near. */
-function least(name, value, bound, show) {
+/** A distance that must stay above its bound; `absent` stands where there is none. */
+function least(name, value, bound, show, absent = '–') {
   const row = { ...plain(name, value, show), bound: `≥ ${show(bound)}` };
-  if (!isNumber(value)) return { ...row, shown: 'none near' };
+  if (!isNumber(value)) return { ...row, shown: absent };
   const scale = Math.max(4 * bound, 0.05);
   return { ...row, full: clamp(value / scale), mark: clamp(bound / scale), state: judge(value - bound, Math.max(bound, 0.01)) };
 }

@@ -10,7 +10,8 @@ export function obstaclesLayer(obstacles) {
   const hulls = obstacles.map(({ points_W: points }) => new ConvexGeometry(points.map((p) => new Vector3(...p))));
   if (!hulls.length) return group;
   const geometry = mergeGeometries(hulls);
-  const skin = new MeshLambertMaterial({ transparent: true, opacity: 0.5 });
+  // Pushed back a little: a body's face may lie in a surface.
+  const skin = new MeshLambertMaterial({ transparent: true, opacity: 0.5, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   const line = new LineBasicMaterial();
   onTheme(() => {
     skin.color.set(colour('obstacle'));

@@ -26,6 +26,8 @@ export class Stage {
     this.resizeListeners = [];
     this.lineMaterials = new Set();
     this.pending = false;
+    this.reserved = 0;
+    this.afterDraw = [];
     this.addLights(bounds);
     this.addGround(bounds);
     onTheme(() => this.invalidate());
@@ -87,13 +89,27 @@ export class Stage {
     return material;
   }
 
+  /** Keeps the right edge free of what a view fits: `pixels` of it are covered. */
+  reserve(pixels) {
+    this.reserved = pixels;
+    this.project();
+    for (const listener of this.resizeListeners) listener();
+    this.invalidate();
+  }
+
+  /** The camera's picture is that of the free part, continued under the covered one. */
+  project() {
+    const free = Math.max(0.5 * this.width, this.width - this.reserved);
+    this.camera.aspect = free / this.height;
+    this.camera.setViewOffset(free, this.height, 0, 0, this.width, this.height);
+  }
+
   /** Takes the size of the element; false when it has that size. */
   resize() {
     const [width, height] = [Math.max(1, this.element.clientWidth), Math.max(1, this.element.clientHeight)];
     if (width === this.width && height === this.height) return false;
     Object.assign(this, { width, height });
-    this.camera.aspect = this.width / this.height;
-    this.camera.updateProjectionMatrix();
+    this.project();
     this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     this.renderer.setSize(this.width, this.height, false);
     this.labels.setSize(this.width, this.height);
@@ -115,5 +131,6 @@ export class Stage {
   draw() {
     this.renderer.render(this.scene, this.camera);
     this.labels.render(this.scene, this.camera);
+    for (const listener of this.afterDraw) listener();
   }
 }

@@ -38,6 +38,7 @@ export class SurfacesLayer {
     };
     for (const surface of surfaces) this.add(surface, lines);
     onTheme(() => this.paint());
+    stage.afterDraw.push(() => this.thinNames());
   }
 
   add(surface, lines) {
@@ -76,6 +77,21 @@ export class SurfacesLayer {
   point(id) {
     this.pointed = id;
     this.paint();
+  }
+
+  /** Hides the names that others cover; those of the marked surfaces come first. */
+  thinNames() {
+    const tags = [...this.parts.values()].map(({ tag }) => tag.element);
+    for (const tag of tags) tag.classList.remove('hidden');
+    const shown = [];
+    const rank = (tag) => (tag.classList.contains('used') ? 0 : 1);
+    const boxes = tags.map((tag) => ({ tag, box: tag.getBoundingClientRect() }));
+    for (const { tag, box } of boxes.sort((a, b) => rank(a.tag) - rank(b.tag))) {
+      const covered = shown.some((other) =>
+        box.left < other.right && other.left < box.right && box.top < other.bottom && other.top < box.bottom);
+      tag.classList.toggle('hidden', covered);
+      if (!covered) shown.push(box);
+    }
   }
 
   paint() {
