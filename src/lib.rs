@@ -1,4 +1,38 @@
-//! scandent
+//! Plans multi-contact climbs for legged robots from a single scan: the application.
+//!
+//! `pipeline` reads top-down as the way of one scan; `cli` and `command` are what a user meets;
+//! [`verify`] proves a plan by code that shares nothing with the solver.
 
+pub mod argument;
+pub mod cli;
+pub mod command;
+pub mod config;
+pub mod environment;
+pub mod environment_flags;
+pub mod goal;
+pub mod interrupt;
+pub mod output;
+pub mod pipeline;
+pub mod plan_file;
+pub mod posture_problem;
+pub mod progress;
+pub mod provenance;
+pub mod report;
+pub mod results;
+pub mod robot_files;
+pub mod roles;
+pub mod scene;
+pub mod start;
+pub mod status;
+pub mod summary;
+pub mod threads;
 pub mod verify;
 pub mod view;
+
+/// This program, as it signs its results.
+pub fn program() -> planner::plan::Program {
+    planner::plan::Program {
+        name: env!("CARGO_PKG_NAME").to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+    }
+}

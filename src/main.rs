@@ -1,1 +1,7 @@
-fn main(){}
+//! The `scandent` program.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    scandent::cli::main()
+}

@@ -1,0 +1,252 @@
+//! Values of flags that are more than a number or a name.
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+
+/// How far a quaternion's length may be from 1: written decimals.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// Comma-separated finite numbers, as many as one of `counts` says.
+///
+/// # Errors
+/// What is wrong with the text, in words for the user.
+pub fn numbers(text: &str, counts: &[usize]) -> Result<Vec<f64>, String> {
+    let values = text
+        .split(',')
+        .map(|part| match part.trim().parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(format!("\"{}\" is not a finite number", part.trim())),
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    if counts.contains(&values.len()) {
+        Ok(values)
+    } else {
+        let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
+        Err(format!(
+            "{} numbers given, {} wanted",
+            values.len(),
+            counts.join(" or ")
+        ))
+    }
+}
+
+/// A pose: `x,y,z`, `x,y,z,roll,pitch,yaw` (fixed axes, rad) or `x,y,z,qx,qy,qz,qw`; m.
+///
+/// # Errors
+/// As [`numbers`]; a quaternion that is none of a rotation.
+pub fn pose(text: &str) -> Result<Isometry3<f64>, String> {
+    let values = numbers(text, &[3, 6, 7])?;
+    let (x, y, z, rotation) = match values[..] {
+        [x, y, z] => (x, y, z, UnitQuaternion::identity()),
+        [x, y, z, r, p, w] => (x, y, z, UnitQuaternion::from_euler_angles(r, p, w)),
+        [x, y, z, qx, qy, qz, qw] => {
+            let quaternion = Quaternion::new(qw, qx, qy, qz);
+            if (quaternion.norm() - 1.0).abs() > UNIT_TOLERANCE {
+                return Err(format!(
+                    "the quaternion has length {}, not 1",
+                    quaternion.norm()
+                ));
+            }
+            (x, y, z, UnitQuaternion::new_normalize(quaternion))
+        }
+        _ => return Err("not a pose".to_owned()),
+    };
+    Ok(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
+}
+
+/// A sensor: its name in the table, or `fx,fy,cx,cy` (px) with `,depth_scale_m` where the image
+/// does not count millimetres.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SensorFlag {
+    /// A name.
+    Named(String),
+    /// fx, fy, cx, cy, depth scale.
+    Pinhole([f64; 5]),
+}
+
+/// Metres per unit of a depth image where it is not said: millimetres.
+const MILLIMETRE_M: f64 = 1e-3;
+
+/// A [`SensorFlag`].
+///
+/// # Errors
+/// As [`numbers`], for text with a comma; a focal length or scale that is not positive.
+pub fn sensor(text: &str) -> Result<SensorFlag, String> {
+    if !text.contains(',') {
+        return Ok(SensorFlag::Named(text.to_owned()));
+    }
+    let values = numbers(text, &[4, 5])?;
+    let scale = values.get(4).copied().unwrap_or(MILLIMETRE_M);
+    if !(values[0] > 0.0 && values[1] > 0.0 && scale > 0.0) {
+        return Err("focal lengths and the depth scale must be positive".to_owned());
+    }
+    Ok(SensorFlag::Pinhole([
+        values[0], values[1], values[2], values[3], scale,
+    ]))
+}
+
+/// A start: `POSTURE`, `POSTURE@x,y,z[,roll,pitch,yaw]`, `@x,y,z…`, or one `PATCH=x,y,z…` a
+/// contact.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StartFlag {
+    /// A posture, and where its base is.
+    Posture(Option<String>, Option<Isometry3<f64>>),
+    /// A patch at a pose.
+    Contact(String, Isometry3<f64>),
+}
+
+/// A [`StartFlag`].
+///
+/// # Errors
+/// As [`pose`].
+pub fn start(text: &str) -> Result<StartFlag, String> {
+    if let Some((patch, place)) = text.split_once('=') {
+        return Ok(StartFlag::Contact(patch.trim().to_owned(), pose(place)?));
+    }
+    let (name, base) = match text.split_once('@') {
+        Some((name, place)) => (name.trim(), Some(pose(place)?)),
+        None => (text.trim(), None),
+    };
+    Ok(StartFlag::Posture(
+        (!name.is_empty()).then(|| name.to_owned()),
+        base,
+    ))
+}
+
+/// A goal: `x,y`, `x,y,z` or `x,y,z,yaw` of the base, m and rad.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GoalFlag {
+    /// x, y or x, y, z.
+    pub position_m: Vec<f64>,
+    /// The heading.
+    pub yaw_rad: Option<f64>,
+}
+
+/// A [`GoalFlag`].
+///
+/// # Errors
+/// As [`numbers`].
+pub fn goal(text: &str) -> Result<GoalFlag, String> {
+    let values = numbers(text, &[2, 3, 4])?;
+    let yaw_rad = values.get(3).copied();
+    Ok(GoalFlag {
+        position_m: values.into_iter().take(3).collect(),
+        yaw_rad,
+    })
+}
+
+/// A contact that the goal must have: `PATCH=SURFACE` or `PATCH=x,y,z`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GoalContactFlag {
+    /// The patch.
+    pub patch: String,
+    /// The surface's id.
+    pub surface: Option<String>,
+    /// A point on it, m.
+    pub point_m: Option<[f64; 3]>,
+}
+
+/// A [`GoalContactFlag`].
+///
+/// # Errors
+/// Text without `=`; as [`numbers`].
+pub fn goal_contact(text: &str) -> Result<GoalContactFlag, String> {
+    let (patch, place) = text
+        .split_once('=')
+        .ok_or("the form is PATCH=SURFACE or PATCH=x,y,z")?;
+    let patch = patch.trim().to_owned();
+    if !place.contains(',') {
+        let surface = Some(place.trim().to_owned());
+        return Ok(GoalContactFlag {
+            patch,
+            surface,
+            point_m: None,
+        });
+    }
+    let values = numbers(place, &[3])?;
+    let point_m = Some([values[0], values[1], values[2]]);
+    Ok(GoalContactFlag {
+        patch,
+        surface: None,
+        point_m,
+    })
+}
+
+/// A key posture of the guide path: `x,y,z` or `x,y,z,yaw`.
+///
+/// # Errors
+/// As [`numbers`].
+pub fn key_posture(text: &str) -> Result<[f64; 4], String> {
+    let values = numbers(text, &[3, 4])?;
+    Ok([
+        values[0],
+        values[1],
+        values[2],
+        values.get(3).copied().unwrap_or(0.0),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_counted_and_finite() {
+        assert_eq!(numbers("1, -2.5,3e-1", &[3]), Ok(vec![1.0, -2.5, 0.3]));
+        assert_eq!(
+            numbers("1,2", &[3, 4]),
+            Err("2 numbers given, 3 or 4 wanted".to_owned())
+        );
+        assert!(
+            numbers("1,,2", &[3])
+                .unwrap_err()
+                .contains("not a finite number")
+        );
+        assert!(numbers("1,nan,2", &[3]).unwrap_err().contains("nan"));
+    }
+
+    #[test]
+    fn a_pose_may_state_its_rotation_both_ways() {
+        let half = std::f64::consts::FRAC_PI_4;
+        let by_angles = pose(&format!("1,2,3,0,0,{}", 2.0 * half)).unwrap();
+        let by_quaternion = pose(&format!("1,2,3,0,0,{},{}", half.sin(), half.cos())).unwrap();
+        assert!(by_angles.rotation.angle_to(&by_quaternion.rotation) < 1e-12);
+        assert_eq!(by_angles.translation.vector.z, 3.0);
+        assert!(pose("1,2,3,1,1,1,1").unwrap_err().contains("length 2"));
+    }
+
+    #[test]
+    fn a_start_is_a_posture_a_place_or_contacts() {
+        let place = pose("1,2,3").unwrap();
+        assert_eq!(
+            start("crouch"),
+            Ok(StartFlag::Posture(Some("crouch".to_owned()), None))
+        );
+        assert_eq!(start("@1,2,3"), Ok(StartFlag::Posture(None, Some(place))));
+        assert_eq!(
+            start("left_foot=1,2,3"),
+            Ok(StartFlag::Contact("left_foot".to_owned(), place))
+        );
+        assert!(start("crouch@1,2").is_err());
+    }
+
+    #[test]
+    fn goals_and_sensors_are_told_apart_by_their_numbers() {
+        assert_eq!(goal("2,0").unwrap().position_m, [2.0, 0.0]);
+        assert_eq!(goal("2,0,1.3,0.5").unwrap().yaw_rad, Some(0.5));
+        assert_eq!(
+            goal_contact("hand=s4").unwrap().surface.as_deref(),
+            Some("s4")
+        );
+        assert_eq!(
+            goal_contact("hand=1,2,3").unwrap().point_m,
+            Some([1.0, 2.0, 3.0])
+        );
+        assert!(goal_contact("hand").is_err());
+        assert_eq!(sensor("xtion"), Ok(SensorFlag::Named("xtion".to_owned())));
+        assert_eq!(
+            sensor("5,6,7,8"),
+            Ok(SensorFlag::Pinhole([5.0, 6.0, 7.0, 8.0, 0.001]))
+        );
+        assert!(sensor("0,6,7,8").is_err());
+    }
+}

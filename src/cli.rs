@@ -1,0 +1,129 @@
+//! The command line: flags, dispatch to a command, logging and the exit code.
+
+use std::io::Write;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+use crate::command;
+use crate::status::{self, Status, UsageError};
+
+/// Plans multi-contact climbs for legged robots from a single scan.
+#[derive(Debug, Parser)]
+#[command(name = "scandent", version, about, after_help = EXIT_CODES)]
+pub struct Cli {
+    /// What to do; without a command: `run`.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// What every command understands.
+    #[command(flatten)]
+    pub global: Global,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done (a plan was found), 1 error, 2 usage, \
+    3 no plan (the reason is printed), 4 budget spent or interrupted before a plan was found.\n\
+    RUST_LOG=info (or debug, scandent=debug, …) logs to stderr.";
+
+/// Flags that every command understands.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Global {
+    /// Change one setting, such as planner.max_nodes=200 (repeatable; `scandent config` lists all)
+    #[arg(long, global = true, value_name = "TABLE.KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Settings to lay over the defaults and the scene's, as `scandent config` prints them
+    #[arg(long, global = true, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Threads for the search (default: all; the plan does not depend on it)
+    #[arg(long, global = true, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+    /// Seed of every random stream
+    #[arg(long, global = true, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Scan to plan for a scene that ships or a scene.toml, with every result written
+    Run(command::run::Args),
+    /// List the scenes that ship
+    Scenes(command::scenes::Args),
+    /// Extract the surfaces of scans or of a mesh
+    Surfaces(command::surfaces::Args),
+    /// Solve a file of independent posture problems
+    Posture(command::posture::Args),
+    /// Plan from surfaces, scans or a mesh given on the command line, or from a scene.toml
+    Plan(Box<command::plan::Args>),
+    /// Recompute everything that a plan promises and print the margins
+    Verify(command::verify::Args),
+    /// Write a plan as one HTML page to look at
+    View(command::view::Args),
+    /// Show what was read of a robot
+    Robot(command::robot::Args),
+    /// Print the resolved settings as TOML
+    Config(command::config::Args),
+    /// Print the completions for a shell
+    Completions(command::completions::Args),
+}
+
+/// Parses the command line, runs the command and reports how it ended.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    tracing_subscriber::fmt()
+        .with_env_filter(tracing_subscriber::EnvFilter::from_default_env())
+        .with_writer(std::io::stderr)
+        .init();
+    let mut out = std::io::stdout().lock();
+    let ended = dispatch(&cli, &mut out).and_then(|status| Ok(out.flush().map(|()| status)?));
+    match ended {
+        Ok(status) => status.into(),
+        // The reader of our output has seen enough: `scandent scenes | head -1`.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(if error.is::<UsageError>() {
+                status::USAGE
+            } else {
+                status::ERROR
+            })
+        }
+    }
+}
+
+fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
+    let global = &cli.global;
+    match &cli.command {
+        None => command::run::run(&command::run::Args::default(), global, out),
+        Some(Command::Run(args)) => command::run::run(args, global, out),
+        Some(Command::Scenes(args)) => command::scenes::run(args, out),
+        Some(Command::Surfaces(args)) => command::surfaces::run(args, global, out),
+        Some(Command::Posture(args)) => command::posture::run(args, global, out),
+        Some(Command::Plan(args)) => command::plan::run(args, global, out),
+        Some(Command::Verify(args)) => command::verify::run(args, out),
+        Some(Command::View(args)) => command::view::run(args, out),
+        Some(Command::Robot(args)) => command::robot::run(args, global, out),
+        Some(Command::Config(args)) => command::config::run(args, global, out),
+        Some(Command::Completions(args)) => command::completions::run(args, out),
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
+        .any(|cause| cause.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,28 @@
+//! `scandent completions SHELL`: the completion script of a shell.
+
+use std::io::Write;
+
+use anyhow::Result;
+use clap::CommandFactory;
+
+use crate::cli::Cli;
+use crate::status::Status;
+
+/// Flags of `completions`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The shell
+    shell: clap_complete::Shell,
+}
+
+/// Prints the script.
+///
+/// # Errors
+/// When it cannot be printed.
+pub fn run(args: &Args, out: &mut dyn Write) -> Result<Status> {
+    // Into memory first: the generator panics when its writer fails.
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "scandent", &mut script);
+    out.write_all(&script)?;
+    Ok(Status::Done)
+}

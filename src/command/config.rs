@@ -1,0 +1,37 @@
+//! `scandent config [SCENE]`: every setting with the value that a run would use.
+
+use std::io::Write;
+
+use anyhow::Result;
+
+use crate::cli::Global;
+use crate::config::Config;
+use crate::provenance::Inputs;
+use crate::scene::Scene;
+use crate::status::Status;
+
+/// Flags of `config`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A scene that ships or a scene.toml, whose settings are laid over the defaults
+    scene: Option<String>,
+}
+
+/// Prints the settings as TOML; the output can be given back with `--config`.
+///
+/// # Errors
+/// A scene or a setting that does not exist.
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    let mut inputs = Inputs::default();
+    let scene = args
+        .scene
+        .as_deref()
+        .map(|name| Scene::open(name, &mut inputs))
+        .transpose()?;
+    let layer = scene
+        .as_ref()
+        .map(|scene| (scene.name.as_str(), &scene.settings));
+    let config = Config::layered(layer, global)?;
+    out.write_all(toml::to_string_pretty(&config)?.as_bytes())?;
+    Ok(Status::Done)
+}

@@ -1,0 +1,12 @@
+//! The commands, one file each: what it reads, what it does, what it prints and writes.
+
+pub mod completions;
+pub mod config;
+pub mod plan;
+pub mod posture;
+pub mod robot;
+pub mod run;
+pub mod scenes;
+pub mod surfaces;
+pub mod verify;
+pub mod view;

@@ -1,0 +1,237 @@
+//! `scandent plan`: the pipeline on what the command line names, or on a scene.toml.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::{Result, anyhow};
+use scenes::scene_file::{Friction, Goal, GoalContact, Guide};
+
+use super::run::plan_and_write;
+use crate::argument::{self, GoalContactFlag, GoalFlag, StartFlag};
+use crate::cli::Global;
+use crate::environment_flags::ScanFlags;
+use crate::provenance::Inputs;
+use crate::robot_files::RobotFiles;
+use crate::scene::{Environment, Files, Scene, Start};
+use crate::status::{Status, UsageError};
+
+/// Farthest that the base may be from the goal where nothing is said, m.
+const GOAL_TOLERANCE_M: f64 = 0.10;
+/// Name of a plan without a scene.
+const NAME: &str = "plan";
+
+/// Flags of `plan`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A scene.toml or a scene that ships; the flags below replace what it says
+    scene: Option<String>,
+    /// Surfaces that were extracted before
+    #[arg(long, value_name = "SURFACES.json", group = "environment")]
+    surfaces: Option<PathBuf>,
+    /// Scans: depth images (16-bit PNG) or point clouds (PCD, PLY)
+    #[arg(long, value_name = "SCAN", num_args = 1.., group = "environment")]
+    scan: Vec<PathBuf>,
+    /// A mesh of the environment (STL, OBJ)
+    #[arg(long, value_name = "MESH", group = "environment")]
+    mesh: Option<PathBuf>,
+    #[command(flatten)]
+    how: ScanFlags,
+    /// The robot: a URDF file, or builtin:NAME (default: builtin:hrp2)
+    #[arg(long, value_name = "URDF")]
+    robot: Option<String>,
+    /// Named postures and pairs of links that may touch
+    #[arg(long, value_name = "FILE.srdf")]
+    srdf: Option<PathBuf>,
+    /// Contact patches
+    #[arg(long, value_name = "FILE.toml")]
+    contacts: Option<PathBuf>,
+    /// Start: POSTURE[@x,y,z[,roll,pitch,yaw]], or PATCH=x,y,z[,roll,pitch,yaw] once a contact
+    /// (default: the resting posture over the origin, soles on z = 0)
+    #[arg(long, value_name = "START", value_parser = argument::start, allow_hyphen_values = true)]
+    start: Vec<StartFlag>,
+    /// Patches that touch the ground at the start (default: all feet)
+    #[arg(long, value_name = "PATCH,…", value_delimiter = ',')]
+    start_contacts: Vec<String>,
+    /// Goal of the base: x,y or x,y,z or x,y,z,yaw
+    #[arg(long, value_name = "X,Y[,Z[,YAW]]", value_parser = argument::goal, allow_hyphen_values = true)]
+    goal: Option<GoalFlag>,
+    /// A contact that the goal must have: PATCH=SURFACE or PATCH=x,y,z (repeatable)
+    #[arg(long, value_name = "PATCH=PLACE", value_parser = argument::goal_contact)]
+    goal_contact: Vec<GoalContactFlag>,
+    /// Farthest that the base may be from the goal, m
+    #[arg(long, value_name = "M", value_parser = positive)]
+    goal_tolerance_m: Option<f64>,
+    /// A place that the base should pass: x,y,z (repeatable; default: a straight line)
+    #[arg(long, value_name = "X,Y,Z", value_parser = argument::key_posture, allow_hyphen_values = true)]
+    guide: Vec<[f64; 4]>,
+    /// Coefficient of friction of every patch (default: the contacts file's)
+    #[arg(long, value_name = "MU", value_parser = positive)]
+    friction: Option<f64>,
+    /// Folder of the results
+    #[arg(short, long, value_name = "FOLDER", default_value = "out/plan")]
+    output: PathBuf,
+}
+
+/// Plans and writes the results to the folder.
+///
+/// # Errors
+/// As [`super::run::run`]; [`UsageError`] where something needed is not said.
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    let mut inputs = Inputs::default();
+    let scene = match &args.scene {
+        Some(name) => args.over(Scene::open(name, &mut inputs)?)?,
+        None => args.over(args.bare()?)?,
+    };
+    plan_and_write(&scene, inputs, &args.output, global, out)
+}
+
+impl Args {
+    /// A scene of defaults; what has none must be among the flags.
+    fn bare(&self) -> Result<Scene> {
+        if self.environment()?.is_none() {
+            return Err(usage(
+                "give a scene, or one of --surfaces, --scan and --mesh",
+            ));
+        }
+        if self.goal.is_none() && self.goal_contact.is_empty() {
+            return Err(usage("give a scene, or --goal or --goal-contact"));
+        }
+        Ok(Scene {
+            name: NAME.to_owned(),
+            environment: Environment::Scans(Vec::new()),
+            robot: RobotFiles {
+                urdf: "builtin:hrp2".to_owned(),
+                srdf: None,
+                contacts: None,
+            },
+            start: Start::Posture {
+                name: None,
+                base: None,
+                contacts: Vec::new(),
+            },
+            goal: Goal {
+                tolerance_m: GOAL_TOLERANCE_M,
+                ..Goal::default()
+            },
+            guide: None,
+            friction: Friction::default(),
+            settings: toml::Table::new(),
+            files: Files::Folder(PathBuf::new()),
+        })
+    }
+
+    /// The environment that the flags name.
+    fn environment(&self) -> Result<Option<Environment>> {
+        let named = |path: &PathBuf| path.display().to_string();
+        Ok(match (&self.surfaces, &self.mesh) {
+            (Some(path), _) => Some(Environment::Surfaces(named(path))),
+            (None, Some(path)) => Some(Environment::Mesh(named(path))),
+            (None, None) if !self.scan.is_empty() => Some(self.how.scans(&self.scan)?),
+            (None, None) => None,
+        })
+    }
+
+    /// The scene with what the flags say in the place of what it said.
+    fn over(&self, mut scene: Scene) -> Result<Scene> {
+        if let Some(environment) = self.environment()? {
+            scene.environment = environment;
+            scene.files = Files::Folder(PathBuf::new());
+        } else if self.how.sensor.is_some() || !self.how.pose.is_empty() {
+            return Err(usage("--sensor and --pose belong to --scan"));
+        }
+        if let Some(urdf) = &self.robot {
+            // Another robot does not have the postures and patches of the scene's.
+            scene.robot = RobotFiles {
+                urdf: urdf.clone(),
+                srdf: None,
+                contacts: None,
+            };
+        }
+        if self.srdf.is_some() {
+            scene.robot.srdf.clone_from(&self.srdf);
+        }
+        if self.contacts.is_some() {
+            scene.robot.contacts.clone_from(&self.contacts);
+        }
+        self.over_start(&mut scene.start)?;
+        self.over_goal(&mut scene.goal);
+        if !self.guide.is_empty() {
+            scene.guide = Some(Guide {
+                key_postures: self.guide.clone(),
+            });
+        }
+        if let Some(friction) = self.friction {
+            scene.friction = Friction {
+                default: Some(friction),
+                ..Friction::default()
+            };
+        }
+        Ok(scene)
+    }
+
+    fn over_start(&self, start: &mut Start) -> Result<()> {
+        match self.start.as_slice() {
+            [] => {}
+            [StartFlag::Posture(name, base)] => {
+                *start = Start::Posture {
+                    name: name.clone(),
+                    base: *base,
+                    contacts: Vec::new(),
+                };
+            }
+            flags => {
+                let contacts = flags.iter().map(|flag| match flag {
+                    StartFlag::Contact(patch, pose) => Ok((patch.clone(), *pose)),
+                    StartFlag::Posture(..) => {
+                        Err(usage("give --start either one posture, or contacts only"))
+                    }
+                });
+                *start = Start::Contacts(contacts.collect::<Result<_>>()?);
+            }
+        }
+        if self.start_contacts.is_empty() {
+            return Ok(());
+        }
+        match start {
+            Start::Posture { contacts, .. } => contacts.clone_from(&self.start_contacts),
+            Start::Contacts(_) => {
+                return Err(usage("--start-contacts does not go with --start PATCH=…"));
+            }
+        }
+        Ok(())
+    }
+
+    fn over_goal(&self, goal: &mut Goal) {
+        if self.goal.is_some() || !self.goal_contact.is_empty() {
+            let tolerance_m = goal.tolerance_m;
+            *goal = Goal {
+                tolerance_m,
+                ..Goal::default()
+            };
+        }
+        if let Some(flag) = &self.goal {
+            goal.base_position_m = Some(flag.position_m.clone());
+            goal.yaw_rad = flag.yaw_rad;
+        }
+        goal.contact
+            .extend(self.goal_contact.iter().map(|flag| GoalContact {
+                patch: flag.patch.clone(),
+                surface: flag.surface.clone(),
+                point_m: flag.point_m,
+            }));
+        if let Some(tolerance_m) = self.goal_tolerance_m {
+            goal.tolerance_m = tolerance_m;
+        }
+    }
+}
+
+fn usage(cause: &str) -> anyhow::Error {
+    anyhow!(UsageError(cause.to_owned()))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("not a positive number".to_owned()),
+    }
+}

@@ -1,0 +1,130 @@
+//! `scandent robot URDF`: what was read of a robot.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use robot_model::{JointKind, Robot};
+
+use crate::cli::Global;
+use crate::config::Config;
+use crate::provenance::Inputs;
+use crate::robot_files::RobotFiles;
+use crate::status::Status;
+
+/// Flags of `robot`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A URDF file, or builtin:NAME
+    #[arg(value_name = "URDF")]
+    robot: String,
+    /// Named postures and pairs of links that may touch
+    #[arg(long, value_name = "FILE.srdf")]
+    srdf: Option<PathBuf>,
+    /// Contact patches
+    #[arg(long, value_name = "FILE.toml")]
+    contacts: Option<PathBuf>,
+    /// Also list every joint with its limits
+    #[arg(long)]
+    joints: bool,
+}
+
+/// Prints degrees of freedom, mass, patches, postures, what collides at rest and what was assumed.
+///
+/// # Errors
+/// As [`RobotFiles::load`].
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    let config = Config::layered(None, global)?;
+    let files = RobotFiles {
+        urdf: args.robot.clone(),
+        srdf: args.srdf.clone(),
+        contacts: args.contacts.clone(),
+    };
+    let robot = files.load(&config.robot_model, &mut Inputs::default())?;
+    print(&robot, out)?;
+    if args.joints {
+        joints(&robot, out)?;
+    }
+    Ok(Status::Done)
+}
+
+fn print(robot: &Robot, out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "{}: {} joints ({} degrees of freedom with the floating base), {:.3} kg, {} links, \
+         {} collision shapes",
+        robot.name,
+        robot.nj(),
+        robot.nv(),
+        robot.mass_kg,
+        robot.frames.len(),
+        robot.collision.shapes().len()
+    )?;
+    writeln!(out, "contact patches: {}", count(robot.patches.len()))?;
+    for patch in &robot.patches {
+        writeln!(
+            out,
+            "  {:<16} on {:<20} {} vertices, friction {}, roles: {}",
+            patch.name,
+            patch.link,
+            patch.polygon.len(),
+            patch.friction,
+            patch.roles.join(", ")
+        )?;
+    }
+    let postures: Vec<&str> = robot.postures.keys().map(String::as_str).collect();
+    writeln!(
+        out,
+        "postures: {}",
+        if postures.is_empty() {
+            "none".into()
+        } else {
+            postures.join(", ")
+        }
+    )?;
+    let colliding = robot.colliding_pairs(&robot.resting());
+    writeln!(
+        out,
+        "pairs of links that overlap at rest: {}",
+        count(colliding.len())
+    )?;
+    for pair in &colliding {
+        writeln!(
+            out,
+            "  {} and {} by {:.1} mm",
+            pair.link_a,
+            pair.link_b,
+            -1e3 * pair.distance
+        )?;
+    }
+    writeln!(out, "notes: {}", count(robot.notes.len()))?;
+    for note in &robot.notes {
+        writeln!(out, "  {note}")?;
+    }
+    Ok(())
+}
+
+fn count(n: usize) -> String {
+    if n == 0 {
+        "none".to_owned()
+    } else {
+        n.to_string()
+    }
+}
+
+fn joints(robot: &Robot, out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(out, "joints:")?;
+    for body in robot.joint_bodies() {
+        let unit = if body.kind == JointKind::Prismatic {
+            "m, N"
+        } else {
+            "rad, N·m"
+        };
+        writeln!(
+            out,
+            "  {:<24} [{:.4}, {:.4}], effort {} ({unit})",
+            body.joint, body.lower, body.upper, body.effort
+        )?;
+    }
+    Ok(())
+}

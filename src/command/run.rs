@@ -1,0 +1,97 @@
+//! `scandent run [SCENE]`: scan to verified plan, with every result written.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use planner::Status as Ended;
+
+use crate::cli::Global;
+use crate::config::Config;
+use crate::pipeline::{self, Manner, Planned};
+use crate::progress::ProgressLine;
+use crate::provenance::Inputs;
+use crate::scene::Scene;
+use crate::status::Status;
+use crate::{interrupt, results, summary};
+
+/// The scene that runs where none is named.
+const DEFAULT_SCENE: &str = "irregular-stairs";
+/// Where results go where no folder is named.
+const DEFAULT_OUTPUT: &str = "out";
+
+/// Flags of `run`.
+#[derive(Debug, Default, clap::Args)]
+pub struct Args {
+    /// A scene that ships (see `scandent scenes`) or a scene.toml; default: irregular-stairs
+    scene: Option<String>,
+    /// Folder of the results; each scene gets a folder in it (default: out)
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+}
+
+/// Plans for the scene and writes the results to `out/SCENE/`.
+///
+/// # Errors
+/// As [`pipeline::plan`]; a plan that does not pass the verifier; a file that cannot be written.
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    let mut inputs = Inputs::default();
+    let scene = Scene::open(args.scene.as_deref().unwrap_or(DEFAULT_SCENE), &mut inputs)?;
+    let output = args.output.clone().unwrap_or_else(|| DEFAULT_OUTPUT.into());
+    let folder = output.join(&scene.name);
+    plan_and_write(&scene, inputs, &folder, global, out)
+}
+
+/// What `run` and `plan` have in common: settings, search, results, verdict.
+///
+/// # Errors
+/// As [`run`].
+pub fn plan_and_write(
+    scene: &Scene,
+    inputs: Inputs,
+    folder: &std::path::Path,
+    global: &Global,
+    out: &mut dyn Write,
+) -> Result<Status> {
+    let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
+    writeln!(out, "{}", scene.name)?;
+    let planned = {
+        let line = ProgressLine::new(config.planner.nodes_max);
+        let manner = Manner {
+            threads: global.threads,
+            seed: global.seed.unwrap_or(0),
+            progress: &|progress| line.show(progress),
+            cancel: interrupt::listen(),
+        };
+        pipeline::plan(scene, &config, &manner, inputs)?
+    };
+    summary::print(&planned, out)?;
+    results::write(folder, &planned)?;
+    writeln!(out, "results: {}", folder.display())?;
+    verdict(&planned, out)
+}
+
+/// How the command ends; a plan that fails its verification is an error.
+fn verdict(planned: &Planned, out: &mut dyn Write) -> Result<Status> {
+    match planned.status {
+        Ended::NoPlan => Ok(Status::NoPlan),
+        Ended::BudgetSpent | Ended::Interrupted => Ok(Status::BudgetSpent),
+        Ended::Found if planned.certificate.pass => {
+            let rows: usize = planned.certificate.summary.iter().map(|s| s.rows).sum();
+            writeln!(out, "verified: all of {rows} checks pass")?;
+            Ok(Status::Done)
+        }
+        Ended::Found => {
+            let failures: Vec<String> = planned
+                .certificate
+                .failures()
+                .take(5)
+                .map(|row| row.sentence())
+                .collect();
+            bail!(
+                "the plan that was found does not pass verification: {}",
+                failures.join("; ")
+            )
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! `scandent surfaces SCAN…`: the surfaces of scans or of a mesh.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::Result;
+
+use crate::cli::Global;
+use crate::config::Config;
+use crate::environment_flags::ScanFlags;
+use crate::provenance::Inputs;
+use crate::report::Stages;
+use crate::scene::{Environment, Files};
+use crate::status::Status;
+use crate::{environment, output, summary, threads};
+
+/// Flags of `surfaces`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Depth images (16-bit PNG) or point clouds (PCD, PLY)
+    #[arg(value_name = "SCAN", required_unless_present = "mesh")]
+    scans: Vec<PathBuf>,
+    #[command(flatten)]
+    how: ScanFlags,
+    /// A mesh of the environment (STL, OBJ) instead of scans
+    #[arg(long, value_name = "MESH", conflicts_with_all = ["scans", "sensor", "pose"])]
+    mesh: Option<PathBuf>,
+    /// Where the surfaces go (without it they are only listed)
+    #[arg(short, long, value_name = "SURFACES.json")]
+    output: Option<PathBuf>,
+}
+
+/// Extracts the surfaces, lists them and writes them.
+///
+/// # Errors
+/// As [`environment::perceive`]; a file that cannot be written.
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    let config = Config::layered(None, global)?;
+    let source = match &args.mesh {
+        Some(mesh) => Environment::Mesh(mesh.display().to_string()),
+        None => args.how.scans(&args.scans)?,
+    };
+    let mut stages = Stages::default();
+    let mut inputs = Inputs::default();
+    let perceived = threads::pool(global.threads)?.install(|| {
+        let files = Files::Folder(PathBuf::new());
+        environment::perceive(&source, &files, &config, &mut stages, &mut inputs)
+    })?;
+    for note in &perceived.notes {
+        writeln!(out, "{note}")?;
+    }
+    summary::surfaces(&perceived.set.surfaces, out)?;
+    let times: Vec<String> = stages
+        .ms
+        .iter()
+        .map(|(stage, ms)| format!("{stage} {ms:.1} ms"))
+        .collect();
+    writeln!(out, "{}", times.join(", "))?;
+    if let Some(path) = &args.output {
+        output::write(path, perceived.set.to_json()?.as_bytes())?;
+        writeln!(out, "written: {}", path.display())?;
+    }
+    Ok(Status::Done)
+}

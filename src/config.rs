@@ -1,0 +1,244 @@
+//! The settings: one table a crate, laid over each other from the defaults to the command line.
+//!
+//!   defaults ← scene.toml ← --config FILE ← --set TABLE.KEY=VALUE
+
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow};
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::cli::Global;
+use crate::status::UsageError;
+
+/// Every setting of the program, one table a crate.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// From a scan to planar patches.
+    pub perception: perception::Config,
+    /// Bodies behind surfaces, meshes, and which surface may carry which role.
+    pub surfaces: surfaces::Config,
+    /// The ground under the feet at the start.
+    pub ground: crate::start::ground::Config,
+    /// How strictly robots are read.
+    pub robot_model: robot_model::Config,
+    /// From a contact set to a posture.
+    pub posture: posture::Config,
+    /// The search.
+    pub planner: planner::Config,
+}
+
+/// Settings in the making: the defaults and what was laid over them so far.
+pub struct Layers {
+    table: Table,
+}
+
+impl Layers {
+    /// The defaults.
+    ///
+    /// # Errors
+    /// When they cannot be written as TOML.
+    pub fn new() -> Result<Self> {
+        Ok(Self {
+            table: Table::try_from(Config::default())?,
+        })
+    }
+
+    /// Lays `table` over what is there; `source` names it in errors.
+    ///
+    /// # Errors
+    /// An unknown table or key with the names that there are, or a value of the wrong type.
+    pub fn lay(&mut self, source: &str, table: &Table) -> Result<()> {
+        let mut merged = self.table.clone();
+        merge(&mut merged, table);
+        resolve(&merged).with_context(|| source.to_owned())?;
+        self.table = merged;
+        Ok(())
+    }
+
+    /// Lays a file over what is there.
+    ///
+    /// # Errors
+    /// As [`Self::lay`]; a file that cannot be read or is no TOML, with the line.
+    pub fn lay_file(&mut self, path: &Path) -> Result<()> {
+        let name = path.display();
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("{name}: cannot read this config file"))?;
+        let table: Table = text
+            .parse()
+            .with_context(|| format!("{name}: not valid TOML"))?;
+        self.lay(&name.to_string(), &table)
+    }
+
+    /// Lays one `table.key=value` over what is there. The value is TOML; text that is no TOML
+    /// value is taken as a string, so that names need no quotes.
+    ///
+    /// # Errors
+    /// [`UsageError`] where the assignment is malformed, the key unknown or the type wrong.
+    pub fn set(&mut self, assignment: &str) -> Result<()> {
+        let usage = |cause: String| anyhow!(UsageError(format!("--set {assignment}: {cause}")));
+        let (path, value) = assignment
+            .split_once('=')
+            .ok_or_else(|| usage("no \"=\" in it; the form is table.key=value".to_owned()))?;
+        let keys: Vec<&str> = path.trim().split('.').map(str::trim).collect();
+        if keys.len() < 2 || keys.iter().any(|key| key.is_empty()) {
+            return Err(usage("the form is table.key=value".to_owned()));
+        }
+        let table = nest(&keys, value_of(value.trim()));
+        self.lay("", &table)
+            .map_err(|error| usage(format!("{:#}", error.root_cause())))
+    }
+
+    /// The settings.
+    ///
+    /// # Errors
+    /// Never after successful layers; kept a result so that no panic can hide here.
+    pub fn resolve(self) -> Result<Config> {
+        resolve(&self.table)
+    }
+}
+
+impl Config {
+    /// The settings of a command: the defaults, the scene's tables, then the command line's.
+    ///
+    /// # Errors
+    /// As [`Layers::lay`], [`Layers::lay_file`] and [`Layers::set`].
+    pub fn layered(scene: Option<(&str, &Table)>, global: &Global) -> Result<Self> {
+        let mut layers = Layers::new()?;
+        if let Some((name, table)) = scene {
+            layers.lay(name, table)?;
+        }
+        if let Some(path) = &global.config {
+            layers.lay_file(path)?;
+        }
+        for assignment in &global.set {
+            layers.set(assignment)?;
+        }
+        layers.resolve()
+    }
+}
+
+/// The typed settings of a table.
+fn resolve(table: &Table) -> Result<Config> {
+    // toml ends its messages with a line break after the path of the key.
+    Config::deserialize(Value::Table(table.clone()))
+        .map_err(|error| anyhow!("{}", error.to_string().trim().replace('\n', " ")))
+}
+
+/// Lays `over` on `base`: tables are merged key by key, everything else is replaced.
+fn merge(base: &mut Table, over: &Table) {
+    for (key, value) in over {
+        match (base.get_mut(key), value) {
+            (Some(Value::Table(below)), Value::Table(above)) => merge(below, above),
+            _ => {
+                base.insert(key.clone(), value.clone());
+            }
+        }
+    }
+}
+
+/// `a.b.c` and a value as nested tables.
+fn nest(keys: &[&str], value: Value) -> Table {
+    let (last, outer) = keys
+        .split_last()
+        .map_or(("", keys), |(last, outer)| (*last, outer));
+    let mut table = Table::from_iter([(last.to_owned(), value)]);
+    for key in outer.iter().rev() {
+        table = Table::from_iter([((*key).to_owned(), Value::Table(table))]);
+    }
+    table
+}
+
+/// A TOML value, or the text itself where it is none.
+fn value_of(text: &str) -> Value {
+    format!("v = {text}")
+        .parse::<Table>()
+        .ok()
+        .filter(|table| table.len() == 1)
+        .and_then(|mut table| table.remove("v"))
+        .unwrap_or_else(|| Value::String(text.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn global(set: &[&str]) -> Global {
+        Global {
+            set: set.iter().map(|s| (*s).to_owned()).collect(),
+            ..Global::default()
+        }
+    }
+
+    #[test]
+    fn the_defaults_survive_the_way_through_toml() {
+        assert_eq!(
+            Config::layered(None, &Global::default()).unwrap(),
+            Config::default()
+        );
+    }
+
+    #[test]
+    fn later_layers_win_and_leave_the_rest() {
+        let scene: Table = "[posture]\nclearance_m = 0.02\ntorque_use = 0.7"
+            .parse()
+            .unwrap();
+        let set = global(&["posture.clearance_m=0.03", "posture.engine=interior_point"]);
+        let config = Config::layered(Some(("scene.toml", &scene)), &set).unwrap();
+        let mut expected = Config::default();
+        expected.posture.torque_use = 0.7;
+        expected.posture.clearance_m = 0.03;
+        expected.posture.engine = posture::Engine::InteriorPoint;
+        assert_eq!(config, expected);
+    }
+
+    #[test]
+    fn a_whole_number_does_for_a_length() {
+        let config = Config::layered(None, &global(&["posture.clearance_m=1"])).unwrap();
+        assert_eq!(config.posture.clearance_m, 1.0);
+    }
+
+    #[test]
+    fn an_unknown_key_or_table_lists_the_known_ones() {
+        let unknown = |set: &str| Config::layered(None, &global(&[set])).unwrap_err();
+        let error = unknown("posture.clearence_m=1");
+        assert!(error.is::<UsageError>());
+        let text = error.to_string();
+        assert!(
+            text.contains("clearence_m") && text.contains("`clearance_m`"),
+            "{text}"
+        );
+        let text = unknown("postures.clearance_m=1").to_string();
+        assert!(
+            text.contains("postures") && text.contains("`posture`"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn a_wrong_type_or_form_is_refused_with_the_assignment() {
+        for set in [
+            "posture.clearance_m=far",
+            "clearance_m=1",
+            "posture.clearance_m",
+            "=1",
+            ".=1",
+        ] {
+            let error = Config::layered(None, &global(&[set])).unwrap_err();
+            assert!(error.is::<UsageError>(), "{set}");
+            assert!(error.to_string().contains(set), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_scenes_mistake_names_the_scene() {
+        let scene: Table = "[planner]\nmax_nodez = 3".parse().unwrap();
+        let error = Config::layered(Some(("my/scene.toml", &scene)), &Global::default());
+        let text = format!("{:#}", error.unwrap_err());
+        assert!(
+            text.contains("my/scene.toml") && text.contains("max_nodez"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,231 @@
+//! The way of one scan: from a scene to a verified plan.
+
+use std::num::NonZeroUsize;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::{Context, Result};
+use planner::plan::{PLAN_FORMAT, Plan, RequiredMargins, RobotSummary};
+use planner::{Answer, Blocked, Progress, Request, Status};
+use posture::Environment;
+use robot_model::Robot;
+use surfaces::SurfaceSet;
+
+use crate::config::Config;
+use crate::environment::{self, Perceived};
+use crate::provenance::Inputs;
+use crate::report::{Report, Stages, peak_memory_mb};
+use crate::scene::Scene;
+use crate::start::{self, ground};
+use crate::verify::{self, Certificate};
+use crate::{goal, roles, threads};
+
+/// How a plan is computed, beside what.
+pub struct Manner<'a> {
+    /// Threads; one a processor where there is no number.
+    pub threads: Option<NonZeroUsize>,
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// Called as the search goes on.
+    pub progress: &'a (dyn Fn(&Progress) + Sync),
+    /// Stops the search.
+    pub cancel: &'a AtomicBool,
+}
+
+/// What came of a scene.
+#[allow(non_snake_case)]
+pub struct Planned {
+    /// How the search ended.
+    pub status: Status,
+    /// The plan, or the way to the contact set nearest to the goal where there is none.
+    pub plan: Plan,
+    /// The verifier's verdict on it.
+    pub certificate: Certificate,
+    /// What blocks the way, nearest to the goal first; empty where a plan was found.
+    pub blocked: Vec<Blocked>,
+    /// The surfaces as they were extracted, without the ground under the start.
+    pub extracted: SurfaceSet,
+    /// The scans' points in W, m.
+    pub cloud_W: Vec<[f32; 3]>,
+    /// The robot.
+    pub robot: Robot,
+    /// Times and sizes.
+    pub report: Report,
+    /// What was found and assumed on the way, for the user.
+    pub notes: Vec<String>,
+}
+
+/// Plans for a scene and verifies the plan.
+///
+/// # Errors
+/// A file that cannot be used, a start that is no stance, a goal that names what is not there; that
+/// no plan exists is a [`Status`].
+pub fn plan(
+    scene: &Scene,
+    config: &Config,
+    manner: &Manner,
+    mut inputs: Inputs,
+) -> Result<Planned> {
+    let mut stages = Stages::default();
+    let pool = threads::pool(manner.threads)?;
+
+    // Scan → surfaces.
+    let perceived = pool.install(|| {
+        environment::perceive(
+            &scene.environment,
+            &scene.files,
+            config,
+            &mut stages,
+            &mut inputs,
+        )
+    })?;
+    #[allow(non_snake_case)]
+    let Perceived {
+        set: extracted,
+        cloud_W,
+        mut notes,
+    } = perceived;
+
+    // URDF, SRDF, contacts → robot.
+    let robot = stages.measure("robot", || {
+        let mut robot = scene.robot.load(&config.robot_model, &mut inputs)?;
+        apply_friction(&mut robot, scene)?;
+        anyhow::Ok(robot)
+    })?;
+    notes.extend(robot.notes.iter().cloned());
+
+    // The robot's own feet → the ground under them.
+    let begin = stages.measure("start", || {
+        let mut set = extracted.clone();
+        let stand = start::stand(&robot, &scene.start, &config.posture)?;
+        let ground = ground::add_ground(
+            &mut set,
+            &robot,
+            &stand.configuration,
+            &stand.patches,
+            &config.ground,
+        )?;
+        anyhow::Ok((set, stand, ground))
+    });
+    let (set, stand, ground) = begin?;
+    notes.extend(ground.notes);
+
+    // Start, goal, guide, roles → request.
+    let standing_on: Vec<usize> = ground.contacts.iter().map(|c| c.1).collect();
+    let goal = goal::goal(&scene.goal, &robot, &set, &stand)?;
+    let guide = goal::guide(scene.guide.as_ref(), &goal, &stand, &set, &standing_on)?;
+    let usable = roles::usable(&robot, &set, &ground.contacts, &config.surfaces.roles);
+    let goal_record = goal::record(&goal, &robot, &set);
+
+    // Request → stances.
+    let (environment, answer) = pool.install(|| {
+        stages.measure("planning", || {
+            let environment = Environment::new(&set, config.surfaces.body.thickness_m)?;
+            let request = Request {
+                robot: &robot,
+                environment: &environment,
+                start: planner::Start {
+                    configuration: stand.configuration.clone(),
+                    contacts: ground.contacts.clone(),
+                },
+                goal,
+                guide,
+                usable,
+                reference: stand.configuration.clone(),
+            };
+            let progress = |progress| (manner.progress)(&progress);
+            let answer = planner::search(
+                &request,
+                &config.planner,
+                &config.posture,
+                &progress,
+                manner.cancel,
+            )?;
+            anyhow::Ok((environment, answer))
+        })
+    })?;
+
+    // Stances → plan, and the verdict of code that shares nothing with the search.
+    let plan = Plan {
+        format: PLAN_FORMAT.to_owned(),
+        program: crate::program(),
+        scene: scene.name.clone(),
+        seed: manner.seed,
+        config: serde_json::to_value(config).context("the settings")?,
+        inputs: inputs.into_list(),
+        robot: RobotSummary {
+            name: robot.name.clone(),
+            joint_names: robot.joint_names().map(str::to_owned).collect(),
+            mass_kg: robot.mass_kg,
+        },
+        surfaces: set.surfaces,
+        obstacles: set.obstacles,
+        thin_body_m: config.surfaces.body.thickness_m,
+        required: required(&config.posture),
+        goal: goal_record,
+        stances: planner::record::stances(&robot, &environment, &answer.path),
+        search: answer.summary.clone(),
+    };
+    let certificate = stages.measure("verify", || {
+        verify::verify(&plan, &robot, &verify::Options::default())
+    });
+
+    let report = report(&answer, &plan, stages, pool.current_num_threads());
+    let Answer {
+        status, blocked, ..
+    } = answer;
+    Ok(Planned {
+        status,
+        plan,
+        certificate,
+        blocked,
+        extracted,
+        cloud_W,
+        robot,
+        report,
+        notes,
+    })
+}
+
+/// Puts the scene's coefficients of friction in the place of the contacts file's.
+fn apply_friction(robot: &mut Robot, scene: &Scene) -> Result<()> {
+    if let Some(friction) = scene.friction.default {
+        robot
+            .patches
+            .iter_mut()
+            .for_each(|patch| patch.friction = friction);
+    }
+    for (name, friction) in &scene.friction.patch {
+        let patch = robot.patch_index(name).context("friction")?;
+        robot.patches[patch].friction = *friction;
+    }
+    Ok(())
+}
+
+/// The margins that the posture generator kept.
+fn required(config: &posture::Config) -> RequiredMargins {
+    RequiredMargins {
+        friction_use: config.friction_use,
+        torque_use: config.torque_use,
+        joint_rad: config.joint_margin_rad,
+        clearance_m: config.clearance_m,
+        self_clearance_m: config.self_clearance_m,
+        com_m: config.com_margin_m,
+    }
+}
+
+fn report(answer: &Answer, plan: &Plan, stages: Stages, threads: usize) -> Report {
+    let found = answer.status == Status::Found;
+    Report {
+        stages_ms: stages.ms,
+        surfaces: plan.surfaces.len(),
+        nodes_generated: answer.summary.nodes_generated,
+        nodes_expanded: answer.summary.nodes_expanded,
+        path_stances: if found {
+            answer.summary.path_stances
+        } else {
+            0
+        },
+        threads,
+        peak_memory_mb: peak_memory_mb(),
+    }
+}

@@ -1,0 +1,93 @@
+//! A plan on disk, and the robot that it was made for.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use planner::plan::{PLAN_FORMAT, Plan};
+use robot_model::Robot;
+
+use crate::provenance::{Inputs, read};
+use crate::robot_files::RobotFiles;
+
+/// Reads a plan.
+///
+/// # Errors
+/// A file that cannot be read, is no JSON (with line and column) or no plan of this version.
+pub fn open(path: &Path) -> Result<Plan> {
+    let name = path.display();
+    let bytes = read("plan", path)?;
+    let value: serde_json::Value =
+        serde_json::from_slice(&bytes).with_context(|| format!("{name}: not valid JSON"))?;
+    match value.get("format").and_then(|format| format.as_str()) {
+        Some(PLAN_FORMAT) => {}
+        Some(other) => bail!("{name}: the format is {other:?}, not {PLAN_FORMAT:?}"),
+        None => bail!("{name}: not a plan: there is no \"format\""),
+    }
+    serde_json::from_slice(&bytes).with_context(|| format!("{name}: not a plan"))
+}
+
+/// The robot's files, where the plan does not name them or they have moved.
+#[derive(Clone, Debug, clap::Args)]
+pub struct PlanRobotFlags {
+    /// The robot: a URDF file, or builtin:NAME (default: as the plan names it)
+    #[arg(long, value_name = "URDF")]
+    robot: Option<String>,
+    /// Named postures and pairs of links that may touch (default: as the plan names it)
+    #[arg(long, value_name = "FILE.srdf")]
+    srdf: Option<PathBuf>,
+    /// Contact patches (default: as the plan names it)
+    #[arg(long, value_name = "FILE.toml")]
+    contacts: Option<PathBuf>,
+}
+
+impl PlanRobotFlags {
+    /// The robot of a plan: the files that it names, unless flags name others.
+    ///
+    /// # Errors
+    /// A plan that names no robot; files that changed since the plan was made; else as
+    /// [`RobotFiles::load`].
+    pub fn load(&self, plan: &Plan) -> Result<Robot> {
+        let named = |role: &str| plan.inputs.iter().find(|i| i.role == role).map(|i| &i.name);
+        let path = |role: &str, flag: &Option<PathBuf>| {
+            flag.clone().or_else(|| {
+                named(role)
+                    .filter(|name| !name.starts_with("builtin:"))
+                    .map(PathBuf::from)
+            })
+        };
+        let urdf = self.robot.as_ref().or(named("urdf"));
+        let files = RobotFiles {
+            urdf: urdf
+                .context("the plan names no robot: give --robot")?
+                .clone(),
+            srdf: path("srdf", &self.srdf),
+            contacts: path("contacts", &self.contacts),
+        };
+        // The settings that the plan's robot was read with.
+        let config = match plan.config.get("robot_model") {
+            Some(table) => {
+                serde_json::from_value(table.clone()).context("the plan's config.robot_model")?
+            }
+            None => robot_model::Config::default(),
+        };
+        let mut inputs = Inputs::default();
+        let mut robot = files.load(&config, &mut inputs)?;
+        for now in inputs.into_list() {
+            let then = plan
+                .inputs
+                .iter()
+                .find(|i| i.role == now.role && i.name == now.name);
+            if let Some(then) = then
+                && then.sha256 != now.sha256
+            {
+                bail!(
+                    "{}: this {} file changed since the plan was made",
+                    now.name,
+                    now.role
+                );
+            }
+        }
+        robot.notes.clear();
+        Ok(robot)
+    }
+}

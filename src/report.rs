@@ -1,0 +1,83 @@
+//! What a run took: the stages' times, the search's size, memory.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use serde::Serialize;
+
+/// The content of `report.json`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// Wall-clock time of each stage, ms.
+    pub stages_ms: BTreeMap<String, f64>,
+    /// Surfaces that the search could use, the ground under the start included.
+    pub surfaces: usize,
+    /// Contact sets with a posture, the start included.
+    pub nodes_generated: usize,
+    /// Contact sets of which at least one child was tried.
+    pub nodes_expanded: usize,
+    /// Contact sets on the path, the start included; 0 without a plan.
+    pub path_stances: usize,
+    /// Threads that the search used.
+    pub threads: usize,
+    /// Largest resident memory of the process so far, MB (10⁶ bytes), where the system tells.
+    pub peak_memory_mb: Option<f64>,
+}
+
+/// Wall-clock times by stage.
+#[derive(Clone, Debug, Default)]
+pub struct Stages {
+    /// Times so far, ms.
+    pub ms: BTreeMap<String, f64>,
+}
+
+impl Stages {
+    /// Runs `work` and adds its time to the stage.
+    pub fn measure<T>(&mut self, stage: &str, work: impl FnOnce() -> T) -> T {
+        let begin = Instant::now();
+        let result = work();
+        *self.ms.entry(stage.to_owned()).or_default() += begin.elapsed().as_secs_f64() * 1e3;
+        result
+    }
+}
+
+/// Largest resident memory of this process so far, MB (10⁶ bytes); `None` where only an unsafe
+/// system call would tell.
+pub fn peak_memory_mb() -> Option<f64> {
+    if !cfg!(target_os = "linux") {
+        return None;
+    }
+    peak_in_status(&std::fs::read_to_string("/proc/self/status").ok()?)
+}
+
+/// The `VmHWM` line of Linux's `/proc/PID/status`, MB.
+fn peak_in_status(status: &str) -> Option<f64> {
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib * 1024.0 / 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_peak_is_read_from_linuxs_status() {
+        let status = "Name:\tscandent\nVmPeak:\t  900000 kB\nVmHWM:\t   31250 kB\n";
+        assert_eq!(peak_in_status(status), Some(32.0));
+        assert_eq!(peak_in_status("Name:\tx\n"), None);
+        assert_eq!(peak_memory_mb().is_some(), cfg!(target_os = "linux"));
+    }
+
+    #[test]
+    fn a_stage_that_runs_twice_adds_up() {
+        let mut stages = Stages::default();
+        let pause = std::time::Duration::from_millis(2);
+        for _ in 0..2 {
+            stages.measure("perception", || std::thread::sleep(pause));
+        }
+        assert!(stages.ms["perception"] >= 4.0, "{:?}", stages.ms);
+    }
+}

@@ -1,0 +1,61 @@
+//! The folder of results of one scene.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use planner::Status;
+
+use crate::output;
+use crate::pipeline::Planned;
+use crate::view::{self, ViewInput};
+
+/// The way to the contact set nearest to the goal, where there is no plan.
+const PARTIAL: &str = "partial_plan.json";
+/// A plan that the verifier does not pass.
+const REJECTED: &str = "rejected_plan.json";
+/// Files that are there only after a success.
+const OF_SUCCESS: [&str; 4] = ["plan.json", "contacts.yaml", "plan.csv", "certificate.json"];
+
+/// Writes everything that came of a scene; a plan under the name of one only if it was found and
+/// passes the verifier.
+///
+/// # Errors
+/// A file that cannot be written, with its path.
+pub fn write(folder: &Path, planned: &Planned) -> Result<()> {
+    // What an earlier run left must not pass for this one's.
+    for name in OF_SUCCESS.iter().chain(&[PARTIAL, REJECTED, "view.html"]) {
+        remove(&folder.join(name))?;
+    }
+    output::write(
+        &folder.join("surfaces.json"),
+        planned.extracted.to_json()?.as_bytes(),
+    )?;
+    let plan = &planned.plan;
+    let found = planned.status == Status::Found;
+    if found && planned.certificate.pass {
+        output::write_json(&folder.join("plan.json"), plan)?;
+    } else {
+        let name = if found { REJECTED } else { PARTIAL };
+        output::write_json(&folder.join(name), plan)?;
+    }
+    if found {
+        let certificate = planned.certificate.to_json()?;
+        output::write(&folder.join("certificate.json"), certificate.as_bytes())?;
+    }
+    let page = view::page(&ViewInput {
+        plan,
+        robot: &planned.robot,
+        cloud_W: &planned.cloud_W,
+    })?;
+    output::write(&folder.join("view.html"), page.as_bytes())?;
+    output::write_json(&folder.join("report.json"), &planned.report)
+}
+
+fn remove(path: &Path) -> Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("{}: cannot be replaced", path.display()))
+        }
+        _ => Ok(()),
+    }
+}

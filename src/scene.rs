@@ -1,0 +1,200 @@
+//! A scene: what is asked, and where the files that it names are.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow};
+use nalgebra::Isometry3;
+use scenes::SceneFile;
+use scenes::scene_file::{Friction, Goal, Guide, ScanSource};
+use toml::{Table, Value};
+
+use crate::provenance::Inputs;
+use crate::robot_files::RobotFiles;
+
+/// Everything that a plan is made from, its files not yet read.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Name; the output folder is called after it.
+    pub name: String,
+    /// Where the environment is known from.
+    pub environment: Environment,
+    /// The robot's files.
+    pub robot: RobotFiles,
+    /// Where the robot is.
+    pub start: Start,
+    /// Where it shall go.
+    pub goal: Goal,
+    /// The path that it should roughly follow; a line where there is none.
+    pub guide: Option<Guide>,
+    /// Coefficients of friction that replace those of the contacts file.
+    pub friction: Friction,
+    /// Settings to lay over the defaults.
+    pub settings: Table,
+    /// Where the environment's files are.
+    pub files: Files,
+}
+
+/// Where the environment is known from.
+#[derive(Clone, Debug)]
+pub enum Environment {
+    /// Scans with their poses.
+    Scans(Vec<ScanSource>),
+    /// A surface set that was extracted before.
+    Surfaces(String),
+    /// A mesh of the environment in W.
+    Mesh(String),
+}
+
+/// Where the robot is before its first step.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// In a named posture.
+    Posture {
+        /// The SRDF's name of it; the resting posture where there is none.
+        name: Option<String>,
+        /// Pose of the base in W; without it the base is upright over the origin, the soles on
+        /// z = 0.
+        base: Option<Isometry3<f64>>,
+        /// Patches that touch the ground; all feet where there are none.
+        contacts: Vec<String>,
+    },
+    /// With these patches at these poses, in a posture that is yet to be found.
+    Contacts(Vec<(String, Isometry3<f64>)>),
+}
+
+/// Where the environment's files are.
+#[derive(Clone, Debug)]
+pub enum Files {
+    /// In the program.
+    Builtin(&'static scenes::Builtin),
+    /// In a folder.
+    Folder(PathBuf),
+}
+
+impl Scene {
+    /// The scene of a name that ships, or of a `scene.toml`.
+    ///
+    /// # Errors
+    /// A name that does not exist, with those that do; a file that cannot be read or is no scene.
+    pub fn open(name_or_path: &str, inputs: &mut Inputs) -> Result<Self> {
+        if let Some(builtin) = scenes::builtin(name_or_path) {
+            inputs.note(
+                "scene",
+                &format!("builtin:{}", builtin.name),
+                builtin.toml.as_bytes(),
+            );
+            return Self::parse(builtin.toml, Files::Builtin(builtin))
+                .with_context(|| format!("builtin:{}", builtin.name));
+        }
+        let path = Path::new(name_or_path);
+        let looks_like_a_path = path.extension().is_some() || path.components().count() > 1;
+        if !looks_like_a_path && !path.exists() {
+            let known: Vec<&str> = scenes::names().collect();
+            return Err(anyhow!(
+                "no scene is called {name_or_path:?}; those that ship: {}; or give a scene.toml",
+                known.join(", ")
+            ));
+        }
+        let bytes = inputs.read("scene", path)?;
+        let text =
+            String::from_utf8(bytes).with_context(|| format!("{name_or_path}: not a text file"))?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        Self::parse(&text, Files::Folder(folder)).with_context(|| name_or_path.to_owned())
+    }
+
+    fn parse(text: &str, files: Files) -> Result<Self> {
+        let file = SceneFile::parse(text)?;
+        let settings = settings(&file);
+        let environment = match (file.surfaces_file, file.mesh_file) {
+            (Some(name), _) => Environment::Surfaces(name),
+            (None, Some(name)) => Environment::Mesh(name),
+            (None, None) => Environment::Scans(file.scan),
+        };
+        let folder = match &files {
+            Files::Builtin(_) => Path::new(""),
+            Files::Folder(folder) => folder,
+        };
+        let start = &file.start;
+        let [roll, pitch, yaw] = start.base_rpy_rad;
+        let base = Isometry3::from_parts(
+            start.base_position_m.into(),
+            nalgebra::UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+        );
+        Ok(Self {
+            name: file.name,
+            environment,
+            robot: RobotFiles::in_folder(folder, &file.robot),
+            start: Start::Posture {
+                name: Some(start.posture.clone()),
+                base: Some(base),
+                contacts: start.contacts.clone(),
+            },
+            goal: file.goal,
+            guide: file.guide,
+            friction: file.friction,
+            settings,
+            files,
+        })
+    }
+}
+
+impl Files {
+    /// The bytes of one of the environment's files, noted among the inputs.
+    ///
+    /// # Errors
+    /// A file that is not there, with its role and path.
+    pub fn read(&self, role: &str, name: &str, inputs: &mut Inputs) -> Result<Vec<u8>> {
+        match self {
+            Files::Folder(folder) => inputs.read(role, &folder.join(name)),
+            Files::Builtin(scene) => {
+                let bytes = scene
+                    .file(name)
+                    .ok_or_else(|| anyhow!("builtin:{}: no file {name:?}", scene.name))?;
+                inputs.note(role, &format!("builtin:{name}"), bytes);
+                Ok(bytes.to_vec())
+            }
+        }
+    }
+}
+
+/// The settings of a scene file as one table of tables; roles are settings of the surfaces.
+fn settings(file: &SceneFile) -> Table {
+    let mut surfaces = file.surfaces.clone();
+    if !file.roles.is_empty() {
+        surfaces.insert("roles".to_owned(), Value::Table(file.roles.clone()));
+    }
+    let tables = [
+        ("perception", &file.perception),
+        ("surfaces", &surfaces),
+        ("posture", &file.posture),
+        ("planner", &file.planner),
+    ];
+    tables
+        .into_iter()
+        .filter(|(_, table)| !table.is_empty())
+        .map(|(name, table)| (name.to_owned(), Value::Table(table.clone())))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_scene_that_ships_opens_and_has_its_files() {
+        for name in scenes::names() {
+            let mut inputs = Inputs::default();
+            let scene = Scene::open(name, &mut inputs).unwrap();
+            assert_eq!(scene.name, name);
+            if let Environment::Scans(scans) = &scene.environment {
+                assert!(!scans.is_empty(), "{name}");
+                for scan in scans {
+                    let file = scan.depth.as_ref().or(scan.cloud.as_ref()).unwrap();
+                    scene.files.read("scan", file, &mut inputs).unwrap();
+                }
+            }
+            crate::config::Config::layered(Some((name, &scene.settings)), &Default::default())
+                .unwrap();
+        }
+    }
+}

@@ -1,0 +1,504 @@
+//! The ground under the feet at the start, known from the robot's own kinematics.
+//!
+//! A camera on the head does not see where its robot stands. The soles do: their planes are
+//! support faces. A face that continues a surface of the scan is joined to it, so that the search
+//! sees one floor.
+
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use robot_model::{Configuration, Kinematics, Robot};
+use serde::{Deserialize, Serialize};
+use surfaces::{ConvexPolygon, HalfPlane, Source, Surface, SurfaceSet};
+
+/// Settings of the ground under the feet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Border of ground around the hull of the soles, m.
+    pub border_m: f64,
+    /// Soles whose vertices lie in one plane to this distance stand on one face, m.
+    pub same_face_m: f64,
+    /// A surface of which every vertex lies this near to the soles' plane is the same floor, m:
+    /// the error of a plane fitted to a scan.
+    pub join_height_m: f64,
+    /// The largest unseen gap between the soles' border and such a surface that is taken for
+    /// floor too, m.
+    pub join_gap_m: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            border_m: 0.02,
+            same_face_m: 1e-5,
+            join_height_m: 0.010,
+            join_gap_m: 0.30,
+        }
+    }
+}
+
+/// The ground under the start's contacts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ground {
+    /// For each start contact, in the order given: its patch and the surface it is on.
+    pub contacts: Vec<(usize, usize)>,
+    /// What was done, for the user.
+    pub notes: Vec<String>,
+}
+
+/// Adds to `set` the faces that the robot stands on in `start` with the patches `standing`.
+///
+/// 1. Soles in one plane are one face: their hull with a border. Where the set has a surface in
+///    exactly that plane with room for all of them, it is that surface.
+/// 2. Any other surface that lies in a face's plane is moved exactly into it and named as the same face.
+/// 3. If there is a gap between the two, the face reaches over it at its own width.
+///
+/// # Errors
+/// In words: a patch whose polygon is degenerate in the plane of its face.
+pub fn add_ground(
+    set: &mut SurfaceSet,
+    robot: &Robot,
+    start: &Configuration,
+    standing: &[usize],
+    config: &Config,
+) -> anyhow::Result<Ground> {
+    let kinematics = Kinematics::new(robot, start);
+    let scanned = set.surfaces.len();
+    let mut ground = Ground {
+        contacts: Vec::new(),
+        notes: Vec::new(),
+    };
+    let soles: Vec<Sole> = standing
+        .iter()
+        .map(|&p| Sole::new(robot, &kinematics, p))
+        .collect();
+
+    for (number, members) in faces(&soles, config.same_face_m).iter().enumerate() {
+        if let Some(index) = known_face(set, &soles, members, config.same_face_m) {
+            ground
+                .contacts
+                .extend(members.iter().map(|&m| (soles[m].patch, index)));
+            continue;
+        }
+        let id = unique_id(set, number);
+        let mut face = face(&id, &soles, members, config.border_m)?;
+        for floor in &mut set.surfaces[..scanned] {
+            join(&mut face, floor, config, &mut ground.notes);
+        }
+        let index = set.surfaces.len();
+        ground
+            .contacts
+            .extend(members.iter().map(|&m| (soles[m].patch, index)));
+        set.surfaces.push(face);
+    }
+    // Back into the order in which the contacts were named.
+    ground
+        .contacts
+        .sort_by_key(|(patch, _)| standing.iter().position(|s| s == patch));
+    Ok(ground)
+}
+
+/// A patch that touches the ground at the start.
+#[allow(non_snake_case)]
+struct Sole {
+    patch: usize,
+    X_WC: Isometry3<f64>,
+    vertices_W: Vec<Point3<f64>>,
+}
+
+impl Sole {
+    #[allow(non_snake_case)]
+    fn new(robot: &Robot, kinematics: &Kinematics, patch: usize) -> Self {
+        let shape = &robot.patches[patch];
+        let X_WC = kinematics.X_WC(shape);
+        let vertices_W = shape
+            .polygon
+            .iter()
+            .map(|v| X_WC * Point3::new(v.x, v.y, 0.0))
+            .collect();
+        Self {
+            patch,
+            X_WC,
+            vertices_W,
+        }
+    }
+
+    /// Largest distance of a vertex of `other` from this sole's plane, m.
+    fn off_plane_m(&self, other: &Sole) -> f64 {
+        let heights = other
+            .vertices_W
+            .iter()
+            .map(|v| self.X_WC.inverse_transform_point(v).z.abs());
+        heights.fold(0.0, f64::max)
+    }
+}
+
+/// The soles, grouped by plane.
+fn faces(soles: &[Sole], same_face_m: f64) -> Vec<Vec<usize>> {
+    let mut faces: Vec<Vec<usize>> = Vec::new();
+    for (i, sole) in soles.iter().enumerate() {
+        let same = |face: &&mut Vec<usize>| soles[face[0]].off_plane_m(sole) <= same_face_m;
+        match faces.iter_mut().find(same) {
+            Some(face) => face.push(i),
+            None => faces.push(vec![i]),
+        }
+    }
+    faces
+}
+
+/// The surface that the soles stand on already, as a file or a mesh may give it.
+fn known_face(
+    set: &SurfaceSet,
+    soles: &[Sole],
+    members: &[usize],
+    same_face_m: f64,
+) -> Option<usize> {
+    let vertices = || members.iter().flat_map(|&m| &soles[m].vertices_W);
+    set.surfaces.iter().position(|surface| {
+        let upward = soles[members[0]].X_WC.rotation * Vector3::z();
+        surface.normal_W().dot(&upward) > 0.0
+            && vertices().all(|v| surface.height_of(v).abs() <= same_face_m)
+            && surface.effective_polygon().is_some_and(|room| {
+                vertices().all(|v| {
+                    room.contains(&surface.X_WS.inverse_transform_point(v).xy(), same_face_m)
+                })
+            })
+    })
+}
+
+/// The hull of the soles and a border, in the plane of the first.
+#[allow(non_snake_case)]
+fn face(id: &str, soles: &[Sole], members: &[usize], border_m: f64) -> anyhow::Result<Surface> {
+    let plane = soles[members[0]].X_WC;
+    let points: Vec<Point2<f64>> = members
+        .iter()
+        .flat_map(|&m| &soles[m].vertices_W)
+        .map(|v| plane.inverse_transform_point(v).xy())
+        .flat_map(|p| around(p, border_m))
+        .collect();
+    let hull = ConvexPolygon::hull(&points)
+        .map_err(|error| anyhow::anyhow!("the ground under the start: {error}"))?;
+    let (X_WS, polygon) = centred(&plane, &hull)?;
+    Ok(Surface {
+        source: Source::Robot,
+        face: Some(id.to_owned()),
+        ..Surface::new(id, X_WS, polygon)
+    })
+}
+
+/// The corners of an octagon whose inscribed circle about `p` has radius `border_m`.
+fn around(p: Point2<f64>, border_m: f64) -> impl Iterator<Item = Point2<f64>> {
+    let eighth = std::f64::consts::FRAC_PI_4;
+    let radius = border_m / (0.5 * eighth).cos();
+    (0..8).map(move |i| {
+        let angle = (f64::from(i) + 0.5) * eighth;
+        p + radius * Vector2::new(angle.cos(), angle.sin())
+    })
+}
+
+/// The same polygon with the frame's origin at its centroid.
+#[allow(non_snake_case)]
+fn centred(
+    X_WS: &Isometry3<f64>,
+    polygon: &ConvexPolygon,
+) -> anyhow::Result<(Isometry3<f64>, ConvexPolygon)> {
+    let centroid = polygon.centroid();
+    let moved = polygon
+        .vertices()
+        .iter()
+        .map(|v| v - centroid.coords)
+        .collect();
+    let origin = X_WS * Point3::new(centroid.x, centroid.y, 0.0);
+    Ok((
+        Isometry3::from_parts(origin.into(), X_WS.rotation),
+        ConvexPolygon::new(moved)?,
+    ))
+}
+
+/// Makes `floor` part of `face` if it continues it.
+fn join(face: &mut Surface, floor: &mut Surface, config: &Config, notes: &mut Vec<String>) {
+    let vertices = floor.vertices_W();
+    let off_m = vertices
+        .iter()
+        .map(|v| face.height_of(v).abs())
+        .fold(0.0, f64::max);
+    if off_m > config.join_height_m || face.normal_W().dot(&floor.normal_W()) < 0.0 {
+        return;
+    }
+    let floor_in_face: Vec<Point2<f64>> = vertices
+        .iter()
+        .map(|v| face.X_WS.inverse_transform_point(v).xy())
+        .collect();
+    let Ok(seen) = ConvexPolygon::hull(&floor_in_face) else {
+        return;
+    };
+    let Some(reached) = reach_over(&face.polygon, &seen, config.join_gap_m) else {
+        return;
+    };
+    let Ok((pose, polygon)) = centred(&face.X_WS, &reached) else {
+        return;
+    };
+    face.X_WS = pose;
+    face.polygon = polygon;
+    into_plane(floor, face);
+    floor.face.clone_from(&face.face);
+    notes.push(format!(
+        "surface {} continues the ground under the feet and was moved into its plane by {:.1} mm",
+        floor.id,
+        1e3 * off_m
+    ));
+}
+
+/// `polygon` grown over the gap to `seen` at its own width; unchanged where they overlap, `None`
+/// where the gap is wider than `gap_m`.
+fn reach_over(polygon: &ConvexPolygon, seen: &ConvexPolygon, gap_m: f64) -> Option<ConvexPolygon> {
+    if polygon.intersection(seen).is_some() {
+        return Some(polygon.clone());
+    }
+    let (from, to) = nearest_points(polygon, seen);
+    let across = to - from;
+    if across.norm() > gap_m {
+        return None;
+    }
+    // The strip of the polygon's width that runs across the gap.
+    let along = across.try_normalize(1e-9)?;
+    let side = Vector2::new(-along.y, along.x);
+    let extent = |d: Vector2<f64>| {
+        polygon
+            .vertices()
+            .iter()
+            .map(|v| d.dot(&v.coords))
+            .fold(f64::NEG_INFINITY, f64::max)
+    };
+    let mut ahead = seen.clone();
+    for normal in [side, -side] {
+        ahead = ahead.clip(&HalfPlane {
+            n: normal,
+            b: extent(normal),
+        })?;
+    }
+    let both: Vec<_> = polygon
+        .vertices()
+        .iter()
+        .chain(ahead.vertices())
+        .copied()
+        .collect();
+    ConvexPolygon::hull(&both).ok()
+}
+
+/// The nearest points of two convex polygons that do not overlap: one of them is a vertex.
+fn nearest_points(a: &ConvexPolygon, b: &ConvexPolygon) -> (Point2<f64>, Point2<f64>) {
+    let from_vertices = |of: &ConvexPolygon, to: &ConvexPolygon| {
+        let pairs = of
+            .vertices()
+            .iter()
+            .map(|v| (*v, nearest_on_boundary(to, v)));
+        pairs.min_by(|l, r| (l.1 - l.0).norm().total_cmp(&(r.1 - r.0).norm()))
+    };
+    let origin = (Point2::origin(), Point2::origin());
+    let ab = from_vertices(a, b).unwrap_or(origin);
+    let ba = from_vertices(b, a).map(|(q, p)| (p, q)).unwrap_or(origin);
+    if (ab.1 - ab.0).norm() <= (ba.1 - ba.0).norm() {
+        ab
+    } else {
+        ba
+    }
+}
+
+/// The point of a polygon's boundary that is nearest to `p`.
+fn nearest_on_boundary(polygon: &ConvexPolygon, p: &Point2<f64>) -> Point2<f64> {
+    let on_edges = polygon.edges().map(|(a, b)| {
+        let edge = b - a;
+        a + edge * (edge.dot(&(p - a)) / edge.norm_squared()).clamp(0.0, 1.0)
+    });
+    on_edges
+        .min_by(|l, r| (l - p).norm().total_cmp(&(r - p).norm()))
+        .unwrap_or(*p)
+}
+
+/// Moves `floor` into the plane of `face` by the smallest rotation and the offset along the normal.
+#[allow(non_snake_case)]
+fn into_plane(floor: &mut Surface, face: &Surface) {
+    let normal: Vector3<f64> = face.normal_W();
+    let origin = Point3::from(floor.X_WS.translation.vector);
+    let onto = origin - face.height_of(&origin) * normal;
+    let turn = UnitQuaternion::rotation_between(&floor.normal_W(), &normal)
+        .unwrap_or_else(UnitQuaternion::identity);
+    floor.X_WS = Isometry3::from_parts(onto.into(), turn * floor.X_WS.rotation);
+}
+
+/// A name for the ground that no surface has yet.
+fn unique_id(set: &SurfaceSet, number: usize) -> String {
+    let taken = |id: &str| {
+        set.surfaces.iter().any(|s| s.id == id) || set.obstacles.iter().any(|o| o.id == id)
+    };
+    let mut id = if number == 0 {
+        "ground".to_owned()
+    } else {
+        format!("ground-{}", number + 1)
+    };
+    while taken(&id) {
+        id.push('\'');
+    }
+    id
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::provenance::Inputs;
+    use crate::robot_files::RobotFiles;
+    use crate::scene::Start;
+    use crate::start::stand;
+
+    fn humanoid() -> Robot {
+        RobotFiles {
+            urdf: "builtin:hrp2".to_owned(),
+            srdf: None,
+            contacts: None,
+        }
+        .load(&robot_model::Config::default(), &mut Inputs::default())
+        .unwrap()
+    }
+
+    /// The humanoid at rest over the origin, its soles on z = 0, and the ground that it gives.
+    fn standing(set: &mut SurfaceSet) -> (Ground, Robot) {
+        let robot = humanoid();
+        let start = Start::Posture {
+            name: None,
+            base: None,
+            contacts: Vec::new(),
+        };
+        let stand = stand(&robot, &start, &posture::Config::default()).unwrap();
+        let config = Config::default();
+        let ground =
+            add_ground(set, &robot, &stand.configuration, &stand.patches, &config).unwrap();
+        (ground, robot)
+    }
+
+    fn rectangle(id: &str, x: [f64; 2], y: [f64; 2], z: f64, tilt: f64) -> Surface {
+        let middle = [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]), z];
+        let (a, b) = (0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0]));
+        let polygon = vec![[-a, -b], [a, -b], [a, b], [-a, b]].try_into().unwrap();
+        Surface::new(
+            id,
+            Isometry3::new(middle.into(), Vector3::y() * tilt),
+            polygon,
+        )
+    }
+
+    fn with(surfaces: Vec<Surface>) -> SurfaceSet {
+        SurfaceSet {
+            surfaces,
+            obstacles: Vec::new(),
+        }
+    }
+
+    /// Largest height of a start sole's vertex over its surface, and least depth inside it.
+    fn fit(set: &SurfaceSet, ground: &Ground, robot: &Robot) -> (f64, f64) {
+        let start = Start::Posture {
+            name: None,
+            base: None,
+            contacts: Vec::new(),
+        };
+        let stand = stand(robot, &start, &posture::Config::default()).unwrap();
+        let kinematics = Kinematics::new(robot, &stand.configuration);
+        let mut worst = (0.0_f64, f64::INFINITY);
+        for &(patch, surface) in &ground.contacts {
+            let surface = &set.surfaces[surface];
+            for v in Sole::new(robot, &kinematics, patch).vertices_W {
+                let p = surface.X_WS.inverse_transform_point(&v);
+                worst.0 = worst.0.max(p.z.abs());
+                worst.1 = worst.1.min(-surface.polygon.signed_distance(&p.xy()));
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn soles_in_one_plane_are_one_face_with_a_border() {
+        let mut set = SurfaceSet::default();
+        let (ground, robot) = standing(&mut set);
+        assert_eq!(set.surfaces.len(), 1);
+        assert_eq!(set.surfaces[0].source, Source::Robot);
+        assert_eq!(ground.contacts.len(), 2);
+        let (off, inside) = fit(&set, &ground, &robot);
+        // Kinematics in f64 over a metre; the border of the default settings.
+        assert!(off < 1e-12, "{off}");
+        assert!((inside - 0.02).abs() < 1e-9, "{inside}");
+        set.validate().unwrap();
+    }
+
+    #[test]
+    fn a_floor_ahead_is_joined_over_the_gap_at_the_faces_own_width() {
+        // Seen from 0.30 m ahead on, 4 mm too high and tilted by 2 mrad, much wider than the feet.
+        let mut set = with(vec![rectangle(
+            "floor",
+            [0.30, 1.30],
+            [-0.8, 0.8],
+            0.004,
+            0.002,
+        )]);
+        let (ground, robot) = standing(&mut set);
+        let (floor, face) = (&set.surfaces[0], &set.surfaces[1]);
+        assert_eq!(floor.face, face.face);
+        assert_eq!(ground.notes.len(), 1);
+        for v in floor.vertices_W() {
+            assert!(
+                face.height_of(&v).abs() < 1e-12,
+                "the floor is not in the face's plane"
+            );
+        }
+        let contains = |x: f64, y: f64| {
+            let p = face.X_WS.inverse_transform_point(&Point3::new(x, y, 0.0));
+            face.polygon.contains(&p.xy(), 1e-9)
+        };
+        assert!(
+            contains(0.25, 0.0),
+            "the gap ahead of the feet is part of the face"
+        );
+        assert!(!contains(0.25, 0.4), "unseen ground beside the gap is not");
+        assert!(
+            contains(1.2, 0.0),
+            "the face reaches as far as the floor was seen"
+        );
+        let (off, inside) = fit(&set, &ground, &robot);
+        assert!(off < 1e-12 && inside > 0.019, "{off} {inside}");
+        set.validate().unwrap();
+    }
+
+    #[test]
+    fn a_step_a_far_floor_and_a_wall_are_left_alone() {
+        let mut set = with(vec![
+            rectangle("step", [0.20, 0.60], [-0.4, 0.4], 0.05, 0.0),
+            rectangle("far", [0.90, 1.50], [-0.4, 0.4], 0.0, 0.0),
+            rectangle("slope", [0.20, 1.20], [-0.4, 0.4], 0.0, 0.1),
+            rectangle(
+                "underside",
+                [-0.3, 0.3],
+                [-0.4, 0.4],
+                0.0,
+                std::f64::consts::PI,
+            ),
+        ]);
+        let before = set.surfaces.clone();
+        let (ground, _) = standing(&mut set);
+        assert_eq!(set.surfaces[..4], before);
+        assert!(ground.notes.is_empty(), "{:?}", ground.notes);
+    }
+
+    #[test]
+    fn a_known_floor_under_the_feet_is_used_as_it_is() {
+        let mut set = with(vec![rectangle("floor", [-1.0, 1.0], [-1.0, 1.0], 0.0, 0.0)]);
+        let before = set.clone();
+        let (ground, _) = standing(&mut set);
+        assert_eq!(set, before);
+        assert!(ground.contacts.iter().all(|&(_, surface)| surface == 0));
+    }
+
+    #[test]
+    fn the_ground_takes_a_name_that_is_free() {
+        let mut set = with(vec![rectangle("ground", [5.0, 6.0], [5.0, 6.0], 0.0, 0.0)]);
+        standing(&mut set);
+        assert_eq!(set.surfaces[1].id, "ground'");
+    }
+}

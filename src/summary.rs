@@ -1,0 +1,135 @@
+//! What a user reads on the terminal after a search.
+
+use std::collections::BTreeSet;
+use std::io::Write;
+
+use planner::plan::{Change, Plan};
+use planner::{Blocked, Status};
+use surfaces::Surface;
+
+use crate::pipeline::Planned;
+
+/// How many reasons are printed where there is no plan.
+const REASONS: usize = 6;
+
+/// Prints what was found: surfaces, stances, sizes and times; where there is no plan, why.
+///
+/// # Errors
+/// When it cannot be printed.
+pub fn print(planned: &Planned, out: &mut dyn Write) -> std::io::Result<()> {
+    for note in &planned.notes {
+        writeln!(out, "  note: {note}")?;
+    }
+    surfaces(&planned.plan.surfaces, out)?;
+    stances(&planned.plan, planned.status, out)?;
+    if planned.status != Status::Found {
+        blocked(&planned.blocked, out)?;
+    }
+    let report = &planned.report;
+    writeln!(
+        out,
+        "search: {} nodes, {} expanded, {} posture problems, {} threads",
+        report.nodes_generated,
+        report.nodes_expanded,
+        planned.plan.search.candidates_solved,
+        report.threads
+    )?;
+    let stages: Vec<String> = report
+        .stages_ms
+        .iter()
+        .map(|(stage, ms)| format!("{stage} {ms:.1}"))
+        .collect();
+    writeln!(out, "stages (ms): {}", stages.join(", "))?;
+    if let Some(peak) = report.peak_memory_mb {
+        writeln!(out, "peak memory: {peak:.0} MB")?;
+    }
+    Ok(())
+}
+
+/// Prints one line a surface.
+///
+/// # Errors
+/// When it cannot be printed.
+pub fn surfaces(surfaces: &[Surface], out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(out, "{} surfaces:", surfaces.len())?;
+    writeln!(
+        out,
+        "  {:<12} {:>7} {:>7} {:>7}  {:>6} {:>7} {:>7} {:>7}",
+        "id", "x m", "y m", "z m", "tilt °", "area m²", "inset m", "rms mm"
+    )?;
+    for surface in surfaces {
+        let p = surface.X_WS.translation.vector;
+        let tilt = surface.normal_W().z.clamp(-1.0, 1.0).acos().to_degrees();
+        writeln!(
+            out,
+            "  {:<12} {:>7.3} {:>7.3} {:>7.3}  {:>6.1} {:>7.3} {:>7.3} {:>7.2}",
+            surface.id,
+            p.x,
+            p.y,
+            p.z,
+            tilt,
+            surface.polygon.area(),
+            surface.inset_m,
+            1e3 * surface.rms_m
+        )?;
+    }
+    Ok(())
+}
+
+fn stances(plan: &Plan, status: Status, out: &mut dyn Write) -> std::io::Result<()> {
+    match status {
+        Status::Found => writeln!(out, "a plan of {} stances:", plan.stances.len())?,
+        Status::NoPlan => writeln!(out, "no plan; the nearest that the robot comes:")?,
+        Status::BudgetSpent => writeln!(out, "the budget is spent; the nearest so far:")?,
+        Status::Interrupted => writeln!(out, "interrupted; the nearest so far:")?,
+    }
+    for stance in &plan.stances {
+        let m = &stance.margins;
+        let base: Vec<String> = stance.q.iter().take(3).map(|x| format!("{x:.2}")).collect();
+        writeln!(
+            out,
+            "  {:>2} {:<30} base {}  torque {:>3.0} %  friction {:>3.0} %  clearance {}",
+            stance.index,
+            describe(&stance.change),
+            base.join(" "),
+            100.0 * m.torque_use,
+            100.0 * m.friction_use,
+            m.clearance_m
+                .map_or_else(|| "far".to_owned(), |d| format!("{:.0} mm", 1e3 * d))
+        )?;
+    }
+    Ok(())
+}
+
+/// Why there is no plan: the constraints that block contacts, nearest to the goal first.
+fn blocked(blocked: &[Blocked], out: &mut dyn Write) -> std::io::Result<()> {
+    if blocked.is_empty() {
+        return writeln!(
+            out,
+            "nothing was tried: no surface is within reach of a free patch"
+        );
+    }
+    writeln!(out, "what blocks the way:")?;
+    let mut said = BTreeSet::new();
+    for one in blocked {
+        let what = describe(&one.change);
+        if said.len() < REASONS && said.insert(what.clone()) {
+            writeln!(
+                out,
+                "  {what}: {} (holding {}; {:.2} m to go)",
+                one.reason, one.held, one.distance_m
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// A change in words.
+pub fn describe(change: &Change) -> String {
+    match change {
+        Change::Start => "start".to_owned(),
+        Change::Add { patch, surface } => format!("{patch} onto {surface}"),
+        Change::Remove { patch, surface } => format!("{patch} off {surface}"),
+        Change::Goal => "goal".to_owned(),
+    }
+}

@@ -1,0 +1,196 @@
+//! The command line as a user meets it: exit codes and messages.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn scandent(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_scandent"))
+        .args(args)
+        .env_remove("RUST_LOG")
+        .output()
+        .expect("the program starts")
+}
+
+fn code(output: &Output) -> i32 {
+    output
+        .status
+        .code()
+        .expect("the program was not killed by a signal")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Asserts the exit code and that stderr contains every one of `words`.
+fn assert_fails(args: &[&str], expected: i32, words: &[&str]) {
+    let output = scandent(args);
+    let text = stderr(&output);
+    assert_eq!(code(&output), expected, "{args:?}: {text}");
+    for word in words {
+        assert!(text.contains(word), "{args:?}: no {word:?} in: {text}");
+    }
+    assert!(!text.contains("panicked"), "{args:?}: {text}");
+}
+
+#[test]
+fn a_wrong_command_line_is_a_usage_error() {
+    assert_fails(&["--no-such-flag"], 2, &["--no-such-flag"]);
+    assert_fails(&["no-such-command"], 2, &["no-such-command"]);
+    assert_fails(&["run", "--threads", "0"], 2, &["--threads"]);
+    assert_fails(&["run", "--seed", "minus-one"], 2, &["--seed"]);
+    assert_fails(
+        &["plan", "--goal", "1,far"],
+        2,
+        &["far", "not a finite number"],
+    );
+    assert_fails(&["plan", "--goal", "1,2,3,4,5"], 2, &["5 numbers given"]);
+    assert_fails(
+        &["plan", "--mesh", "a.stl", "--surfaces", "b.json"],
+        2,
+        &["cannot be used with"],
+    );
+}
+
+#[test]
+fn an_unknown_setting_lists_the_known_ones() {
+    assert_fails(
+        &["config", "--set", "planner.nodez_max=1"],
+        2,
+        &["nodez_max", "`nodes_max`"],
+    );
+    assert_fails(
+        &["config", "--set", "plannner.nodes_max=1"],
+        2,
+        &["plannner", "`planner`"],
+    );
+    assert_fails(
+        &["config", "--set", "planner.nodes_max=many"],
+        2,
+        &["planner.nodes_max=many"],
+    );
+    assert_fails(
+        &["config", "--set", "planner.nodes_max"],
+        2,
+        &["table.key=value"],
+    );
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let missing = "no/such/file.x";
+    assert_fails(&["surfaces", missing], 1, &[missing]);
+    assert_fails(&["surfaces", "--mesh", missing], 1, &[missing]);
+    assert_fails(&["verify", missing], 1, &[missing]);
+    assert_fails(&["view", missing, "-o", "x.html"], 1, &[missing]);
+    assert_fails(&["robot", missing], 1, &[missing]);
+    assert_fails(&["run", "no/such/scene.toml"], 1, &["no/such/scene.toml"]);
+    assert_fails(
+        &["plan", "--surfaces", missing, "--goal", "1,0"],
+        1,
+        &[missing],
+    );
+    assert_fails(
+        &[
+            "posture",
+            missing,
+            "--robot",
+            "builtin:hrp2",
+            "-o",
+            "x.json",
+        ],
+        1,
+        &[missing],
+    );
+    assert_fails(&["config", "--config", missing], 1, &[missing]);
+}
+
+#[test]
+fn an_unknown_scene_or_robot_lists_those_that_ship() {
+    assert_fails(
+        &["run", "iregular-stairs"],
+        1,
+        &["iregular-stairs", "irregular-stairs"],
+    );
+    assert_fails(&["robot", "builtin:hrp3"], 1, &["hrp3", "hrp2"]);
+}
+
+#[test]
+fn the_printed_settings_can_be_read_back() {
+    let changed = scandent(&["config", "--set", "planner.nodes_max=123"]);
+    assert_eq!(code(&changed), 0, "{}", stderr(&changed));
+    assert!(stdout(&changed).contains("nodes_max = 123"));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("settings.toml");
+    std::fs::write(&file, &changed.stdout).expect("writable");
+    let again = scandent(&["config", "--config", file.to_str().expect("UTF-8")]);
+    assert_eq!(stdout(&again), stdout(&changed));
+}
+
+#[test]
+fn a_broken_settings_file_names_file_and_line() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("broken.toml");
+    std::fs::write(&file, "[planner]\nnodes_max = = 3\n").expect("writable");
+    assert_fails(
+        &["config", "--config", file.to_str().expect("UTF-8")],
+        1,
+        &["broken.toml", "line 2"],
+    );
+}
+
+#[test]
+fn every_scene_that_ships_is_listed_with_what_it_shows() {
+    let output = scandent(&["scenes"]);
+    assert_eq!(code(&output), 0);
+    let text = stdout(&output);
+    for scene in ["irregular-stairs", "slope-and-hand"] {
+        let line = text
+            .lines()
+            .find(|line| line.contains(scene))
+            .unwrap_or_default();
+        assert!(
+            line.len() > scene.len() + 20,
+            "no description of {scene}: {text}"
+        );
+    }
+}
+
+#[test]
+fn the_robot_that_ships_is_described() {
+    let output = scandent(&["robot", "builtin:hrp2"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let text = stdout(&output);
+    for word in ["30 joints", "left_foot", "right_foot", "half_sitting"] {
+        assert!(text.contains(word), "no {word:?} in: {text}");
+    }
+}
+
+#[test]
+fn completions_name_the_commands() {
+    for shell in ["bash", "zsh", "fish"] {
+        let output = scandent(&["completions", shell]);
+        assert_eq!(code(&output), 0);
+        assert!(stdout(&output).contains("surfaces"), "{shell}");
+    }
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_error() {
+    if !Path::new("/bin/sh").exists() {
+        eprintln!("SKIPPED: no /bin/sh to make a pipe with");
+        return;
+    }
+    // `true` closes the pipe at once; the completions are larger than a pipe holds.
+    let program = env!("CARGO_BIN_EXE_scandent");
+    let script = format!("{{ '{program}' completions zsh; echo $? >&2; }} | true");
+    let output = Command::new("/bin/sh")
+        .args(["-c", &script])
+        .output()
+        .expect("sh");
+    assert_eq!(stderr(&output).trim(), "0");
+}
