@@ -137,8 +137,8 @@ impl Ring {
                 );
                 let (a, c) = (&self.points[before], &self.points[after]);
                 let b = &self.points[self.kept[i]];
-                // The face is on the left of its rings: a right turn is a notch.
-                if (b - a).perp(&(c - b)) >= 0.0 {
+                // The face is on the left of its rings: a right turn is a notch (or no corner).
+                if (b - a).perp(&(c - b)) > 0.0 {
                     continue;
                 }
                 let mut k = (before + 1) % self.points.len();

@@ -28,11 +28,11 @@ pub struct CoverConfig {
 impl Default for CoverConfig {
     fn default() -> Self {
         Self {
-            ratio: 0.95,
-            pieces_max: 10,
+            ratio: 0.93,
+            pieces_max: 12,
             vertices_max: 12,
             area_min_m2: 0.005,
-            gain_min_ratio: 0.015,
+            gain_min_ratio: 0.03,
             width_min_m: 0.04,
         }
     }
@@ -80,18 +80,17 @@ impl CoverConfig {
 }
 
 /// Samples of a region, about this many.
-const SAMPLES: f64 = 700.0;
+const SAMPLES: f64 = 600.0;
 /// Places that each piece is grown from, to take the best.
 const SEEDS: usize = 4;
 /// Most rounds of growing a piece about its own ellipse.
 const ROUNDS: usize = 8;
-
-/// Area that other pieces cover already counts this much: pieces overlap, not end at seams.
-const OVERLAP_WORTH: f64 = 0.05;
 /// Rounds over the cuts of a piece, each replaced by a better one.
 const POLISHES: usize = 2;
 /// Most corners of the region beyond one cut for which better cuts are sought.
 const CORNERS: usize = 40;
+/// Area that other pieces cover already counts this much: pieces overlap, not end at seams.
+const OVERLAP_WORTH: f64 = 0.05;
 
 /// An edge of the region.
 type Edge = (Point2<f64>, Point2<f64>);
@@ -104,9 +103,6 @@ pub(super) fn cover(
     slack_m: f64,
     config: &CoverConfig,
 ) -> Vec<ConvexPolygon> {
-    let large = |piece: &ConvexPolygon| {
-        piece.area() >= config.area_min_m2 && 2.0 * piece.inscribed_circle().1 >= config.width_min_m
-    };
     let Some(Ok(hull)) = rings.first().map(|outer| ConvexPolygon::hull(outer)) else {
         return Vec::new();
     };
@@ -118,59 +114,64 @@ pub(super) fn cover(
                 .zip(ring.iter().copied().cycle().skip(1))
         })
         .collect();
-    let (mut uncovered, cell_m2) = samples(&hull, &edges);
-    let total = uncovered.len();
+    let hull = Ring(hull.vertices().to_vec());
+    let region = Region {
+        edges: Region::inside(&edges, &hull, slack_m),
+        hull,
+        slack_m,
+    };
+    let (mut uncovered, cell_m2) = samples(&region.hull, &edges);
+    let total_m2 = uncovered.len() as f64 * cell_m2;
+    let gain_min_m2 = config.area_min_m2.max(config.gain_min_ratio * total_m2);
     let mut pieces: Vec<ConvexPolygon> = Vec::new();
     while pieces.len() < config.pieces_max {
         // Grow from the places that are farthest from every edge; take what adds most.
-        let mut best: Option<(usize, ConvexPolygon)> = None;
-        let boundary = Boundary {
-            hull: &hull,
-            edges: &edges,
-            slack_m,
+        let gained = |piece: &Ring| {
+            uncovered.iter().filter(|s| piece.contains(&s.p)).count() as f64 * cell_m2
         };
-        let worth = |piece: &ConvexPolygon| {
-            gained(piece, &uncovered) as f64 * cell_m2 + OVERLAP_WORTH * piece.area()
-        };
-        for seed in seeds(&uncovered, &edges) {
-            let Some(piece) = boundary.grow(&seed, &worth) else {
+        let worth = |piece: &Ring| gained(piece) + OVERLAP_WORTH * piece.area();
+        let mut best: Option<(f64, ConvexPolygon)> = None;
+        for seed in seeds(&uncovered) {
+            let grown = region.grow(&seed, &worth);
+            let Some(Ok(piece)) = grown.map(|ring| ConvexPolygon::hull(&ring.0)) else {
                 continue;
             };
             let piece = piece.simplified_inside(config.vertices_max);
-            let gain = gained(&piece, &uncovered);
-            if best.as_ref().is_none_or(|(most, _)| gain > *most) && large(&piece) {
-                best = Some((gain, piece));
+            let gain_m2 = gained(&Ring(piece.vertices().to_vec()));
+            if best.as_ref().is_none_or(|(most, _)| gain_m2 > *most)
+                && piece.area() >= config.area_min_m2
+                && 2.0 * piece.inscribed_circle().1 >= config.width_min_m
+            {
+                best = Some((gain_m2, piece));
             }
         }
-        let Some((gain, piece)) = best else { break };
-        let added = gain as f64 * cell_m2;
-        let least = config.gain_min_ratio * total as f64 * cell_m2;
-        if !pieces.is_empty() && added < least.max(config.area_min_m2) {
+        let Some((gain_m2, piece)) = best else { break };
+        if !pieces.is_empty() && gain_m2 < gain_min_m2 {
             break;
         }
-        uncovered.retain(|p| !piece.contains(p, 0.0));
+        let ring = Ring(piece.vertices().to_vec());
+        uncovered.retain(|s| !ring.contains(&s.p));
         pieces.push(piece);
-        if uncovered.len() as f64 <= (1.0 - config.ratio) * total as f64 {
+        if uncovered.len() as f64 * cell_m2 <= (1.0 - config.ratio) * total_m2 {
             break;
         }
     }
     pieces
 }
 
-/// How many of the points a piece holds.
-fn gained(piece: &ConvexPolygon, points: &[Point2<f64>]) -> usize {
-    points.iter().filter(|p| piece.contains(p, 0.0)).count()
+/// A sample of the region and its distance from the nearest edge.
+struct Sample {
+    p: Point2<f64>,
+    free: f64,
 }
 
 /// A lattice of points inside the region, and the area that each stands for.
-fn samples(hull: &ConvexPolygon, edges: &[Edge]) -> (Vec<Point2<f64>>, f64) {
+fn samples(hull: &Ring, edges: &[Edge]) -> (Vec<Sample>, f64) {
     let pitch = (hull.area() / SAMPLES).sqrt();
     let ends = |axis: usize| {
-        let along = || hull.vertices().iter().map(move |v| v[axis]);
-        (
-            along().fold(f64::INFINITY, f64::min),
-            along().fold(f64::NEG_INFINITY, f64::max),
-        )
+        let along = || hull.0.iter().map(move |v| v[axis]);
+        let low = along().fold(f64::INFINITY, f64::min);
+        (low, along().fold(f64::NEG_INFINITY, f64::max))
     };
     let ((x0, x1), (y0, y1)) = (ends(0), ends(1));
     let mut inside = Vec::new();
@@ -187,71 +188,113 @@ fn samples(hull: &ConvexPolygon, edges: &[Edge]) -> (Vec<Point2<f64>>, f64) {
         for pair in crossings.chunks_exact(2) {
             let first = ((pair[0].max(x0) - x0) / pitch - 0.5).ceil().max(0.0) as usize;
             let last = pair[1].min(x1);
-            let xs = (first..)
-                .map(|k| x0 + (k as f64 + 0.5) * pitch)
-                .take_while(|x| *x < last);
-            inside.extend(xs.map(|x| Point2::new(x, y)));
+            let xs = (first..).map(|k| x0 + (k as f64 + 0.5) * pitch);
+            inside.extend(xs.take_while(|x| *x < last).map(|x| {
+                let p = Point2::new(x, y);
+                let near = |(a, b): &Edge| (p - closest(a, b, &p)).norm_squared();
+                let free = edges.iter().map(near).fold(f64::INFINITY, f64::min).sqrt();
+                Sample { p, free }
+            }));
         }
     }
     (inside, pitch * pitch)
 }
 
-/// The points farthest from every edge, each outside of the free circles of those before it.
-fn seeds(points: &[Point2<f64>], edges: &[Edge]) -> Vec<Point2<f64>> {
-    let mut free: Vec<(f64, Point2<f64>)> = points
-        .iter()
-        .map(|p| {
-            (
-                edges
-                    .iter()
-                    .map(|e| distance(p, e))
-                    .fold(f64::INFINITY, f64::min),
-                *p,
-            )
-        })
-        .collect();
-    let mut seeds = Vec::new();
+/// The samples farthest from every edge, each outside of the free circles of those before it.
+fn seeds(samples: &[Sample]) -> Vec<Point2<f64>> {
+    let mut seeds: Vec<&Sample> = Vec::new();
     while seeds.len() < SEEDS {
         // The first of equals, so that the result does not depend on anything else.
-        let best = free.iter().fold(
-            None,
-            |best: Option<(f64, Point2<f64>)>, &(r, p)| match best {
-                Some((most, _)) if r <= most => best,
-                _ => Some((r, p)),
-            },
-        );
-        let Some((r, p)) = best else { break };
-        seeds.push(p);
-        free.retain(|(_, q)| (q - p).norm() > 2.0 * r);
+        let apart = |s: &&Sample| seeds.iter().all(|t| (s.p - t.p).norm() > 2.0 * t.free);
+        let best = samples
+            .iter()
+            .filter(apart)
+            .reduce(|a, b| if b.free > a.free { b } else { a });
+        let Some(best) = best else { break };
+        seeds.push(best);
     }
-    seeds
+    seeds.iter().map(|s| s.p).collect()
 }
 
-fn distance(p: &Point2<f64>, (a, b): &Edge) -> f64 {
-    (p - closest(a, b, p)).norm()
+/// Corners of a convex polygon, counter-clockwise: [`ConvexPolygon`] without its checks, for the
+/// many polygons that are only compared.
+#[derive(Clone)]
+struct Ring(Vec<Point2<f64>>);
+
+impl Ring {
+    fn edges(&self) -> impl Iterator<Item = (&Point2<f64>, &Point2<f64>)> {
+        let next = self.0[1.min(self.0.len())..].iter().chain(self.0.first());
+        self.0.iter().zip(next)
+    }
+
+    fn area(&self) -> f64 {
+        let Some(o) = self.0.first() else { return 0.0 };
+        self.edges()
+            .map(|(a, b)| (a - o).perp(&(b - o)))
+            .sum::<f64>()
+            / 2.0
+    }
+
+    fn contains(&self, p: &Point2<f64>) -> bool {
+        self.edges().all(|(a, b)| (b - a).perp(&(p - a)) >= 0.0)
+    }
+
+    /// The part in the half-plane {n·p ≤ b}.
+    fn clip(&self, cut: &HalfPlane) -> Self {
+        let mut kept = Vec::with_capacity(self.0.len() + 1);
+        for (a, c) in self.edges() {
+            let (ha, hc) = (cut.value(a), cut.value(c));
+            if ha <= 0.0 {
+                kept.push(*a);
+            }
+            if (ha < 0.0 && hc > 0.0) || (ha > 0.0 && hc < 0.0) {
+                kept.push(a + (c - a) * (ha / (ha - hc)));
+            }
+        }
+        Self(kept)
+    }
+
+    /// Centroid, and the matrix that makes the second moments those of a circle.
+    fn ellipse(&self) -> Option<(Point2<f64>, Matrix2<f64>)> {
+        let o = self.0.first()?;
+        let (mut area, mut first, mut second) = (0.0, Vector2::zeros(), Matrix2::zeros());
+        for (a, b) in self.edges() {
+            // ∫ 1, p and p pᵀ over the triangle (o, a, b), about o.
+            let (a, b) = (a - o, b - o);
+            let (sum, double) = (a + b, a.perp(&b));
+            area += double / 2.0;
+            first += sum * (double / 6.0);
+            second +=
+                (a * a.transpose() + b * b.transpose() + sum * sum.transpose()) * (double / 24.0);
+        }
+        let mean: Vector2<f64> = first / area;
+        let eigen = SymmetricEigen::new(second / area - mean * mean.transpose());
+        let scale = eigen.eigenvalues.map(|l| 1.0 / l.sqrt());
+        let metric = Matrix2::from_diagonal(&scale) * eigen.eigenvectors.transpose();
+        metric
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some((o + mean, metric))
+    }
 }
 
-/// What stops a piece: the edges of its region.
-struct Boundary<'a> {
-    hull: &'a ConvexPolygon,
-    edges: &'a [Edge],
+/// What stops a piece: the edges of its region, but for those of its hull.
+struct Region {
+    hull: Ring,
+    edges: Vec<Edge>,
     slack_m: f64,
 }
 
-impl Boundary<'_> {
+impl Region {
     /// Grows a convex piece around a point: cut by the edges nearest in the metric of an ellipse,
     /// then again in that of the piece's own second moments, while it is worth more; at last each
     /// cut is turned to where it costs least.
     ///
     /// Source: the alternation of [deits2015], with the moments in place of the inscribed ellipse.
-    fn grow(
-        &self,
-        seed: &Point2<f64>,
-        worth: &dyn Fn(&ConvexPolygon) -> f64,
-    ) -> Option<ConvexPolygon> {
+    fn grow(&self, seed: &Point2<f64>, worth: &dyn Fn(&Ring) -> f64) -> Option<Ring> {
         let (mut piece, mut cuts) = self.inflate(seed, &Matrix2::identity())?;
         let mut most = worth(&piece);
-        let mut about = ellipse(&piece);
+        let mut about = piece.ellipse();
         for _ in 0..ROUNDS {
             let Some((centre, metric)) = about else { break };
             let Some((next, its_cuts)) = self.inflate(&centre, &metric) else {
@@ -259,7 +302,7 @@ impl Boundary<'_> {
             };
             let now = worth(&next);
             let grown = now > most * 1.005;
-            about = ellipse(&next);
+            about = next.ellipse();
             if now > most {
                 (piece, cuts, most) = (next, its_cuts, now);
             }
@@ -267,10 +310,18 @@ impl Boundary<'_> {
                 break;
             }
         }
+        let (centre, _) = piece.ellipse()?;
         for _ in 0..POLISHES {
-            piece = self.polish(&mut cuts).unwrap_or(piece);
+            self.polish(&centre, &mut cuts);
         }
-        Some(piece)
+        let polished = cuts
+            .iter()
+            .fold(self.hull.clone(), |ring, cut| ring.clip(cut));
+        Some(if worth(&polished) >= most {
+            polished
+        } else {
+            piece
+        })
     }
 
     /// The hull, cut off at the nearest edge, then at the nearest edge left, and so on; near in
@@ -279,13 +330,13 @@ impl Boundary<'_> {
         &self,
         centre: &Point2<f64>,
         metric: &Matrix2<f64>,
-    ) -> Option<(ConvexPolygon, Vec<HalfPlane>)> {
-        let mut piece = self.hull.clone();
-        let mut left = self.inside(&piece);
-        let mut cuts = Vec::new();
+    ) -> Option<(Ring, Vec<HalfPlane>)> {
         let back = metric.try_inverse()?;
+        let mut piece = self.hull.clone();
+        let mut left = self.edges.clone();
+        let mut cuts = Vec::new();
+        let flat = |p: &Point2<f64>| Point2::from(metric * (p - centre));
         loop {
-            let flat = |p: &Point2<f64>| Point2::from(metric * (p - centre));
             let nearest = left
                 .iter()
                 .map(|(a, b)| closest(&flat(a), &flat(b), &Point2::origin()).coords)
@@ -293,82 +344,73 @@ impl Boundary<'_> {
             let Some(q) = nearest else { break };
             // Tangent to the ellipse through the nearest point.
             let n = (metric.transpose() * q).try_normalize(1e-12)?;
-            let cut = HalfPlane {
-                n,
-                b: n.dot(&(centre + back * q).coords),
-            };
-            piece = piece.clip(&cut)?;
+            let b = n.dot(&(centre + back * q).coords);
+            let cut = HalfPlane { n, b };
+            piece = piece.clip(&cut);
             clip(&mut left, &cut, self.slack_m);
             cuts.push(cut);
         }
-        Some((piece, cuts))
+        (piece.0.len() >= 3).then_some((piece, cuts))
     }
 
     /// The parts of the edges that reach into the piece.
-    fn inside(&self, piece: &ConvexPolygon) -> Vec<Edge> {
-        let mut left = self.edges.to_vec();
-        for side in piece.half_planes() {
-            clip(&mut left, &side, self.slack_m);
+    fn inside(edges: &[Edge], piece: &Ring, slack_m: f64) -> Vec<Edge> {
+        let mut left = edges.to_vec();
+        for (a, b) in piece.edges() {
+            if a != b {
+                clip(&mut left, &HalfPlane::left_of(a, b), slack_m);
+            }
         }
         left
     }
 
-    /// Replaces each cut by the one that keeps most among those that keep out the same edges: the
-    /// lines through two of the corners that are then in the way.
-    fn polish(&self, cuts: &mut Vec<HalfPlane>) -> Option<ConvexPolygon> {
+    /// Replaces each cut by the one that keeps most among those that keep `centre` and keep out
+    /// the same edges: the lines through two of the corners that are then in the way.
+    fn polish(&self, centre: &Point2<f64>, cuts: &mut Vec<HalfPlane>) {
         let mut i = 0;
         while i < cuts.len() {
-            let others: Vec<HalfPlane> = cuts
-                .iter()
-                .enumerate()
-                .filter(|(k, _)| *k != i)
-                .map(|(_, c)| c.clone())
-                .collect();
-            let without = self.hull.clip_all(&others)?;
-            let left = self.inside(&without);
+            let others = cuts.iter().enumerate().filter(|(k, _)| *k != i);
+            let without = others.fold(self.hull.clone(), |ring, (_, cut)| ring.clip(cut));
+            let left = Self::inside(&self.edges, &without, self.slack_m);
             if left.is_empty() {
                 cuts.remove(i);
                 continue;
             }
-            let corners: Vec<Point2<f64>> = left.iter().flat_map(|(a, b)| [*a, *b]).collect();
-            let old = without.clip(&cuts[i])?.area();
-            if let Some((area, cut)) = best_cut(&without, &corners)
+            let old = without.clip(&cuts[i]).area();
+            if let Some((area, cut)) = best_cut(&without, &left, centre)
                 && area > old * 1.001
             {
                 cuts[i] = cut;
             }
             i += 1;
         }
-        self.hull.clip_all(cuts)
     }
 }
 
-/// The half-plane that keeps most of the piece and none of the corners in its inside.
-fn best_cut(piece: &ConvexPolygon, corners: &[Point2<f64>]) -> Option<(f64, HalfPlane)> {
-    if corners.len() > CORNERS {
+/// The half-plane that keeps `centre` and most of the piece, and no inner point of the edges.
+fn best_cut(piece: &Ring, edges: &[Edge], centre: &Point2<f64>) -> Option<(f64, HalfPlane)> {
+    if 2 * edges.len() > CORNERS {
         return None;
     }
+    let corners: Vec<Point2<f64>> = edges.iter().flat_map(|(a, b)| [*a, *b]).collect();
     let mut best: Option<(f64, HalfPlane)> = None;
     for (i, p) in corners.iter().enumerate() {
         for q in &corners[i + 1..] {
             let Some(along) = (q - p).try_normalize(1e-9) else {
                 continue;
             };
-            for n in [
-                Vector2::new(along.y, -along.x),
-                Vector2::new(-along.y, along.x),
-            ] {
-                let b = n.dot(&p.coords);
-                if corners.iter().any(|r| n.dot(&r.coords) < b - 1e-9) {
-                    continue;
-                }
-                let cut = HalfPlane { n, b };
-                let Some(area) = piece.clip(&cut).map(|kept| kept.area()) else {
-                    continue;
-                };
-                if best.as_ref().is_none_or(|(most, _)| area > *most) {
-                    best = Some((area, cut));
-                }
+            let n = Vector2::new(along.y, -along.x);
+            let n = if n.dot(&(centre - p)) > 0.0 { -n } else { n };
+            let cut = HalfPlane {
+                n,
+                b: n.dot(&p.coords),
+            };
+            if corners.iter().any(|r| cut.value(r) < -1e-9) {
+                continue;
+            }
+            let area = piece.clip(&cut).area();
+            if best.as_ref().is_none_or(|(most, _)| area > *most) {
+                best = Some((area, cut));
             }
         }
     }
@@ -402,23 +444,6 @@ fn closest(a: &Point2<f64>, b: &Point2<f64>, p: &Point2<f64>) -> Point2<f64> {
     a + along * t
 }
 
-/// Centroid of a polygon and the matrix that makes its second moments those of a circle.
-fn ellipse(piece: &ConvexPolygon) -> Option<(Point2<f64>, Matrix2<f64>)> {
-    let c = piece.centroid();
-    let mut moments = Matrix2::zeros();
-    for (a, b) in piece.edges() {
-        // ∫ p pᵀ over the triangle (c, a, b).
-        let (a, b): (Vector2<f64>, Vector2<f64>) = (a - c, b - c);
-        let sum = a + b;
-        moments +=
-            (a * a.transpose() + b * b.transpose() + sum * sum.transpose()) * (a.perp(&b) / 24.0);
-    }
-    let eigen = SymmetricEigen::new(moments / piece.area());
-    let scale = eigen.eigenvalues.map(|l| 1.0 / l.sqrt());
-    let metric = Matrix2::from_diagonal(&scale) * eigen.eigenvectors.transpose();
-    metric.iter().all(|x| x.is_finite()).then_some((c, metric))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -445,10 +470,8 @@ mod tests {
             for j in 0..200 {
                 let p = Point2::new(0.0, 0.0) + Vector2::new(i as f64 + 0.5, j as f64 + 0.5) * 0.01;
                 let held = pieces.iter().any(|piece| piece.contains(&p, 0.0));
-                let near = edges
-                    .iter()
-                    .map(|e| distance(&p, e))
-                    .fold(f64::INFINITY, f64::min);
+                let near = |(a, b): &Edge| (p - closest(a, b, &p)).norm();
+                let near = edges.iter().map(near).fold(f64::INFINITY, f64::min);
                 assert!(
                     !held || inside(&p) || near < 0.002,
                     "{p} is covered and outside"

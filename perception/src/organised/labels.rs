@@ -13,7 +13,15 @@ const RINGS: usize = 3;
 const SIGMAS: f64 = 3.0;
 const SYSTEMATICS: f64 = 2.0;
 
-/// Labels of the pixels: the index of a region, or [`NONE`].
+/// Which plane every pixel and every small cell belongs to.
+pub(super) struct Labelling {
+    /// Index of the pixel's region, or [`NONE`].
+    pub pixels: Vec<u16>,
+    /// Index of the region that has most of the cell, or [`NONE`].
+    cells: Vec<u16>,
+}
+
+/// The index of a region for every pixel.
 ///
 /// The pixels of a cell may go to the planes of the cell and of the eight cells around it, to the
 /// nearest one; cells that went to no plane so far are reached ring by ring.
@@ -22,51 +30,90 @@ pub(super) fn label(
     grid: &Grid,
     regions: &[Region],
     noise: &Noise,
-) -> Vec<u16> {
-    let mut owner = vec![NONE; grid.cells.len()];
+) -> Labelling {
+    let mut cells = vec![NONE; grid.cells.len()];
     for (r, region) in regions.iter().enumerate() {
         for &cell in &region.cells {
-            owner[cell] = r as u16;
+            cells[cell] = r as u16;
         }
     }
-    let mut labels = vec![NONE; image.w.len()];
-    let mut done = vec![false; owner.len()];
+    let mut pixels = vec![NONE; image.w.len()];
+    let mut done = vec![false; cells.len()];
     for ring in 0..=RINGS {
-        let mut next = owner.clone();
-        for cell in 0..owner.len() {
+        let mut next = cells.clone();
+        for cell in 0..cells.len() {
             // The grown cells first, then ring by ring what touches them.
-            if done[cell] || (ring == 0 && owner[cell] == NONE) {
+            if done[cell] || (ring == 0 && cells[cell] == NONE) {
                 continue;
             }
-            let mut candidates: [u16; 9] = [NONE; 9];
-            let mut count = 0;
-            for k in std::iter::once(cell).chain(grid.neighbours(cell, true)) {
-                let o = owner[k];
-                if o != NONE && !candidates[..count].contains(&o) {
-                    candidates[count] = o;
-                    count += 1;
-                }
-            }
-            if count == 0 {
+            let around = std::iter::once(cell).chain(grid.neighbours(cell, true));
+            let planes = distinct(around.map(|k| cells[k]));
+            if planes.is_empty() {
                 continue;
             }
             done[cell] = true;
-            let won = label_cell(
-                image,
-                grid,
-                regions,
-                noise,
-                cell,
-                &candidates[..count],
-                &mut labels,
-            );
-            if owner[cell] == NONE {
+            let won = label_cell(image, grid, regions, noise, cell, &planes, &mut pixels);
+            if cells[cell] == NONE {
                 next[cell] = won;
             }
         }
-        owner = next;
+        cells = next;
     }
-    labels
+    Labelling { pixels, cells }
+}
+
+/// The labels among these, each once, in the order they come in.
+fn distinct(labels: impl Iterator<Item = u16>) -> Vec<u16> {
+    let mut found = Vec::with_capacity(4);
+    for label in labels {
+        if label != NONE && !found.contains(&label) {
+            found.push(label);
+        }
+    }
+    found
+}
+
+/// Takes the label from the pixels where the plane of a neighbouring region is so close to theirs
+/// that the slowly varying error may have drawn the border anywhere between: those within two
+/// cells of that region where both planes agree to `doubt` κ w.
+pub(super) fn drop_doubtful(
+    image: &InverseImage,
+    grid: &Grid,
+    regions: &[Region],
+    labelling: &Labelling,
+    labels: &mut [u16],
+    doubt: f64,
+    noise: &Noise,
+) {
+    for cell in 0..grid.cells.len() {
+        let own = labelling.cells[cell];
+        let near = || grid.neighbours(cell, true);
+        let further = near().flat_map(|k| grid.neighbours(k, true));
+        let planes = distinct(near().chain(further).map(|k| labelling.cells[k]));
+        if planes.iter().all(|&label| label == own) {
+            continue;
+        }
+        let (u0, v0) = ((cell % grid.cols) * CELL_PX, (cell / grid.cols) * CELL_PX);
+        for (u, v) in (v0..v0 + CELL_PX).flat_map(|v| (u0..u0 + CELL_PX).map(move |u| (u, v))) {
+            let label = &mut labels[v * image.width + u];
+            let Some(region) = regions.get(usize::from(*label)) else {
+                continue;
+            };
+            let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
+            let w = region.plane.at(x, y);
+            let limit = doubt * noise.systematic_ratio * w;
+            let doubtful = planes
+                .iter()
+                .filter(|&&other| other != *label)
+                .any(|&other| {
+                    let other = &regions[usize::from(other)].plane;
+                    (other.at(x, y) - w).abs() < limit
+                });
+            if doubtful {
+                *label = NONE;
+            }
+        }
+    }
 }
 
 /// Labels one cell's pixels; returns the label of most of them if it has half of the cell.

@@ -20,6 +20,9 @@ pub struct MaskConfig {
     pub edge_unseen_px: usize,
     /// How far edges are taken back where a face meets another surface, px.
     pub edge_seen_px: usize,
+    /// Pixels within two cells of another face are left out where the two planes agree to this
+    /// many κ z: the border between two planes at a small angle is anywhere.
+    pub doubt_systematics: f64,
     /// Parts narrower than twice this and one pixel are taken off, px.
     pub neck_px: usize,
 }
@@ -30,6 +33,7 @@ impl Default for MaskConfig {
             gap_px: 4,
             edge_unseen_px: 1,
             edge_seen_px: 2,
+            doubt_systematics: 1.0,
             neck_px: 2,
         }
     }
@@ -37,6 +41,13 @@ impl Default for MaskConfig {
 
 impl MaskConfig {
     pub(super) fn check(&self) -> Result<(), Error> {
+        within(
+            "doubt_systematics",
+            self.doubt_systematics,
+            0.0,
+            100.0,
+            "must be in [0, 100]",
+        )?;
         for (key, value) in [
             ("gap_px", self.gap_px),
             ("edge_unseen_px", self.edge_unseen_px),

@@ -90,23 +90,26 @@ pub(crate) fn extract(
     let regions = regions.into_iter().chain(more).collect();
     let regions = merge::merge(&small, regions, noise, &config.merge);
 
-    // 4. Every pixel to the nearest of the planes around it; gaps closed, edges taken off.
-    let mut labels = labels::label(&image, &small, &regions, noise);
-    mask::close(&image, &regions, &mut labels, noise, config.mask.gap_px);
-    let eroded = mask::erode(
-        &image,
-        &labels,
-        config.mask.edge_unseen_px,
-        config.mask.edge_seen_px,
+    // 4. Every pixel to the nearest of the planes around it; gaps closed.
+    let labelling = labels::label(&image, &small, &regions, noise);
+    let mask = &config.mask;
+    let mut labels = labelling.pixels.clone();
+    mask::close(&image, &regions, &mut labels, noise, mask.gap_px);
+
+    // 5. The pixels that surely lie on their face: edges taken off, doubtful borders, necks.
+    let mut sure = mask::erode(&image, &labels, mask.edge_unseen_px, mask.edge_seen_px);
+    let doubt = mask.doubt_systematics;
+    labels::drop_doubtful(
+        &image, &small, &regions, &labelling, &mut sure, doubt, noise,
     );
-    let eroded = mask::open(&eroded, image.width, image.height, config.mask.neck_px);
+    let sure = mask::open(&sure, image.width, image.height, mask.neck_px);
 
-    // 5. The final planes, fitted to the pixels that surely lie on their face.
-    let planes = plane::fit(&image, &eroded, regions.len(), noise);
+    // 6. The final planes, fitted to the pixels that surely lie on their face.
+    let planes = plane::fit(&image, &sure, regions.len(), noise);
 
-    // 6. Each connected face of a plane, covered by convex polygons.
+    // 7. Each connected face of a plane, covered by convex polygons.
     let mut found = Vec::new();
-    for face in face::faces(&eroded, image.width) {
+    for face in face::faces(&sure, image.width) {
         if let Some(Some(plane)) = planes.get(usize::from(face.label)) {
             found.extend(outline::pieces(
                 &image,
@@ -119,7 +122,7 @@ pub(crate) fn extract(
         }
     }
 
-    // 7. Frames to the world, last; ids by falling area.
+    // 8. Frames to the world, last; ids by falling area.
     found.sort_by(|a, b| b.polygon.area().total_cmp(&a.polygon.area()));
     let shared = |label: u16| found.iter().filter(|p| p.label == label).count() > 1;
     let mut surfaces = Vec::with_capacity(found.len());
