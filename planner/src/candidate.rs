@@ -31,7 +31,7 @@ pub(crate) enum Move {
         patch: usize,
         surface: usize,
         toward: Point3<f64>,
-        yaw_rad: f64,
+        yaw_rad: Option<f64>,
     },
 }
 
@@ -120,7 +120,7 @@ fn wanted_place(
     feet: &[FootState],
     patch: usize,
     surface: usize,
-) -> Option<(Point3<f64>, f64)> {
+) -> Option<(Point3<f64>, Option<f64>)> {
     let request = prepared.request;
     let guide = &request.guide;
     let support = feet
@@ -150,7 +150,9 @@ fn wanted_place(
             return None;
         }
     }
-    Some((place, heading))
+    // A foot looks along the path; how a hand lies does not matter.
+    let yaw_rad = prepared.feet.contains(&patch).then_some(heading);
+    Some((place, yaw_rad))
 }
 
 /// Distance of a contact from the nearest point of a polygon, m.
@@ -233,7 +235,7 @@ pub(crate) fn solve(
             place: Place::OnSurface {
                 surface,
                 toward: Some(toward),
-                yaw_rad: Some(yaw_rad),
+                yaw_rad,
             },
             loaded: false,
             friction: request.robot.patches[patch].friction,

@@ -32,7 +32,7 @@ impl Default for Config {
             candidates_max: 4000,
             stride_m: 0.40,
             greed: 2.0,
-            extra_contact_price: 1.0,
+            extra_contact_price: 2.0,
             aside_price_per_m: 2.0,
             same_place_m: 0.06,
             exclude: Vec::new(),

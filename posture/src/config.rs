@@ -44,6 +44,8 @@ pub struct Config {
     pub weight_forces: f64,
     /// Weight of the distance of a free contact from its wanted place, 1/m².
     pub weight_placement: f64,
+    /// Weight of the heading of a free contact, where one is wanted, 1/rad².
+    pub weight_heading: f64,
     /// The QP engine.
     pub engine: Engine,
 }
@@ -71,7 +73,7 @@ impl Default for Config {
             patch_margin_m: 0.005,
             tolerance: 1e-5,
             max_iterations: 60,
-            restarts: 1,
+            restarts: 2,
             step_max_rad: 0.4,
             step_max_m: 0.3,
             elastic_weight: 100.0,
@@ -80,6 +82,7 @@ impl Default for Config {
             weight_base: 0.5,
             weight_forces: 1e-2,
             weight_placement: 5.0,
+            weight_heading: 1.0,
             engine: Engine::ActiveSet,
         }
     }
@@ -113,6 +116,7 @@ impl Config {
             ("weight_posture", self.weight_posture),
             ("weight_base", self.weight_base),
             ("weight_placement", self.weight_placement),
+            ("weight_heading", self.weight_heading),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(crate::Error::Config {

@@ -13,8 +13,6 @@ use crate::problem::Place;
 
 /// Weight that keeps the base position's block positive definite, 1/m².
 const WEIGHT_POSITION: f64 = 1e-3;
-/// Weight of the wanted heading of a free contact, 1/rad².
-const WEIGHT_HEADING: f64 = 0.3;
 
 /// Value, gradient (n) and Gauss–Newton matrix (n × n, lower triangle used) at the iterate.
 pub(crate) fn quadratic(
@@ -133,7 +131,7 @@ fn squares(
                 let direction = x_C.cross(&across);
                 term(
                     across.dot(&x_C),
-                    WEIGHT_HEADING,
+                    ctx.config.weight_heading,
                     model.body,
                     &direction,
                     None,

@@ -18,6 +18,7 @@
 //! | the variables and their step | `iterate` |
 //! | one constraint a file | `constraint` |
 //! | the cost | `cost` |
+//! | where it starts | `starts` |
 //! | the solver, and its QP engines | `sqp`, `qp` |
 //! | what comes back | [`outcome`] |
 
@@ -34,6 +35,7 @@ pub mod problem;
 mod qp;
 mod rows;
 mod sqp;
+mod starts;
 
 pub use config::{Config, Engine};
 pub use error::Error;

@@ -17,7 +17,14 @@ pub struct Environment {
     pub world: World,
     /// Names of the bodies in `world`.
     pub body_names: Vec<String>,
+    /// Whether a body lies wholly behind a surface's plane: `behind[surface][body]`. A link whose
+    /// patch rests on the surface cannot meet it.
+    pub behind: Vec<Vec<bool>>,
 }
+
+/// How far a body may rise over a plane and still count as behind it, m: two scanned planes of one
+/// floor differ by as much.
+const BEHIND_M: f64 = 0.015;
 
 impl Environment {
     /// The environment of a surface set: a body of `thickness_m` behind every surface, and the
@@ -36,6 +43,11 @@ impl Environment {
             bodies.push(obstacle.points_W.clone());
             body_names.push(obstacle.id.clone());
         }
+        let behind = set
+            .surfaces
+            .iter()
+            .map(|s| bodies.iter().map(|b| s.is_behind(b, BEHIND_M)).collect())
+            .collect();
         let world = World::new(&bodies).map_err(|(i, cause)| Error::Body {
             body: body_names[i].clone(),
             cause: cause.to_string(),
@@ -49,6 +61,7 @@ impl Environment {
                 .collect(),
             world,
             body_names,
+            behind,
         })
     }
 
@@ -59,6 +72,7 @@ impl Environment {
             effective: Vec::new(),
             world: World::default(),
             body_names: Vec::new(),
+            behind: Vec::new(),
         }
     }
 }

@@ -15,6 +15,7 @@ use crate::outcome::{Outcome, Posture, Violation};
 use crate::problem::Problem;
 use crate::qp::{self, Failure, Program, QpEngine};
 use crate::rows::{Constraint, Rows};
+use crate::starts::starts;
 use crate::{Config, Error, cost, evaluate};
 
 /// Part of the promised reduction below which a step is refused.
@@ -46,9 +47,8 @@ pub fn solve(problem: &Problem, config: &Config) -> Result<Outcome, Error> {
     let ctx = Context::new(problem, config)?;
     let mut solver = Solver::new(&ctx);
     let mut best: Option<Outcome> = None;
-    let starts = [problem.guess, problem.reference];
-    for guess in starts.iter().take(1 + config.restarts) {
-        let outcome = solver.from(ctx.start(guess));
+    for start in starts(&ctx) {
+        let outcome = solver.from(ctx.start(&start));
         if matches!(outcome, Outcome::Feasible(_)) {
             return Ok(outcome);
         }

@@ -2,8 +2,8 @@
 //!
 //!   d(a, b) ≥ clearance,   ∇d = n·(J_a − J_b)        (n the unit normal from b to a)
 //!
-//! A body in contact is excepted from the surface it touches and from the surfaces in the same
-//! plane; from nothing else.
+//! A link in contact is excepted from what lies wholly behind the plane it touches (the surface's
+//! own body, its neighbours in the plane, the riser under a tread); from nothing else.
 
 use nalgebra::Vector3;
 use robot_model::collision::{BodyShape, Other, Proximity};
@@ -18,11 +18,6 @@ pub(crate) struct Clearances {
     pub world: Vec<Proximity>,
 }
 
-/// Surfaces whose planes agree within this are one face to a patch that stands on one of them.
-const SAME_PLANE_M: f64 = 0.015;
-/// Cosine of the largest angle between their normals (5°).
-const SAME_PLANE_COS: f64 = 0.9962;
-
 impl Clearances {
     /// Looks for the pairs that are nearer than the prediction distance.
     pub fn update(&mut self, ctx: &Context, it: &Iterate) {
@@ -33,21 +28,15 @@ impl Clearances {
         robot
             .collision
             .self_proximities(robot, &it.kinematics, prediction, &mut self.own);
-        let surfaces = &ctx.problem.environment.surfaces;
+        let behind = &ctx.problem.environment.behind;
         let touches = |shape: BodyShape, obstacle: usize| {
-            let Some(other) = surfaces.get(obstacle) else {
-                return false;
-            };
             ctx.problem
                 .contacts
                 .iter()
                 .zip(&ctx.contacts)
                 .any(|(contact, model)| {
                     model.body == shape.body
-                        && contact
-                            .place
-                            .surface()
-                            .is_some_and(|s| s == obstacle || same_plane(&surfaces[s], other))
+                        && contact.place.surface().is_some_and(|s| behind[s][obstacle])
                 })
         };
         robot.collision.world_proximities(
@@ -90,13 +79,4 @@ impl Clearances {
             }
         }
     }
-}
-
-/// Whether two surfaces are pieces of one plane, as far as a patch can tell.
-pub(crate) fn same_plane(a: &surfaces::Surface, b: &surfaces::Surface) -> bool {
-    let n = a.normal_W();
-    let between = b.X_WS.translation.vector - a.X_WS.translation.vector;
-    n.dot(&b.normal_W()) > SAME_PLANE_COS
-        && n.dot(&between).abs() < SAME_PLANE_M
-        && b.normal_W().dot(&between).abs() < SAME_PLANE_M
 }
