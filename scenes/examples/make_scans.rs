@@ -7,7 +7,7 @@
 use std::path::PathBuf;
 
 use scenes::SceneFile;
-use scenes::simulator::{DepthNoise, XTION, scan};
+use scenes::simulator::{DepthNoise, Scan, XTION, scan};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes"));
@@ -26,9 +26,32 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let path = folder.join(name);
             write_png(&path, scan.camera.width, scan.camera.height, &scan.depth_mm)?;
             println!("wrote {}", path.display());
+            for (face, pixels) in visible(&(scene.truth)(), &scan) {
+                println!("    {pixels:7} px  {face}");
+            }
         }
     }
     Ok(())
+}
+
+/// Faces with at least 500 measured pixels, most first.
+fn visible(truth: &scenes::Truth, scan: &Scan) -> Vec<(String, usize)> {
+    let mut counts: Vec<(String, usize)> = truth
+        .faces()
+        .into_iter()
+        .map(|face| (face.name, 0))
+        .collect();
+    for (face, mm) in scan.face.iter().zip(&scan.depth_mm) {
+        if let Some(count) = face
+            .and_then(|face| counts.get_mut(face))
+            .filter(|_| *mm > 0)
+        {
+            count.1 += 1;
+        }
+    }
+    counts.retain(|(_, pixels)| *pixels >= 500);
+    counts.sort_by_key(|(_, pixels)| std::cmp::Reverse(*pixels));
+    counts
 }
 
 /// Writes a 16-bit grey image.

@@ -18,16 +18,28 @@ pub struct Builtin {
     pub seed: u64,
 }
 
-static SCENES: [Builtin; 1] = [Builtin {
-    name: "irregular-stairs",
-    toml: include_str!("../scenes/irregular-stairs.toml"),
-    files: &[(
-        "irregular-stairs_depth.png",
-        include_bytes!("../scenes/irregular-stairs_depth.png"),
-    )],
-    truth: worlds::irregular_stairs::truth,
-    seed: 1,
-}];
+static SCENES: [Builtin; 2] = [
+    Builtin {
+        name: "irregular-stairs",
+        toml: include_str!("../scenes/irregular-stairs.toml"),
+        files: &[(
+            "irregular-stairs_depth.png",
+            include_bytes!("../scenes/irregular-stairs_depth.png"),
+        )],
+        truth: worlds::irregular_stairs::truth,
+        seed: 1,
+    },
+    Builtin {
+        name: "slope-and-hand",
+        toml: include_str!("../scenes/slope-and-hand.toml"),
+        files: &[(
+            "slope-and-hand_depth.png",
+            include_bytes!("../scenes/slope-and-hand_depth.png"),
+        )],
+        truth: worlds::slope_and_hand::truth,
+        seed: 2,
+    },
+];
 
 /// The scene of this name.
 pub fn builtin(name: &str) -> Option<&'static Builtin> {

@@ -176,3 +176,97 @@ fn a_perfect_sensor_measures_the_truth() {
         }
     }
 }
+
+/// A body, and x, y in W of a sole's centre on its top.
+type Foothold = (&'static str, [f64; 2]);
+
+/// Centres of the soles (x, y in W) that the scenes' documentation proposes, by body.
+const FOOTHOLDS: [(&str, &[Foothold]); 2] = [
+    (
+        "irregular-stairs",
+        &[
+            ("step 2", [0.455, -0.13]),
+            ("step 3", [0.87, 0.12]),
+            ("step 4", [1.26, -0.11]),
+            ("table", [1.635, 0.11]),
+            ("table", [1.96, -0.11]),
+        ],
+    ),
+    (
+        "slope-and-hand",
+        &[
+            ("board", [0.48, -0.12]),
+            ("board", [0.48, 0.12]),
+            ("board", [0.86, -0.12]),
+            ("board", [0.86, 0.12]),
+            ("step", [1.29, -0.1]),
+            ("step", [1.29, 0.1]),
+            ("table", [1.66, 0.1]),
+            ("table", [1.95, -0.12]),
+        ],
+    ),
+];
+
+/// Every proposed foothold is seen whole, with 15 mm around the sole (0.23 × 0.131 m).
+#[test]
+#[allow(non_snake_case)]
+fn the_sensor_sees_every_foothold() {
+    for (name, footholds) in FOOTHOLDS {
+        let scene = scenes::builtin(name).unwrap();
+        let truth = (scene.truth)();
+        let scan = simulate(scene, &DepthNoise::default());
+        let X_VW = only_scan(scene).X_WV().inverse();
+        for (body, [x, y]) in footholds {
+            let top = truth.body(body).unwrap().top();
+            let face = truth
+                .faces()
+                .iter()
+                .position(|f| f.name == top.name)
+                .unwrap();
+            for (sx, sy) in [
+                (1.0, 1.0),
+                (-1.0, 1.0),
+                (-1.0, -1.0),
+                (1.0, -1.0),
+                (0.0, 0.0),
+            ] {
+                let (px, py) = (x + sx * 0.130, y + sy * 0.0805);
+                let n = top.normal_W;
+                let p_W = nalgebra::Point3::new(px, py, (top.offset_m - n.x * px - n.y * py) / n.z);
+                let p_V = X_VW * p_W;
+                let u = (XTION.fx * p_V.x / p_V.z + XTION.cx).round();
+                let v = (XTION.fy * p_V.y / p_V.z + XTION.cy).round();
+                assert!(
+                    (0.0..640.0).contains(&u) && (0.0..480.0).contains(&v),
+                    "{body} {x} {y}"
+                );
+                let pixel = v as usize * 640 + u as usize;
+                assert_eq!(scan.face[pixel], Some(face), "{name}: {body} at {x}, {y}");
+            }
+        }
+    }
+}
+
+/// As many faces as the paper's scans have surfaces show enough pixels to be found: tops in the
+/// first scene, all faces in the second (whose twelfth is the table's slab, 3 cm high).
+#[test]
+fn scans_show_as_many_faces_as_the_paper_has_surfaces() {
+    let count = |name: &str, only_tops: bool| {
+        let scene = scenes::builtin(name).unwrap();
+        let scan = simulate(scene, &DepthNoise::default());
+        let mut pixels = vec![0; (scene.truth)().faces().len()];
+        for (face, mm) in scan.face.iter().zip(&scan.depth_mm) {
+            if let Some(face) = face.filter(|_| *mm > 0) {
+                pixels[face] += 1;
+            }
+        }
+        let faces = (scene.truth)().faces();
+        let seen = faces
+            .iter()
+            .zip(&pixels)
+            .filter(|(face, pixels)| **pixels >= 2000 && (!only_tops || face.normal_W.z > 0.99));
+        seen.count()
+    };
+    assert_eq!(count("irregular-stairs", true), 6);
+    assert_eq!(count("slope-and-hand", false), 12);
+}
