@@ -197,6 +197,23 @@ impl Robot {
             .unwrap_or_else(|| self.neutral())
     }
 
+    /// The configuration of q = [p_WB, quat_xyzw, joints…], as long as this robot's is.
+    ///
+    /// # Errors
+    /// As [`Configuration::from_q`], and [`Error::Value`] for another number of joints.
+    pub fn configuration(&self, q: &[f64]) -> Result<Configuration, Error> {
+        let configuration = Configuration::from_q(q)?;
+        let (wanted, found) = (7 + self.nj(), q.len());
+        if found != wanted {
+            let cause = format!("{found} values, {wanted} wanted for \"{}\"", self.name);
+            return Err(Error::Value {
+                what: "configuration q",
+                cause,
+            });
+        }
+        Ok(configuration)
+    }
+
     /// Whether the joint values have the right number and lie within the limits (± `tol`).
     ///
     /// # Errors

@@ -27,11 +27,14 @@ fn complaint(edits: &[(&str, &str)]) -> String {
     }
 }
 
+/// Edits to the test tree, and what the complaint must say.
+type Case<'a> = (&'a [(&'a str, &'a str)], &'a [&'a str]);
+
 #[test]
 fn urdfs_that_make_no_robot_are_refused() {
     let hip_limit = r#"<limit lower="-1.5" upper="2.0" effort="120" velocity="8"/>"#;
     let tooth_mass = r#"<mass value="0.1"/>"#;
-    let cases: &[(&[(&str, &str)], &[&str])] = &[
+    let cases: &[Case] = &[
         (&[("</robot>", "")], &["test.urdf", "no XML"]),
         (
             &[("<robot ", "<sdf "), ("</robot>", "</sdf>")],
