@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::chain::ChainConfig;
 use crate::error::within;
 use crate::organised::OrganisedConfig;
 
@@ -29,6 +30,8 @@ pub struct Config {
     pub range_max_m: f64,
     /// Parameters of the organised path.
     pub organised: OrganisedConfig,
+    /// Parameters of the chain.
+    pub chain: ChainConfig,
 }
 
 impl Default for Config {
@@ -37,6 +40,7 @@ impl Default for Config {
             method: Method::Auto,
             range_max_m: 5.0,
             organised: OrganisedConfig::default(),
+            chain: ChainConfig::default(),
         }
     }
 }
@@ -54,6 +58,7 @@ impl Config {
             1e6,
             "must be a positive distance",
         )?;
-        self.organised.check()
+        self.organised.check()?;
+        self.chain.check(self.range_max_m)
     }
 }

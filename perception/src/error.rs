@@ -81,12 +81,10 @@ pub enum Error {
         /// What it has to be.
         cause: &'static str,
     },
-    /// A polygon that came out of the pixels was refused by the surface type.
-    #[error("surface {id}: {source}")]
-    Surface {
-        /// The surface's id.
-        id: String,
-        /// What the surface type said.
+    /// The search for nearest neighbours refused the points.
+    #[error("nearest neighbours: {source}")]
+    Neighbours {
+        /// What the search tree said.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 }

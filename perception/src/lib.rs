@@ -1,5 +1,26 @@
 //! From a scan to planar surfaces.
+//!
+//! A depth image takes the *organised* path ([`OrganisedConfig`]): inverse depth is linear in the
+//! pixel on a plane, so sums over cells of pixels give its planes without a nearest neighbour, and
+//! each face is covered by convex polygons that hold no air. Any other cloud takes the paper's
+//! *chain* ([`ChainConfig`]): crop, voxel grid, region growing on normals, planes per cluster,
+//! projection, convex hull, re-orientation.
+//!
+//! ```no_run
+//! use perception::{Config, SensorOptions, extract, read_scan};
+//!
+//! let scan = read_scan("stairs_depth.png".as_ref(), &SensorOptions::default())?;
+//! let extraction = extract(&scan, &scan.X_WV, &Config::default())?;
+//! for surface in &extraction.surfaces {
+//!     println!("{}: {:.2} m²", surface.id, surface.polygon.area());
+//! }
+//! # Ok::<(), perception::Error>(())
+//! ```
+//!
+//! Frames: V is the sensor's optical frame (x right, y down, z forward), S a surface's (z_S toward
+//! the sensor), W the world. Points stay in V; only the surfaces' frames are moved to W.
 
+mod chain;
 mod config;
 mod error;
 mod extraction;
@@ -8,6 +29,10 @@ mod readers;
 mod scan;
 mod sensor;
 
+pub use chain::{
+    ChainConfig, HullConfig, NormalsConfig, PlaneExtractionConfig, RegionGrowingConfig,
+    VoxelGridConfig,
+};
 pub use config::{Config, Method};
 pub use error::Error;
 pub use extraction::{Extraction, Segmentation, Statistics};
@@ -19,24 +44,60 @@ pub use scan::{DepthImage, Intrinsics, PointCloud, Scan};
 pub use sensor::{Noise, SENSORS, Sensor};
 
 use nalgebra::Isometry3;
+use surfaces::Surface;
 
 /// The planar surfaces of one scan taken from `X_WV`, in W.
 ///
+/// A scan without a plane gives no surfaces; that is a result and no error. The result does not
+/// depend on the number of threads.
+///
 /// # Errors
 /// [`Error::Config`]; [`Error::NotOrganised`] when the organised path was asked for on a scan
-/// without an image; [`Error::Surface`].
+/// without an image; [`Error::Neighbours`].
 #[allow(non_snake_case)]
 pub fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Result<Extraction, Error> {
     config.check()?;
     match (&scan.depth, config.method) {
-        (Some(depth), Method::Auto | Method::Organised) => organised::extract(
-            depth,
-            &scan.noise,
-            X_WV,
-            config.range_max_m,
-            &config.organised,
-        ),
+        (Some(depth), Method::Auto | Method::Organised) => {
+            let organised = &config.organised;
+            Ok(organised::extract(
+                depth,
+                &scan.noise,
+                X_WV,
+                config.range_max_m,
+                organised,
+            ))
+        }
         (None, Method::Organised) => Err(Error::NotOrganised),
-        _ => Err(Error::NotOrganised),
+        (_, Method::Auto | Method::Chain) => {
+            chain::extract(scan, X_WV, config.range_max_m, &config.chain)
+        }
     }
+}
+
+/// The surfaces of several scans, each taken from its own pose, side by side: ids s0, s1, …
+/// run on from scan to scan, and faces keep apart.
+///
+/// # Errors
+/// As [`extract`].
+pub fn extract_all(
+    scans: &[(&Scan, Isometry3<f64>)],
+    config: &Config,
+) -> Result<Vec<Surface>, Error> {
+    let mut surfaces: Vec<Surface> = Vec::new();
+    for (i, (scan, pose)) in scans.iter().enumerate() {
+        for surface in extract(scan, pose, config)?.surfaces {
+            let id = format!("s{}", surfaces.len());
+            let face = surface.face.as_ref().map(|face| match i {
+                0 => face.clone(),
+                _ => format!("{face}.{i}"),
+            });
+            surfaces.push(Surface {
+                id,
+                face,
+                ..surface
+            });
+        }
+    }
+    Ok(surfaces)
 }

@@ -57,9 +57,6 @@ impl OrganisedConfig {
 }
 
 /// The planar surfaces of a depth image taken from `X_WV`.
-///
-/// # Errors
-/// [`Error::Surface`] if a polygon is refused.
 #[allow(non_snake_case)]
 pub(crate) fn extract(
     depth: &DepthImage,
@@ -67,7 +64,7 @@ pub(crate) fn extract(
     X_WV: &Isometry3<f64>,
     range_max_m: f64,
     config: &OrganisedConfig,
-) -> Result<Extraction, Error> {
+) -> Extraction {
     // 1. Inverse depth, and one pass to the moments of its cells.
     let image = InverseImage::new(depth, range_max_m);
     let small = Grid::new(&image);
@@ -161,11 +158,11 @@ pub(crate) fn extract(
             .map(|p| p.map(|p| (-p.normal, p.distance)))
             .collect(),
     };
-    Ok(Extraction {
+    Extraction {
         surfaces,
         statistics,
         segmentation: Some(segmentation),
-    })
+    }
 }
 
 /// A region's cells on the grid that is twice as fine.

@@ -1,0 +1,224 @@
+//! The planes of one cluster, the largest first.
+
+use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::random::Stream;
+use crate::Error;
+use crate::error::within;
+
+/// Recursive plane extraction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlaneExtractionConfig {
+    /// Points nearer to a plane than this are its inliers, m.
+    pub distance_max_m: f64,
+    /// Most samples of three points that are tried for one plane.
+    pub samples_max: usize,
+    /// Probability that one of the samples holds inliers only; fewer are tried once it is reached.
+    pub confidence: f64,
+    /// Smallest plane, points.
+    pub points_min: usize,
+    /// The extraction of a cluster stops when no more than this ratio of it is left.
+    pub rest_ratio: f64,
+    /// Seed of the samples.
+    pub seed: u64,
+}
+
+impl Default for PlaneExtractionConfig {
+    fn default() -> Self {
+        Self {
+            distance_max_m: 0.03,
+            samples_max: 200,
+            confidence: 0.999,
+            points_min: 150,
+            rest_ratio: 0.05,
+            seed: 0,
+        }
+    }
+}
+
+impl PlaneExtractionConfig {
+    pub(super) fn check(&self) -> Result<(), Error> {
+        within(
+            "distance_max_m",
+            self.distance_max_m,
+            1e-9,
+            1e6,
+            "must be positive",
+        )?;
+        within(
+            "samples_max",
+            self.samples_max as f64,
+            1.0,
+            1e6,
+            "must be in [1, 1e6]",
+        )?;
+        within(
+            "confidence",
+            self.confidence,
+            0.0,
+            1.0 - 1e-12,
+            "must be in [0, 1)",
+        )?;
+        within(
+            "points_min",
+            self.points_min as f64,
+            3.0,
+            1e9,
+            "must be at least 3",
+        )?;
+        within("rest_ratio", self.rest_ratio, 0.0, 1.0, "must be in [0, 1]")
+    }
+}
+
+/// A plane and the points it was fitted to.
+pub(super) struct PlaneFit {
+    /// Unit normal, either way.
+    pub normal: Vector3<f64>,
+    /// Mean of the inliers: a point of the plane.
+    pub centroid: Point3<f64>,
+    /// Indices of the inliers.
+    pub inliers: Vec<usize>,
+    /// Root mean square distance of the inliers, m.
+    pub rms_m: f64,
+}
+
+/// The planes of a cluster: the one with most inliers, then that of the rest, and so on until
+/// the rest is small.
+///
+/// Source: [brossette2013] III-D; RANSAC [fischler1981], then a least-squares fit to the inliers.
+pub(super) fn plane_extraction(
+    points: &[Point3<f64>],
+    cluster: &[usize],
+    stream: u64,
+    config: &PlaneExtractionConfig,
+) -> Vec<PlaneFit> {
+    let mut rest = cluster.to_vec();
+    let mut planes = Vec::new();
+    while rest.len() >= config.points_min
+        && rest.len() as f64 > config.rest_ratio * cluster.len() as f64
+    {
+        let random = Stream::new(config.seed, stream << 16 | planes.len() as u64);
+        let Some(sampled) = consensus(points, &rest, &random, config) else {
+            break;
+        };
+        let Some(plane) = refined(points, &rest, sampled, config) else {
+            break;
+        };
+        if plane.inliers.len() < config.points_min {
+            break;
+        }
+        let mut inlier = plane.inliers.iter().copied().peekable();
+        // Both ascend in the order of `rest`.
+        rest.retain(|&i| inlier.next_if_eq(&i).is_none());
+        planes.push(plane);
+    }
+    planes
+}
+
+/// The plane through three of the points that most of them are near.
+fn consensus(
+    points: &[Point3<f64>],
+    rest: &[usize],
+    random: &Stream,
+    config: &PlaneExtractionConfig,
+) -> Option<(Vector3<f64>, Point3<f64>)> {
+    let mut best: Option<(usize, Vector3<f64>, Point3<f64>)> = None;
+    let mut needed = config.samples_max;
+    let mut trial = 0;
+    while trial < needed {
+        let pick = |k: usize| points[rest[random.below(3 * trial as u64 + k as u64, rest.len())]];
+        let (a, b, c) = (pick(0), pick(1), pick(2));
+        trial += 1;
+        let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-12) else {
+            continue;
+        };
+        let near = |i: &&usize| normal.dot(&(points[**i] - a)).abs() <= config.distance_max_m;
+        let count = rest.iter().filter(near).count();
+        if best.is_none_or(|(most, ..)| count > most) {
+            best = Some((count, normal, a));
+            // Samples until one is free of outliers with the wanted confidence.
+            let good = (count as f64 / rest.len() as f64).powi(3);
+            let enough = (1.0 - config.confidence).ln() / (1.0 - good).max(1e-12).ln();
+            needed = config.samples_max.min(enough.ceil().max(1.0) as usize);
+        }
+    }
+    best.map(|(_, normal, point)| (normal, point))
+}
+
+/// Least squares on the inliers of a plane, and again on the inliers of that.
+fn refined(
+    points: &[Point3<f64>],
+    rest: &[usize],
+    (mut normal, mut point): (Vector3<f64>, Point3<f64>),
+    config: &PlaneExtractionConfig,
+) -> Option<PlaneFit> {
+    let mut plane = None;
+    for _ in 0..2 {
+        let near = |i: &usize| normal.dot(&(points[*i] - point)).abs() <= config.distance_max_m;
+        let inliers: Vec<usize> = rest.iter().copied().filter(near).collect();
+        if inliers.len() < 3 {
+            return plane;
+        }
+        let n = inliers.len() as f64;
+        let mean = inliers
+            .iter()
+            .map(|&i| points[i].coords)
+            .sum::<Vector3<f64>>()
+            / n;
+        let scatter = inliers.iter().fold(Matrix3::zeros(), |sum, &i| {
+            let d = points[i].coords - mean;
+            sum + d * d.transpose()
+        });
+        let eigen = SymmetricEigen::new(scatter / n);
+        let least = eigen.eigenvalues.imin();
+        normal = eigen.eigenvectors.column(least).into_owned();
+        point = Point3::from(mean);
+        let rms_m = eigen.eigenvalues[least].max(0.0).sqrt();
+        plane = Some(PlaneFit {
+            normal,
+            centroid: point,
+            inliers,
+            rms_m,
+        });
+    }
+    plane
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_crossing_planes_come_out_one_after_the_other_whatever_the_seed() {
+        let grid = |n: u32| (0..n).map(|i| (f64::from(i % 20) * 0.05, f64::from(i / 20) * 0.05));
+        let points: Vec<Point3<f64>> = grid(600)
+            .map(|(x, y)| Point3::new(x, y, 1.0))
+            .chain(grid(400).map(|(x, y)| Point3::new(x, 2.0, 1.5 + y)))
+            .collect();
+        let cluster: Vec<usize> = (0..points.len()).collect();
+        for seed in 0..5 {
+            let config = PlaneExtractionConfig {
+                seed,
+                ..Default::default()
+            };
+            let planes = plane_extraction(&points, &cluster, 0, &config);
+            assert_eq!(planes.len(), 2);
+            assert_eq!(planes[0].inliers, (0..600).collect::<Vec<_>>());
+            assert!(planes[0].normal.z.abs() > 1.0 - 1e-9 && planes[0].rms_m < 1e-6);
+            assert!(planes[1].normal.y.abs() > 1.0 - 1e-9);
+            assert_eq!(planes[1].inliers.len(), 400);
+        }
+    }
+
+    #[test]
+    fn points_on_a_line_give_no_plane() {
+        let points: Vec<_> = (0..500)
+            .map(|i| Point3::new(f64::from(i), 0.0, 1.0))
+            .collect();
+        let cluster: Vec<usize> = (0..500).collect();
+        let config = PlaneExtractionConfig::default();
+        assert!(plane_extraction(&points, &cluster, 0, &config).is_empty());
+    }
+}
