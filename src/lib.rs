@@ -9,6 +9,7 @@ pub mod command;
 pub mod config;
 pub mod environment;
 pub mod environment_flags;
+pub mod export;
 pub mod goal;
 pub mod interrupt;
 pub mod output;

@@ -9,7 +9,8 @@
 //! |---|---|
 //! | `structure` | format, robot, the promised margins, the environment |
 //! | `sequence` | one contact a stance, kept contacts, the goal |
-//! | `stance` | numbers, names, joint limits, centre of mass, contacts on their surfaces |
+//! | `whole` | lengths, numbers and names |
+//! | `stance` | joint limits, centre of mass, contacts on their surfaces |
 //! | `forces` | friction cones, balance, torques; equilibrium and support region by LP |
 //! | `clearance` | distances to the environment, between parts, and how deep contacts sink |
 //!
@@ -29,6 +30,7 @@ mod posture;
 mod sequence;
 mod stance;
 mod structure;
+mod whole;
 
 #[cfg(test)]
 #[path = "../../tests/support/biped.rs"]

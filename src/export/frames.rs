@@ -1,0 +1,173 @@
+//! Poses and offsets as controllers write them.
+#![allow(non_snake_case)]
+
+use anyhow::{Context, Result, ensure};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use planner::plan::{Plan, Pose, Stance, StanceContact};
+
+/// A plan's pose as an isometry.
+pub(super) fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let [x, y, z, w] = pose.quat_xyzw;
+    Isometry3::from_parts(
+        Translation3::from(Vector3::from(pose.p)),
+        UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
+    )
+}
+
+/// Pose of the base in a stance.
+///
+/// # Errors  a posture that is too short.
+pub(super) fn base(stance: &Stance) -> Result<Isometry3<f64>> {
+    let [x, y, z, qx, qy, qz, qw, ..] = *stance.q.as_slice() else {
+        anyhow::bail!("stance {}: q has no base", stance.index);
+    };
+    Ok(isometry(&Pose {
+        p: [x, y, z],
+        quat_xyzw: [qx, qy, qz, qw],
+    }))
+}
+
+/// Roll, pitch and yaw of a rotation, rad:
+///
+///   R = R_z(yaw) · R_y(pitch) · R_x(roll)
+///
+/// Where the pitch is ±90° only yaw ∓ roll is determined; the roll is zero then.
+pub(super) fn roll_pitch_yaw(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
+    let R = rotation.to_rotation_matrix();
+    let up = R[(2, 1)].hypot(R[(2, 2)]);
+    let pitch = (-R[(2, 0)]).atan2(up);
+    // Nearer than this to the pole, roll and yaw are rounding.
+    if up < 1e-9 {
+        [0.0, pitch, (-R[(0, 1)]).atan2(R[(1, 1)])]
+    } else {
+        [
+            R[(2, 1)].atan2(R[(2, 2)]),
+            pitch,
+            R[(1, 0)].atan2(R[(0, 0)]),
+        ]
+    }
+}
+
+/// Micrometres and microradians: postures are solved to ten of them, and more digits only make
+/// files long.
+pub(super) fn rounded(value: f64) -> f64 {
+    let value = (value * 1e6).round() / 1e6;
+    if value == 0.0 { 0.0 } else { value }
+}
+
+/// The contact of a patch in a stance.
+///
+/// # Errors  no such stance or contact.
+pub(super) fn contact<'a>(plan: &'a Plan, stance: usize, patch: &str) -> Result<&'a StanceContact> {
+    plan.stances
+        .get(stance)
+        .and_then(|s| s.contacts.iter().find(|c| c.patch == patch))
+        .with_context(|| format!("stance {stance} lists no contact of {patch}"))
+}
+
+/// Refuses a plan that cannot be written: another robot's, or with values that are no numbers.
+///
+/// # Errors  the stance and what is wrong with it.
+pub(super) fn check(plan: &Plan, robot: &robot_model::Robot) -> Result<()> {
+    ensure!(
+        plan.robot
+            .joint_names
+            .iter()
+            .map(String::as_str)
+            .eq(robot.joint_names()),
+        "the plan is for {}, whose joints are not those of {}",
+        plan.robot.name,
+        robot.name
+    );
+    ensure!(!plan.stances.is_empty(), "the plan has no stances");
+    for stance in &plan.stances {
+        let index = stance.index;
+        ensure!(
+            stance.q.len() == 7 + robot.nj(),
+            "stance {index}: q has {} values, {} has {}",
+            stance.q.len(),
+            robot.name,
+            7 + robot.nj()
+        );
+        for contact in &stance.contacts {
+            robot
+                .patch(&contact.patch)
+                .with_context(|| format!("stance {index}"))?;
+            ensure!(
+                contact.force_points_W.len() == contact.forces_W.len(),
+                "stance {index}, {}: {} forces at {} points",
+                contact.patch,
+                contact.forces_W.len(),
+                contact.force_points_W.len()
+            );
+        }
+        let vectors = stance.contacts.iter().flat_map(|c| {
+            let points = c
+                .force_points_W
+                .iter()
+                .chain(&c.forces_W)
+                .chain([&c.X_WC.p])
+                .flatten();
+            points.chain(&c.X_WC.quat_xyzw).chain([&c.friction])
+        });
+        let finite = stance
+            .q
+            .iter()
+            .chain(&stance.com_W)
+            .chain(vectors)
+            .all(|x| x.is_finite());
+        ensure!(finite, "stance {index} holds a value that is not finite");
+        let quaternions = stance.contacts.iter().map(|c| c.X_WC.quat_xyzw);
+        let base = [stance.q[3], stance.q[4], stance.q[5], stance.q[6]];
+        for q in quaternions.chain([base]) {
+            let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+            ensure!(
+                (length - 1.0).abs() < 1e-3,
+                "stance {index}: a quaternion of length {length}"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Total force (N) and moment (N·m) of a contact about its frame's origin, in W.
+pub(super) fn wrench(contact: &StanceContact) -> [f64; 6] {
+    let origin = Vector3::from(contact.X_WC.p);
+    let mut force = Vector3::zeros();
+    let mut moment = Vector3::zeros();
+    for (p, f) in contact.force_points_W.iter().zip(&contact.forces_W) {
+        let f = Vector3::from(*f);
+        force += f;
+        moment += (Vector3::from(*p) - origin).cross(&f);
+    }
+    [force.x, force.y, force.z, moment.x, moment.y, moment.z]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn roll_pitch_yaw_turn_back_into_the_rotation(turn in prop::array::uniform3(-3.2..3.2)) {
+            let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
+            let [roll, pitch, yaw] = roll_pitch_yaw(&rotation);
+            let back = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw)
+                * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), pitch)
+                * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), roll);
+            prop_assert!(back.angle_to(&rotation) < 1e-7);
+        }
+    }
+
+    #[test]
+    fn the_pole_has_no_roll() {
+        let half = std::f64::consts::FRAC_PI_2;
+        for pitch in [half, -half] {
+            let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.4)
+                * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), pitch);
+            let [roll, p, yaw] = roll_pitch_yaw(&rotation);
+            assert!(roll.abs() < 1e-7 && (p - pitch).abs() < 1e-7 && (yaw - 0.4).abs() < 1e-7);
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! What isri-aist/MultiContactController reads: a configuration of its states.
+//!
+//! Conventions, found in its sources and samples and in mc_rtc's:
+//! - a pose is `translation` in m and `rotation` as roll, pitch, yaw in rad of the frame in the
+//!   world, R = R_z R_y R_x. (mc_rtc keeps the transpose of R, and reads matrices and quaternions
+//!   as that transpose; three angles mean R itself.)
+//! - a limb's pose is that of the frame its task controls, z out of the environment; contact
+//!   vertices are given in it. Frames at our patches are declared, so that both are ours.
+//! - an `Add` takes the limb off the place it is at, if it is at one, swings it and makes the
+//!   contact at `endTime`; a `Remove` takes it off and leaves it in the air.
+//! - nominal poses and postures hold from their time on; a nominal pose is the centre of mass with
+//!   the orientation of the base.
+//! - swing offsets are in the frame of the place that they are offsets from.
+#![allow(non_snake_case)]
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use planner::plan::{Change, Plan, StanceContact};
+use robot_model::Robot;
+use serde_saphyr::FlowSeq;
+
+use super::limbs::Limbs;
+use super::timeline::{Move, phases};
+use super::{Config, frames, swing};
+use document::*;
+
+mod document;
+
+/// The plan as a configuration of the controller.
+pub(super) fn write(plan: &Plan, robot: &Robot, config: &Config) -> Result<String> {
+    let limbs = Limbs::new(robot, config)?;
+    let start = plan.stances.first().context("the plan has no stances")?;
+    let initial_contacts = start
+        .contacts
+        .iter()
+        .map(|contact| {
+            Ok((
+                limbs.of(&contact.patch)?.to_owned(),
+                constraint(plan, contact),
+            ))
+        })
+        .collect::<Result<_>>()?;
+    let name = config
+        .robot
+        .clone()
+        .unwrap_or_else(|| plan.robot.name.clone());
+    let document = Document {
+        states: States {
+            initial: State {
+                base: "MCC::Initial",
+                configs: Initial { initial_contacts },
+            },
+            motion: State {
+                base: "MCC::ConfigMotion",
+                configs: motion(plan, &limbs, config)?,
+            },
+            main: Parallel {
+                base: "Parallel",
+                states: FlowSeq(["MCC::ConfigMotion_"]),
+            },
+        },
+        limb_tasks: limb_tasks(robot, &limbs)?,
+        contacts: Contacts {
+            surface: vertices(robot, &limbs)?,
+        },
+        robots: BTreeMap::from([(
+            name,
+            RobotConfig {
+                frames: contact_frames(robot, &limbs)?,
+                base_orientation: BaseOrientation {
+                    frame: robot
+                        .bodies
+                        .first()
+                        .map(|b| b.name.clone())
+                        .unwrap_or_default(),
+                },
+                centroidal: Centroidal {
+                    nominal_centroidal_pose_base_frame: "World",
+                    nominal_centroidal_pose: centroidal_pose(plan, 0)?,
+                },
+            },
+        )]),
+    };
+    let header = format!(
+        "# {} by {} {}: {} stances of {}.\n\
+         # For isri-aist/MultiContactController: merge it over the controller's own configuration.\n\
+         # Poses: m, and roll, pitch, yaw in rad. Contact frames have z out of the environment.\n\
+         # Friction is what the plan uses of it ({} of the coefficient).\n",
+        plan.scene,
+        plan.program.name,
+        plan.program.version,
+        plan.stances.len(),
+        plan.robot.name,
+        plan.required.friction_use,
+    );
+    Ok(header + &serde_saphyr::to_string(&document)?)
+}
+
+/// The step commands, and the centres of mass and postures that go with them.
+fn motion(plan: &Plan, limbs: &Limbs, config: &Config) -> Result<Motion> {
+    let mut steps = Vec::new();
+    let mut poses: Vec<TimedPose> = Vec::new();
+    let mut postures = Vec::new();
+    for phase in phases(plan, config) {
+        let stance = &plan.stances[phase.stance];
+        let time = frames::rounded(phase.start_s);
+        // A limb that is taken away leaves the posture as it is.
+        if phase.kind != Move::Release {
+            poses.push(TimedPose {
+                time,
+                pose: centroidal_pose(plan, phase.stance)?,
+            });
+            let joints = stance.q.iter().skip(7).map(|q| frames::rounded(*q));
+            let target = plan.robot.joint_names.iter().cloned().zip(joints).collect();
+            postures.push(TimedPosture {
+                time,
+                target: Target(target),
+            });
+        }
+        let (Change::Add { patch, .. } | Change::Remove { patch, .. }) = &stance.change else {
+            continue;
+        };
+        let contact = frames::contact(plan, phase.stance, patch)?;
+        let to = frames::isometry(&contact.X_WC);
+        let off = swing::off_surface(config);
+        let part = Some(config.approach_part);
+        let (kind, swing_config) = match phase.kind {
+            Move::Shift => continue,
+            Move::Step { from } => {
+                let from = frames::isometry(&frames::contact(plan, from, patch)?.X_WC);
+                let swing = swing::between(&from, &to, config);
+                let swing_config = SwingConfig {
+                    withdraw_duration_ratio: part,
+                    withdraw_offset: Some(triple(&swing.withdraw)),
+                    approach_duration_ratio: part,
+                    approach_offset: Some(triple(&swing.approach)),
+                    swing_offset: Some(triple(&swing.middle)),
+                };
+                ("Add", swing_config)
+            }
+            Move::Make => {
+                let approach_offset = Some(triple(&off));
+                let approach_duration_ratio = part;
+                let rest = SwingConfig::default();
+                (
+                    "Add",
+                    SwingConfig {
+                        approach_duration_ratio,
+                        approach_offset,
+                        ..rest
+                    },
+                )
+            }
+            Move::Release => {
+                let withdraw_offset = Some(triple(&off));
+                (
+                    "Remove",
+                    SwingConfig {
+                        withdraw_offset,
+                        ..SwingConfig::default()
+                    },
+                )
+            }
+        };
+        let makes = kind == "Add";
+        steps.push(StepCommand {
+            limb: limbs.of(patch)?.to_owned(),
+            kind,
+            start_time: time,
+            end_time: frames::rounded(phase.end_s),
+            pose: makes.then(|| pose(&to)),
+            constraint: makes.then(|| constraint(plan, contact)),
+            swing_config,
+        });
+    }
+    Ok(Motion {
+        base_time: "Relative",
+        step_command_list: steps,
+        nominal_centroidal_pose_list: poses,
+        nominal_posture_list: postures,
+    })
+}
+
+/// A surface contact with the friction that the plan allows itself: plan and controller then
+/// share one cone.
+fn constraint(plan: &Plan, contact: &StanceContact) -> Constraint {
+    let fric_coeff = frames::rounded(contact.friction * plan.required.friction_use);
+    Constraint {
+        kind: "Surface",
+        fric_coeff,
+    }
+}
+
+/// Centre of mass and orientation of the base.
+fn centroidal_pose(plan: &Plan, stance: usize) -> Result<Pose> {
+    let stance = plan.stances.get(stance).context("no such stance")?;
+    let turn: UnitQuaternion<f64> = frames::base(stance)?.rotation;
+    let com_W = Vector3::from(stance.com_W);
+    Ok(pose(&Isometry3::from_parts(com_W.into(), turn)))
+}
+
+fn limb_tasks(robot: &Robot, limbs: &Limbs) -> Result<Vec<LimbTask>> {
+    robot
+        .patches
+        .iter()
+        .map(|patch| {
+            let limb = limbs.of(&patch.name)?.to_owned();
+            // Kind, period and weight of the controller's own samples.
+            Ok(LimbTask {
+                kind: "firstOrderImpedance",
+                frame: frame_name(&limb),
+                limb,
+                cutoff_period: 0.01,
+                weight: 1000.0,
+            })
+        })
+        .collect()
+}
+
+fn vertices(robot: &Robot, limbs: &Limbs) -> Result<Vec<Vertices>> {
+    robot
+        .patches
+        .iter()
+        .map(|patch| {
+            let corner =
+                |v: &nalgebra::Point2<f64>| [frames::rounded(v.x), frames::rounded(v.y), 0.0];
+            Ok(Vertices {
+                name: limbs.of(&patch.name)?.to_owned(),
+                vertices: FlowSeq(patch.polygon.iter().map(corner).collect()),
+            })
+        })
+        .collect()
+}
+
+/// The patches as frames on their links.
+fn contact_frames(robot: &Robot, limbs: &Limbs) -> Result<Vec<Frame>> {
+    robot
+        .patches
+        .iter()
+        .map(|patch| {
+            let link = robot.frame(&patch.link)?;
+            let X_LC = link.X_BL.inverse() * patch.X_BC;
+            Ok(Frame {
+                name: frame_name(limbs.of(&patch.name)?),
+                parent: patch.link.clone(),
+                X_p_f: pose(&X_LC),
+            })
+        })
+        .collect()
+}
+
+fn frame_name(limb: &str) -> String {
+    format!("{limb}Contact")
+}
+
+fn pose(X: &Isometry3<f64>) -> Pose {
+    let rotation = frames::roll_pitch_yaw(&X.rotation).map(frames::rounded);
+    Pose {
+        translation: triple(&X.translation.vector),
+        rotation: FlowSeq(rotation),
+    }
+}
+
+fn triple(v: &Vector3<f64>) -> Triple {
+    FlowSeq([v.x, v.y, v.z].map(frames::rounded))
+}

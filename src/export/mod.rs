@@ -1,0 +1,86 @@
+//! Plans in the formats of others.
+//!
+//! | format | for |
+//! |---|---|
+//! | `mcc-yaml` | isri-aist/MultiContactController: contact, centroidal and posture lists |
+//! | `json` | any controller: contacts with times, poses, wrenches; postures |
+//! | `csv` | spreadsheets and plots: one row a stance |
+//!
+//! Plans hold postures and no motion yet, so the times come from the durations of [`Config`].
+
+mod config;
+mod csv;
+mod frames;
+mod json;
+mod limbs;
+mod mcc_yaml;
+mod swing;
+pub mod timeline;
+
+pub use config::Config;
+
+use std::str::FromStr;
+
+use anyhow::{Result, bail};
+use planner::plan::Plan;
+use robot_model::Robot;
+
+/// What a plan can be written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// The lists that isri-aist/MultiContactController reads
+    MccYaml,
+    /// Contacts with times, poses and wrenches, and postures
+    Json,
+    /// One row a stance
+    Csv,
+}
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Format; 3] = [Format::MccYaml, Format::Json, Format::Csv];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::MccYaml => "mcc-yaml",
+            Format::Json => "json",
+            Format::Csv => "csv",
+        }
+    }
+}
+
+impl std::fmt::Display for Format {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Format {
+    type Err = anyhow::Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        match Self::ALL.into_iter().find(|format| format.name() == name) {
+            Some(format) => Ok(format),
+            None => {
+                let known = Self::ALL.map(Format::name).join(", ");
+                bail!("unknown format {name:?}; candidates: {known}")
+            }
+        }
+    }
+}
+
+/// The plan in the format, as text.
+///
+/// # Errors
+/// A plan of another robot or with values that are no numbers; settings that make no sense; two
+/// patches with one limb's name.
+pub fn export(plan: &Plan, robot: &Robot, format: Format, config: &Config) -> Result<String> {
+    config.validate()?;
+    frames::check(plan, robot)?;
+    match format {
+        Format::MccYaml => mcc_yaml::write(plan, robot, config),
+        Format::Json => json::write(plan, robot, config),
+        Format::Csv => csv::write(plan, robot, config),
+    }
+}
