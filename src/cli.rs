@@ -59,6 +59,8 @@ pub enum Command {
     Plan(Box<command::plan::Args>),
     /// Recompute everything that a plan promises and print the margins
     Verify(command::verify::Args),
+    /// Convert a plan for a controller or a spreadsheet
+    Export(command::export::Args),
     /// Write a plan as one HTML page to look at
     View(command::view::Args),
     /// Show what was read of a robot
@@ -103,6 +105,7 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::Posture(args)) => command::posture::run(args, global, out),
         Some(Command::Plan(args)) => command::plan::run(args, global, out),
         Some(Command::Verify(args)) => command::verify::run(args, out),
+        Some(Command::Export(args)) => command::export::run(args, global, out),
         Some(Command::View(args)) => command::view::run(args, out),
         Some(Command::Robot(args)) => command::robot::run(args, global, out),
         Some(Command::Config(args)) => command::config::run(args, global, out),

@@ -27,6 +27,8 @@ pub struct Config {
     pub posture: posture::Config,
     /// The search.
     pub planner: planner::Config,
+    /// Times and names of the exported files.
+    pub export: crate::export::Config,
 }
 
 /// Settings in the making: the defaults and what was laid over them so far.

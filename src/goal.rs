@@ -109,7 +109,7 @@ fn distance_m(surface: &Surface, p_W: &Point3<f64>) -> f64 {
 /// The path that the base should follow: through the key postures, or straight to the goal.
 ///
 /// # Errors
-/// A path of no length.
+/// A key posture that is not finite.
 pub fn guide(
     asked: Option<&scene_file::Guide>,
     goal: &planner::Goal,
@@ -130,9 +130,11 @@ pub fn guide(
         }
         None => points.push(end(goal, &start, set, standing_on)),
     }
-    // The key postures may begin with the start itself.
-    points.dedup_by(|b, a| (*b - *a).norm() < 1e-6);
-    Guide::new(points).context("the goal is where the robot stands")
+    // A path to where the robot stands has two points too.
+    if points.len() == 1 {
+        points.push(start);
+    }
+    Ok(Guide::new(points)?)
 }
 
 /// Where the base is at the goal, as far as one can tell without a posture.

@@ -48,6 +48,8 @@ pub struct Planned {
     pub cloud_W: Vec<[f32; 3]>,
     /// The robot.
     pub robot: Robot,
+    /// The settings.
+    pub config: Config,
     /// Times and sizes.
     pub report: Report,
     /// What was found and assumed on the way, for the user.
@@ -181,6 +183,7 @@ pub fn plan(
         extracted,
         cloud_W,
         robot,
+        config: config.clone(),
         report,
         notes,
     })

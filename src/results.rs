@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use planner::Status;
 
+use crate::export::{self, Format};
 use crate::output;
 use crate::pipeline::Planned;
 use crate::view::{self, ViewInput};
@@ -34,6 +35,13 @@ pub fn write(folder: &Path, planned: &Planned) -> Result<()> {
     let found = planned.status == Status::Found;
     if found && planned.certificate.pass {
         output::write_json(&folder.join("plan.json"), plan)?;
+        for (name, format) in [
+            ("contacts.yaml", Format::MccYaml),
+            ("plan.csv", Format::Csv),
+        ] {
+            let text = export::export(plan, &planned.robot, format, &planned.config.export)?;
+            output::write(&folder.join(name), text.as_bytes())?;
+        }
     } else {
         let name = if found { REJECTED } else { PARTIAL };
         output::write_json(&folder.join(name), plan)?;

@@ -50,6 +50,11 @@ fn a_wrong_command_line_is_a_usage_error() {
     );
     assert_fails(&["plan", "--goal", "1,2,3,4,5"], 2, &["5 numbers given"]);
     assert_fails(
+        &["export", "plan.json", "--format", "smoke"],
+        2,
+        &["mcc-yaml"],
+    );
+    assert_fails(
         &["plan", "--mesh", "a.stl", "--surfaces", "b.json"],
         2,
         &["cannot be used with"],
@@ -87,6 +92,7 @@ fn a_missing_file_is_named() {
     assert_fails(&["surfaces", "--mesh", missing], 1, &[missing]);
     assert_fails(&["verify", missing], 1, &[missing]);
     assert_fails(&["view", missing, "-o", "x.html"], 1, &[missing]);
+    assert_fails(&["export", missing, "--format", "csv"], 1, &[missing]);
     assert_fails(&["robot", missing], 1, &[missing]);
     assert_fails(&["run", "no/such/scene.toml"], 1, &["no/such/scene.toml"]);
     assert_fails(

@@ -1,0 +1,158 @@
+//! The ground under a humanoid that stands in various places.
+
+use super::*;
+use crate::provenance::Inputs;
+use crate::robot_files::RobotFiles;
+use crate::scene::Start;
+use crate::start::stand;
+
+fn humanoid() -> Robot {
+    RobotFiles {
+        urdf: "builtin:hrp2".to_owned(),
+        srdf: None,
+        contacts: None,
+    }
+    .load(&robot_model::Config::default(), &mut Inputs::default())
+    .unwrap()
+}
+
+/// The humanoid at rest over the origin, its soles on z = 0, and the ground that it gives.
+fn standing(set: &mut SurfaceSet) -> (Ground, Robot) {
+    let robot = humanoid();
+    let start = Start::Posture {
+        name: None,
+        base: None,
+        contacts: Vec::new(),
+    };
+    let stand = stand(&robot, &start, &posture::Config::default()).unwrap();
+    let config = Config::default();
+    let ground = add_ground(set, &robot, &stand.configuration, &stand.patches, &config).unwrap();
+    (ground, robot)
+}
+
+fn rectangle(id: &str, x: [f64; 2], y: [f64; 2], z: f64, tilt: f64) -> Surface {
+    let middle = [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]), z];
+    let (a, b) = (0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0]));
+    let polygon = vec![[-a, -b], [a, -b], [a, b], [-a, b]].try_into().unwrap();
+    Surface::new(
+        id,
+        Isometry3::new(middle.into(), Vector3::y() * tilt),
+        polygon,
+    )
+}
+
+fn with(surfaces: Vec<Surface>) -> SurfaceSet {
+    SurfaceSet {
+        surfaces,
+        obstacles: Vec::new(),
+    }
+}
+
+/// Largest height of a start sole's vertex over its surface, and least depth inside it.
+fn fit(set: &SurfaceSet, ground: &Ground, robot: &Robot) -> (f64, f64) {
+    let start = Start::Posture {
+        name: None,
+        base: None,
+        contacts: Vec::new(),
+    };
+    let stand = stand(robot, &start, &posture::Config::default()).unwrap();
+    let kinematics = Kinematics::new(robot, &stand.configuration);
+    let mut worst = (0.0_f64, f64::INFINITY);
+    for &(patch, surface) in &ground.contacts {
+        let surface = &set.surfaces[surface];
+        for v in Sole::new(robot, &kinematics, patch).vertices_W {
+            let p = surface.X_WS.inverse_transform_point(&v);
+            worst.0 = worst.0.max(p.z.abs());
+            worst.1 = worst.1.min(-surface.polygon.signed_distance(&p.xy()));
+        }
+    }
+    worst
+}
+
+#[test]
+fn soles_in_one_plane_are_one_face_with_a_border() {
+    let mut set = SurfaceSet::default();
+    let (ground, robot) = standing(&mut set);
+    assert_eq!(set.surfaces.len(), 1);
+    assert_eq!(set.surfaces[0].source, Source::Robot);
+    assert_eq!(ground.contacts.len(), 2);
+    let (off, inside) = fit(&set, &ground, &robot);
+    // Kinematics in f64 over a metre; the border of the default settings.
+    assert!(off < 1e-12, "{off}");
+    assert!((inside - 0.02).abs() < 1e-9, "{inside}");
+    set.validate().unwrap();
+}
+
+#[test]
+fn a_floor_ahead_is_joined_over_the_gap_at_the_faces_own_width() {
+    // Seen from 0.30 m ahead on, 4 mm too high and tilted by 2 mrad, much wider than the feet.
+    let mut set = with(vec![rectangle(
+        "floor",
+        [0.30, 1.30],
+        [-0.8, 0.8],
+        0.004,
+        0.002,
+    )]);
+    let (ground, robot) = standing(&mut set);
+    let (floor, face) = (&set.surfaces[0], &set.surfaces[1]);
+    assert_eq!(floor.face, face.face);
+    assert_eq!(ground.notes.len(), 1);
+    for v in floor.vertices_W() {
+        assert!(
+            face.height_of(&v).abs() < 1e-12,
+            "the floor is not in the face's plane"
+        );
+    }
+    let contains = |x: f64, y: f64| {
+        let p = face.X_WS.inverse_transform_point(&Point3::new(x, y, 0.0));
+        face.polygon.contains(&p.xy(), 1e-9)
+    };
+    assert!(
+        contains(0.25, 0.0),
+        "the gap ahead of the feet is part of the face"
+    );
+    assert!(!contains(0.25, 0.4), "unseen ground beside the gap is not");
+    assert!(
+        contains(1.2, 0.0),
+        "the face reaches as far as the floor was seen"
+    );
+    let (off, inside) = fit(&set, &ground, &robot);
+    assert!(off < 1e-12 && inside > 0.019, "{off} {inside}");
+    set.validate().unwrap();
+}
+
+#[test]
+fn a_step_a_far_floor_and_a_wall_are_left_alone() {
+    let mut set = with(vec![
+        rectangle("step", [0.20, 0.60], [-0.4, 0.4], 0.05, 0.0),
+        rectangle("far", [0.90, 1.50], [-0.4, 0.4], 0.0, 0.0),
+        rectangle("slope", [0.20, 1.20], [-0.4, 0.4], 0.0, 0.1),
+        rectangle(
+            "underside",
+            [-0.3, 0.3],
+            [-0.4, 0.4],
+            0.0,
+            std::f64::consts::PI,
+        ),
+    ]);
+    let before = set.surfaces.clone();
+    let (ground, _) = standing(&mut set);
+    assert_eq!(set.surfaces[..4], before);
+    assert!(ground.notes.is_empty(), "{:?}", ground.notes);
+}
+
+#[test]
+fn a_known_floor_under_the_feet_is_used_as_it_is() {
+    let mut set = with(vec![rectangle("floor", [-1.0, 1.0], [-1.0, 1.0], 0.0, 0.0)]);
+    let before = set.clone();
+    let (ground, _) = standing(&mut set);
+    assert_eq!(set, before);
+    assert!(ground.contacts.iter().all(|&(_, surface)| surface == 0));
+}
+
+#[test]
+fn the_ground_takes_a_name_that_is_free() {
+    let mut set = with(vec![rectangle("ground", [5.0, 6.0], [5.0, 6.0], 0.0, 0.0)]);
+    standing(&mut set);
+    assert_eq!(set.surfaces[1].id, "ground'");
+}
