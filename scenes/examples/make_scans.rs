@@ -1,7 +1,8 @@
 //! Takes the scans of the scenes that ship and writes them beside their scene files.
 //!
 //! ```sh
-//! cargo run -p scenes --example make_scans [FOLDER]
+//! cargo run -p scenes --example make_scans                  # as they ship
+//! cargo run -p scenes --example make_scans FOLDER SEED      # elsewhere, other noise
 //! ```
 
 use std::path::PathBuf;
@@ -12,6 +13,10 @@ use scenes::simulator::{DepthNoise, Scan, XTION, scan};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes"));
     let folder = std::env::args().nth(1).map_or_else(beside, PathBuf::from);
+    let seed: Option<u64> = std::env::args()
+        .nth(2)
+        .map(|text| text.parse())
+        .transpose()?;
     for scene in scenes::names().filter_map(scenes::builtin) {
         let world = (scene.truth)().world();
         for source in SceneFile::parse(scene.toml)?.scan {
@@ -21,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 &XTION,
                 &source.X_WV(),
                 &DepthNoise::default(),
-                scene.seed,
+                seed.unwrap_or(scene.seed),
             );
             let path = folder.join(name);
             write_png(&path, scan.camera.width, scan.camera.height, &scan.depth_mm)?;

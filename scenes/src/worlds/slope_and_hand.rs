@@ -23,8 +23,8 @@
 //! its posture: sin 15° − 0.248·cos 15° = 0.019 of the weight is missing.
 //!
 //! The board falls to the left, towards the cabinet: a hand that pushes against the cabinet's side
-//! gets the missing force uphill, and one place of the hand, about (0.70, 0.55, 0.85), serves both
-//! footholds on the board. An independent nonlinear program over all its postures at once (torques
+//! gets the missing force uphill, and one place of the hand, 0.7 to 0.9 m ahead and 0.8 to 0.9 m
+//! high, serves both footholds on the board. An independent nonlinear program over all its postures at once (torques
 //! and friction pyramid at 80 %, CoM margin 30 mm, joints 0.03 rad inside) finds foot → board,
 //! hand → cabinet, other foot → board, foot → step, hand off, other foot → table, foot → table with
 //! either foot first and 12 to 70 N at the hand: 13 contact sets (brossette2013, Plan 2, has 19).
