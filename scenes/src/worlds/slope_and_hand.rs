@@ -24,12 +24,13 @@
 //!
 //! The board falls to the left, towards the cabinet: a hand that pushes against the cabinet's side
 //! gets the missing force uphill, and one place of the hand, 0.7 to 0.9 m ahead and 0.8 to 0.9 m
-//! high, serves both footholds on the board. An independent nonlinear program over all its postures at once (torques
-//! and friction pyramid at 80 %, CoM margin 30 mm, joints 0.03 rad inside) finds foot → board,
-//! hand → cabinet, other foot → board, foot → step, hand off, other foot → table, foot → table with
-//! either foot first and 12 to 70 N at the hand: 13 contact sets (brossette2013, Plan 2, has 19).
-//! The board's whole friction, atan 0.31 = 17.2°, holds the robot without the hand: the hand buys
-//! the margin, so that an execution which loses it does not slide at once.
+//! high, serves both footholds on the board. An independent nonlinear program over all its postures
+//! at once (torques and friction pyramid at 80 %, CoM margin 30 mm, joints 0.03 rad inside, bodies
+//! may meet) finds foot → board, hand → cabinet, other foot → board, foot → step, hand off, other
+//! foot → table, foot → table with either foot first and 12 to 70 N at the hand: 13 contact sets
+//! (brossette2013, Plan 2, has 19). The board's whole friction, atan 0.31 = 17.2°, holds the robot
+//! without the hand: the hand buys the margin, so that an execution which loses it does not slide
+//! at once.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
