@@ -151,7 +151,7 @@ fn covariance(
         let g = Vector3::new(p.y, -p.x, 1.0);
         information += g * g.transpose();
     }
-    let mut sigma = information.try_inverse()? * (VOXELS_ALIKE * plane.rms_m * plane.rms_m);
+    let mut sigma = information.cholesky()?.inverse() * (VOXELS_ALIKE * plane.rms_m * plane.rms_m);
     let range = (plane.centroid.coords - scan.eye_V).norm();
     sigma[(2, 2)] += (scan.noise.systematic_ratio * range).powi(2);
     let symmetric = (sigma + sigma.transpose()) * 0.5;

@@ -32,7 +32,7 @@ impl Default for PlaneExtractionConfig {
             samples_max: 200,
             confidence: 0.999,
             points_min: 150,
-            rest_ratio: 0.05,
+            rest_ratio: 0.01,
             seed: 0,
         }
     }

@@ -1,6 +1,8 @@
 //! A face → its outline with holes and the convex polygons that cover it.
 
-use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{
+    Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
+};
 use serde::{Deserialize, Serialize};
 use surfaces::ConvexPolygon;
 
@@ -56,6 +58,9 @@ impl OutlineConfig {
     }
 }
 
+/// An edge of the outline may reach this far into a piece, in mean pixels.
+const SLACK_PX: f64 = 0.3;
+
 /// One convex polygon of a face, in its frame.
 #[allow(non_snake_case)]
 pub(super) struct Piece {
@@ -98,81 +103,83 @@ pub(super) fn pieces(
     let Some(raster) = Raster::new(face) else {
         return Vec::new();
     };
-    let R_VS = frame(plane, X_WV);
+    // Coordinates of the plane that depend on the sensor only, so that its pose moves the pieces
+    // and does not change them.
+    let R_VP = frame(plane, &Vector3::z(), &-Vector3::y());
     let foot = Point3::from(plane.normal * plane.distance);
-    let in_S = |p: &Point2<f64>| {
-        let q = R_VS.inverse() * (plane.point(image, p.x, p.y)? - foot);
+    let in_P = |p: &Point2<f64>| {
+        let q = R_VP.inverse() * (plane.point(image, p.x, p.y)? - foot);
         Some(Point2::new(q.x, q.y))
     };
 
     // The outline on the plane, covered by convex pieces.
     let rings = contour::rings(&raster, config.tolerance_px, config.notch_px);
-    let rings: Option<Vec<Vec<_>>> = rings
-        .iter()
-        .map(|ring| ring.iter().map(in_S).collect())
-        .collect();
-    let Some(rings) = rings else {
+    let on_plane = rings.iter().map(|ring| ring.iter().map(in_P).collect());
+    let Some(rings) = on_plane.collect::<Option<Vec<Vec<_>>>>() else {
         return Vec::new();
     };
-    let pixel_m = (area
-        / face
-            .runs
-            .iter()
-            .map(|(_, a, b)| f64::from(b - a))
-            .sum::<f64>())
-    .sqrt();
-    let covering = cover(&rings, 0.3 * pixel_m, &config.cover);
+    let pixels: f64 = face.runs.iter().map(|(_, a, b)| f64::from(b - a)).sum();
+    let slack_m = SLACK_PX * (area / pixels).sqrt();
+    let covering = cover(&rings, slack_m, &config.cover);
 
-    // Each piece with the origin of its frame at its centroid.
-    let chunks = chunks(face);
+    // Tangents as the world has them; each piece with its origin at its centroid.
+    let R_VW = X_WV.rotation.inverse();
+    let R_VS = frame(plane, &(R_VW * Vector3::x()), &(R_VW * Vector3::z()));
+    let R_SP = R_VS.inverse() * R_VP;
+    let turn = |p: Vector2<f64>| Point2::from((R_SP * p.push(0.0)).xy());
+    let support = support(face, pixels);
     let mut pieces = Vec::new();
     for piece in covering {
         let c = piece.centroid().coords;
-        let moved = piece.vertices().iter().map(|v| v - c).collect();
-        let Ok(polygon) = ConvexPolygon::new(moved) else {
+        let corners: Vec<_> = piece
+            .vertices()
+            .iter()
+            .map(|v| turn(v.coords - c))
+            .collect();
+        let Ok(polygon) = ConvexPolygon::hull(&corners) else {
             continue;
         };
-        let origin = foot + R_VS * Vector3::new(c.x, c.y, 0.0);
+        let origin = foot + R_VP * c.push(0.0);
         let X_VS = Isometry3::from_parts(
             Translation3::from(origin),
             UnitQuaternion::from_rotation_matrix(&R_VS),
         );
-        let ring = |ring: &Vec<Point2<f64>>| ring.iter().map(|p| (p - c).coords.into()).collect();
+        let ring = |ring: &Vec<Point2<f64>>| {
+            ring.iter()
+                .map(|p| turn(p.coords - c).coords.into())
+                .collect()
+        };
         pieces.push(Piece {
             label: face.label,
             X_VS,
             outline: rings.iter().map(ring).collect(),
-            covariance: plane::covariance(image, &chunks, plane, &origin, &R_VS, noise),
+            covariance: plane::covariance(image, &support, plane, &origin, &R_VS, noise),
             polygon,
         });
     }
     pieces
 }
 
-/// Orientation of S in V: z_S toward the sensor.
+/// Orientation of a plane in V: z toward the sensor, tangents by `forward` and `up` (in V).
 #[allow(non_snake_case)]
-fn frame(plane: &Plane, X_WV: &Isometry3<f64>) -> Rotation3<f64> {
-    let R_VW = X_WV.rotation.inverse();
-    let columns = tangent_frame(
-        &-plane.normal,
-        &(R_VW * Vector3::x()),
-        &(R_VW * Vector3::z()),
-    );
-    Rotation3::from_matrix_unchecked(columns)
+fn frame(plane: &Plane, forward: &Vector3<f64>, up: &Vector3<f64>) -> Rotation3<f64> {
+    Rotation3::from_matrix_unchecked(tangent_frame(&-plane.normal, forward, up))
 }
 
-/// Middle and number of pixels of pieces of the face's runs.
-fn chunks(face: &Face) -> Vec<(f64, f64, f64)> {
-    let mut chunks = Vec::new();
-    for &(v, a, b) in face.runs.iter().step_by(4) {
-        let mut u = a;
-        while u < b {
-            let end = (u + 16).min(b);
-            let n = f64::from(end - u);
-            // Every fourth row stands for four.
-            chunks.push((f64::from(u) + (n - 1.0) / 2.0, f64::from(v), 4.0 * n));
-            u = end;
-        }
-    }
-    chunks
+/// A lattice of the face's pixels, about this many, and how many pixels each stands for.
+const SUPPORT: f64 = 400.0;
+
+fn support(face: &Face, pixels: f64) -> Vec<(f64, f64, f64)> {
+    let stride = (pixels / SUPPORT).sqrt().ceil().max(1.0);
+    let step = stride as usize;
+    let rows = face
+        .runs
+        .iter()
+        .filter(|(v, ..)| (*v as usize).is_multiple_of(step));
+    rows.flat_map(|&(v, a, b)| {
+        let first = a.next_multiple_of(step as u32);
+        let columns = (first..b).step_by(step);
+        columns.map(move |u| (f64::from(u), f64::from(v), stride * stride))
+    })
+    .collect()
 }

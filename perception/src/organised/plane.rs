@@ -144,10 +144,11 @@ fn correlation_areas(noise: &Noise) -> (f64, f64) {
 /// An error of depth κz moves the plane's point by κd along its normal. The second term is
 /// bounded for faces smaller than the error's waves: the offset by κ d, the tilts by the slope
 /// of such a wave, κ d/(√2 s).
-/// Labels: one per pixel as in [`fit`]. `None` when the pixels do not determine the plane.
+/// `support` are pixels of the face and how many each stands for. `None` when they do not
+/// determine the plane.
 pub(super) fn covariance(
     image: &InverseImage,
-    chunks: &[(f64, f64, f64)],
+    support: &[(f64, f64, f64)],
     plane: &Plane,
     origin: &Point3<f64>,
     frame: &Rotation3<f64>,
@@ -158,7 +159,7 @@ pub(super) fn covariance(
     let mut slow = Matrix3::zeros();
     let mut pixel = Moments::default();
     let (mut sx, mut sy, mut sxx, mut syy) = (0.0, 0.0, 0.0, 0.0);
-    for &(u, v, n) in chunks {
+    for &(u, v, n) in support {
         let Some(p) = plane.point(image, u, v) else {
             continue;
         };
@@ -176,7 +177,7 @@ pub(super) fn covariance(
         syy += n * q.y * q.y;
     }
     let kd = noise.systematic_ratio * plane.distance;
-    let mut systematic = slow.try_inverse()? * (kd * kd * area_systematic);
+    let mut systematic = slow.cholesky()?.inverse() * (kd * kd * area_systematic);
     // Bounds, as a scaling of rows and columns that keeps the matrix positive.
     let n = pixel.n;
     let spread_px = (pixel.uu - pixel.u * pixel.u / n + pixel.vv - pixel.v * pixel.v / n).max(0.0);
@@ -195,7 +196,7 @@ pub(super) fn covariance(
             systematic.column_mut(i).scale_mut(scale);
         }
     }
-    let sigma = white.try_inverse()? * area_noise + systematic;
+    let sigma = white.cholesky()?.inverse() * area_noise + systematic;
     let symmetric = (sigma + sigma.transpose()) * 0.5;
     let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| symmetric[(i, j)]));
     rows.iter().flatten().all(|x| x.is_finite()).then_some(rows)

@@ -1,0 +1,199 @@
+//! Real scans, where the folder that holds them is present (`SCANDENT_SHARED`, or `shared` beside
+//! the workspace).
+
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+use std::path::PathBuf;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use perception::{Config, Intrinsics, Scan, SensorOptions, extract, read_scan};
+use surfaces::Surface;
+
+/// The file below `shared/scans`, or `None`, loudly.
+fn shared(name: &str) -> Option<PathBuf> {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared");
+    let root = std::env::var_os("SCANDENT_SHARED").map_or_else(beside, PathBuf::from);
+    let path = root.join("scans").join(name);
+    if !path.is_file() {
+        eprintln!("SKIPPED: {} is not there", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+fn options(sensor: &str, k: Option<[f64; 4]>) -> SensorOptions {
+    let intrinsics = k.map(|[fx, fy, cx, cy]| Intrinsics { fx, fy, cx, cy });
+    SensorOptions {
+        sensor: sensor.into(),
+        intrinsics,
+        ..SensorOptions::default()
+    }
+}
+
+fn surfaces_of(scan: &Scan) -> Vec<Surface> {
+    let found = extract(scan, &scan.X_WV, &Config::default())
+        .unwrap()
+        .surfaces;
+    for surface in &found {
+        surface.validate().unwrap();
+        let eye = scan.X_WV * Point3::from(scan.eye_V);
+        assert!(surface.height_of(&eye) > 0.0, "{} looks away", surface.id);
+    }
+    found
+}
+
+fn angle_deg(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    a.angle(b).to_degrees()
+}
+
+/// The Kinect v2's view down a real staircase.
+const K2: [f64; 4] = [
+    365.3177869756812,
+    365.3172134080492,
+    254.6860958294042,
+    208.54985928324885,
+];
+
+#[test]
+fn the_treads_of_real_stairs_are_parallel_and_a_step_apart() {
+    let Some(path) = shared("rgbd/k2_stairs_0000_depth.png") else {
+        return;
+    };
+    let scan = read_scan(&path, &options("kinect_v2", Some(K2))).unwrap();
+    let found = surfaces_of(&scan);
+    // Up, in V: the first axis of the scan's own levelling by its IMU looks down.
+    let up = -Vector3::new(0.0683299, 0.2251696, 0.9719206);
+    let level: Vec<&Surface> = found
+        .iter()
+        .filter(|s| angle_deg(&s.normal_W(), &up) < 4.0 && s.polygon.area() > 0.05)
+        .collect();
+    let treads = level.len();
+    assert!(treads >= 3, "{treads} level faces of {}", found.len());
+    // The two large treads in the middle of the view.
+    let (a, b) = (level[0], level[1]);
+    assert!(angle_deg(&a.normal_W(), &b.normal_W()) < 1.6);
+    // Levels of the treads along the common normal, without repeats: risers of 7 to 20 cm.
+    let mut heights: Vec<f64> = level
+        .iter()
+        .map(|s| up.dot(&s.X_WS.translation.vector))
+        .collect();
+    heights.sort_by(f64::total_cmp);
+    heights.dedup_by(|a, b| (*a - *b).abs() < 0.05);
+    assert!(heights.len() >= 3, "{heights:?}");
+    for pair in heights.windows(2).take(2) {
+        assert!((0.06..0.21).contains(&(pair[1] - pair[0])), "{heights:?}");
+    }
+}
+
+#[test]
+fn the_levelled_cloud_of_the_same_stairs_takes_the_chain_and_agrees() {
+    let Some(path) = shared("rgbd/k2_stairs_0000.pcd") else {
+        return;
+    };
+    let scan = read_scan(&path, &options("kinect_v2", None)).unwrap();
+    // Organised, but turned to level after the scan: no pinhole explains it.
+    assert_eq!(scan.cloud.organised, Some((512, 424)));
+    assert!(scan.depth.is_none());
+    let found = surfaces_of(&scan);
+    let level = found
+        .iter()
+        .filter(|s| s.normal_W().x.abs() > 4.0_f64.to_radians().cos());
+    let area: f64 = level.map(|s| s.polygon.area()).sum();
+    assert!(area > 0.3, "{area} m² level");
+}
+
+#[test]
+fn a_wall_and_shelves_come_out_as_such() {
+    let Some(path) = shared("rgbd/mrpt_kinect_depth.png") else {
+        return;
+    };
+    let k = [572.9, 542.7, 314.6, 240.2];
+    let found = surfaces_of(&read_scan(&path, &options("kinect_v1", Some(k))).unwrap());
+    // The wall is the largest, 2.3 m away, and upright; it was measured to 16 mm.
+    let wall = &found[0];
+    assert!(wall.normal_W().y.abs() < 0.2, "{:?}", wall.normal_W());
+    assert!((2.0..2.6).contains(&wall.X_WS.translation.vector.z));
+    assert!(wall.rms_m < 0.025, "{}", wall.rms_m);
+}
+
+#[test]
+fn a_floor_is_one_plane_for_the_stereo_camera() {
+    let Some(path) = shared("rgbd/rs_polylidar_00000002_depth.png") else {
+        return;
+    };
+    let k = [
+        307.8533935546875,
+        307.8641357421875,
+        204.47328186035156,
+        121.65782165527344,
+    ];
+    let found = surfaces_of(&read_scan(&path, &options("realsense_d4xx", Some(k))).unwrap());
+    // Level with the camera but for its tilt: the normal is mostly −y.
+    let floor: f64 = found
+        .iter()
+        .filter(|s| s.normal_W().y < -0.75)
+        .map(|s| s.polygon.area())
+        .fold(0.0, f64::max);
+    assert!(floor > 0.3, "{floor} m²");
+}
+
+#[test]
+fn no_face_of_a_curved_tunnel_strays_far_from_its_plane() {
+    let Some(path) = shared("rgbd/cape_seq_example_depth.png") else {
+        return;
+    };
+    let k = [575.9, 576.4, 315.15, 230.6];
+    let found = surfaces_of(&read_scan(&path, &options("kinect_v1", Some(k))).unwrap());
+    for surface in &found {
+        // 1 % of the distance: 2.5 κ.
+        let z = surface.X_WS.translation.vector.z;
+        assert!(
+            surface.rms_m < 0.01 * z + 0.003,
+            "{}: {} at {z}",
+            surface.id,
+            surface.rms_m
+        );
+    }
+}
+
+#[test]
+fn lidar_clouds_of_tilted_blocks_show_the_blocks() {
+    for (name, eye_m, least) in [
+        ("lidar/planeseg_tilted-steps.pcd", [0.248, 0.012, 1.806], 3),
+        (
+            "lidar/planeseg_terrain_close_rect.pcd",
+            [-0.029, -0.006, 0.088],
+            15,
+        ),
+    ] {
+        let Some(path) = shared(name) else { return };
+        let options = SensorOptions {
+            eye_m: Some(eye_m),
+            ..options("generic", None)
+        };
+        let scan = read_scan(&path, &options).unwrap();
+        assert_eq!(scan.X_WV, Isometry3::identity());
+        let found = surfaces_of(&scan);
+        // Blocks of 40 × 40 cm in all directions: tilted, yet walkable.
+        let tilts = found.iter().filter(|s| {
+            let tilt = angle_deg(&s.normal_W(), &Vector3::z());
+            (5.0..30.0).contains(&tilt) && (0.03..0.4).contains(&s.polygon.area())
+        });
+        let count = tilts.count();
+        assert!(
+            count >= least,
+            "{name}: {count} tilted blocks of {} surfaces",
+            found.len()
+        );
+    }
+}
+
+#[test]
+fn a_sparse_lidar_turn_is_read_and_extracted() {
+    let Some(path) = shared("lidar/nebula_vlp16_1673400472138016708.pcd") else {
+        return;
+    };
+    let scan = read_scan(&path, &options("generic", None)).unwrap();
+    assert_eq!(scan.cloud.points.len() + scan.cloud.invalid, 14831);
+    surfaces_of(&scan);
+}
