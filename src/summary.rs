@@ -85,7 +85,7 @@ fn stances(plan: &Plan, status: Status, out: &mut dyn Write) -> std::io::Result<
     }
     for stance in &plan.stances {
         let m = &stance.margins;
-        let base: Vec<String> = stance.q.iter().take(3).map(|x| format!("{x:.2}")).collect();
+        let base: Vec<String> = stance.q.iter().take(3).map(|x| metres(*x)).collect();
         writeln!(
             out,
             "  {:>2} {:<30} base {}  torque {:>3.0} %  friction {:>3.0} %  clearance {}",
@@ -122,6 +122,11 @@ fn blocked(blocked: &[Blocked], out: &mut dyn Write) -> std::io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Metres to the centimetre, without the sign of a zero.
+fn metres(x: f64) -> String {
+    format!("{:.2}", (100.0 * x).round() / 100.0 + 0.0)
 }
 
 /// A change in words.

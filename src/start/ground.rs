@@ -15,10 +15,12 @@ use surfaces::{ConvexPolygon, HalfPlane, Source, Surface, SurfaceSet};
 pub struct Config {
     /// Border of ground around the hull of the soles, m.
     pub border_m: f64,
-    /// Soles whose vertices lie in one plane to this distance stand on one face, m.
+    /// Soles whose vertices lie in one plane to this distance stand on one face, and on a surface
+    /// that is known to be there, m: what a named posture's rounded joints leave between two
+    /// soles, half of what the verifier grants.
     pub same_face_m: f64,
-    /// A surface of which every vertex lies this near to the soles' plane is the same floor, m:
-    /// the error of a plane fitted to a scan.
+    /// A scanned surface of which every vertex lies this near to the soles' plane is the same
+    /// floor, m: the error of a plane fitted to a scan.
     pub join_height_m: f64,
     /// The largest unseen gap between the soles' border and such a surface that is taken for
     /// floor too, m.
@@ -29,7 +31,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             border_m: 0.02,
-            same_face_m: 1e-5,
+            same_face_m: 5e-4,
             join_height_m: 0.010,
             join_gap_m: 0.30,
         }
@@ -48,8 +50,9 @@ pub struct Ground {
 /// Adds to `set` the faces that the robot stands on in `start` with the patches `standing`.
 ///
 /// 1. Soles in one plane are one face: their hull with a border. Where the set has a surface in
-///    exactly that plane with room for all of them, it is that surface.
-/// 2. Any other surface that lies in a face's plane is moved exactly into it and named as the same face.
+///    that plane with room for all of them, it is that surface.
+/// 2. A scanned surface that lies in a face's plane is moved exactly into it and named as the same
+///    face; a surface of a file or a mesh is known better than that and stays where it is.
 /// 3. If there is a gap between the two, the face reaches over it at its own width.
 ///
 /// # Errors
@@ -165,10 +168,10 @@ fn known_face(
     })
 }
 
-/// The hull of the soles and a border, in the plane of the first.
+/// The hull of the soles and a border, in their mean plane.
 #[allow(non_snake_case)]
 fn face(id: &str, soles: &[Sole], members: &[usize], border_m: f64) -> anyhow::Result<Surface> {
-    let plane = soles[members[0]].X_WC;
+    let plane = mean_plane(soles, members);
     let points: Vec<Point2<f64>> = members
         .iter()
         .flat_map(|&m| &soles[m].vertices_W)
@@ -183,6 +186,20 @@ fn face(id: &str, soles: &[Sole], members: &[usize], border_m: f64) -> anyhow::R
         face: Some(id.to_owned()),
         ..Surface::new(id, X_WS, polygon)
     })
+}
+
+/// The frame of the first sole, turned to the mean normal and moved to the mean of the vertices.
+#[allow(non_snake_case)]
+fn mean_plane(soles: &[Sole], members: &[usize]) -> Isometry3<f64> {
+    let first = &soles[members[0]].X_WC;
+    let normal_of = |m: &usize| soles[*m].X_WC.rotation * Vector3::z();
+    let normal: Vector3<f64> = members.iter().map(normal_of).sum();
+    let turn = UnitQuaternion::rotation_between(&normal_of(&members[0]), &normal)
+        .unwrap_or_else(UnitQuaternion::identity);
+    let vertices: Vec<Vector3<f64>> =
+        members.iter().flat_map(|&m| &soles[m].vertices_W).map(|v| v.coords).collect();
+    let middle = vertices.iter().sum::<Vector3<f64>>() / vertices.len().max(1) as f64;
+    Isometry3::from_parts(middle.into(), turn * first.rotation)
 }
 
 /// The corners of an octagon whose inscribed circle about `p` has radius `border_m`.
@@ -214,14 +231,16 @@ fn centred(
     ))
 }
 
-/// Makes `floor` part of `face` if it continues it.
+/// Makes a scanned `floor` part of `face` if it continues it.
 fn join(face: &mut Surface, floor: &mut Surface, config: &Config, notes: &mut Vec<String>) {
     let vertices = floor.vertices_W();
     let off_m = vertices
         .iter()
         .map(|v| face.height_of(v).abs())
         .fold(0.0, f64::max);
-    if off_m > config.join_height_m || face.normal_W().dot(&floor.normal_W()) < 0.0 {
+    let is_seen = floor.source == Source::Scan;
+    let is_same = off_m <= config.join_height_m && face.normal_W().dot(&floor.normal_W()) > 0.0;
+    if !is_seen || !is_same {
         return;
     }
     let floor_in_face: Vec<Point2<f64>> = vertices

@@ -41,6 +41,13 @@ fn rectangle(id: &str, x: [f64; 2], y: [f64; 2], z: f64, tilt: f64) -> Surface {
     )
 }
 
+fn scanned(id: &str, x: [f64; 2], y: [f64; 2], z: f64, tilt: f64) -> Surface {
+    Surface {
+        source: Source::Scan,
+        ..rectangle(id, x, y, z, tilt)
+    }
+}
+
 fn with(surfaces: Vec<Surface>) -> SurfaceSet {
     SurfaceSet {
         surfaces,
@@ -86,7 +93,7 @@ fn soles_in_one_plane_are_one_face_with_a_border() {
 #[test]
 fn a_floor_ahead_is_joined_over_the_gap_at_the_faces_own_width() {
     // Seen from 0.30 m ahead on, 4 mm too high and tilted by 2 mrad, much wider than the feet.
-    let mut set = with(vec![rectangle(
+    let mut set = with(vec![scanned(
         "floor",
         [0.30, 1.30],
         [-0.8, 0.8],
@@ -124,10 +131,10 @@ fn a_floor_ahead_is_joined_over_the_gap_at_the_faces_own_width() {
 #[test]
 fn a_step_a_far_floor_and_a_wall_are_left_alone() {
     let mut set = with(vec![
-        rectangle("step", [0.20, 0.60], [-0.4, 0.4], 0.05, 0.0),
-        rectangle("far", [0.90, 1.50], [-0.4, 0.4], 0.0, 0.0),
-        rectangle("slope", [0.20, 1.20], [-0.4, 0.4], 0.0, 0.1),
-        rectangle(
+        scanned("step", [0.20, 0.60], [-0.4, 0.4], 0.05, 0.0),
+        scanned("far", [0.90, 1.50], [-0.4, 0.4], 0.0, 0.0),
+        scanned("slope", [0.20, 1.20], [-0.4, 0.4], 0.0, 0.1),
+        scanned(
             "underside",
             [-0.3, 0.3],
             [-0.4, 0.4],
@@ -148,6 +155,26 @@ fn a_known_floor_under_the_feet_is_used_as_it_is() {
     let (ground, _) = standing(&mut set);
     assert_eq!(set, before);
     assert!(ground.contacts.iter().all(|&(_, surface)| surface == 0));
+}
+
+#[test]
+fn an_exact_floor_is_stood_on_to_half_a_millimetre_and_never_moved() {
+    for (tilt, is_used) in [(0.001, true), (0.005, false)] {
+        // Over the feet, 0.12 m from the middle to the toes: off by 0.12 mm and by 0.6 mm.
+        let mut set = with(vec![rectangle(
+            "floor",
+            [-1.0, 1.0],
+            [-1.0, 1.0],
+            0.0,
+            tilt,
+        )]);
+        let before = set.surfaces.clone();
+        let (ground, robot) = standing(&mut set);
+        assert_eq!(set.surfaces[..1], before, "tilt {tilt}");
+        assert_eq!(set.surfaces.len() == 1, is_used, "tilt {tilt}");
+        let (off, inside) = fit(&set, &ground, &robot);
+        assert!(off <= 5e-4 && inside > 0.019, "tilt {tilt}: {off} {inside}");
+    }
 }
 
 #[test]
