@@ -238,8 +238,11 @@ impl ScanSource {
             let reason = "a depth image needs `sensor`, or fx, fy, cx, cy and depth_scale_m";
             return Err(Error::field(field, reason));
         }
-        if self.sensor.is_some() && given > 0 {
-            return Err(Error::field(field, "has both `sensor` and intrinsics"));
+        // A named sensor may come with its own calibration: all of the four numbers or none.
+        let calibrated = intrinsics[..4].iter().flatten().count();
+        if self.sensor.is_some() && calibrated % 4 != 0 {
+            let reason = "needs all of fx, fy, cx, cy or none of them";
+            return Err(Error::field(field, reason));
         }
         for (name, value) in [
             ("fx", self.fx),
