@@ -53,35 +53,41 @@ pub fn pose(text: &str) -> Result<Isometry3<f64>, String> {
     Ok(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
 }
 
-/// A sensor: its name in the table, or `fx,fy,cx,cy` (px) with `,depth_scale_m` where the image
-/// does not count millimetres.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SensorFlag {
-    /// A name.
-    Named(String),
-    /// fx, fy, cx, cy, depth scale.
-    Pinhole([f64; 5]),
+/// A sensor: `NAME`, `fx,fy,cx,cy[,depth_scale_m]` (px), or both as `NAME:fx,fy,cx,cy…` for a
+/// known sensor with its own calibration.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SensorFlag {
+    /// Name in the sensor table.
+    pub name: Option<String>,
+    /// fx, fy, cx, cy, px.
+    pub pinhole: Option<[f64; 4]>,
+    /// Metres per unit of a depth image.
+    pub depth_scale_m: Option<f64>,
 }
-
-/// Metres per unit of a depth image where it is not said: millimetres.
-const MILLIMETRE_M: f64 = 1e-3;
 
 /// A [`SensorFlag`].
 ///
 /// # Errors
-/// As [`numbers`], for text with a comma; a focal length or scale that is not positive.
+/// As [`numbers`]; a focal length or scale that is not positive.
 pub fn sensor(text: &str) -> Result<SensorFlag, String> {
-    if !text.contains(',') {
-        return Ok(SensorFlag::Named(text.to_owned()));
+    let (name, calibration) = match text.split_once(':') {
+        Some((name, calibration)) => (Some(name), Some(calibration)),
+        None if text.contains(',') => (None, Some(text)),
+        None => (Some(text), None),
+    };
+    let mut flag = SensorFlag {
+        name: name.map(|name| name.trim().to_owned()),
+        ..SensorFlag::default()
+    };
+    if let Some(calibration) = calibration {
+        let values = numbers(calibration, &[4, 5])?;
+        flag.pinhole = Some([values[0], values[1], values[2], values[3]]);
+        flag.depth_scale_m = values.get(4).copied();
+        if values[0] <= 0.0 || values[1] <= 0.0 || flag.depth_scale_m.is_some_and(|s| s <= 0.0) {
+            return Err("focal lengths and the depth scale must be positive".to_owned());
+        }
     }
-    let values = numbers(text, &[4, 5])?;
-    let scale = values.get(4).copied().unwrap_or(MILLIMETRE_M);
-    if !(values[0] > 0.0 && values[1] > 0.0 && scale > 0.0) {
-        return Err("focal lengths and the depth scale must be positive".to_owned());
-    }
-    Ok(SensorFlag::Pinhole([
-        values[0], values[1], values[2], values[3], scale,
-    ]))
+    Ok(flag)
 }
 
 /// A start: `POSTURE`, `POSTURE@x,y,z[,roll,pitch,yaw]`, `@x,y,z…`, or one `PATCH=x,y,z…` a
@@ -242,11 +248,12 @@ mod tests {
             Some([1.0, 2.0, 3.0])
         );
         assert!(goal_contact("hand").is_err());
-        assert_eq!(sensor("xtion"), Ok(SensorFlag::Named("xtion".to_owned())));
-        assert_eq!(
-            sensor("5,6,7,8"),
-            Ok(SensorFlag::Pinhole([5.0, 6.0, 7.0, 8.0, 0.001]))
-        );
+        assert_eq!(sensor("xtion").unwrap().name.as_deref(), Some("xtion"));
+        let own = sensor("kinect_v2:5,6,7,8,0.01").unwrap();
+        assert_eq!(own.name.as_deref(), Some("kinect_v2"));
+        assert_eq!(own.pinhole, Some([5.0, 6.0, 7.0, 8.0]));
+        assert_eq!(own.depth_scale_m, Some(0.01));
+        assert_eq!(sensor("5,6,7,8").unwrap().name, None);
         assert!(sensor("0,6,7,8").is_err());
     }
 }

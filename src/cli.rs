@@ -30,17 +30,27 @@ const EXIT_CODES: &str = "Exit codes: 0 done (a plan was found), 1 error, 2 usag
 /// Flags that every command understands.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Global {
-    /// Change one setting, such as planner.max_nodes=200 (repeatable; `scandent config` lists all)
-    #[arg(long, global = true, value_name = "TABLE.KEY=VALUE")]
+    /// Change one setting, such as planner.nodes_max=200 (repeatable; `scandent config` lists all)
+    #[arg(
+        long,
+        global = true,
+        help_heading = "Settings",
+        value_name = "TABLE.KEY=VALUE"
+    )]
     pub set: Vec<String>,
     /// Settings to lay over the defaults and the scene's, as `scandent config` prints them
-    #[arg(long, global = true, value_name = "FILE.toml")]
+    #[arg(
+        long,
+        global = true,
+        help_heading = "Settings",
+        value_name = "FILE.toml"
+    )]
     pub config: Option<PathBuf>,
     /// Threads for the search (default: all; the plan does not depend on it)
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, help_heading = "Settings", value_name = "N")]
     pub threads: Option<NonZeroUsize>,
     /// Seed of every random stream
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, help_heading = "Settings", value_name = "N")]
     pub seed: Option<u64>,
 }
 

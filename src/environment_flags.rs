@@ -12,7 +12,7 @@ use crate::status::UsageError;
 /// How scans were taken.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct ScanFlags {
-    /// Sensor of the scans: a name, or fx,fy,cx,cy[,depth_scale_m]
+    /// Sensor of the scans: NAME, fx,fy,cx,cy[,depth_scale_m] or NAME:fx,fy,cx,cy[,depth_scale_m]
     #[arg(long, value_name = "SENSOR", value_parser = argument::sensor, allow_hyphen_values = true)]
     pub sensor: Option<SensorFlag>,
     /// Pose of each scan's optical frame (x right, y down, z forward) in the world, in the order of
@@ -53,21 +53,17 @@ fn source(file: &Path, sensor: Option<&SensorFlag>, pose: &Isometry3<f64>) -> Sc
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("png"));
     let name = file.display().to_string();
-    let (sensor, pinhole) = match sensor {
-        Some(SensorFlag::Named(name)) => (Some(name.clone()), None),
-        Some(SensorFlag::Pinhole(values)) => (None, Some(*values)),
-        None => (None, None),
-    };
-    let value = |i: usize| pinhole.map(|values| values[i]);
+    let flag = sensor.cloned().unwrap_or_default();
+    let value = |i: usize| flag.pinhole.map(|values| values[i]);
     ScanSource {
         depth: is_image.then(|| name.clone()),
         cloud: (!is_image).then_some(name),
-        sensor,
+        sensor: flag.name.clone(),
         fx: value(0),
         fy: value(1),
         cx: value(2),
         cy: value(3),
-        depth_scale_m: value(4),
+        depth_scale_m: flag.depth_scale_m,
         position_m: pose.translation.vector.into(),
         quat_xyzw: pose.rotation.coords.into(),
     }

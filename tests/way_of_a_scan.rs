@@ -196,3 +196,63 @@ fn a_known_mesh_is_climbed_without_any_scan() {
     assert!(text.contains("what blocks the way"), "{text}");
     assert!(out.join("partial_plan.json").exists() && !out.join("plan.json").exists());
 }
+
+#[test]
+fn a_start_that_is_no_stance_is_an_error_with_the_reason() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mesh = folder.path().join("steps.obj");
+    std::fs::write(&mesh, steps_obj()).expect("writable");
+    let out = folder.path().join("out");
+    // In the first step; tilted by half a radian; in a posture that does not exist.
+    for (start, word) in [
+        ("half_sitting@0.4,0,0.6487", "too near"),
+        ("half_sitting@0,0,0.6487,0.5,0,0", "no equilibrium"),
+        ("no_such_posture", "half_sitting"),
+    ] {
+        let output = scandent(&[
+            "plan",
+            "--mesh",
+            path(&mesh),
+            "--goal",
+            "1.4,0",
+            "--start",
+            start,
+            "-o",
+            path(&out),
+        ]);
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{start}: {text}");
+        assert!(text.contains(word), "{start}: no {word:?} in: {text}");
+        assert!(
+            !out.exists(),
+            "{start}: results of a start that is no stance"
+        );
+    }
+}
+
+#[test]
+fn a_goal_out_of_reach_has_no_plan() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let surfaces = folder.path().join("surfaces.json");
+    std::fs::write(
+        &surfaces,
+        r#"{"format": "scandent-surfaces/1", "surfaces": []}"#,
+    )
+    .expect("writable");
+    let out = folder.path().join("out");
+    let args = [
+        "plan",
+        "--surfaces",
+        path(&surfaces),
+        "--goal",
+        "2,0",
+        "-o",
+        path(&out),
+    ];
+    let output = scandent(&args);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{text}");
+    let report: Value = serde_json::from_slice(&read(&out, "report.json")).expect("JSON");
+    assert_eq!(report["path_stances"], 0);
+    assert_eq!(report["surfaces"], 1, "the ground under the feet");
+}
