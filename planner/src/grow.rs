@@ -40,15 +40,22 @@ pub(crate) fn root(prepared: &Prepared, config: &posture::Config) -> Result<Node
         reference: configuration,
         guess: configuration,
     };
-    let posture = match posture::solve(&problem, config)? {
-        Outcome::Feasible(posture) => posture,
-        other => {
-            let reason = other
-                .violation()
-                .map_or_else(String::new, |v| v.describe(&problem));
-            return Err(Error::Start { reason });
+    // As it stands, with nothing in reserve; then as near to that as the margins allow.
+    let mut posture = None;
+    for config in [&as_it_stands(config), config] {
+        match posture::solve(&problem, config)? {
+            Outcome::Feasible(found) => posture = Some(*found),
+            other => {
+                let reason = other
+                    .violation()
+                    .map_or_else(String::new, |v| v.describe(&problem));
+                return Err(Error::Start { reason });
+            }
         }
-    };
+    }
+    let posture = posture.ok_or_else(|| Error::Start {
+        reason: "no posture".to_owned(),
+    })?;
     let mut last = vec![None; robot.patches.len()];
     for held in &contacts {
         last[held.patch] = Some(held.X_WC.translation.vector);
@@ -59,9 +66,28 @@ pub(crate) fn root(prepared: &Prepared, config: &posture::Config) -> Result<Node
         change: Change::Start,
         touching: contacts.iter().map(|c| (c.clone(), true)).collect(),
         contacts,
-        posture: Arc::new(*posture),
+        posture: Arc::new(posture),
         last,
     })
+}
+
+/// Settings that leave the configuration where it is and ask for no margin: what holds then holds
+/// as the robot stands.
+fn as_it_stands(config: &posture::Config) -> posture::Config {
+    /// No step to speak of, rad and m.
+    const STILL: f64 = 1e-9;
+    posture::Config {
+        friction_use: 1.0,
+        torque_use: 1.0,
+        joint_margin_rad: 0.0,
+        clearance_m: 0.0,
+        self_clearance_m: 0.0,
+        com_margin_m: 0.0,
+        step_max_rad: STILL,
+        step_max_m: STILL,
+        restarts: 0,
+        ..config.clone()
+    }
 }
 
 /// The node of a solved candidate; where it has no posture, why.

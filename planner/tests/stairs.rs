@@ -165,3 +165,36 @@ fn stairs_are_climbed_the_same_on_any_number_of_threads() {
         );
     }
 }
+
+#[test]
+fn a_start_in_collision_or_out_of_balance_is_refused() {
+    let robot = humanoid();
+    let environment = Environment::new(&stairs(), 0.05).unwrap();
+    let refused = |change: &dyn Fn(&mut Configuration)| {
+        let mut request = request(&robot, &environment, Vector3::new(1.9, 0.0, 0.71));
+        change(&mut request.start.configuration);
+        let search = planner::search(
+            &request,
+            &Config::default(),
+            &posture::Config::default(),
+            &|_| {},
+            &AtomicBool::new(false),
+        );
+        search.expect_err("this is no stance").to_string()
+    };
+    // The knees are in the first step.
+    let reason = refused(&|q| q.p_WB.x += 0.25);
+    assert!(reason.contains("too near"), "{reason}");
+    // Bent forward by 46° at the chest, arms ahead, the CoM leaves the soles.
+    let reason = refused(&|q| {
+        for (joint, turn) in [
+            ("CHEST_JOINT1", 0.8),
+            ("RARM_JOINT0", -1.5),
+            ("LARM_JOINT0", -1.5),
+        ] {
+            q.joints[robot.joint_index(joint).unwrap()] += turn;
+        }
+        q.R_WB = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.2);
+    });
+    assert!(reason.contains("balance"), "{reason}");
+}

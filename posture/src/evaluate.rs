@@ -40,7 +40,7 @@ pub(crate) fn posture(
             Constraint::Closure(_) => {
                 margins.closure_m = margins.closure_m.max(rows.violation(i));
             }
-            Constraint::Equilibrium => {
+            Constraint::Equilibrium | Constraint::Balance => {
                 margins.equilibrium = margins.equilibrium.max(rows.violation(i));
             }
             _ => {}

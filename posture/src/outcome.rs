@@ -127,7 +127,10 @@ impl Violation {
                 format!("{} sticks out of the surface by {mm:.1} mm", contact(*i))
             }
             Constraint::Equilibrium => {
-                format!("no equilibrium: {percent:.1} % of the weight (or mm/10 of it) unbalanced")
+                format!("no equilibrium: {percent:.1} % of the weight stays unbalanced")
+            }
+            Constraint::Balance => {
+                format!("out of balance: the CoM is {mm:.1} mm outside what the contacts support")
             }
             Constraint::Friction(i) => {
                 format!(

@@ -7,8 +7,10 @@ pub enum Constraint {
     Closure(usize),
     /// A contact's patch is inside its surface (contact index).
     Inclusion(usize),
-    /// Forces and moments balance the weight.
+    /// Forces balance the weight.
     Equilibrium,
+    /// Moments about the centre of mass balance.
+    Balance,
     /// A contact's forces are inside the friction pyramid (contact index).
     Friction(usize),
     /// A joint holds the posture (body index).

@@ -210,7 +210,7 @@ fn a_slope_steeper_than_friction_slips() {
     assert!(
         matches!(
             violation.constraint,
-            Constraint::Equilibrium | Constraint::Closure(_)
+            Constraint::Equilibrium | Constraint::Balance | Constraint::Closure(_)
         ),
         "{violation:?}"
     );

@@ -33,7 +33,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
     }
     let moment: Vector3<f64> = points.iter().map(|(_, _, p, f)| (p - c).cross(f)).sum();
     for k in 0..3 {
-        let row = rows.push(Constraint::Equilibrium, moment[k], 0.0, 0.0);
+        let row = rows.push(Constraint::Balance, moment[k], 0.0, 0.0);
         if row.is_empty() {
             continue;
         }
