@@ -21,6 +21,23 @@ pub struct Mutation {
     pub may_also: &'static [Check],
 }
 
+impl Mutation {
+    /// What is wrong with the verdict on the broken plan: that the check did not notice, or that
+    /// an unrelated one failed.
+    pub fn objection(&self, failed: &[Check]) -> Option<String> {
+        let unrelated = failed
+            .iter()
+            .any(|check| *check != self.expected && !self.may_also.contains(check));
+        let noticed = failed.contains(&self.expected);
+        (!noticed || unrelated).then(|| {
+            format!(
+                "{}: {} expected, failed: {failed:?}",
+                self.name, self.expected
+            )
+        })
+    }
+}
+
 /// The table.
 pub fn mutations() -> Vec<Mutation> {
     use Check::*;
@@ -39,7 +56,7 @@ pub fn mutations() -> Vec<Mutation> {
         "robot 5 mm above its surfaces",
         robot_lifted,
         Closure,
-        &[Kept, Goal, Inclusion],
+        &[Kept, Goal, Inclusion, StatedMargin],
     );
     add(
         "surface tilted under the foot",
