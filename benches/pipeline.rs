@@ -29,7 +29,6 @@ fn plan(name: &str) -> Planned {
     let cancel = AtomicBool::new(false);
     let manner = Manner {
         threads: NonZeroUsize::new(1),
-        seed: 0,
         progress: &|_| {},
         cancel: &cancel,
     };

@@ -117,7 +117,16 @@ impl Config {
         for assignment in &global.set {
             layers.set(assignment)?;
         }
-        layers.resolve()
+        let mut config = layers.resolve()?;
+        if let Some(seed) = global.seed {
+            config.perception.chain.plane_extraction.seed = seed;
+        }
+        Ok(config)
+    }
+
+    /// Seed of the random streams: only the paper's perception chain draws samples.
+    pub fn seed(&self) -> u64 {
+        self.perception.chain.plane_extraction.seed
     }
 }
 
@@ -193,6 +202,15 @@ mod tests {
         expected.posture.clearance_m = 0.03;
         expected.posture.engine = posture::Engine::InteriorPoint;
         assert_eq!(config, expected);
+    }
+
+    #[test]
+    fn the_seed_reaches_the_stage_that_draws() {
+        let seeded = Global {
+            seed: Some(7),
+            ..Global::default()
+        };
+        assert_eq!(Config::layered(None, &seeded).unwrap().seed(), 7);
     }
 
     #[test]

@@ -23,8 +23,6 @@ use crate::{goal, roles, threads};
 pub struct Manner<'a> {
     /// Threads; one a processor where there is no number.
     pub threads: Option<NonZeroUsize>,
-    /// Seed of every random stream.
-    pub seed: u64,
     /// Called as the search goes on.
     pub progress: &'a (dyn Fn(&Progress) + Sync),
     /// Stops the search.
@@ -151,7 +149,7 @@ pub fn plan(
         format: PLAN_FORMAT.to_owned(),
         program: crate::program(),
         scene: scene.name.clone(),
-        seed: manner.seed,
+        seed: config.seed(),
         config: serde_json::to_value(config).context("the settings")?,
         inputs: inputs.into_list(),
         robot: RobotSummary {

@@ -59,7 +59,6 @@ pub fn plan_and_write(
         let line = ProgressLine::new(config.planner.nodes_max);
         let manner = Manner {
             threads: global.threads,
-            seed: global.seed.unwrap_or(0),
             progress: &|progress| line.show(progress),
             cancel: interrupt::listen(),
         };

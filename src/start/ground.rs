@@ -196,8 +196,11 @@ fn mean_plane(soles: &[Sole], members: &[usize]) -> Isometry3<f64> {
     let normal: Vector3<f64> = members.iter().map(normal_of).sum();
     let turn = UnitQuaternion::rotation_between(&normal_of(&members[0]), &normal)
         .unwrap_or_else(UnitQuaternion::identity);
-    let vertices: Vec<Vector3<f64>> =
-        members.iter().flat_map(|&m| &soles[m].vertices_W).map(|v| v.coords).collect();
+    let vertices: Vec<Vector3<f64>> = members
+        .iter()
+        .flat_map(|&m| &soles[m].vertices_W)
+        .map(|v| v.coords)
+        .collect();
     let middle = vertices.iter().sum::<Vector3<f64>>() / vertices.len().max(1) as f64;
     Isometry3::from_parts(middle.into(), turn * first.rotation)
 }
