@@ -206,7 +206,7 @@ fn a_start_that_is_no_stance_is_an_error_with_the_reason() {
     // In the first step; tilted by half a radian; in a posture that does not exist.
     for (start, word) in [
         ("half_sitting@0.4,0,0.6487", "too near"),
-        ("half_sitting@0,0,0.6487,0.5,0,0", "no equilibrium"),
+        ("half_sitting@0,0,0.6487,0.5,0,0", "balance"),
         ("no_such_posture", "half_sitting"),
     ] {
         let output = scandent(&[
