@@ -2,6 +2,7 @@
 
 use super::growth::{CellNoise, Region};
 use super::image::{CELL_PX, Grid, InverseImage};
+use super::mask::{MIXED, OPEN, joined};
 use crate::sensor::Noise;
 
 /// The label of a pixel that belongs to no plane.
@@ -40,19 +41,26 @@ pub(super) fn label(
     let mut pixels = vec![NONE; image.w.len()];
     let mut done = vec![false; cells.len()];
     for ring in 0..=RINGS {
+        let around = around(grid, &cells, 1);
         let mut next = cells.clone();
         for cell in 0..cells.len() {
             // The grown cells first, then ring by ring what touches them.
-            if done[cell] || (ring == 0 && cells[cell] == NONE) {
-                continue;
-            }
-            let around = std::iter::once(cell).chain(grid.neighbours(cell, true));
-            let planes = distinct(around.map(|k| cells[k]));
-            if planes.is_empty() {
+            if done[cell] || (ring == 0 && cells[cell] == NONE) || around[cell] == OPEN {
                 continue;
             }
             done[cell] = true;
-            let won = label_cell(image, grid, regions, noise, cell, &planes, &mut pixels);
+            let mut several = Vec::new();
+            let planes = if around[cell] == MIXED {
+                several.push(cells[cell]);
+                several.extend(grid.neighbours(cell, true).map(|k| cells[k]));
+                several.retain(|&label| label != NONE);
+                several.sort_unstable();
+                several.dedup();
+                &several[..]
+            } else {
+                &around[cell..=cell]
+            };
+            let won = label_cell(image, grid, regions, noise, cell, planes, &mut pixels);
             if cells[cell] == NONE {
                 next[cell] = won;
             }
@@ -62,15 +70,12 @@ pub(super) fn label(
     Labelling { pixels, cells }
 }
 
-/// The labels among these, each once, in the order they come in.
-fn distinct(labels: impl Iterator<Item = u16>) -> Vec<u16> {
-    let mut found = Vec::with_capacity(4);
-    for label in labels {
-        if label != NONE && !found.contains(&label) {
-            found.push(label);
-        }
-    }
-    found
+/// What the labels of the cells within `r` of each cell have in common: [`OPEN`] where there is
+/// none, the label where there is one, [`MIXED`] where there are more.
+fn around(grid: &Grid, cells: &[u16], r: usize) -> Vec<u16> {
+    let open = |&label: &u16| if label == NONE { OPEN } else { label };
+    let labels: Vec<u16> = cells.iter().map(open).collect();
+    joined(&labels, grid.cols, grid.rows, r)
 }
 
 /// Takes the label from the pixels where the plane of a neighbouring region is so close to theirs
@@ -85,14 +90,19 @@ pub(super) fn drop_doubtful(
     doubt: f64,
     noise: &Noise,
 ) {
-    for cell in 0..grid.cells.len() {
-        let own = labelling.cells[cell];
-        let near = || grid.neighbours(cell, true);
-        let further = near().flat_map(|k| grid.neighbours(k, true));
-        let planes = distinct(near().chain(further).map(|k| labelling.cells[k]));
-        if planes.iter().all(|&label| label == own) {
-            continue;
-        }
+    let near = around(grid, &labelling.cells, 2);
+    for cell in (0..near.len()).filter(|&cell| near[cell] == MIXED) {
+        let (x, y) = (cell % grid.cols, cell / grid.cols);
+        let mut planes: Vec<u16> = (y.saturating_sub(2)..(y + 3).min(grid.rows))
+            .flat_map(|y| {
+                let row = y * grid.cols;
+                let columns = x.saturating_sub(2)..(x + 3).min(grid.cols);
+                columns.map(move |x| labelling.cells[row + x])
+            })
+            .filter(|&label| label != NONE)
+            .collect();
+        planes.sort_unstable();
+        planes.dedup();
         let (u0, v0) = ((cell % grid.cols) * CELL_PX, (cell / grid.cols) * CELL_PX);
         for (u, v) in (v0..v0 + CELL_PX).flat_map(|v| (u0..u0 + CELL_PX).map(move |u| (u, v))) {
             let label = &mut labels[v * image.width + u];

@@ -144,13 +144,13 @@ pub(super) fn erode(
 }
 
 /// No label: joins with any other to that one.
-const OPEN: u16 = u16::MAX - 1;
+pub(super) const OPEN: u16 = u16::MAX - 1;
 /// Two labels, or a surface that has none: joins with any other to itself.
-const MIXED: u16 = u16::MAX;
+pub(super) const MIXED: u16 = u16::MAX;
 
 /// What the pixels within `r` of each pixel (in the maximum norm) have in common: nothing
 /// ([`OPEN`]), one label, or more than one ([`MIXED`]).
-fn joined(labels: &[u16], width: usize, height: usize, r: usize) -> Vec<u16> {
+pub(super) fn joined(labels: &[u16], width: usize, height: usize, r: usize) -> Vec<u16> {
     let mut rows = labels.to_vec();
     for (line, from) in rows
         .chunks_exact_mut(width.max(1))
