@@ -1,0 +1,15 @@
+//! Any bytes as a .png file: a scan with a finite point, or an error that names the file.
+
+#![no_main]
+
+use std::path::Path;
+
+use libfuzzer_sys::fuzz_target;
+use perception::{SensorOptions, parse_scan};
+
+fuzz_target!(|bytes: &[u8]| {
+    match parse_scan(Path::new("fuzz.png"), bytes, &SensorOptions::default()) {
+        Ok(scan) => assert!(scan.cloud.finite().next().is_some()),
+        Err(error) => assert!(error.to_string().starts_with("fuzz.png")),
+    }
+});
