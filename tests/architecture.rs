@@ -31,8 +31,6 @@ const GUARDED: &[(&str, &[&str])] = &[
     ("glamx", &["robot_model", "scandent"]),
     ("clarabel", &["posture"]),
     ("sqp-craft-activeset", &["posture"]),
-    ("urdf-rs", &["robot_model"]),
-    ("mesh-loader", &["robot_model", "surfaces"]),
     ("kiddo", &["perception"]),
     ("anyhow", &["scandent"]),
     ("clap", &["scandent"]),

@@ -156,7 +156,7 @@ fn check(seed: u64) {
 
     const H: f64 = 1e-6;
     let mut kinds = std::collections::HashMap::new();
-    for k in 0..n {
+    for (k, &derivative) in gradient.iter().enumerate() {
         let mut moved = |sign: f64| -> (Rows, f64, Iterate) {
             let delta = DVector::from_fn(n, |i, _| if i == k { sign * H } else { 0.0 });
             let mut to = it.clone();
@@ -171,9 +171,9 @@ fn check(seed: u64) {
         let (minus, cost_minus, _) = moved(-1.0);
         let slope = (cost_plus - cost_minus) / (2.0 * H);
         assert!(
-            (slope - gradient[k]).abs() < 1e-5,
+            (slope - derivative).abs() < 1e-5,
             "cost, column {k}: {slope} {}",
-            gradient[k]
+            derivative
         );
         assert_eq!(plus.tag, rows.tag, "a row came or went within {H}");
         assert_eq!(minus.tag, rows.tag, "a row came or went within {H}");

@@ -240,7 +240,7 @@ impl ScanSource {
         }
         // A named sensor may come with its own calibration: all of the four numbers or none.
         let calibrated = intrinsics[..4].iter().flatten().count();
-        if self.sensor.is_some() && calibrated % 4 != 0 {
+        if self.sensor.is_some() && !matches!(calibrated, 0 | 4) {
             let reason = "needs all of fx, fy, cx, cy or none of them";
             return Err(Error::field(field, reason));
         }
