@@ -17,10 +17,12 @@ pub struct CoverConfig {
     pub pieces_max: usize,
     /// Most corners of one piece; corners are dropped, so that a piece only shrinks.
     pub vertices_max: usize,
-    /// Smallest piece, and smallest area that a further piece must add, m².
+    /// Smallest piece, and smallest area that any further piece must add, m².
     pub area_min_m2: f64,
-    /// A further piece must add this ratio of the face.
+    /// A further piece must add this ratio of the face, or `gain_min_m2`.
     pub gain_min_ratio: f64,
+    /// A further piece that adds this much is worth it on a face of any size, m².
+    pub gain_min_m2: f64,
     /// Smallest width of a piece (diameter of the largest inscribed circle), m.
     pub width_min_m: f64,
 }
@@ -33,6 +35,7 @@ impl Default for CoverConfig {
             vertices_max: 12,
             area_min_m2: 0.005,
             gain_min_ratio: 0.03,
+            gain_min_m2: 0.06,
             width_min_m: 0.04,
         }
     }
@@ -70,6 +73,13 @@ impl CoverConfig {
             "must be in [0, 1]",
         )?;
         within(
+            "gain_min_m2",
+            self.gain_min_m2,
+            0.0,
+            1e6,
+            "must not be negative",
+        )?;
+        within(
             "width_min_m",
             self.width_min_m,
             0.0,
@@ -80,11 +90,11 @@ impl CoverConfig {
 }
 
 /// Samples of a region, about this many.
-const SAMPLES: f64 = 600.0;
-/// Places that each piece is grown from, to take the best.
+const SAMPLES: f64 = 450.0;
+/// Places that further pieces are grown from, before the best of all is taken.
 const SEEDS: usize = 4;
 /// Most rounds of growing a piece about its own ellipse.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 6;
 /// Rounds over the cuts of a piece, each replaced by a better one.
 const POLISHES: usize = 2;
 /// Most corners of the region beyond one cut for which better cuts are sought.
@@ -122,34 +132,40 @@ pub(super) fn cover(
     };
     let (mut uncovered, cell_m2) = samples(&region.hull, &edges);
     let total_m2 = uncovered.len() as f64 * cell_m2;
-    let gain_min_m2 = config.area_min_m2.max(config.gain_min_ratio * total_m2);
+    let worthwhile = (config.gain_min_ratio * total_m2).min(config.gain_min_m2);
+    let gain_min_m2 = config.area_min_m2.max(worthwhile);
     let mut pieces: Vec<ConvexPolygon> = Vec::new();
+    let mut grown: Vec<Grown> = Vec::new();
     while pieces.len() < config.pieces_max {
-        // Grow from the places that are farthest from every edge; take what adds most.
+        // Grow from the places that are farthest from every edge and in no piece grown so far.
         let gained = |piece: &Ring| {
             uncovered.iter().filter(|s| piece.contains(&s.p)).count() as f64 * cell_m2
         };
         let worth = |piece: &Ring| gained(piece) + OVERLAP_WORTH * piece.area();
-        let mut best: Option<(f64, ConvexPolygon)> = None;
         for seed in seeds(&uncovered) {
-            let grown = region.grow(&seed, &worth);
-            let Some(Ok(piece)) = grown.map(|ring| ConvexPolygon::hull(&ring.0)) else {
-                continue;
-            };
-            let piece = piece.simplified_inside(config.vertices_max);
-            let gain_m2 = gained(&Ring(piece.vertices().to_vec()));
-            if best.as_ref().is_none_or(|(most, _)| gain_m2 > *most)
-                && piece.area() >= config.area_min_m2
-                && 2.0 * piece.inscribed_circle().1 >= config.width_min_m
-            {
-                best = Some((gain_m2, piece));
+            if !grown.iter().any(|g| g.ring.contains(&seed)) {
+                grown.extend(region.grow(&seed, &worth));
             }
         }
-        let Some((gain_m2, piece)) = best else { break };
-        if !pieces.is_empty() && gain_m2 < gain_min_m2 {
+        // Take the one that adds most, its cuts turned to where they cost least.
+        let most = grown
+            .iter()
+            .map(|g| worth(&g.ring))
+            .enumerate()
+            .reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let Some((index, _)) = most else { break };
+        let ring = region.polished(grown.swap_remove(index), &worth);
+        let Ok(piece) = ConvexPolygon::hull(&ring.0) else {
+            break;
+        };
+        let piece = piece.simplified_inside(config.vertices_max);
+        let ring = Ring(piece.vertices().to_vec());
+        let gain_m2 = gained(&ring);
+        let large = piece.area() >= config.area_min_m2
+            && 2.0 * piece.inscribed_circle().1 >= config.width_min_m;
+        if !large || !pieces.is_empty() && gain_m2 < gain_min_m2 {
             break;
         }
-        let ring = Ring(piece.vertices().to_vec());
         uncovered.retain(|s| !ring.contains(&s.p));
         pieces.push(piece);
         if uncovered.len() as f64 * cell_m2 <= (1.0 - config.ratio) * total_m2 {
@@ -157,6 +173,12 @@ pub(super) fn cover(
         }
     }
     pieces
+}
+
+/// A piece as it was grown: the hull of the region and what was cut off it.
+struct Grown {
+    ring: Ring,
+    cuts: Vec<HalfPlane>,
 }
 
 /// A sample of the region and its distance from the nearest edge.
@@ -287,50 +309,53 @@ struct Region {
 
 impl Region {
     /// Grows a convex piece around a point: cut by the edges nearest in the metric of an ellipse,
-    /// then again in that of the piece's own second moments, while it is worth more; at last each
-    /// cut is turned to where it costs least.
+    /// then again in that of the piece's own second moments, while it is worth more.
     ///
     /// Source: the alternation of [deits2015], with the moments in place of the inscribed ellipse.
-    fn grow(&self, seed: &Point2<f64>, worth: &dyn Fn(&Ring) -> f64) -> Option<Ring> {
-        let (mut piece, mut cuts) = self.inflate(seed, &Matrix2::identity())?;
-        let mut most = worth(&piece);
-        let mut about = piece.ellipse();
+    fn grow(&self, seed: &Point2<f64>, worth: &dyn Fn(&Ring) -> f64) -> Option<Grown> {
+        let mut best = self.inflate(seed, &Matrix2::identity())?;
+        let mut most = worth(&best.ring);
+        let mut about = best.ring.ellipse();
         for _ in 0..ROUNDS {
             let Some((centre, metric)) = about else { break };
-            let Some((next, its_cuts)) = self.inflate(&centre, &metric) else {
+            let Some(next) = self.inflate(&centre, &metric) else {
                 break;
             };
-            let now = worth(&next);
-            let grown = now > most * 1.005;
-            about = next.ellipse();
+            let now = worth(&next.ring);
+            let better = now > most * 1.005;
+            about = next.ring.ellipse();
             if now > most {
-                (piece, cuts, most) = (next, its_cuts, now);
+                (best, most) = (next, now);
             }
-            if !grown {
+            if !better {
                 break;
             }
         }
-        let (centre, _) = piece.ellipse()?;
+        Some(best)
+    }
+
+    /// The piece with each cut turned to where it costs least, where that is worth more.
+    fn polished(&self, mut piece: Grown, worth: &dyn Fn(&Ring) -> f64) -> Ring {
+        let Some((centre, _)) = piece.ring.ellipse() else {
+            return piece.ring;
+        };
         for _ in 0..POLISHES {
-            self.polish(&centre, &mut cuts);
+            self.polish(&centre, &mut piece.cuts);
         }
-        let polished = cuts
+        let polished = piece
+            .cuts
             .iter()
             .fold(self.hull.clone(), |ring, cut| ring.clip(cut));
-        Some(if worth(&polished) >= most {
+        if worth(&polished) >= worth(&piece.ring) {
             polished
         } else {
-            piece
-        })
+            piece.ring
+        }
     }
 
     /// The hull, cut off at the nearest edge, then at the nearest edge left, and so on; near in
     /// the metric ‖M (p − c)‖. Returns the cuts too.
-    fn inflate(
-        &self,
-        centre: &Point2<f64>,
-        metric: &Matrix2<f64>,
-    ) -> Option<(Ring, Vec<HalfPlane>)> {
+    fn inflate(&self, centre: &Point2<f64>, metric: &Matrix2<f64>) -> Option<Grown> {
         let back = metric.try_inverse()?;
         let mut piece = self.hull.clone();
         let mut left = self.edges.clone();
@@ -350,7 +375,7 @@ impl Region {
             clip(&mut left, &cut, self.slack_m);
             cuts.push(cut);
         }
-        (piece.0.len() >= 3).then_some((piece, cuts))
+        (piece.0.len() >= 3).then_some(Grown { ring: piece, cuts })
     }
 
     /// The parts of the edges that reach into the piece.

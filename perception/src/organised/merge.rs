@@ -29,7 +29,7 @@ impl Default for MergeConfig {
         Self {
             misfit_sigmas: 0.5,
             misfit_systematics: 2.5,
-            step_systematics: 1.6,
+            step_systematics: 1.8,
         }
     }
 }

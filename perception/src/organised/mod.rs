@@ -85,7 +85,9 @@ pub(crate) fn extract(
     }
     let more = grow(&small, &|i| !taken[i], noise, &config.growth);
     let regions = regions.into_iter().chain(more).collect();
-    let regions = merge::merge(&small, regions, noise, &config.merge);
+    let mut regions = merge::merge(&small, regions, noise, &config.merge);
+    // Labels are 16 bits: of more planes (an image of many megapixels) the first are kept.
+    regions.truncate(usize::from(mask::OPEN));
 
     // 4. Every pixel to the nearest of the planes around it; gaps closed.
     let labelling = labels::label(&image, &small, &regions, noise);
