@@ -1,11 +1,16 @@
 //! A region with holes, covered by few large convex pieces.
 
-use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
+mod grow;
+mod ring;
+
+use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
-use surfaces::{ConvexPolygon, HalfPlane};
+use surfaces::ConvexPolygon;
 
 use crate::Error;
 use crate::error::within;
+use grow::{Edge, Grown, Region, closest};
+use ring::Ring;
 
 /// How a face is covered by convex polygons.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,7 +47,7 @@ impl Default for CoverConfig {
 }
 
 impl CoverConfig {
-    pub(super) fn check(&self) -> Result<(), Error> {
+    pub(in crate::organised) fn check(&self) -> Result<(), Error> {
         within("ratio", self.ratio, 0.01, 1.0, "must be in [0.01, 1]")?;
         within(
             "pieces_max",
@@ -93,22 +98,13 @@ impl CoverConfig {
 const SAMPLES: f64 = 450.0;
 /// Places that further pieces are grown from, before the best of all is taken.
 const SEEDS: usize = 4;
-/// Most rounds of growing a piece about its own ellipse.
-const ROUNDS: usize = 6;
-/// Rounds over the cuts of a piece, each replaced by a better one.
-const POLISHES: usize = 2;
-/// Most corners of the region beyond one cut for which better cuts are sought.
-const CORNERS: usize = 40;
 /// Area that other pieces cover already counts this much: pieces overlap, not end at seams.
 const OVERLAP_WORTH: f64 = 0.05;
-
-/// An edge of the region.
-type Edge = (Point2<f64>, Point2<f64>);
 
 /// Convex pieces of the region between the rings (the outer one first, then holes), greedily:
 /// each adds most to those before it. They overlap rather than meet at seams, and no edge of the
 /// region reaches more than `slack_m` into one.
-pub(super) fn cover(
+pub(in crate::organised) fn cover(
     rings: &[Vec<Point2<f64>>],
     slack_m: f64,
     config: &CoverConfig,
@@ -125,12 +121,8 @@ pub(super) fn cover(
         })
         .collect();
     let hull = Ring(hull.vertices().to_vec());
-    let region = Region {
-        edges: Region::inside(&edges, &hull, slack_m),
-        hull,
-        slack_m,
-    };
-    let (mut uncovered, cell_m2) = samples(&region.hull, &edges);
+    let region = Region::new(hull, &edges, slack_m);
+    let (mut uncovered, cell_m2) = samples(region.hull(), &edges);
     let total_m2 = uncovered.len() as f64 * cell_m2;
     let worthwhile = (config.gain_min_ratio * total_m2).min(config.gain_min_m2);
     let gain_min_m2 = config.area_min_m2.max(worthwhile);
@@ -173,12 +165,6 @@ pub(super) fn cover(
         }
     }
     pieces
-}
-
-/// A piece as it was grown: the hull of the region and what was cut off it.
-struct Grown {
-    ring: Ring,
-    cuts: Vec<HalfPlane>,
 }
 
 /// A sample of the region and its distance from the nearest edge.
@@ -238,239 +224,10 @@ fn seeds(samples: &[Sample]) -> Vec<Point2<f64>> {
     seeds.iter().map(|s| s.p).collect()
 }
 
-/// Corners of a convex polygon, counter-clockwise: [`ConvexPolygon`] without its checks, for the
-/// many polygons that are only compared.
-#[derive(Clone)]
-struct Ring(Vec<Point2<f64>>);
-
-impl Ring {
-    fn edges(&self) -> impl Iterator<Item = (&Point2<f64>, &Point2<f64>)> {
-        let next = self.0[1.min(self.0.len())..].iter().chain(self.0.first());
-        self.0.iter().zip(next)
-    }
-
-    fn area(&self) -> f64 {
-        let Some(o) = self.0.first() else { return 0.0 };
-        self.edges()
-            .map(|(a, b)| (a - o).perp(&(b - o)))
-            .sum::<f64>()
-            / 2.0
-    }
-
-    fn contains(&self, p: &Point2<f64>) -> bool {
-        self.edges().all(|(a, b)| (b - a).perp(&(p - a)) >= 0.0)
-    }
-
-    /// The part in the half-plane {n·p ≤ b}.
-    fn clip(&self, cut: &HalfPlane) -> Self {
-        let mut kept = Vec::with_capacity(self.0.len() + 1);
-        for (a, c) in self.edges() {
-            let (ha, hc) = (cut.value(a), cut.value(c));
-            if ha <= 0.0 {
-                kept.push(*a);
-            }
-            if (ha < 0.0 && hc > 0.0) || (ha > 0.0 && hc < 0.0) {
-                kept.push(a + (c - a) * (ha / (ha - hc)));
-            }
-        }
-        Self(kept)
-    }
-
-    /// Centroid, and the matrix that makes the second moments those of a circle.
-    fn ellipse(&self) -> Option<(Point2<f64>, Matrix2<f64>)> {
-        let o = self.0.first()?;
-        let (mut area, mut first, mut second) = (0.0, Vector2::zeros(), Matrix2::zeros());
-        for (a, b) in self.edges() {
-            // ∫ 1, p and p pᵀ over the triangle (o, a, b), about o.
-            let (a, b) = (a - o, b - o);
-            let (sum, double) = (a + b, a.perp(&b));
-            area += double / 2.0;
-            first += sum * (double / 6.0);
-            second +=
-                (a * a.transpose() + b * b.transpose() + sum * sum.transpose()) * (double / 24.0);
-        }
-        let mean: Vector2<f64> = first / area;
-        let eigen = SymmetricEigen::new(second / area - mean * mean.transpose());
-        let scale = eigen.eigenvalues.map(|l| 1.0 / l.sqrt());
-        let metric = Matrix2::from_diagonal(&scale) * eigen.eigenvectors.transpose();
-        metric
-            .iter()
-            .all(|x| x.is_finite())
-            .then_some((o + mean, metric))
-    }
-}
-
-/// What stops a piece: the edges of its region, but for those of its hull.
-struct Region {
-    hull: Ring,
-    edges: Vec<Edge>,
-    slack_m: f64,
-}
-
-impl Region {
-    /// Grows a convex piece around a point: cut by the edges nearest in the metric of an ellipse,
-    /// then again in that of the piece's own second moments, while it is worth more.
-    ///
-    /// Source: the alternation of [deits2015], with the moments in place of the inscribed ellipse.
-    fn grow(&self, seed: &Point2<f64>, worth: &dyn Fn(&Ring) -> f64) -> Option<Grown> {
-        let mut best = self.inflate(seed, &Matrix2::identity())?;
-        let mut most = worth(&best.ring);
-        let mut about = best.ring.ellipse();
-        for _ in 0..ROUNDS {
-            let Some((centre, metric)) = about else { break };
-            let Some(next) = self.inflate(&centre, &metric) else {
-                break;
-            };
-            let now = worth(&next.ring);
-            let better = now > most * 1.005;
-            about = next.ring.ellipse();
-            if now > most {
-                (best, most) = (next, now);
-            }
-            if !better {
-                break;
-            }
-        }
-        Some(best)
-    }
-
-    /// The piece with each cut turned to where it costs least, where that is worth more.
-    fn polished(&self, mut piece: Grown, worth: &dyn Fn(&Ring) -> f64) -> Ring {
-        let Some((centre, _)) = piece.ring.ellipse() else {
-            return piece.ring;
-        };
-        for _ in 0..POLISHES {
-            self.polish(&centre, &mut piece.cuts);
-        }
-        let polished = piece
-            .cuts
-            .iter()
-            .fold(self.hull.clone(), |ring, cut| ring.clip(cut));
-        if worth(&polished) >= worth(&piece.ring) {
-            polished
-        } else {
-            piece.ring
-        }
-    }
-
-    /// The hull, cut off at the nearest edge, then at the nearest edge left, and so on; near in
-    /// the metric ‖M (p − c)‖. Returns the cuts too.
-    fn inflate(&self, centre: &Point2<f64>, metric: &Matrix2<f64>) -> Option<Grown> {
-        let back = metric.try_inverse()?;
-        let mut piece = self.hull.clone();
-        let mut left = self.edges.clone();
-        let mut cuts = Vec::new();
-        let flat = |p: &Point2<f64>| Point2::from(metric * (p - centre));
-        loop {
-            let nearest = left
-                .iter()
-                .map(|(a, b)| closest(&flat(a), &flat(b), &Point2::origin()).coords)
-                .min_by(|p, q| p.norm_squared().total_cmp(&q.norm_squared()));
-            let Some(q) = nearest else { break };
-            // Tangent to the ellipse through the nearest point.
-            let n = (metric.transpose() * q).try_normalize(1e-12)?;
-            let b = n.dot(&(centre + back * q).coords);
-            let cut = HalfPlane { n, b };
-            piece = piece.clip(&cut);
-            clip(&mut left, &cut, self.slack_m);
-            cuts.push(cut);
-        }
-        (piece.0.len() >= 3).then_some(Grown { ring: piece, cuts })
-    }
-
-    /// The parts of the edges that reach into the piece.
-    fn inside(edges: &[Edge], piece: &Ring, slack_m: f64) -> Vec<Edge> {
-        let mut left = edges.to_vec();
-        for (a, b) in piece.edges() {
-            if a != b {
-                clip(&mut left, &HalfPlane::left_of(a, b), slack_m);
-            }
-        }
-        left
-    }
-
-    /// Replaces each cut by the one that keeps most among those that keep `centre` and keep out
-    /// the same edges: the lines through two of the corners that are then in the way.
-    fn polish(&self, centre: &Point2<f64>, cuts: &mut Vec<HalfPlane>) {
-        let mut i = 0;
-        while i < cuts.len() {
-            let others = cuts.iter().enumerate().filter(|(k, _)| *k != i);
-            let without = others.fold(self.hull.clone(), |ring, (_, cut)| ring.clip(cut));
-            let left = Self::inside(&self.edges, &without, self.slack_m);
-            if left.is_empty() {
-                cuts.remove(i);
-                continue;
-            }
-            let old = without.clip(&cuts[i]).area();
-            if let Some((area, cut)) = best_cut(&without, &left, centre)
-                && area > old * 1.001
-            {
-                cuts[i] = cut;
-            }
-            i += 1;
-        }
-    }
-}
-
-/// The half-plane that keeps `centre` and most of the piece, and no inner point of the edges.
-fn best_cut(piece: &Ring, edges: &[Edge], centre: &Point2<f64>) -> Option<(f64, HalfPlane)> {
-    if 2 * edges.len() > CORNERS {
-        return None;
-    }
-    let corners: Vec<Point2<f64>> = edges.iter().flat_map(|(a, b)| [*a, *b]).collect();
-    let mut best: Option<(f64, HalfPlane)> = None;
-    for (i, p) in corners.iter().enumerate() {
-        for q in &corners[i + 1..] {
-            let Some(along) = (q - p).try_normalize(1e-9) else {
-                continue;
-            };
-            let n = Vector2::new(along.y, -along.x);
-            let n = if n.dot(&(centre - p)) > 0.0 { -n } else { n };
-            let cut = HalfPlane {
-                n,
-                b: n.dot(&p.coords),
-            };
-            if corners.iter().any(|r| cut.value(r) < -1e-9) {
-                continue;
-            }
-            let area = piece.clip(&cut).area();
-            if best.as_ref().is_none_or(|(most, _)| area > *most) {
-                best = Some((area, cut));
-            }
-        }
-    }
-    best
-}
-
-/// Keeps of every edge what reaches more than `slack` into the half-plane.
-fn clip(edges: &mut Vec<Edge>, keep: &HalfPlane, slack: f64) {
-    edges.retain_mut(|(a, b)| {
-        let (ha, hb) = (keep.value(a) + slack, keep.value(b) + slack);
-        if ha >= 0.0 && hb >= 0.0 {
-            return false;
-        }
-        if ha > 0.0 || hb > 0.0 {
-            let p = *a + (*b - *a) * (ha / (ha - hb));
-            *(if ha > 0.0 { a } else { b }) = p;
-        }
-        true
-    });
-}
-
-/// The point of a segment that is nearest to p.
-fn closest(a: &Point2<f64>, b: &Point2<f64>, p: &Point2<f64>) -> Point2<f64> {
-    let along = b - a;
-    let square = along.norm_squared();
-    let t = if square > 0.0 {
-        ((p - a).dot(&along) / square).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    a + along * t
-}
-
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector2;
+
     use super::*;
 
     fn ring(corners: &[[f64; 2]]) -> Vec<Point2<f64>> {
