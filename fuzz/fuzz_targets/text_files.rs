@@ -1,0 +1,14 @@
+//! Any text as a surfaces file and as a scene file: what it says, or an error.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use scenes::SceneFile;
+use surfaces::SurfaceSet;
+
+fuzz_target!(|text: &str| {
+    if let Ok(set) = SurfaceSet::from_json(text) {
+        set.validate().expect("what is read is valid");
+    }
+    let _ = SceneFile::parse(text);
+});
