@@ -73,7 +73,7 @@ impl Default for Config {
             patch_margin_m: 0.005,
             tolerance: 1e-5,
             max_iterations: 60,
-            restarts: 2,
+            restarts: 1,
             step_max_rad: 0.4,
             step_max_m: 0.3,
             elastic_weight: 100.0,
