@@ -12,7 +12,7 @@ fuzz_target!(|bytes: &[u8]| {
     for name in ["fuzz.stl", "fuzz.obj", "fuzz.dae"] {
         match mesh_file::parse(Path::new(name), bytes) {
             Ok(mesh) => {
-                let known = |i: &usize| *i < mesh.vertices.len();
+                let known = |&i: &u32| (i as usize) < mesh.vertices.len();
                 assert!(mesh.triangles.iter().flatten().all(known));
             }
             Err(error) => assert!(error.to_string().contains(name)),
