@@ -168,6 +168,13 @@ impl Problem<'_> {
                     count: self.robot.patches.len(),
                 });
             }
+            let patch = &self.robot.patches[contact.patch];
+            if patch.point_radius_m().is_some() {
+                return Err(Error::Point {
+                    contact: i,
+                    patch: patch.name.clone(),
+                });
+            }
             if !(contact.friction > 0.0 && contact.friction.is_finite()) {
                 return Err(Error::Value {
                     what: format!("friction of contact {i}"),

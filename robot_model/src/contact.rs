@@ -1,13 +1,17 @@
 //! Where a robot may touch the world.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Point2};
+use nalgebra::{Isometry3, Point2, Translation3};
 
-/// A flat convex patch of a robot's link that may bear contact.
+/// A patch of a robot's link that may bear contact.
 ///
-/// Frame C: its origin in the patch's plane, z_C **outward from the environment** (for a sole on
-/// the ground: up, into the robot). The contact holds when C lies in a surface's plane with
-/// z_C = +z_S and the polygon lies inside the surface's polygon.
+/// An area's frame C has its origin in the patch's plane and z_C **outward from the environment**
+/// (for a sole on the ground: up, into the robot). The contact holds when C lies in a surface's
+/// plane with z_C = +z_S and the polygon lies inside the surface's polygon.
+///
+/// A point's frame C has its origin at the centre of a ball. The contact holds when that centre is
+/// the ball's radius away from a surface's plane, on its outer side, and the ball's point nearest
+/// to the plane lies inside the surface's polygon; how C is turned does not matter.
 #[derive(Clone, Debug)]
 pub struct ContactPatch {
     /// The patch's name, unique in the robot.
@@ -18,7 +22,10 @@ pub struct ContactPatch {
     pub body: usize,
     /// Pose of C in that body.
     pub X_BC: Isometry3<f64>,
-    /// Strictly convex vertices in C, counter-clockwise about z_C; m.
+    /// Area or point.
+    pub kind: PatchKind,
+    /// Strictly convex vertices in C, counter-clockwise about z_C; m. A point has one vertex, C's
+    /// origin.
     pub polygon: Vec<Point2<f64>>,
     /// What the patch may do: "foot", "hand", ….
     pub roles: Vec<String>,
@@ -26,7 +33,37 @@ pub struct ContactPatch {
     pub friction: f64,
 }
 
+/// How a patch touches.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum PatchKind {
+    /// With a flat polygon: it bears forces and moments.
+    #[default]
+    Area,
+    /// With one point of a ball: it bears a force at that point and may roll.
+    Point {
+        /// Radius of the ball, m.
+        radius_m: f64,
+    },
+}
+
 impl ContactPatch {
+    /// The ball's radius of a point patch, m; `None` for an area.
+    pub fn point_radius_m(&self) -> Option<f64> {
+        match self.kind {
+            PatchKind::Area => None,
+            PatchKind::Point { radius_m } => Some(radius_m),
+        }
+    }
+
+    /// The pose of C that brings the patch into contact where X_WS is the pose of the touched
+    /// place: its origin the touched point, its z outward from the environment.
+    ///
+    ///   p_WC = p_WS + radius · z_S   (point),   X_WC = X_WS   (area)
+    pub fn touching(&self, X_WS: &Isometry3<f64>) -> Isometry3<f64> {
+        let radius = self.point_radius_m().unwrap_or(0.0);
+        X_WS * Translation3::new(0.0, 0.0, radius)
+    }
+
     /// Whether the patch may take this role.
     pub fn has_role(&self, role: &str) -> bool {
         self.roles.iter().any(|r| r == role)

@@ -4,7 +4,7 @@
 mod support;
 
 use robot_model::load::no_meshes;
-use robot_model::{Config, Error, Robot, RobotFiles, load, load_from_strings};
+use robot_model::{Config, Error, PatchKind, Robot, RobotFiles, load, load_from_strings};
 
 fn tree() -> String {
     std::fs::read_to_string(support::golden("test_tree.urdf")).unwrap()
@@ -326,6 +326,39 @@ fn contacts_are_read_or_refused_by_name() {
             .to_string()
             .contains("candidates: foot")
     );
+    let ball = r#"
+      [[patch]]
+      name = "toe"
+      link = "sole"
+      kind = "point"
+      radius_m = 0.02
+      friction = 0.6
+    "#;
+    let robot = read(&tree(), None, Some(ball)).unwrap();
+    let toe = robot.patch("toe").unwrap();
+    assert_eq!(toe.kind, PatchKind::Point { radius_m: 0.02 });
+    assert_eq!(toe.polygon, [nalgebra::Point2::origin()]);
+    let X_WC = toe.touching(&nalgebra::Isometry3::rotation(
+        nalgebra::Vector3::x() * std::f64::consts::FRAC_PI_2,
+    ));
+    let centre = nalgebra::Vector3::new(0.0, -0.02, 0.0);
+    assert!((X_WC.translation.vector - centre).norm() < 1e-15);
+    for (from, to, wanted) in [
+        ("0.02", "-0.02", "radius_m -0.02"),
+        ("0.02", "nan", "radius_m NaN"),
+        ("radius_m = 0.02", "", "needs radius_m"),
+        ("kind = \"point\"", "", "needs polygon_m"),
+        ("\"point\"", "\"ball\"", "ball"),
+        (
+            "radius_m = 0.02",
+            "radius_m = 0.02\npolygon_m = [[0.0, 0.0]]",
+            "no polygon_m",
+        ),
+    ] {
+        let text = ball.replace(from, to);
+        let error = read(&tree(), None, Some(&text)).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{error}");
+    }
     let corners = "[[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]";
     for (from, to, wanted) in [
         ("link = \"sole\"", "link = \"soul\"", "candidates: sole"),

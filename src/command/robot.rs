@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use robot_model::{JointKind, Robot};
+use robot_model::{JointKind, PatchKind, Robot};
 
 use crate::cli::Global;
 use crate::config::Config;
@@ -64,10 +64,13 @@ fn print(robot: &Robot, out: &mut dyn Write) -> std::io::Result<()> {
     for patch in &robot.patches {
         writeln!(
             out,
-            "  {:<16} on {:<20} {} vertices, friction {}, roles: {}",
+            "  {:<16} on {:<20} {}, friction {}, roles: {}",
             patch.name,
             patch.link,
-            patch.polygon.len(),
+            match patch.kind {
+                PatchKind::Area => format!("{} vertices", patch.polygon.len()),
+                PatchKind::Point { radius_m } => format!("a point, radius {radius_m} m"),
+            },
             patch.friction,
             patch.roles.join(", ")
         )?;

@@ -13,7 +13,7 @@ use planner::plan::{
 };
 use robot_model::collision::{CollisionModel, Shape, ShapeGeometry};
 use robot_model::{
-    Body, Configuration, ContactPatch, Frame, GRAVITY_M_S2, JointKind, Kinematics, Robot,
+    Body, Configuration, ContactPatch, Frame, GRAVITY_M_S2, JointKind, Kinematics, PatchKind, Robot,
 };
 use surfaces::{ConvexPolygon, Surface};
 
@@ -81,6 +81,7 @@ pub fn robot() -> Robot {
             [FOOT[0], FOOT[1], 0.02],
         ));
         patches.push(ContactPatch {
+            kind: PatchKind::Area,
             name: format!("{side}_foot"),
             link: link(4),
             body: hip + 4,

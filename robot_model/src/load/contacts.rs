@@ -9,13 +9,22 @@
 //! polygon_m = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]  # counter-clockwise
 //! roles = ["foot"]
 //! friction = 0.6
+//!
+//! [[patch]]
+//! name = "front_left"
+//! link = "FL_foot"
+//! kind = "point"                # "area" where it is left out
+//! position_m = [0.0, 0.0, 0.0]  # the ball's centre
+//! radius_m = 0.02               # instead of a polygon
+//! roles = ["foot"]
+//! friction = 0.6
 //! ```
 #![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
-use crate::{ContactPatch, Error, Robot};
+use crate::{ContactPatch, Error, PatchKind, Robot};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -33,17 +42,29 @@ struct Patch {
     position_m: [f64; 3],
     #[serde(default)]
     rpy_rad: [f64; 3],
-    polygon_m: Vec<[f64; 2]>,
+    #[serde(default)]
+    kind: Kind,
+    polygon_m: Option<Vec<[f64; 2]>>,
+    radius_m: Option<f64>,
     #[serde(default)]
     roles: Vec<String>,
     friction: f64,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    #[default]
+    Area,
+    Point,
 }
 
 /// The patches of a contacts file on a robot.
 ///
 /// # Errors
 /// [`Error::Parse`] with the line; [`Error::Patch`] for a polygon that is not strictly convex
-/// and counter-clockwise, a friction that is not positive, a name given twice;
+/// and counter-clockwise, a radius or a friction that is not positive, an area without a polygon or
+/// a point without a radius, a name given twice;
 /// [`Error::Unknown`] for a link that is not there.
 pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactPatch>, Error> {
     let parsed: File = toml::from_str(text).map_err(|error| Error::Parse {
@@ -71,7 +92,7 @@ pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactP
             })?;
         let numbers = patch.position_m.iter().chain(&patch.rpy_rad);
         if !numbers
-            .chain(patch.polygon_m.iter().flatten())
+            .chain(patch.polygon_m.iter().flatten().flatten())
             .all(|v| v.is_finite())
         {
             return Err(refuse("it holds a number that is not finite".to_owned()));
@@ -82,10 +103,7 @@ pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactP
                 patch.friction
             )));
         }
-        let polygon: Vec<Point2<f64>> = patch.polygon_m.iter().map(|&p| p.into()).collect();
-        if let Some(cause) = flaw(&polygon) {
-            return Err(refuse(cause));
-        }
+        let (kind, polygon) = shape(patch).map_err(refuse)?;
         let [roll, pitch, yaw] = patch.rpy_rad;
         let X_LC = Isometry3::from_parts(
             Translation3::from(Vector3::from(patch.position_m)),
@@ -96,12 +114,33 @@ pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactP
             link: patch.link.clone(),
             body: frame.body,
             X_BC: frame.X_BL * X_LC,
+            kind,
             polygon,
             roles: patch.roles.clone(),
             friction: patch.friction,
         });
     }
     Ok(patches)
+}
+
+/// What the patch touches with: its kind and its vertices in C, or what is wrong.
+fn shape(patch: &Patch) -> Result<(PatchKind, Vec<Point2<f64>>), String> {
+    match (patch.kind, &patch.polygon_m, patch.radius_m) {
+        (Kind::Area, Some(vertices), None) => {
+            let polygon: Vec<Point2<f64>> = vertices.iter().map(|&p| p.into()).collect();
+            flaw(&polygon).map_or(Ok((PatchKind::Area, polygon)), Err)
+        }
+        (Kind::Point, None, Some(radius_m)) => {
+            if !(radius_m.is_finite() && radius_m > 0.0) {
+                return Err(format!("its radius_m {radius_m} is not positive"));
+            }
+            Ok((PatchKind::Point { radius_m }, vec![Point2::origin()]))
+        }
+        (Kind::Area, None, _) => Err("an area needs polygon_m".to_owned()),
+        (Kind::Area, _, Some(_)) => Err("an area has no radius_m".to_owned()),
+        (Kind::Point, _, None) => Err("a point needs radius_m".to_owned()),
+        (Kind::Point, Some(_), _) => Err("a point has no polygon_m".to_owned()),
+    }
 }
 
 /// Vertices nearer than this are one, corners flatter than this (as a height) are none; m.
