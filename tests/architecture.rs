@@ -10,11 +10,13 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("perception", &["surfaces"]),
     ("robot_model", &[]),
     ("posture", &["robot_model", "surfaces"]),
-    ("planner", &["posture", "robot_model", "surfaces"]),
+    ("motion", &["posture", "robot_model", "surfaces"]),
+    ("planner", &["motion", "posture", "robot_model", "surfaces"]),
     ("scenes", &["perception", "robot_model", "surfaces"]),
     (
         "scandent",
         &[
+            "motion",
             "perception",
             "planner",
             "posture",

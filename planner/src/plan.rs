@@ -4,6 +4,7 @@
 //! margins it promises and, for each stance, the posture and the forces at the patch vertices.
 #![allow(non_snake_case)]
 
+pub use motion::Pose;
 use serde::{Deserialize, Serialize};
 use surfaces::{Obstacle, Surface};
 
@@ -187,16 +188,6 @@ pub struct StanceContact {
     pub force_points_W: Vec<[f64; 3]>,
     /// Force on the robot at each force point, in W, N.
     pub forces_W: Vec<[f64; 3]>,
-}
-
-/// A pose, written with its quaternion order in its name.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Pose {
-    /// Position, m.
-    pub p: [f64; 3],
-    /// Orientation as a unit quaternion, x y z w.
-    pub quat_xyzw: [f64; 4],
 }
 
 /// How far a posture is from each limit; what is negative is violated.

@@ -1,0 +1,27 @@
+//! What can be wrong with a motion or with what is asked for.
+
+/// A motion that makes no sense, or a request that cannot be posed. That no motion exists between
+/// two stances is not an error.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A setting has a value that makes no sense.
+    #[error("motion.{field} = {value} is not allowed: give a value {allowed}")]
+    Config {
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A record of a motion that contradicts itself.
+    #[error("the motion: {cause}")]
+    Record {
+        /// Where, and what is wrong.
+        cause: String,
+    },
+    /// A posture problem on the way could not be posed.
+    #[error(transparent)]
+    Posture(#[from] posture::Error),
+}

@@ -1,0 +1,220 @@
+//! The motion at any time, with its rates: a C² curve through the samples.
+//!
+//! Coordinates are splines in time; the base's quaternion is a spline made unit length,
+//!
+//!   q = p/|p|,   ω = 2 q̇ q*,   ω̇ = 2 q̈ q*      (vector parts, in W)
+#![allow(non_snake_case)]
+
+use nalgebra::{DVector, Quaternion, UnitQuaternion, Vector3};
+use robot_model::Configuration;
+
+use crate::Error;
+use crate::record::Motion;
+use crate::spline::{Ends, Order, Spline};
+
+/// The whole body at one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instant {
+    /// Configuration.
+    pub q: Configuration,
+    /// Velocity `[v_B, ω_B, joint rates…]`, in W; m/s, rad/s.
+    pub v: DVector<f64>,
+    /// Acceleration, the derivative of `v` in W; m/s², rad/s².
+    pub a: DVector<f64>,
+}
+
+/// A C² curve through the samples of a motion, from rest to rest.
+#[derive(Clone, Debug)]
+pub struct Interpolation {
+    spline: Spline,
+    dim: usize,
+    duration_s: f64,
+}
+
+impl Motion {
+    /// The curve through the samples.
+    ///
+    /// # Errors
+    /// As [`Motion::validate`].
+    pub fn interpolation(&self) -> Result<Interpolation, Error> {
+        self.validate()?;
+        let dim = self.samples[0].q.len();
+        let mut values = Vec::with_capacity(self.samples.len() * dim);
+        let mut last = [0.0; 4];
+        for sample in &self.samples {
+            let mut quaternion = [sample.q[3], sample.q[4], sample.q[5], sample.q[6]];
+            // q and −q are one orientation: stay on the side of the one before.
+            if quaternion
+                .iter()
+                .zip(&last)
+                .map(|(a, b)| a * b)
+                .sum::<f64>()
+                < 0.0
+            {
+                quaternion = quaternion.map(|x| -x);
+            }
+            last = quaternion;
+            values.extend_from_slice(&sample.q[..3]);
+            values.extend_from_slice(&quaternion);
+            values.extend_from_slice(&sample.q[7..]);
+        }
+        Ok(Interpolation {
+            spline: Spline::new(dim, self.dt_s, values, Ends::Rest),
+            dim,
+            duration_s: self.duration_s(),
+        })
+    }
+}
+
+impl Interpolation {
+    /// When the motion ends, s.
+    pub fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    /// The body at a time; before the start and after the end it rests where it is.
+    pub fn at(&self, t_s: f64) -> Instant {
+        let mut coordinates = [
+            vec![0.0; self.dim],
+            vec![0.0; self.dim],
+            vec![0.0; self.dim],
+        ];
+        let inside = (0.0..=self.duration_s).contains(&t_s);
+        for (order, out) in [Order::Value, Order::First, Order::Second]
+            .into_iter()
+            .zip(&mut coordinates)
+        {
+            if order == Order::Value || inside {
+                self.spline.evaluate(t_s, order, out);
+            }
+        }
+        let [y, dy, ddy] = &coordinates;
+        let quaternion = |c: &[f64]| Quaternion::new(c[6], c[3], c[4], c[5]);
+        let (p, dp, ddp) = (quaternion(y), quaternion(dy), quaternion(ddy));
+        let norm = p.norm();
+        let q = p / norm;
+        let dnorm = q.coords.dot(&dp.coords);
+        let dq = (dp - q * dnorm) / norm;
+        let ddnorm = dq.coords.dot(&dp.coords) + q.coords.dot(&ddp.coords);
+        let ddq = (ddp - dq * (2.0 * dnorm) - q * ddnorm) / norm;
+        let omega = 2.0 * (dq * q.conjugate()).imag();
+        let alpha = 2.0 * (ddq * q.conjugate()).imag();
+        let nj = self.dim - 7;
+        let rates = |c: &[f64], turn: &Vector3<f64>| {
+            DVector::from_iterator(
+                6 + nj,
+                c[..3].iter().chain(turn.iter()).chain(&c[7..]).copied(),
+            )
+        };
+        Instant {
+            q: Configuration {
+                p_WB: Vector3::new(y[0], y[1], y[2]),
+                R_WB: UnitQuaternion::new_unchecked(q),
+                joints: DVector::from_column_slice(&y[7..]),
+            },
+            v: rates(dy, &omega),
+            a: rates(ddy, &alpha),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{MOTION_FORMAT, Phase, PhaseKind, Sample};
+
+    /// A body that turns about a slanted axis and slides, from rest to rest.
+    fn turning() -> Motion {
+        let n = 200;
+        let samples = (0..=n)
+            .map(|i| {
+                let s = i as f64 / n as f64;
+                let u = s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
+                let turn = UnitQuaternion::new(Vector3::new(0.6, -0.3, 1.2) * u);
+                let mut q = vec![u, 2.0 * u, -u];
+                q.extend(turn.coords.iter());
+                q.push(3.0 * u);
+                Sample {
+                    t_s: i as f64 * 0.01,
+                    q,
+                    com_W: [0.0; 3],
+                    forces_W: Vec::new(),
+                }
+            })
+            .collect();
+        Motion {
+            format: MOTION_FORMAT.to_owned(),
+            robot: "body".to_owned(),
+            dt_s: 0.01,
+            phases: vec![Phase {
+                kind: PhaseKind::Shift,
+                t_start_s: 0.0,
+                t_end_s: 2.0,
+                from_stance: 0,
+                to_stance: 1,
+                contacts: Vec::new(),
+                swing: None,
+            }],
+            samples,
+        }
+    }
+
+    #[test]
+    fn rates_are_those_of_the_curve() {
+        let curve = turning().interpolation().unwrap();
+        let h = 1e-4;
+        for i in 1..40 {
+            let t = 0.05 * f64::from(i) - 0.003;
+            let (before, now, after) = (curve.at(t - h), curve.at(t), curve.at(t + h));
+            let velocity = before.q.difference(&after.q) / (2.0 * h);
+            assert!((velocity - &now.v).norm() < 1e-5, "velocity at {t} s");
+            let acceleration = (&after.v - &before.v) / (2.0 * h);
+            assert!(
+                (acceleration - &now.a).norm() < 1e-2,
+                "acceleration at {t} s"
+            );
+        }
+    }
+
+    #[test]
+    fn it_rests_at_both_ends_and_beyond() {
+        let curve = turning().interpolation().unwrap();
+        for t in [-1.0, 0.0, 2.0, 3.0] {
+            assert!(curve.at(t).v.norm() < 1e-9, "at {t} s");
+        }
+        assert!((curve.at(9.0).q.joints[0] - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_flipped_quaternion_changes_nothing() {
+        let motion = turning();
+        let mut flipped = motion.clone();
+        for x in &mut flipped.samples[77].q[3..7] {
+            *x = -*x;
+        }
+        let (one, other) = (
+            motion.interpolation().unwrap(),
+            flipped.interpolation().unwrap(),
+        );
+        assert!((one.at(0.773).v - other.at(0.773).v).norm() < 1e-12);
+    }
+
+    #[test]
+    fn records_that_contradict_themselves_are_refused() {
+        let broken: [fn(&mut Motion); 7] = [
+            |m| m.format = "else".to_owned(),
+            |m| m.dt_s = 0.0,
+            |m| m.phases[0].t_end_s = 1.995,
+            |m| m.phases[0].t_start_s = 0.5,
+            |m| m.samples.truncate(7),
+            |m| m.samples[3].q[2] = f64::NAN,
+            |m| m.samples[3].forces_W.push(Vec::new()),
+        ];
+        assert!(turning().validate().is_ok());
+        for (i, change) in broken.iter().enumerate() {
+            let mut motion = turning();
+            change(&mut motion);
+            assert!(motion.interpolation().is_err(), "change {i}");
+        }
+    }
+}
