@@ -65,6 +65,8 @@ pub enum Command {
     Surfaces(command::surfaces::Args),
     /// Solve a file of independent posture problems
     Posture(command::posture::Args),
+    /// Draw posture problems from a seed, to measure solvers with
+    PostureSets(command::posture_sets::Args),
     /// Plan from surfaces, scans or a mesh given on the command line, or from a scene.toml
     Plan(Box<command::plan::Args>),
     /// Recompute everything that a plan promises and print the margins
@@ -113,6 +115,7 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::Scenes(args)) => command::scenes::run(args, out),
         Some(Command::Surfaces(args)) => command::surfaces::run(args, global, out),
         Some(Command::Posture(args)) => command::posture::run(args, global, out),
+        Some(Command::PostureSets(args)) => command::posture_sets::run(args, global, out),
         Some(Command::Plan(args)) => command::plan::run(args, global, out),
         Some(Command::Verify(args)) => command::verify::run(args, out),
         Some(Command::Export(args)) => command::export::run(args, global, out),

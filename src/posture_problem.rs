@@ -1,145 +1,224 @@
-//! Posture problems as they stand in a file: contact sets with fixed poses.
+//! Posture problems as they stand in a file.
+//!
+//! The format is [`scenes::contact_sets`]'s; a plain list of problems without surfaces is read, too.
+
+mod guess;
 
 use anyhow::{Context, Result, anyhow, bail};
-use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use posture::{Contact, Place};
-use robot_model::{Configuration, Kinematics, Robot};
-use serde::Deserialize;
+use nalgebra::{Isometry3, Matrix3, Point2, Rotation3, Translation3, UnitQuaternion};
+use posture::{Contact, Environment, Place, Problem};
+use robot_model::{Configuration, Robot};
+use scenes::contact_sets::{
+    BODY_M, ContactRecord, FORMAT, FORMAT_BEGINS, ProblemRecord, ProblemSet, SurfaceRecord,
+};
+use surfaces::{ConvexPolygon, Surface, SurfaceSet};
+
+pub use guess::place_base;
 
 /// Largest entry of RᵀR − 1 that counts as the rounding of written decimals.
 const ROTATION_TOLERANCE: f64 = 1e-4;
-/// Weight of a contact's heading against a squared lever arm of a decimetre, m².
-const HEADING_WEIGHT_M2: f64 = 0.01;
-
-/// One problem of the file.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ProblemRecord {
-    /// A number or a name that the result repeats.
-    pub id: serde_json::Value,
-    /// Coefficient of friction of every contact.
-    pub mu: f64,
-    /// The contacts.
-    pub contacts: Vec<ContactRecord>,
-}
-
-/// One contact, fixed in W.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(non_snake_case)]
-pub struct ContactRecord {
-    /// The link that carries the patch.
-    pub link: String,
-    /// The patch: its name, or a role that tells it from the link's other patches; may be left
-    /// out where the link has one only.
-    #[serde(default)]
-    pub patch: Option<String>,
-    /// Position of C in W, m.
-    pub p: [f64; 3],
-    /// Rotation of C in W by rows; its columns are C's axes in W, z outward from the environment.
-    pub R: [[f64; 3]; 3],
-    /// Whether the patch may turn about that z.
-    #[serde(default)]
-    pub yaw_free: bool,
-}
 
 /// The problems of a file.
 ///
 /// # Errors
-/// What is no such list, with line and column.
-pub fn parse(bytes: &[u8]) -> Result<Vec<ProblemRecord>> {
-    serde_json::from_slice(bytes).context("not a list of posture problems")
+/// What is no such file, with line and column; a version of the format that is not known.
+pub fn parse(bytes: &[u8]) -> Result<ProblemSet> {
+    let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
+    if first == Some(&b'[') {
+        let problems = serde_json::from_slice(bytes).context("not a list of posture problems")?;
+        return Ok(ProblemSet {
+            format: FORMAT.to_owned(),
+            robot: String::new(),
+            family: String::new(),
+            seed: 0,
+            body_m: BODY_M,
+            problems,
+        });
+    }
+    #[derive(serde::Deserialize)]
+    struct Versioned {
+        format: String,
+    }
+    // A later version may have other fields: its name comes first.
+    let Versioned { format } =
+        serde_json::from_slice(bytes).context("not a file of posture problems")?;
+    if format != FORMAT {
+        let what = if format.starts_with(FORMAT_BEGINS) {
+            "another version of the program wrote this"
+        } else {
+            "this is no file of posture problems"
+        };
+        bail!("format is {format:?}, {FORMAT:?} is read here: {what}");
+    }
+    let set: ProblemSet =
+        serde_json::from_slice(bytes).context("not a file of posture problems")?;
+    if !(set.body_m > 0.0 && set.body_m.is_finite()) {
+        bail!("body_m = {} is no thickness", set.body_m);
+    }
+    Ok(set)
 }
 
-impl ProblemRecord {
-    /// The contacts as the posture generator takes them.
-    ///
-    /// # Errors
-    /// The problem and the contact that make no sense, and why.
-    pub fn contacts(&self, robot: &Robot) -> Result<Vec<Contact>> {
-        if !(self.mu > 0.0 && self.mu.is_finite()) {
-            bail!(
-                "problem {}: mu = {} is no coefficient of friction",
-                self.id,
-                self.mu
-            );
+/// A problem of a file on a robot.
+pub struct Posed {
+    /// The contacts.
+    pub contacts: Vec<Contact>,
+    /// The surfaces and what is behind them.
+    pub environment: Environment,
+    /// Where the search starts: the comfortable posture, its base where the contacts would have it.
+    pub guess: Configuration,
+}
+
+impl Posed {
+    /// What the posture generator is asked.
+    pub fn problem<'a>(&'a self, robot: &'a Robot) -> Problem<'a> {
+        Problem {
+            robot,
+            environment: &self.environment,
+            contacts: self.contacts.clone(),
+            base_goal: None,
+            reference: &self.guess,
+            guess: &self.guess,
         }
-        let contact = |(i, record): (usize, &ContactRecord)| {
-            record
-                .contact(robot, self.mu)
-                .with_context(|| format!("problem {}, contact {i}", self.id))
-        };
-        self.contacts.iter().enumerate().map(contact).collect()
     }
 }
 
-impl ContactRecord {
-    #[allow(non_snake_case)]
-    fn contact(&self, robot: &Robot, friction: f64) -> Result<Contact> {
-        if let Some(x) = self.p.iter().find(|x| !x.is_finite()) {
-            bail!("p holds {x}");
-        }
-        let X_WC = Isometry3::from_parts(Translation3::from(self.p), rotation(&self.R)?);
-        let place = Place::Fixed {
-            X_WC,
-            yaw_free: self.yaw_free,
-            surface: None,
-        };
-        Ok(Contact {
-            patch: self.patch(robot)?,
-            place,
-            loaded: true,
-            friction,
+/// A record as the posture generator takes it, a body of `body_m` behind every surface.
+///
+/// # Errors
+/// The problem and the contact or surface that make no sense, and why.
+pub fn pose(
+    record: &ProblemRecord,
+    robot: &Robot,
+    reference: &Configuration,
+    body_m: f64,
+) -> Result<Posed> {
+    let id = &record.id;
+    if !(record.mu > 0.0 && record.mu.is_finite()) {
+        bail!(
+            "problem {id}: mu = {} is no coefficient of friction",
+            record.mu
+        );
+    }
+    let surfaces = record
+        .surfaces
+        .iter()
+        .map(|s| surface(s).with_context(|| format!("problem {id}, surface {:?}", s.id)))
+        .collect::<Result<Vec<_>>>()?;
+    let set = SurfaceSet::new(surfaces, Vec::new()).with_context(|| format!("problem {id}"))?;
+    let environment = Environment::new(&set, body_m).with_context(|| format!("problem {id}"))?;
+    let contacts = record
+        .contacts
+        .iter()
+        .enumerate()
+        .map(|(i, c)| {
+            contact(c, robot, &set, record.mu).with_context(|| format!("problem {id}, contact {i}"))
         })
-    }
+        .collect::<Result<Vec<_>>>()?;
+    let guess = place_base(robot, reference, &contacts, &environment);
+    Ok(Posed {
+        contacts,
+        environment,
+        guess,
+    })
+}
 
-    /// Index of the patch.
-    fn patch(&self, robot: &Robot) -> Result<usize> {
-        robot.frame(&self.link)?;
-        let on_link = || {
-            robot
-                .patches
-                .iter()
-                .enumerate()
-                .filter(|(_, p)| p.link == self.link)
-        };
-        let named: Vec<usize> = match &self.patch {
-            None => on_link().map(|(i, _)| i).collect(),
-            Some(name) => {
-                let by_name: Vec<_> = on_link()
-                    .filter(|(_, p)| &p.name == name)
+#[allow(non_snake_case)]
+fn contact(
+    record: &ContactRecord,
+    robot: &Robot,
+    set: &SurfaceSet,
+    friction: f64,
+) -> Result<Contact> {
+    let surface = match &record.surface {
+        Some(id) => Some(set.index_of(id)?),
+        None => None,
+    };
+    let place = match (&record.p, &record.R, surface) {
+        (Some(p), Some(R), surface) => Place::Fixed {
+            X_WC: isometry(p, R)?,
+            yaw_free: record.yaw_free,
+            surface,
+        },
+        (None, None, Some(surface)) => Place::OnSurface {
+            surface,
+            toward: None,
+            yaw_rad: None,
+        },
+        (None, None, None) => bail!("neither p and R nor a surface say where it is"),
+        _ => bail!("p and R go together"),
+    };
+    Ok(Contact {
+        patch: patch(record, robot)?,
+        place,
+        loaded: true,
+        friction,
+    })
+}
+
+fn surface(record: &SurfaceRecord) -> Result<Surface> {
+    let vertices = record.polygon_m.iter().map(|&v| Point2::from(v)).collect();
+    let polygon = ConvexPolygon::new(vertices)?;
+    Ok(Surface::new(
+        record.id.clone(),
+        isometry(&record.p, &record.R)?,
+        polygon,
+    ))
+}
+
+#[allow(non_snake_case)]
+fn isometry(p: &[f64; 3], R: &[[f64; 3]; 3]) -> Result<Isometry3<f64>> {
+    if let Some(x) = p.iter().find(|x| !x.is_finite()) {
+        bail!("p holds {x}");
+    }
+    Ok(Isometry3::from_parts(Translation3::from(*p), rotation(R)?))
+}
+
+/// Index of the patch.
+fn patch(record: &ContactRecord, robot: &Robot) -> Result<usize> {
+    robot.frame(&record.link)?;
+    let on_link = || {
+        robot
+            .patches
+            .iter()
+            .enumerate()
+            .filter(|(_, p)| p.link == record.link)
+    };
+    let named: Vec<usize> = match &record.patch {
+        None => on_link().map(|(i, _)| i).collect(),
+        Some(name) => {
+            let by_name: Vec<_> = on_link()
+                .filter(|(_, p)| &p.name == name)
+                .map(|(i, _)| i)
+                .collect();
+            if by_name.is_empty() {
+                on_link()
+                    .filter(|(_, p)| p.has_role(name))
                     .map(|(i, _)| i)
-                    .collect();
-                if by_name.is_empty() {
-                    on_link()
-                        .filter(|(_, p)| p.has_role(name))
-                        .map(|(i, _)| i)
-                        .collect()
-                } else {
-                    by_name
-                }
+                    .collect()
+            } else {
+                by_name
             }
-        };
-        let known = || {
-            on_link()
-                .map(|(_, p)| p.name.as_str())
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
-        match (named.as_slice(), &self.patch) {
-            ([patch], _) => Ok(*patch),
-            ([], Some(name)) => Err(anyhow!(
-                "link {} has no patch or role {name:?}; it has: {}",
-                self.link,
-                known()
-            )),
-            ([], None) => Err(anyhow!("link {} has no contact patch", self.link)),
-            _ => Err(anyhow!(
-                "link {} has several such patches: {}",
-                self.link,
-                known()
-            )),
         }
+    };
+    let known = || {
+        on_link()
+            .map(|(_, p)| p.name.as_str())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    match (named.as_slice(), &record.patch) {
+        ([patch], _) => Ok(*patch),
+        ([], Some(name)) => Err(anyhow!(
+            "link {} has no patch or role {name:?}; it has: {}",
+            record.link,
+            known()
+        )),
+        ([], None) => Err(anyhow!("link {} has no contact patch", record.link)),
+        _ => Err(anyhow!(
+            "link {} has several such patches: {}",
+            record.link,
+            known()
+        )),
     }
 }
 
@@ -163,66 +242,6 @@ fn rotation(rows: &[[f64; 3]; 3]) -> Result<UnitQuaternion<f64>> {
             Rotation3::from_matrix_unchecked(matrix),
         ),
     ))
-}
-
-/// The posture with its base upright where the contacts would have it.
-///
-///   yaw = atan2(Σ a × b, Σ a · b),   p = mean of (target − R(yaw) place)
-///
-/// over a = a patch's place relative to the mean in `posture`, b = the same of its target, both
-/// horizontal, and the headings of level contacts as unit vectors of small weight.
-#[allow(non_snake_case)]
-pub fn place_base(robot: &Robot, posture: &Configuration, contacts: &[Contact]) -> Configuration {
-    let kinematics = Kinematics::new(robot, posture);
-    let base = Isometry3::from_parts(posture.p_WB.into(), posture.R_WB).inverse();
-    let pairs: Vec<(Isometry3<f64>, Isometry3<f64>, bool)> = contacts
-        .iter()
-        .filter_map(|contact| match &contact.place {
-            Place::Fixed { X_WC, yaw_free, .. } => {
-                let place = base * kinematics.X_WC(&robot.patches[contact.patch]);
-                Some((place, *X_WC, *yaw_free))
-            }
-            Place::OnSurface { .. } => None,
-        })
-        .collect();
-    if pairs.is_empty() {
-        return posture.clone();
-    }
-    let n = pairs.len() as f64;
-    let mean_place = pairs
-        .iter()
-        .map(|p| p.0.translation.vector)
-        .sum::<Vector3<f64>>()
-        / n;
-    let mean_target = pairs
-        .iter()
-        .map(|p| p.1.translation.vector)
-        .sum::<Vector3<f64>>()
-        / n;
-    let (mut sin, mut cos) = (0.0, 0.0);
-    for (place, target, yaw_free) in &pairs {
-        let a = (place.translation.vector - mean_place).xy();
-        let b = (target.translation.vector - mean_target).xy();
-        sin += a.perp(&b);
-        cos += a.dot(&b);
-        let level = |x: &Isometry3<f64>| (x.rotation * Vector3::z()).z > 0.5;
-        if !yaw_free && level(place) && level(target) {
-            let a = (place.rotation * Vector3::x()).xy();
-            let b = (target.rotation * Vector3::x()).xy();
-            sin += HEADING_WEIGHT_M2 * a.perp(&b);
-            cos += HEADING_WEIGHT_M2 * a.dot(&b);
-        }
-    }
-    let yaw = if sin == 0.0 && cos == 0.0 {
-        0.0
-    } else {
-        f64::atan2(sin, cos)
-    };
-    let R_WB = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
-    let p_WB = mean_target - R_WB * mean_place;
-    posture
-        .clone()
-        .with_base(&Isometry3::from_parts(p_WB.into(), R_WB))
 }
 
 #[cfg(test)]

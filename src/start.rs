@@ -114,8 +114,8 @@ fn on_contacts(
         });
     }
     let patches = contacts.iter().map(|contact| contact.patch).collect();
-    let guess = place_base(robot, &robot.resting(), &contacts);
     let environment = posture::Environment::empty();
+    let guess = place_base(robot, &robot.resting(), &contacts, &environment);
     let problem = Problem {
         robot,
         environment: &environment,

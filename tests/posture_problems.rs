@@ -91,7 +91,7 @@ fn known_contact_sets_get_their_answers_in_order() {
                 .as_f64()
                 .is_some_and(|m| m > 0.0)
         );
-        assert!(result["ms"].as_f64().is_some_and(|ms| ms > 0.0));
+        assert!(result["us"].as_f64().is_some_and(|us| us > 0.0));
         // The ground holds the robot, 58 kg at 9.81 m/s²: to the generator's 1e-5 of the weight.
         let [fx, fy, fz, ..] = wrench(result);
         let weight = 58.0 * 9.81;

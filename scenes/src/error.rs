@@ -1,6 +1,6 @@
-//! What can be wrong with a scene.
+//! What can be wrong with a scene or a set of problems.
 
-/// A scene file that cannot be used.
+/// A scene file or a set of problems that cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -13,6 +13,14 @@ pub enum Error {
         /// Path of the field, for example `scan[0].quat_xyzw`.
         field: String,
         /// What is wrong with it.
+        reason: String,
+    },
+    /// No contact sets of the family can be drawn for the robot.
+    #[error("no posture problems for {robot}: {reason}")]
+    ContactSet {
+        /// The robot's name.
+        robot: String,
+        /// Why not.
         reason: String,
     },
 }

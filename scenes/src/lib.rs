@@ -5,11 +5,13 @@
 //! * [`SceneFile`]: the scene file's fields, for the scenes that ship and for a user's own.
 //! * [`truth`] and [`worlds`]: what really stands there, to judge the surfaces by and to simulate.
 //! * [`simulator`]: the depth camera.
+//! * [`contact_sets`]: posture problems drawn from a seed, and the format of their files.
 //!
 //! Scans are made again with `cargo run -p scenes --example make_scans`, robots with
 //! `cargo run -p scenes --example make_hrp2`.
 
 mod builtin;
+pub mod contact_sets;
 mod error;
 mod robots;
 pub mod scene_file;

@@ -5,6 +5,7 @@ pub mod config;
 pub mod export;
 pub mod plan;
 pub mod posture;
+pub mod posture_sets;
 pub mod robot;
 pub mod run;
 pub mod scenes;

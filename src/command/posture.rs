@@ -1,29 +1,36 @@
 //! `scandent posture PROBLEMS.json`: a set of independent posture problems and their answers.
 
 use std::io::Write;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use planner::plan::{Input, Program};
-use posture::{Contact, Environment, Outcome, Posture, Problem};
+use posture::{Contact, Outcome, Posture};
 use rayon::prelude::*;
 use robot_model::{Configuration, Robot};
+use scenes::contact_sets::{Expected, ProblemRecord};
 use serde::Serialize;
 
 use crate::cli::Global;
 use crate::config::Config;
 use crate::output;
-use crate::posture_problem::{self, ProblemRecord, place_base};
+use crate::posture_problem;
 use crate::provenance::Inputs;
 use crate::robot_files::RobotFlags;
 use crate::status::Status;
 use crate::threads;
 
+mod timing;
+
+/// The outcome of a problem that has a posture.
+const FEASIBLE: &str = "feasible";
+
 /// Flags of `posture`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The problems: [{"id", "mu", "contacts": [{"link", "patch", "p", "R", "yaw_free"}]}]
+    /// The problems: a file as `scandent posture-sets` writes it, or the list of its problems
     #[arg(value_name = "PROBLEMS.json")]
     problems: PathBuf,
     #[command(flatten)]
@@ -34,6 +41,9 @@ pub struct Args {
     /// Where the results go
     #[arg(short, long, value_name = "RESULTS.json")]
     output: PathBuf,
+    /// Solve every problem so often, one after another on one thread, and tell the median time
+    #[arg(long, value_name = "N")]
+    repeat: Option<NonZeroUsize>,
 }
 
 /// The file of results.
@@ -51,6 +61,8 @@ struct Results<'a> {
 struct Answer<'a> {
     id: &'a serde_json::Value,
     outcome: &'static str,
+    /// What is known of the answer by the way the problem was made.
+    expected: Option<Expected>,
     /// Why there is no posture.
     reason: Option<String>,
     /// By how much the worst constraint is violated, scaled as posture::Violation says.
@@ -59,7 +71,10 @@ struct Answer<'a> {
     q: Option<Vec<f64>>,
     forces: Option<Vec<ContactForces<'a>>>,
     margins: Option<planner::plan::Margins>,
-    ms: f64,
+    /// Iterations over all starts, where there is a posture.
+    iterations: Option<usize>,
+    /// Time of the solve, µs; with `--repeat` the median.
+    us: f64,
 }
 
 /// The forces of one contact, in the order of the problem's contacts.
@@ -84,15 +99,34 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let robot = args.robot.files().load(&config.robot_model, &mut inputs)?;
     let file = args.problems.display().to_string();
     let bytes = inputs.read("problems", &args.problems)?;
-    let problems = posture_problem::parse(&bytes).with_context(|| file.clone())?;
+    let set = posture_problem::parse(&bytes).with_context(|| file.clone())?;
+    if !(set.robot.is_empty() || set.robot == robot.name) {
+        bail!(
+            "{file}: these problems are for {}, not for {}",
+            set.robot,
+            robot.name
+        );
+    }
     let reference = match &args.reference {
         Some(name) => robot.posture(name)?,
         None => robot.resting(),
     };
 
-    let answers = threads::pool(global.threads)?.install(|| {
-        let solve = |problem| answer(problem, &robot, &reference, &config.posture);
-        problems.par_iter().map(solve).collect::<Result<Vec<_>>>()
+    let solver = Solver {
+        robot: &robot,
+        reference,
+        config: &config.posture,
+        body_m: set.body_m,
+        repeat: args.repeat.map_or(1, NonZeroUsize::get),
+    };
+    // Solves that are to be timed do not share the machine with one another.
+    let threads = global.threads.or(args.repeat.and(NonZeroUsize::new(1)));
+    let answers = threads::pool(threads)?.install(|| {
+        let solve = |problem| solver.answer(problem);
+        set.problems
+            .par_iter()
+            .map(solve)
+            .collect::<Result<Vec<_>>>()
     });
     let answers = answers.with_context(|| file)?;
 
@@ -102,7 +136,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
             .filter(|answer| answer.outcome == outcome)
             .count()
     };
-    let (feasible, infeasible) = (count("feasible"), count("infeasible"));
+    let (feasible, infeasible) = (count(FEASIBLE), count("infeasible"));
     writeln!(
         out,
         "{} problems: {feasible} feasible, {infeasible} infeasible, {} undecided → {}",
@@ -110,6 +144,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         count("undecided"),
         args.output.display()
     )?;
+    timing::print(&answers, out)?;
     let results = Results {
         program: crate::program(),
         config: &config,
@@ -121,43 +156,49 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     Ok(Status::Done)
 }
 
-fn answer<'a>(
-    record: &'a ProblemRecord,
+/// What all problems of a file share.
+struct Solver<'a> {
     robot: &'a Robot,
-    reference: &Configuration,
-    config: &posture::Config,
-) -> Result<Answer<'a>> {
-    let contacts = record.contacts(robot)?;
-    let begin = Instant::now();
-    let guess = place_base(robot, reference, &contacts);
-    let environment = Environment::empty();
-    let problem = Problem {
-        robot,
-        environment: &environment,
-        contacts,
-        base_goal: None,
-        reference: &guess,
-        guess: &guess,
-    };
-    let outcome =
-        posture::solve(&problem, config).with_context(|| format!("problem {}", record.id))?;
-    let ms = begin.elapsed().as_secs_f64() * 1e3;
-    let found = outcome.posture();
-    let violation = outcome.violation();
-    Ok(Answer {
-        id: &record.id,
-        outcome: match &outcome {
-            Outcome::Feasible(_) => "feasible",
-            Outcome::Infeasible(_) => "infeasible",
-            Outcome::Undecided { .. } => "undecided",
-        },
-        reason: violation.map(|v| v.describe(&problem)),
-        violation: violation.map(|v| v.amount),
-        q: found.map(|posture| posture.q.to_q()),
-        forces: found.map(|posture| forces(posture, &problem.contacts, robot)),
-        margins: found.map(|posture| margins(&posture.margins)),
-        ms,
-    })
+    reference: Configuration,
+    config: &'a posture::Config,
+    body_m: f64,
+    repeat: usize,
+}
+
+impl<'a> Solver<'a> {
+    fn answer(&self, record: &'a ProblemRecord) -> Result<Answer<'a>> {
+        let posed = posture_problem::pose(record, self.robot, &self.reference, self.body_m)?;
+        let problem = posed.problem(self.robot);
+        let solve = || {
+            let begin = Instant::now();
+            let outcome = posture::solve(&problem, self.config)
+                .with_context(|| format!("problem {}", record.id))?;
+            anyhow::Ok((outcome, begin.elapsed().as_secs_f64() * 1e6))
+        };
+        let (outcome, first_us) = solve()?;
+        let mut times_us = vec![first_us];
+        for _ in 1..self.repeat {
+            times_us.push(solve()?.1);
+        }
+        let found = outcome.posture();
+        let violation = outcome.violation();
+        Ok(Answer {
+            id: &record.id,
+            outcome: match &outcome {
+                Outcome::Feasible(_) => FEASIBLE,
+                Outcome::Infeasible(_) => "infeasible",
+                Outcome::Undecided { .. } => "undecided",
+            },
+            expected: record.expected,
+            reason: violation.map(|v| v.describe(&problem)),
+            violation: violation.map(|v| v.amount),
+            q: found.map(|posture| posture.q.to_q()),
+            forces: found.map(|posture| forces(posture, &problem.contacts, self.robot)),
+            margins: found.map(|posture| margins(&posture.margins)),
+            iterations: found.map(|posture| posture.iterations),
+            us: timing::quantile(&mut times_us, 0.5),
+        })
+    }
 }
 
 fn forces<'a>(found: &Posture, contacts: &[Contact], robot: &'a Robot) -> Vec<ContactForces<'a>> {

@@ -1,0 +1,63 @@
+//! `scandent posture-sets`: posture problems drawn from a seed.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::{Result, anyhow};
+use scenes::contact_sets::{self, Family};
+
+use crate::cli::Global;
+use crate::config::Config;
+use crate::output;
+use crate::provenance::Inputs;
+use crate::robot_files::RobotFlags;
+use crate::status::Status;
+
+/// Flags of `posture-sets`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    robot: RobotFlags,
+    /// easy, free, steep, one-foot, chimney, spread, infeasible, or hard for steep to spread in
+    /// turns
+    #[arg(long, value_name = "NAME")]
+    family: String,
+    /// How many problems
+    #[arg(long, value_name = "N", default_value_t = 120)]
+    count: usize,
+    /// Where the problems go
+    #[arg(short, long, value_name = "PROBLEMS.json")]
+    output: PathBuf,
+}
+
+/// Draws the problems from the seed of `--seed` (0 without it) and writes them.
+///
+/// # Errors
+/// A robot that cannot be read or does not suit the family, an unknown family.
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    let families = Family::named(&args.family).ok_or_else(|| {
+        let known: Vec<&str> = Family::ALL.iter().map(|f| f.name()).collect();
+        anyhow!(
+            "no family {:?}; there are {} and hard",
+            args.family,
+            known.join(", ")
+        )
+    })?;
+    let config = Config::layered(None, global)?;
+    let robot = args
+        .robot
+        .files()
+        .load(&config.robot_model, &mut Inputs::default())?;
+    let seed = global.seed.unwrap_or(0);
+    let set = contact_sets::generate(&robot, &families, args.count, seed)?;
+    output::write_json(&args.output, &set)?;
+    writeln!(
+        out,
+        "{} problems for {} ({}), seed {seed} → {}",
+        set.problems.len(),
+        set.robot,
+        set.family,
+        args.output.display()
+    )?;
+    Ok(Status::Done)
+}
