@@ -8,7 +8,7 @@
 //! * [`contact_sets`]: posture problems drawn from a seed, and the format of their files.
 //!
 //! Scans are made again with `cargo run -p scenes --example make_scans`, robots with
-//! `cargo run -p scenes --example make_hrp2`.
+//! `cargo run -p scenes --example make_hrp2` and `make_hexapod`.
 
 mod builtin;
 pub mod contact_sets;

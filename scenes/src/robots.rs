@@ -13,12 +13,20 @@ pub struct BuiltinRobot {
     pub contacts: &'static str,
 }
 
-static ROBOTS: [BuiltinRobot; 1] = [BuiltinRobot {
-    name: "hrp2",
-    urdf: include_str!("../robots/hrp2/hrp2.urdf"),
-    srdf: include_str!("../robots/hrp2/hrp2.srdf"),
-    contacts: include_str!("../robots/hrp2/contacts.toml"),
-}];
+static ROBOTS: [BuiltinRobot; 2] = [
+    BuiltinRobot {
+        name: "hrp2",
+        urdf: include_str!("../robots/hrp2/hrp2.urdf"),
+        srdf: include_str!("../robots/hrp2/hrp2.srdf"),
+        contacts: include_str!("../robots/hrp2/contacts.toml"),
+    },
+    BuiltinRobot {
+        name: "hexapod",
+        urdf: include_str!("../robots/hexapod/hexapod.urdf"),
+        srdf: include_str!("../robots/hexapod/hexapod.srdf"),
+        contacts: include_str!("../robots/hexapod/contacts.toml"),
+    },
+];
 
 /// The robot of this name.
 pub fn builtin_robot(name: &str) -> Option<&'static BuiltinRobot> {

@@ -8,7 +8,11 @@ use scenes::contact_sets::{
 };
 
 fn hrp2() -> Robot {
-    let files = scenes::builtin_robot("hrp2").expect("it ships");
+    shipped("hrp2")
+}
+
+fn shipped(name: &str) -> Robot {
+    let files = scenes::builtin_robot(name).expect("it ships");
     load_from_strings(
         files.urdf,
         Some(files.srdf),
@@ -193,4 +197,32 @@ fn robots_without_the_limbs_are_told() {
     assert_eq!(set.family, "steep chimney spread");
     robot.patches.clear();
     assert!(generate(&robot, &Family::ALL, 1, 0).is_err());
+}
+
+#[test]
+fn ball_feet_get_surfaces_to_stand_on() {
+    let robot = shipped("hexapod");
+    for family in Family::ALL.into_iter().filter(|f| f.suits(&robot)) {
+        for problem in generate(&robot, &[family], 6, 2)
+            .expect("problems")
+            .problems
+        {
+            assert!(problem.contacts.len() >= 3, "{}", problem.id);
+            let Some(witness) = &problem.witness else {
+                continue;
+            };
+            let q = robot.configuration(witness).expect("a configuration");
+            let kinematics = Kinematics::new(&robot, &q);
+            for contact in problem.contacts.iter().filter(|c| c.p.is_some()) {
+                let patch = robot
+                    .patch(contact.patch.as_deref().expect("a name"))
+                    .expect("a patch");
+                let n = rotation(&contact.R.expect("fixed")).column(2).into_owned();
+                let radius = patch.point_radius_m().expect("a ball");
+                let touched = kinematics.X_WC(patch).translation.vector - radius * n;
+                let apart = (touched - Vector3::from(contact.p.expect("fixed"))).norm();
+                assert!(apart < 1e-12, "{apart}");
+            }
+        }
+    }
 }
