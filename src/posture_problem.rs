@@ -29,6 +29,7 @@ pub fn parse(bytes: &[u8]) -> Result<ProblemSet> {
         return Ok(ProblemSet {
             format: FORMAT.to_owned(),
             robot: String::new(),
+            joint_names: Vec::new(),
             family: String::new(),
             seed: 0,
             body_m: BODY_M,

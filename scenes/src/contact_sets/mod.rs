@@ -165,6 +165,7 @@ pub fn generate(
     Ok(ProblemSet {
         format: FORMAT.to_owned(),
         robot: robot.name.clone(),
+        joint_names: robot.joint_names().map(str::to_owned).collect(),
         family: families.join(" "),
         seed,
         body_m: BODY_M,

@@ -18,6 +18,9 @@ pub struct ProblemSet {
     /// Name of the robot that the problems are for; empty where any will do.
     #[serde(default)]
     pub robot: String,
+    /// The robot's joints in the order of the witnesses; may be empty where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joint_names: Vec<String>,
     /// What kind of problems they are.
     #[serde(default)]
     pub family: String,

@@ -1,0 +1,193 @@
+//! Postures of drawn problems, solved by the generator, checked by the verifier.
+//!
+//! `SCANDENT_RANDOM_POSTURES=10000 cargo test --release --test random_postures` for more of them.
+#![allow(non_snake_case)]
+
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion};
+use planner::PathStance;
+use planner::plan::{
+    Change, GoalRecord, PLAN_FORMAT, Plan, Program, RequiredMargins, RobotSummary, SearchSummary,
+};
+use posture::Environment;
+use robot_model::Robot;
+use scandent::posture_problem::{self, Posed};
+use scandent::verify::{Check, Options, verify_stances};
+use scenes::contact_sets::{Expected, Family, ProblemRecord, generate};
+use surfaces::{ConvexPolygon, Surface, SurfaceSet};
+
+/// Problems of a family where the environment does not say how many in all.
+const COUNT: usize = 22;
+
+fn count() -> usize {
+    std::env::var("SCANDENT_RANDOM_POSTURES").map_or(COUNT, |text| {
+        let all: usize = text.parse().expect("SCANDENT_RANDOM_POSTURES is a number");
+        all.div_ceil(Family::ALL.len())
+    })
+}
+
+fn humanoid() -> Robot {
+    let files = scenes::builtin_robot("hrp2").expect("it ships");
+    robot_model::load_from_strings(
+        files.urdf,
+        Some(files.srdf),
+        Some(files.contacts),
+        files.name,
+        &robot_model::load::no_meshes,
+        &robot_model::Config::default(),
+    )
+    .expect("it loads")
+}
+
+/// The surfaces of a problem; under a fixed contact one of the patch's own size, which the solver
+/// does not know of.
+fn surfaces(problem: &ProblemRecord, posed: &Posed, robot: &Robot) -> Vec<Surface> {
+    if !problem.surfaces.is_empty() {
+        return posed.environment.surfaces.clone();
+    }
+    problem
+        .contacts
+        .iter()
+        .enumerate()
+        .map(|(k, contact)| {
+            let R = contact.R.expect("a fixed contact");
+            let R = Matrix3::from_fn(|i, j| R[i][j]);
+            let R = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(R));
+            let X_WS = Isometry3::from_parts(contact.p.expect("a fixed contact").into(), R);
+            let patch = robot
+                .patch(contact.patch.as_deref().expect("a name"))
+                .expect("a patch");
+            let polygon = ConvexPolygon::new(patch.polygon.clone()).expect("a polygon");
+            Surface::new(format!("under {k}"), X_WS, polygon)
+        })
+        .collect()
+}
+
+/// A plan of one stance: the posture that was found.
+fn plan(
+    problem: &ProblemRecord,
+    posed: &Posed,
+    found: &posture::Posture,
+    robot: &Robot,
+    config: &posture::Config,
+    body_m: f64,
+) -> Plan {
+    let surfaces = surfaces(problem, posed, robot);
+    let on = |k: usize| posed.contacts[k].place.surface().unwrap_or(k);
+    let path = [PathStance {
+        change: Change::Start,
+        contacts: (0..posed.contacts.len())
+            .map(|k| (posed.contacts[k].patch, on(k), posed.contacts[k].loaded))
+            .collect(),
+        posture: std::sync::Arc::new(found.clone()),
+    }];
+    let set = SurfaceSet::new(surfaces.clone(), Vec::new()).expect("surfaces");
+    let environment = Environment::new(&set, body_m).expect("an environment");
+    let mut stances = planner::record::stances(robot, &environment, &path);
+    for contact in &mut stances[0].contacts {
+        contact.friction = problem.mu;
+    }
+    Plan {
+        format: PLAN_FORMAT.to_owned(),
+        program: Program {
+            name: "scandent".to_owned(),
+            version: String::new(),
+        },
+        scene: problem.id.to_string(),
+        seed: 0,
+        config: serde_json::Value::Null,
+        inputs: Vec::new(),
+        robot: RobotSummary {
+            name: robot.name.clone(),
+            joint_names: robot.joint_names().map(str::to_owned).collect(),
+            mass_kg: robot.mass_kg,
+        },
+        surfaces,
+        obstacles: Vec::new(),
+        thin_body_m: body_m,
+        required: RequiredMargins {
+            friction_use: config.friction_use,
+            torque_use: config.torque_use,
+            joint_rad: config.joint_margin_rad,
+            clearance_m: config.clearance_m,
+            self_clearance_m: config.self_clearance_m,
+            com_m: config.com_margin_m,
+        },
+        goal: GoalRecord {
+            base_position_m: None,
+            tolerance_m: 0.0,
+            yaw_rad: None,
+            contacts: Vec::new(),
+        },
+        stances,
+        search: SearchSummary {
+            nodes_generated: 1,
+            nodes_expanded: 0,
+            candidates_solved: 1,
+            path_stances: 1,
+        },
+    }
+}
+
+/// What the verifier finds wrong with the posture; bodies behind surfaces that the problem does
+/// not have are no fault of it.
+fn faults(plan: &Plan, robot: &Robot, problem: &ProblemRecord) -> Vec<Check> {
+    let certificate = verify_stances(plan, robot, &Options::default());
+    let mut failed = certificate.failed_checks();
+    if problem.surfaces.is_empty() {
+        failed.retain(|c| {
+            !matches!(
+                c,
+                Check::Clearance | Check::ContactDepth | Check::StatedMargin
+            )
+        });
+    }
+    failed
+}
+
+#[test]
+fn every_posture_that_is_found_passes_the_verifier() {
+    let robot = humanoid();
+    let reference = robot.resting();
+    let config = posture::Config::default();
+    let (mut wrong, mut missed) = (Vec::new(), Vec::new());
+    for family in Family::ALL {
+        let set = generate(&robot, &[family], count(), 11).expect("problems");
+        let (mut solved, n) = (0, set.problems.len());
+        for problem in &set.problems {
+            let posed =
+                posture_problem::pose(problem, &robot, &reference, set.body_m).expect("a problem");
+            let outcome = posture::solve(&posed.problem(&robot), &config).expect("a problem");
+            let Some(found) = outcome.posture() else {
+                if problem.expected == Some(Expected::Solvable) {
+                    missed.push(problem.id.clone());
+                }
+                continue;
+            };
+            solved += 1;
+            if problem.expected == Some(Expected::Infeasible) {
+                wrong.push(format!(
+                    "{}: solved, though {:?}",
+                    problem.id, problem.reason
+                ));
+            }
+            let plan = plan(problem, &posed, found, &robot, &config, set.body_m);
+            let failed = faults(&plan, &robot, problem);
+            if !failed.is_empty() {
+                wrong.push(format!("{}: {failed:?}", problem.id));
+            }
+            // The same posture with a knee bent by a degree is wrong, and is found to be.
+            let mut bent = plan.clone();
+            let knee = 7 + robot.joint_index("LLEG_JOINT3").expect("a knee");
+            bent.stances[0].q[knee] += 1f64.to_radians();
+            let told = !faults(&bent, &robot, problem).is_empty();
+            assert!(told, "{}: a bent knee passes", problem.id);
+        }
+        if !matches!(family, Family::Infeasible) {
+            // A generator that solves nothing passes no test: half of every family is solved.
+            assert!(2 * solved > n, "{}: {solved} of {n}", family.name());
+        }
+        println!("{:<10} {solved:>5} of {n} solved", family.name());
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    println!("missed, though there is a witness: {missed:?}");
+}
