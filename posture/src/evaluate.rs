@@ -6,7 +6,7 @@ use crate::constraint::Scratch;
 use crate::iterate::{Context, Iterate};
 use crate::outcome::{ContactState, Margins, Posture, Violation};
 use crate::problem::Place;
-use crate::rows::{Constraint, Rows};
+use crate::rows::{Constraint, Rows, Tag};
 
 /// The posture at an iterate, and the worst violation of any constraint.
 #[allow(non_snake_case)]
@@ -21,7 +21,7 @@ pub(crate) fn posture(
     rows.clear(false);
     crate::constraint::all(ctx, it, scratch, rows);
     let mut worst = rows.worst().map(|(i, amount)| Violation {
-        constraint: rows.tag[i].clone(),
+        constraint: ctx.constraint(rows.tag[i]),
         amount,
     });
     let mut consider = |constraint: Constraint, amount: f64| {
@@ -37,10 +37,10 @@ pub(crate) fn posture(
     };
     for i in 0..rows.len() {
         match rows.tag[i] {
-            Constraint::Closure(_) => {
+            Tag::Closure(_) => {
                 margins.closure_m = margins.closure_m.max(rows.violation(i));
             }
-            Constraint::Equilibrium | Constraint::Balance => {
+            Tag::Equilibrium | Tag::Balance => {
                 margins.equilibrium = margins.equilibrium.max(rows.violation(i));
             }
             _ => {}

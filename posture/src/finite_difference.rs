@@ -7,7 +7,7 @@ use surfaces::{ConvexPolygon, Surface, SurfaceSet};
 use crate::constraint::{self, Scratch};
 use crate::iterate::{Context, Iterate};
 use crate::problem::{BaseGoal, Contact, Environment, Place, Problem};
-use crate::rows::{Constraint, Rows};
+use crate::rows::{Rows, Tag};
 use crate::{Config, cost};
 
 /// The humanoid that ships, read from its files.
@@ -183,7 +183,7 @@ fn check(seed: u64) {
             // Distances come from an iteration that ends some 1e-8 m early on curved shapes, which
             // a difference over 2e-6 m turns into 1 %; everything else is in closed form.
             let tolerance = match rows.tag[i] {
-                Constraint::Clearance(..) | Constraint::SelfClearance(..) => 2e-2,
+                Tag::Clearance(..) | Tag::SelfClearance(..) => 2e-2,
                 _ => 1e-6,
             } * (1.0 + slope.abs());
             assert!(

@@ -11,6 +11,7 @@ use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
 use surfaces::ConvexPolygon;
 
 use crate::problem::{Place, Problem};
+use crate::rows::{Constraint, Tag};
 use crate::{Config, Error};
 
 /// Which variable stands where in a step.
@@ -162,6 +163,24 @@ impl<'a> Context<'a> {
         self.problem.robot
     }
 
+    /// What a row speaks of, with names.
+    pub fn constraint(&self, tag: Tag) -> Constraint {
+        let link = |shape: usize| self.robot().collision.shapes()[shape].link.clone();
+        match tag {
+            Tag::Closure(i) => Constraint::Closure(i),
+            Tag::Inclusion(i) => Constraint::Inclusion(i),
+            Tag::Equilibrium => Constraint::Equilibrium,
+            Tag::Balance => Constraint::Balance,
+            Tag::Friction(i) => Constraint::Friction(i),
+            Tag::Torque(b) => Constraint::Torque(b),
+            Tag::SelfClearance(a, b) => Constraint::SelfClearance(link(a), link(b)),
+            Tag::Clearance(a, b) => {
+                Constraint::Clearance(link(a), self.problem.environment.body_names[b].clone())
+            }
+            Tag::BaseGoal => Constraint::BaseGoal,
+        }
+    }
+
     /// The iterate at a guess, with the weight shared evenly by the loaded contacts. Joints are
     /// moved inside their limits.
     pub fn start(&self, guess: &Configuration) -> Iterate {
@@ -220,6 +239,18 @@ impl<'a> Context<'a> {
     pub fn force_W(&self, it: &Iterate, contact: usize, column: usize) -> Vector3<f64> {
         let k = column - self.layout.nq;
         self.contacts[contact].axes * Vector3::new(it.force[k], it.force[k + 1], it.force[k + 2])
+    }
+
+    /// Where a contact is wanted, in W: its fixed place, or the wanted one on its surface, or where
+    /// it is.
+    pub fn wanted_W(&self, it: &Iterate, contact: usize) -> Vector3<f64> {
+        match &self.problem.contacts[contact].place {
+            Place::Fixed { X_WC, .. } => X_WC.translation.vector,
+            Place::OnSurface {
+                toward: Some(p), ..
+            } => p.coords,
+            Place::OnSurface { .. } => self.patch_point_W(it, contact, &Point2::origin()),
+        }
     }
 
     /// A point of a contact's patch frame, in W.

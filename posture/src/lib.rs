@@ -18,10 +18,12 @@
 //! | the variables and their step | `iterate` |
 //! | one constraint a file | `constraint` |
 //! | the cost | `cost` |
-//! | where it starts | `starts` |
+//! | where it starts, and how it comes near its contacts | `starts`, `approach` |
+//! | attempts, one after the other | `solve` |
 //! | the solver, and its QP engines | `sqp`, `qp` |
 //! | what comes back | [`outcome`] |
 
+mod approach;
 mod config;
 mod constraint;
 mod cost;
@@ -34,6 +36,7 @@ pub mod outcome;
 pub mod problem;
 mod qp;
 mod rows;
+mod solve;
 mod sqp;
 mod starts;
 
@@ -41,4 +44,4 @@ pub use config::{Config, Engine};
 pub use error::Error;
 pub use outcome::{Constraint, ContactState, Margins, Outcome, Posture, Violation};
 pub use problem::{BaseGoal, Contact, Environment, Place, Problem};
-pub use sqp::solve;
+pub use solve::solve;

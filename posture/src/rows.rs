@@ -25,6 +25,22 @@ pub enum Constraint {
     BaseGoal,
 }
 
+/// What a row speaks of, by indices; [`Constraint`] has the names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Tag {
+    Closure(usize),
+    Inclusion(usize),
+    Equilibrium,
+    Balance,
+    Friction(usize),
+    Torque(usize),
+    /// Two shapes of the robot.
+    SelfClearance(usize, usize),
+    /// A shape of the robot and a body of the environment.
+    Clearance(usize, usize),
+    BaseGoal,
+}
+
 /// Rows `lower ≤ value + a·δ ≤ upper` over the step δ, with what they speak of.
 ///
 /// Values are scaled: m for lengths, angles times 0.1 m, torques over their limit, forces over
@@ -43,7 +59,7 @@ pub(crate) struct Rows {
     /// Upper bounds of the values.
     pub upper: Vec<f64>,
     /// What each row speaks of.
-    pub tag: Vec<Constraint>,
+    pub tag: Vec<Tag>,
     /// Rows that the elastic mode must not relax.
     pub hard: Vec<bool>,
 }
@@ -79,7 +95,7 @@ impl Rows {
 
     /// Adds a row and gives its coefficients to fill in, all zero; empty where only values are
     /// wanted.
-    pub fn push(&mut self, tag: Constraint, value: f64, lower: f64, upper: f64) -> &mut [f64] {
+    pub fn push(&mut self, tag: Tag, value: f64, lower: f64, upper: f64) -> &mut [f64] {
         self.value.push(value);
         self.lower.push(lower);
         self.upper.push(upper);

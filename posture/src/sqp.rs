@@ -1,27 +1,36 @@
 //! Sequential quadratic programming on SE(3) × joints × forces.
 //!
 //! Each iteration linearises the constraints at the iterate, takes the cost's Gauss–Newton
-//! matrix, and solves an ℓ1-elastic QP inside a trust region; a step is kept when it lowers
+//! matrix, damped, and solves an ℓ1-elastic QP inside a trust region; a step is kept when it lowers
 //!
 //!   merit = cost + γ Σ violation
 //!
-//! by a fair part of what the linear model promised. Source: Fletcher's Sℓ1QP [fletcher1987].
+//! by a fair part of what the linear model promised; a step that curvature spoils is corrected to
+//! second order. Source: Fletcher's Sℓ1QP [fletcher1987].
 
 use nalgebra::DMatrix;
 
 use crate::constraint::{self, Scratch};
 use crate::iterate::{Context, Iterate};
 use crate::outcome::{Outcome, Posture, Violation};
-use crate::problem::Problem;
 use crate::qp::{self, Failure, Program, QpEngine};
-use crate::rows::{Constraint, Rows};
-use crate::starts::starts;
-use crate::{Config, Error, cost, evaluate};
+use crate::rows::{Constraint, Rows, Tag};
+use crate::{cost, evaluate};
 
 /// Part of the promised reduction below which a step is refused.
 const KEEP: f64 = 1e-3;
+/// Part of the promised reduction below which a step is corrected to second order.
+const CORRECT: f64 = 0.75;
 /// Promised reduction, over the cost, at which the search ends.
-const OPTIMAL: f64 = 2e-3;
+const OPTIMAL: f64 = 5e-2;
+/// Cost that counts as nothing.
+const COST_FLOOR: f64 = 0.05;
+/// Damping of a step, 1/rad² and 1/m²: what the Gauss–Newton matrix leaves out.
+const DAMPING: f64 = 2.0;
+/// Damping once the cost has little to gain and only the constraints are to be met.
+const CLOSING_DAMPING: f64 = 20.0;
+/// Sum of violations below which the constraints may be closed.
+const CLOSING: f64 = 0.1;
 /// Iterations over which the violation must fall by [`FAIR`], or the search gives up.
 const PATIENCE: usize = 8;
 /// Part of the violation that may be left after that many iterations.
@@ -29,39 +38,15 @@ const FAIR: f64 = 0.8;
 /// Trust-region scale at which the search gives up.
 const SMALLEST: f64 = 1e-5;
 
-/// Finds a posture for a contact set, or the reason why there is none.
-///
-///   min cost(q, f)  s.t.  closure, inclusion, equilibrium, friction, torques, joint limits,
-///                         clearances, goal
-///
-/// Shapes and units: see [`Posture`].
-///
-/// # Errors
-/// [`Error`] where the problem itself makes no sense; that no posture exists is an [`Outcome`].
-///
-/// Source: the posture generator of [brossette2013] and [escande2013], as one SQP; deviation:
-/// contact forces are variables beside q, so torque limits hold together with everything else.
-pub fn solve(problem: &Problem, config: &Config) -> Result<Outcome, Error> {
-    config.validate()?;
-    problem.validate()?;
-    let ctx = Context::new(problem, config)?;
-    let mut solver = Solver::new(&ctx);
-    let mut best: Option<Outcome> = None;
-    for start in starts(&ctx) {
-        let outcome = solver.from(ctx.start(&start));
-        if matches!(outcome, Outcome::Feasible(_)) {
-            return Ok(outcome);
-        }
-        let amount = |o: &Outcome| o.violation().map_or(0.0, |v| v.amount);
-        if best.as_ref().is_none_or(|b| amount(&outcome) < amount(b)) {
-            best = Some(outcome);
-        }
-    }
-    best.ok_or(Error::Unsupported)
+/// What a step starts from and what the linear model promises of it.
+struct Promise {
+    cost: f64,
+    violation: f64,
+    promised: f64,
 }
 
-/// Working memory of one problem.
-struct Solver<'a> {
+/// The SQP with its working memory, for one problem.
+pub(crate) struct Sqp<'a> {
     ctx: &'a Context<'a>,
     engine: Box<dyn QpEngine>,
     scratch: Scratch,
@@ -69,11 +54,17 @@ struct Solver<'a> {
     trial_rows: Rows,
     gradient: Vec<f64>,
     hessian: DMatrix<f64>,
+    /// Damping that stands in the Hessian.
+    damping: f64,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    row_lower: Vec<f64>,
+    row_upper: Vec<f64>,
     iterations: usize,
 }
 
-impl<'a> Solver<'a> {
-    fn new(ctx: &'a Context<'a>) -> Self {
+impl<'a> Sqp<'a> {
+    pub fn new(ctx: &'a Context<'a>) -> Self {
         let n = ctx.layout.n;
         Self {
             ctx,
@@ -83,19 +74,36 @@ impl<'a> Solver<'a> {
             trial_rows: Rows::new(n),
             gradient: vec![0.0; n],
             hessian: DMatrix::zeros(n, n),
+            damping: 0.0,
+            lower: vec![f64::NEG_INFINITY; n],
+            upper: vec![f64::INFINITY; n],
+            row_lower: Vec::new(),
+            row_upper: Vec::new(),
             iterations: 0,
         }
     }
 
-    /// Runs the SQP from one start.
-    fn from(&mut self, mut it: Iterate) -> Outcome {
+    /// How far an iterate is from what does not depend on the forces.
+    pub fn distance(&mut self, it: &Iterate) -> f64 {
+        self.trial_rows.clear(false);
+        constraint::all(self.ctx, it, &mut self.scratch, &mut self.trial_rows);
+        let forces = |tag| matches!(tag, Tag::Equilibrium | Tag::Balance | Tag::Torque(_));
+        (0..self.trial_rows.len())
+            .filter(|&i| !forces(self.trial_rows.tag[i]))
+            .map(|i| self.trial_rows.violation(i))
+            .sum()
+    }
+
+    /// Runs from one start to where no step helps.
+    pub fn descend(&mut self, mut it: Iterate) -> Outcome {
         let config = self.ctx.config;
         let gamma = config.elastic_weight;
-        let mut trial = it.clone();
+        let (mut trial, mut other) = (it.clone(), it.clone());
         let mut trust: f64 = 1.0;
         let mut cost = self.linearise(&it);
         let mut status = "iteration limit";
         let mut checkpoint = f64::INFINITY;
+        let mut closing = false;
         for iteration in 0..config.max_iterations {
             self.iterations += 1;
             let violation = self.rows.total_violation();
@@ -109,7 +117,8 @@ impl<'a> Solver<'a> {
             let worst = self.rows.worst().map_or(0.0, |(_, amount)| amount);
 
             // The step, and what the linear model promises of it.
-            let delta = match self.step(&it, trust) {
+            self.damp(if closing { CLOSING_DAMPING } else { DAMPING });
+            let mut delta = match self.step(&it, trust) {
                 Ok(delta) => delta,
                 Err(failure) => {
                     tracing::debug!("QP failed: {}", failure.0);
@@ -123,22 +132,33 @@ impl<'a> Solver<'a> {
             };
             let (model_cost, model_violation) = self.model(&delta);
             let promised = gamma * (violation - model_violation) - model_cost;
-            if worst <= config.tolerance && promised < OPTIMAL * (0.01 + cost) {
+            let little = OPTIMAL * (COST_FLOOR + cost);
+            if worst <= config.tolerance && promised < little {
                 return self.finish(&it, cost, "");
             }
             if promised < 1e-9 {
                 status = "stationary";
                 break;
             }
+            closing = violation < CLOSING && (closing || -model_cost < little);
 
             // Keep it if the merit falls by a fair part of the promise.
-            self.ctx.step(&it, &delta, 1.0, &mut trial);
-            self.trial_rows.clear(false);
-            constraint::all(self.ctx, &trial, &mut self.scratch, &mut self.trial_rows);
-            let trial_cost = cost::value(self.ctx, &trial);
-            let actual =
-                cost - trial_cost + gamma * (violation - self.trial_rows.total_violation());
-            let ratio = actual / promised;
+            let promise = Promise {
+                cost,
+                violation,
+                promised,
+            };
+            let mut ratio = self.attempt(&it, &delta, &promise, &mut trial);
+            if ratio < CORRECT
+                && let Some(corrected) = self.corrected(&it, trust, &delta)
+            {
+                let again = self.attempt(&it, &corrected, &promise, &mut other);
+                if again > ratio {
+                    ratio = again;
+                    delta = corrected;
+                    std::mem::swap(&mut trial, &mut other);
+                }
+            }
             if ratio > KEEP {
                 std::mem::swap(&mut it, &mut trial);
                 cost = self.linearise(&it);
@@ -158,18 +178,58 @@ impl<'a> Solver<'a> {
         self.finish(&it, cost, status)
     }
 
+    /// Takes a step; the part of the promised reduction of the merit that it brings.
+    fn attempt(
+        &mut self,
+        it: &Iterate,
+        delta: &[f64],
+        promise: &Promise,
+        trial: &mut Iterate,
+    ) -> f64 {
+        self.ctx.step(it, delta, 1.0, trial);
+        self.trial_rows.clear(false);
+        constraint::all(self.ctx, trial, &mut self.scratch, &mut self.trial_rows);
+        let fall = promise.cost - cost::value(self.ctx, trial)
+            + self.ctx.config.elastic_weight
+                * (promise.violation - self.trial_rows.total_violation());
+        fall / promise.promised
+    }
+
+    /// The step whose linear model has the constraints' values at the end of `delta`; nothing
+    /// where rows came or went.
+    fn corrected(&mut self, it: &Iterate, trust: f64, delta: &[f64]) -> Option<Vec<f64>> {
+        if self.trial_rows.tag != self.rows.tag {
+            return None;
+        }
+        let kept = self.rows.value.clone();
+        for i in 0..self.rows.len() {
+            let moved: f64 = self.rows.row(i).iter().zip(delta).map(|(a, d)| a * d).sum();
+            self.rows.value[i] = self.trial_rows.value[i] - moved;
+        }
+        let step = self.step(it, trust);
+        self.rows.value = kept;
+        step.ok()
+    }
+
     /// Linearises constraints and cost at the iterate; the cost's value.
     fn linearise(&mut self, it: &Iterate) -> f64 {
         self.rows.clear(true);
         constraint::all(self.ctx, it, &mut self.scratch, &mut self.rows);
+        self.damping = 0.0;
         cost::quadratic(self.ctx, it, &mut self.gradient, &mut self.hessian)
+    }
+
+    /// Sets the damping of the configuration's columns.
+    fn damp(&mut self, damping: f64) {
+        for k in 0..self.ctx.layout.nq {
+            self.hessian[(k, k)] += damping - self.damping;
+        }
+        self.damping = damping;
     }
 
     /// The QP's step inside joint limits and trust region.
     fn step(&mut self, it: &Iterate, trust: f64) -> Result<Vec<f64>, Failure> {
         let ctx = self.ctx;
-        let n = ctx.layout.n;
-        let (mut lower, mut upper) = (vec![f64::NEG_INFINITY; n], vec![f64::INFINITY; n]);
         for k in 0..6 {
             let reach = trust
                 * if k < 3 {
@@ -177,38 +237,33 @@ impl<'a> Solver<'a> {
                 } else {
                     ctx.config.step_max_rad
                 };
-            (lower[k], upper[k]) = (-reach, reach);
+            (self.lower[k], self.upper[k]) = (-reach, reach);
         }
         for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
             let Some(column) = *column else { continue };
             let reach = trust * ctx.config.step_max_rad;
             let (low, high) = ctx.joint_bounds(i);
             let q = it.q.joints[i - 1];
-            lower[column] = (low - q).max(-reach).min(0.0);
-            upper[column] = (high - q).min(reach).max(0.0);
+            self.lower[column] = (low - q).max(-reach).min(0.0);
+            self.upper[column] = (high - q).min(reach).max(0.0);
         }
         let rows = &self.rows;
-        let row_lower: Vec<f64> = rows
-            .lower
-            .iter()
-            .zip(&rows.value)
-            .map(|(l, v)| l - v)
-            .collect();
-        let row_upper: Vec<f64> = rows
-            .upper
-            .iter()
-            .zip(&rows.value)
-            .map(|(u, v)| u - v)
-            .collect();
+        let less = |bounds: &[f64], out: &mut Vec<f64>| {
+            out.clear();
+            out.extend(bounds.iter().zip(&rows.value).map(|(b, v)| b - v));
+        };
+        less(&rows.lower, &mut self.row_lower);
+        less(&rows.upper, &mut self.row_upper);
         let program = Program {
             hessian: &self.hessian,
             gradient: &self.gradient,
             a: &rows.a,
-            row_lower: &row_lower,
-            row_upper: &row_upper,
+            names: &rows.tag,
+            row_lower: &self.row_lower,
+            row_upper: &self.row_upper,
             hard: &rows.hard,
-            lower: &lower,
-            upper: &upper,
+            lower: &self.lower,
+            upper: &self.upper,
             elastic_weight: ctx.config.elastic_weight,
         };
         self.engine.solve(&program).or_else(|failure| {

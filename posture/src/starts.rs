@@ -11,33 +11,58 @@ use crate::iterate::Context;
 use crate::problem::Place;
 
 /// Layouts that are drawn for a limb.
-const DRAWN: usize = 400;
+const DRAWN: usize = 100;
+/// Layouts that are drawn for a limb in later attempts.
+const FEWER: usize = 60;
+/// How far later attempts turn the base about x, y and z, rad.
+const TURN_RAD: [f64; 3] = [0.2, 0.3, 0.6];
+/// How far later attempts move the base along x, y and z, m.
+const MOVE_M: [f64; 3] = [0.1, 0.1, 0.1];
 /// Lever arm that weighs a wrong direction against a wrong place, m/rad.
 const ARM_M: f64 = 0.3;
 /// A limb that is nearer to its place than this stays as it is, m (directions times [`ARM_M`]).
 const NEAR_M: f64 = 0.25;
 
-/// The starts in the order in which they are tried.
-pub(crate) fn starts(ctx: &Context) -> Vec<Configuration> {
+/// The start of the `k`-th attempt: the guess; the guess with its far limbs laid out anew; the
+/// reference; then the guess turned and with every limb laid out anew, another draw each time.
+pub(crate) fn start(ctx: &Context, k: usize) -> Configuration {
     let problem = ctx.problem;
-    let mut starts = vec![problem.guess.clone()];
-    starts.extend(laid_out_anew(ctx, problem.guess));
-    starts.push(problem.reference.clone());
-    starts.truncate(1 + ctx.config.restarts);
-    starts
+    match k {
+        0 => problem.guess.clone(),
+        1 => laid_out_anew(ctx, problem.guess, &mut Random(1), DRAWN, NEAR_M)
+            .unwrap_or_else(|| problem.reference.clone()),
+        _ => {
+            let mut random = Random(k as u64);
+            let mut from = if k % 2 == 0 {
+                problem.reference.clone()
+            } else {
+                problem.guess.clone()
+            };
+            let turn = Vector3::from_fn(|i, _| TURN_RAD[i] * random.between(-1.0, 1.0));
+            from.R_WB = UnitQuaternion::from_scaled_axis(turn) * from.R_WB;
+            from.p_WB += Vector3::from_fn(|i, _| MOVE_M[i] * random.between(-1.0, 1.0));
+            laid_out_anew(ctx, &from, &mut random, FEWER, 0.0).unwrap_or(from)
+        }
+    }
 }
 
-/// The configuration with every limb that is far from its place in the best drawn layout; nothing
-/// where no limb is.
+/// The configuration with every limb that is farther from its place than `near_m` in the best of
+/// `drawn` layouts; nothing where no limb is.
 #[allow(non_snake_case)]
-fn laid_out_anew(ctx: &Context, from: &Configuration) -> Option<Configuration> {
+fn laid_out_anew(
+    ctx: &Context,
+    from: &Configuration,
+    random: &mut Random,
+    drawn: usize,
+    near_m: f64,
+) -> Option<Configuration> {
     let robot = ctx.robot();
     let kinematics = Kinematics::new(robot, from);
     let mut anew: Option<Configuration> = None;
     for (contact, (of, model)) in ctx.problem.contacts.iter().zip(&ctx.contacts).enumerate() {
         let X_BC = &robot.patches[of.patch].X_BC;
         let is = error_m(ctx, contact, &(kinematics.X_WB[model.body] * X_BC));
-        if is < NEAR_M {
+        if is < near_m {
             continue;
         }
         let limb = limb(ctx, model.body);
@@ -45,14 +70,13 @@ fn laid_out_anew(ctx: &Context, from: &Configuration) -> Option<Configuration> {
         let Some(root) = robot.bodies[first].parent else {
             continue;
         };
-        let mut random = Random(0x5ca1_ab1e ^ of.patch as u64);
         let mut best = (is, Vec::new());
-        for _ in 0..DRAWN {
+        for _ in 0..drawn {
             let mut X = kinematics.X_WB[root];
             let mut joints = Vec::with_capacity(limb.len());
             for &body in &limb {
                 let (lower, upper) = ctx.joint_bounds(body);
-                let q = lower + (upper - lower) * random.unit();
+                let q = random.between(lower, upper);
                 joints.push(q);
                 X *= motion(robot, body, q);
             }
@@ -147,6 +171,11 @@ fn error_m(ctx: &Context, contact: usize, X_WC: &Isometry3<f64>) -> f64 {
 struct Random(u64);
 
 impl Random {
+    /// A number between two.
+    fn between(&mut self, lower: f64, upper: f64) -> f64 {
+        lower + (upper - lower) * self.unit()
+    }
+
     /// A number from 0 to 1.
     fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);

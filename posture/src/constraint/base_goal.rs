@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::ANGLE_ARM_M;
 use crate::iterate::{Context, Iterate};
-use crate::rows::{Constraint, Rows};
+use crate::rows::{Rows, Tag};
 
 pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
     let Some(goal) = &ctx.problem.base_goal else {
@@ -16,7 +16,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
         let Some(wanted) = wanted else { continue };
         let tolerance = goal.tolerance_m;
         let error = it.q.p_WB[k] - wanted;
-        let row = rows.push(Constraint::BaseGoal, error, -tolerance, tolerance);
+        let row = rows.push(Tag::BaseGoal, error, -tolerance, tolerance);
         if !row.is_empty() {
             row[k] = 1.0;
         }
@@ -25,12 +25,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
         let x = it.q.R_WB * Vector3::x();
         let error = wrap(x.y.atan2(x.x) - wanted);
         let tolerance = goal.yaw_tolerance_rad * ANGLE_ARM_M;
-        let row = rows.push(
-            Constraint::BaseGoal,
-            ANGLE_ARM_M * error,
-            -tolerance,
-            tolerance,
-        );
+        let row = rows.push(Tag::BaseGoal, ANGLE_ARM_M * error, -tolerance, tolerance);
         if !row.is_empty() {
             // dψ = (x_1 dx_2 − x_2 dx_1) / (x_1² + x_2²), dx = φ × x
             let flat = (x.x * x.x + x.y * x.y).max(1e-6);

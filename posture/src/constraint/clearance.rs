@@ -6,21 +6,28 @@
 //! own body, its neighbours in the plane, the riser under a tread); from nothing else.
 
 use nalgebra::Vector3;
+use robot_model::Configuration;
 use robot_model::collision::{BodyShape, Other, Proximity};
 
 use crate::iterate::{Context, Iterate};
-use crate::rows::{Constraint, Rows};
+use crate::rows::{Rows, Tag};
 
 /// Pairs whose distance is watched.
 #[derive(Default)]
 pub(crate) struct Clearances {
     pub own: Vec<Proximity>,
     pub world: Vec<Proximity>,
+    /// Where they were looked for.
+    at: Option<Configuration>,
 }
 
 impl Clearances {
-    /// Looks for the pairs that are nearer than the prediction distance.
+    /// Looks for the pairs that are nearer than the prediction distance, once a configuration.
     pub fn update(&mut self, ctx: &Context, it: &Iterate) {
+        if self.at.as_ref() == Some(&it.q) {
+            return;
+        }
+        self.at = Some(it.q.clone());
         let robot = ctx.robot();
         let prediction = ctx.config.prediction_m;
         self.own.clear();
@@ -51,21 +58,14 @@ impl Clearances {
 
     pub fn rows(&mut self, ctx: &Context, it: &Iterate, rows: &mut Rows) {
         self.update(ctx, it);
-        let robot = ctx.robot();
-        let shapes = robot.collision.shapes();
         for (pairs, clearance) in [
             (&self.own, ctx.config.self_clearance_m),
             (&self.world, ctx.config.clearance_m),
         ] {
             for pair in pairs {
-                let link = shapes[pair.a.shape].link.clone();
                 let tag = match pair.b {
-                    Other::Shape(b) => {
-                        Constraint::SelfClearance(link, shapes[b.shape].link.clone())
-                    }
-                    Other::Obstacle(o) => {
-                        Constraint::Clearance(link, ctx.problem.environment.body_names[o].clone())
-                    }
+                    Other::Shape(b) => Tag::SelfClearance(pair.a.shape, b.shape),
+                    Other::Obstacle(o) => Tag::Clearance(pair.a.shape, o),
                 };
                 let row = rows.push(tag, pair.distance, clearance, f64::INFINITY);
                 if row.is_empty() {

@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::ANGLE_ARM_M;
 use crate::iterate::{Context, Iterate};
 use crate::problem::Place;
-use crate::rows::{Constraint, Rows};
+use crate::rows::{Rows, Tag};
 
 #[allow(non_snake_case)]
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
@@ -30,7 +30,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
         } => {
             let error = p_WC - wanted.translation.vector;
             for k in 0..3 {
-                let row = rows.push(Constraint::Closure(contact), error[k], 0.0, 0.0);
+                let row = rows.push(Tag::Closure(contact), error[k], 0.0, 0.0);
                 if !row.is_empty() {
                     let direction = Vector3::ith(k, 1.0);
                     ctx.add_point_gradient(it, body, &p_WC, &direction, row);
@@ -45,8 +45,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
                 let log = (X_WC.rotation * wanted.rotation.inverse()).scaled_axis();
                 let gradient = left_jacobian_inverse(&log);
                 for k in 0..3 {
-                    let row =
-                        rows.push(Constraint::Closure(contact), ANGLE_ARM_M * log[k], 0.0, 0.0);
+                    let row = rows.push(Tag::Closure(contact), ANGLE_ARM_M * log[k], 0.0, 0.0);
                     if !row.is_empty() {
                         let direction = ANGLE_ARM_M * gradient.row(k).transpose();
                         ctx.add_rotation_gradient(it, body, &direction, row);
@@ -59,7 +58,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
             let [x, y, z] =
                 [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| X_WS.rotation * axis);
             let height = z.dot(&(p_WC - X_WS.translation.vector));
-            let row = rows.push(Constraint::Closure(contact), height, 0.0, 0.0);
+            let row = rows.push(Tag::Closure(contact), height, 0.0, 0.0);
             if !row.is_empty() {
                 ctx.add_point_gradient(it, body, &p_WC, &z, row);
             }
@@ -81,12 +80,7 @@ fn aligned(
     let body = ctx.contacts[contact].body;
     for axis in [x, y] {
         // d(axis·z_C) = axis·(φ × z_C) = (z_C × axis)·φ
-        let row = rows.push(
-            Constraint::Closure(contact),
-            ANGLE_ARM_M * axis.dot(z_C),
-            0.0,
-            0.0,
-        );
+        let row = rows.push(Tag::Closure(contact), ANGLE_ARM_M * axis.dot(z_C), 0.0, 0.0);
         if !row.is_empty() {
             ctx.add_rotation_gradient(it, body, &(ANGLE_ARM_M * z_C.cross(axis)), row);
         }
@@ -94,7 +88,7 @@ fn aligned(
     let cos = z.dot(z_C);
     if cos < 0.8 {
         let row = rows.push(
-            Constraint::Closure(contact),
+            Tag::Closure(contact),
             ANGLE_ARM_M * cos,
             ANGLE_ARM_M * 0.5,
             f64::INFINITY,

@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 
 use crate::iterate::{Context, Iterate};
-use crate::rows::{Constraint, Rows};
+use crate::rows::{Rows, Tag};
 
 #[allow(non_snake_case)]
 pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
@@ -21,7 +21,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
     let total: Vector3<f64> = points.iter().map(|(_, _, _, f)| f).sum();
     let balance: Vector3<f64> = -Vector3::z();
     for k in 0..3 {
-        let row = rows.push(Constraint::Equilibrium, total[k] + balance[k], 0.0, 0.0);
+        let row = rows.push(Tag::Equilibrium, total[k] + balance[k], 0.0, 0.0);
         if row.is_empty() {
             continue;
         }
@@ -33,7 +33,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
     }
     let moment: Vector3<f64> = points.iter().map(|(_, _, p, f)| (p - c).cross(f)).sum();
     for k in 0..3 {
-        let row = rows.push(Constraint::Balance, moment[k], 0.0, 0.0);
+        let row = rows.push(Tag::Balance, moment[k], 0.0, 0.0);
         if row.is_empty() {
             continue;
         }

@@ -3,7 +3,7 @@
 //!   f_z ≥ 0,   |f_x| ≤ μ/√2·f_z,   |f_y| ≤ μ/√2·f_z        (in the contact's axes)
 
 use crate::iterate::{Context, Iterate};
-use crate::rows::{Constraint, Rows};
+use crate::rows::{Rows, Tag};
 
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
     let mu = ctx.contacts[contact].mu_axis;
@@ -13,7 +13,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
         for axis in 0..2 {
             for sign in [1.0, -1.0] {
                 let value = mu * it.force[k + 2] + sign * it.force[k + axis];
-                let row = rows.push(Constraint::Friction(contact), value, 0.0, f64::INFINITY);
+                let row = rows.push(Tag::Friction(contact), value, 0.0, f64::INFINITY);
                 if !row.is_empty() {
                     row[column + 2] = mu;
                     row[column + axis] = sign;

@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::iterate::{Context, Iterate};
 use crate::problem::Place;
-use crate::rows::{Constraint, Rows};
+use crate::rows::{Rows, Tag};
 
 /// Vertices farther inside than this cannot reach the edge in one step, m.
 const NEAR_M: f64 = 0.5;
@@ -40,12 +40,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
             if value < -margin - NEAR_M {
                 continue;
             }
-            let row = rows.push(
-                Constraint::Inclusion(contact),
-                value,
-                f64::NEG_INFINITY,
-                -margin,
-            );
+            let row = rows.push(Tag::Inclusion(contact), value, f64::NEG_INFINITY, -margin);
             if !row.is_empty() {
                 ctx.add_point_gradient(it, body, p_W, &n_W, row);
             }

@@ -36,3 +36,12 @@ pub(crate) fn all(ctx: &Context, it: &Iterate, scratch: &mut Scratch, rows: &mut
     scratch.clearances.rows(ctx, it, rows);
     base_goal::rows(ctx, it, rows);
 }
+
+/// Writes the rows of what the robot touches and of the goal.
+pub(crate) fn touching(ctx: &Context, it: &Iterate, rows: &mut Rows) {
+    for contact in 0..ctx.contacts.len() {
+        closure::rows(ctx, it, contact, rows);
+        inclusion::rows(ctx, it, contact, rows);
+    }
+    base_goal::rows(ctx, it, rows);
+}

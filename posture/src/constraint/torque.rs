@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use robot_model::{GRAVITY_M_S2, JointKind};
 
 use crate::iterate::{Context, Iterate};
-use crate::rows::{Constraint, Rows};
+use crate::rows::{Rows, Tag};
 
 /// Joints that use less of their limit than this get no row: no single step takes them over it.
 const WATCHED_USE: f64 = 0.35;
@@ -71,16 +71,29 @@ impl Torques {
 
     pub fn rows(&mut self, ctx: &Context, it: &Iterate, rows: &mut Rows) {
         self.update(ctx, it);
+        let mut loaded = vec![false; ctx.robot().bodies.len()];
+        for (contact, columns) in ctx.layout.force.iter().enumerate() {
+            if !columns.is_empty() {
+                loaded[ctx.contacts[contact].body] = true;
+            }
+        }
+        for i in (1..loaded.len()).rev() {
+            if loaded[i]
+                && let Some(p) = ctx.robot().bodies[i].parent
+            {
+                loaded[p] = true;
+            }
+        }
         for b in 1..ctx.robot().bodies.len() {
             let limit = ctx.robot().bodies[b].effort * ctx.config.torque_use;
             if ctx.layout.column[b].is_none() || !(limit > 0.0 && limit.is_finite()) {
                 continue;
             }
             let value = self.holding(ctx, it, b) / limit;
-            if value.abs() < WATCHED_USE {
+            if value.abs() < WATCHED_USE && !loaded[b] {
                 continue;
             }
-            let row = rows.push(Constraint::Torque(b), value, -1.0, 1.0);
+            let row = rows.push(Tag::Torque(b), value, -1.0, 1.0);
             if !row.is_empty() {
                 self.gradient(ctx, it, b, 1.0 / limit, row);
             }

@@ -1,19 +1,31 @@
 //! The dense dual active-set engine (Goldfarb and Idnani 1983), warm-started.
 
 use sqp_craft::qp::{
-    ActiveSet as WorkingSet, QpBackend, QpModel, QpOptions, QpOutcome, QpWarmStart,
+    ActiveSet as WorkingSet, Activity, QpBackend, QpModel, QpOptions, QpOutcome, QpWarmStart,
 };
 use sqp_craft::{Bounds, CancellationToken, CsrMatrix, CsrPattern};
 use sqp_craft_activeset::ActiveSetQp;
 
 use super::{Failure, Program, QpEngine};
+use crate::rows::Tag;
 
-/// Keeps its memory between programs, and the working set where the next program has the same
-/// shape.
+/// Keeps its memory between programs, and of the working set the rows that the next program has
+/// too.
 #[derive(Default)]
 pub(crate) struct ActiveSet {
     backend: ActiveSetQp,
-    last: Option<WorkingSet>,
+    options: Option<QpOptions>,
+    model: Option<QpModel>,
+    last: Option<Active>,
+    /// Names of a program's rows in order, with their numbers.
+    names: Vec<(Tag, u32, usize)>,
+}
+
+/// The working set of the last program.
+struct Active {
+    variables: Vec<Activity>,
+    /// Rows in the working set by name and by which of that name, in order.
+    rows: Vec<(Tag, u32, Activity)>,
 }
 
 /// Working-set changes that one program may cost beyond the first entries.
@@ -22,31 +34,39 @@ const MAX_CHANGES: u32 = 400;
 impl QpEngine for ActiveSet {
     fn solve(&mut self, program: &Program) -> Result<Vec<f64>, Failure> {
         let fail = |e: &dyn std::fmt::Display| Failure(format!("active set: {e}"));
-        self.backend
-            .configure(&QpOptions {
+        let configured = self.options.as_ref().is_some_and(|o| {
+            o.hard_rows == program.hard && o.elastic_weight == Some(program.elastic_weight)
+        });
+        if !configured {
+            let options = QpOptions {
                 tolerance: 1e-9,
                 acceptance_tolerance: 1e-5,
                 max_iterations: MAX_CHANGES,
                 elastic_weight: Some(program.elastic_weight),
                 hard_rows: program.hard.to_vec(),
                 ..QpOptions::default()
-            })
-            .map_err(|e| fail(&e))?;
-        let model = model(program);
-        let warm = self
-            .last
-            .take()
-            .filter(|set| set.rows.len() == model.m() && set.variables.len() == model.n())
-            .map(|set| QpWarmStart {
-                active_set: Some(set),
-                ..QpWarmStart::default()
-            });
+            };
+            self.backend.configure(&options).map_err(|e| fail(&e))?;
+            self.options = Some(options);
+        }
+        let model = self.model.get_or_insert_with(empty);
+        fill(model, program);
+        name(&mut self.names, program.names);
+        let warm = warm_start(self.last.take(), &self.names, model);
         match self
             .backend
-            .solve(&model, warm.as_ref(), &CancellationToken::default())
+            .solve(model, warm.as_ref(), &CancellationToken::default())
         {
             Ok(QpOutcome::Optimal(solution)) => {
-                self.last = solution.active_set;
+                self.last = solution.active_set.map(|set| Active {
+                    rows: self
+                        .names
+                        .iter()
+                        .filter(|n| set.rows[n.2] != Activity::Inactive)
+                        .map(|n| (n.0, n.1, set.rows[n.2]))
+                        .collect(),
+                    variables: set.variables,
+                });
                 Ok(solution.step)
             }
             Ok(other) => Err(Failure(format!("active set: {other:?}"))),
@@ -55,54 +75,108 @@ impl QpEngine for ActiveSet {
     }
 }
 
-/// The program in the engine's form: lower triangle of H and A in compressed rows.
-fn model(program: &Program) -> QpModel {
-    let n = program.gradient.len();
-    let m = program.hard.len();
-    let hessian = compressed(n, n, |i, push| {
-        for j in 0..=i {
-            let value = program.hessian[(i, j)];
-            if value != 0.0 {
-                push(j, value);
-            }
+/// Names in order, the rows of one name numbered as they come.
+fn name(names: &mut Vec<(Tag, u32, usize)>, tags: &[Tag]) {
+    names.clear();
+    names.extend(tags.iter().enumerate().map(|(i, &tag)| (tag, 0, i)));
+    names.sort_unstable();
+    for i in 1..names.len() {
+        if names[i].0 == names[i - 1].0 {
+            names[i].1 = names[i - 1].1 + 1;
         }
-    });
-    let matrix = compressed(m, n, |i, push| {
-        for (j, &value) in program.a[i * n..(i + 1) * n].iter().enumerate() {
-            if value != 0.0 {
-                push(j, value);
-            }
-        }
-    });
-    QpModel {
-        hessian_lower: hessian,
-        gradient: program.gradient.to_vec(),
-        variables: Bounds::new(program.lower.to_vec(), program.upper.to_vec()),
-        matrix,
-        rows: Bounds::new(program.row_lower.to_vec(), program.row_upper.to_vec()),
     }
 }
 
-fn compressed(
+/// The last working set as far as the program still has its rows.
+fn warm_start(
+    last: Option<Active>,
+    names: &[(Tag, u32, usize)],
+    model: &QpModel,
+) -> Option<QpWarmStart> {
+    let last = last.filter(|last| last.variables.len() == model.n())?;
+    let mut rows = vec![Activity::Inactive; model.m()];
+    let mut known = names.iter().peekable();
+    for (tag, number, activity) in last.rows {
+        while known.next_if(|n| (n.0, n.1) < (tag, number)).is_some() {}
+        if let Some(same) = known.next_if(|n| (n.0, n.1) == (tag, number)) {
+            rows[same.2] = activity;
+        }
+    }
+    Some(QpWarmStart {
+        active_set: Some(WorkingSet {
+            variables: last.variables,
+            rows,
+        }),
+        ..QpWarmStart::default()
+    })
+}
+
+fn empty() -> QpModel {
+    let nothing = || CsrMatrix {
+        pattern: CsrPattern {
+            rows: 0,
+            cols: 0,
+            indptr: Vec::new(),
+            indices: Vec::new(),
+        },
+        values: Vec::new(),
+    };
+    QpModel {
+        hessian_lower: nothing(),
+        gradient: Vec::new(),
+        variables: Bounds::new(Vec::new(), Vec::new()),
+        matrix: nothing(),
+        rows: Bounds::new(Vec::new(), Vec::new()),
+    }
+}
+
+/// The program in the engine's form: lower triangle of H and A in compressed rows.
+fn fill(model: &mut QpModel, program: &Program) {
+    let n = program.gradient.len();
+    let m = program.hard.len();
+    compress(&mut model.hessian_lower, n, n, |i, push| {
+        for j in 0..=i {
+            push(j, program.hessian[(i, j)]);
+        }
+    });
+    compress(&mut model.matrix, m, n, |i, push| {
+        for (j, &value) in program.a[i * n..(i + 1) * n].iter().enumerate() {
+            push(j, value);
+        }
+    });
+    model.gradient.clear();
+    model.gradient.extend_from_slice(program.gradient);
+    for (to, from) in [
+        (&mut model.variables.lower, program.lower),
+        (&mut model.variables.upper, program.upper),
+        (&mut model.rows.lower, program.row_lower),
+        (&mut model.rows.upper, program.row_upper),
+    ] {
+        to.clear();
+        to.extend_from_slice(from);
+    }
+}
+
+/// Writes the entries that are not zero, row by row.
+fn compress(
+    to: &mut CsrMatrix,
     rows: usize,
     cols: usize,
-    mut fill: impl FnMut(usize, &mut dyn FnMut(usize, f64)),
-) -> CsrMatrix {
-    let (mut indptr, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
+    fill: impl Fn(usize, &mut dyn FnMut(usize, f64)),
+) {
+    let CsrMatrix { pattern, values } = to;
+    (pattern.rows, pattern.cols) = (rows, cols);
+    pattern.indices.clear();
+    pattern.indptr.clear();
+    pattern.indptr.push(0);
+    values.clear();
     for i in 0..rows {
         fill(i, &mut |j, value| {
-            indices.push(j);
-            values.push(value);
+            if value != 0.0 {
+                pattern.indices.push(j);
+                values.push(value);
+            }
         });
-        indptr.push(indices.len());
-    }
-    CsrMatrix {
-        pattern: CsrPattern {
-            rows,
-            cols,
-            indptr,
-            indices,
-        },
-        values,
+        pattern.indptr.push(pattern.indices.len());
     }
 }

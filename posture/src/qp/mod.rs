@@ -11,6 +11,7 @@ mod interior_point;
 use nalgebra::DMatrix;
 
 use crate::config::Engine;
+use crate::rows::Tag;
 
 pub(crate) use active_set::ActiveSet;
 pub(crate) use interior_point::InteriorPoint;
@@ -23,6 +24,8 @@ pub(crate) struct Program<'a> {
     pub gradient: &'a [f64],
     /// A, row-major, m × n.
     pub a: &'a [f64],
+    /// What each row speaks of: the same names in two programs are the same rows, m.
+    pub names: &'a [Tag],
     /// l, m.
     pub row_lower: &'a [f64],
     /// u, m.

@@ -1,34 +1,49 @@
-//! Boxes along W's axes: the cheap test that spares most pairs the exact one.
+//! Boxes around shapes: the cheap tests that spare most pairs the exact one.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-/// A box along W's axes.
+/// The bounding box of a shape at a pose, with the box along W's axes around it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Aabb {
+pub(crate) struct Bounds {
     centre: Point3<f64>,
+    /// Axes of the shape's own box in W.
+    axes: Matrix3<f64>,
+    /// Half extents along those axes.
     half: Vector3<f64>,
+    /// Half extents along W's axes.
+    reach: Vector3<f64>,
 }
 
-impl Aabb {
-    /// The box around a box (centre and half extents in G) whose frame G is at `X_WG`.
+impl Bounds {
+    /// The box (centre and half extents in G) whose frame G is at `X_WG`.
     #[allow(non_snake_case)]
     pub(crate) fn around(
         (centre_G, half_G): &(Point3<f64>, Vector3<f64>),
         X_WG: &Isometry3<f64>,
     ) -> Self {
-        let R_WG = X_WG.rotation.to_rotation_matrix();
-        let reach = R_WG.matrix().abs() * half_G;
-        Aabb {
+        let axes = X_WG.rotation.to_rotation_matrix().into_inner();
+        Bounds {
             centre: X_WG * centre_G,
-            half: reach,
+            axes,
+            half: *half_G,
+            reach: axes.abs() * half_G,
         }
     }
 
-    /// Whether no point of the one is within `distance_m` of a point of the other.
+    /// Whether no point of the one is within `distance_m` of a point of the other, as far as
+    /// boxes can tell: along W's axes first, then along the axes of either box.
     pub(crate) fn is_farther_than(&self, other: &Self, distance_m: f64) -> bool {
-        let gap = (self.centre - other.centre).abs() - self.half - other.half;
-        let gap = gap.map(|g| g.max(0.0));
         // Overlapping boxes are never far; a negative bound on the distance asks for overlap.
-        gap.norm_squared() > distance_m.max(0.0).powi(2)
+        let distance_m = distance_m.max(0.0);
+        let apart = self.centre - other.centre;
+        let gap = (apart.abs() - self.reach - other.reach).map(|g| g.max(0.0));
+        if gap.norm_squared() > distance_m.powi(2) {
+            return true;
+        }
+        let between = self.axes.tr_mul(&other.axes).abs();
+        let along_own = self.axes.tr_mul(&apart).abs() - self.half - between * other.half;
+        let along_other = other.axes.tr_mul(&apart).abs() - other.half - between.tr_mul(&self.half);
+        let gap = |g: Vector3<f64>| g.map(|g| g.max(0.0)).norm_squared();
+        gap(along_own).max(gap(along_other)) > distance_m.powi(2)
     }
 }

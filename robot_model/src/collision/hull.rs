@@ -5,6 +5,8 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::ascent::Ascent;
+
 /// Why points have no hull of their own.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -32,6 +34,7 @@ pub struct Hull {
     vertices: Vec<Point3<f64>>,
     triangles: Vec<[u32; 3]>,
     shortfall_m: f64,
+    ascent: Ascent,
 }
 
 /// A triangle of the growing hull, with the points outside of it that it has to answer for.
@@ -97,18 +100,9 @@ impl Hull {
         self.shortfall_m
     }
 
-    /// The vertex farthest along `d`; the first of them on a tie.
+    /// The vertex farthest along `d`.
     pub fn support(&self, d: &Vector3<f64>) -> Point3<f64> {
-        let mut best = Point3::origin();
-        let mut farthest = f64::NEG_INFINITY;
-        for vertex in &self.vertices {
-            let along = vertex.coords.dot(d);
-            if along > farthest {
-                farthest = along;
-                best = *vertex;
-            }
-        }
-        best
+        self.vertices[self.ascent.support(&self.vertices, d)]
     }
 
     /// Outward unit normals of the triangles.
@@ -285,8 +279,10 @@ impl Growing {
             .iter()
             .filter_map(|f| f.farthest)
             .map(|(_, h)| h);
+        let vertices: Vec<_> = used.iter().map(|&i| self.points[i]).collect();
         let hull = Hull {
-            vertices: used.iter().map(|&i| self.points[i]).collect(),
+            ascent: Ascent::new(&vertices, &triangles),
+            vertices,
             triangles,
             shortfall_m: left_out.fold(0.0, f64::max),
         };

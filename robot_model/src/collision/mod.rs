@@ -6,6 +6,7 @@
 //!
 //! parry3d (GJK and EPA) computes what has no closed form; only `parry.rs` knows it.
 
+mod ascent;
 mod broad;
 mod drawing;
 mod geometry;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::broad::Aabb;
+use super::broad::Bounds;
 use super::narrow::{Closest, closest};
 use super::{ShapeGeometry, World};
 use crate::{Body, Configuration, Kinematics, Robot};
@@ -198,13 +198,13 @@ impl CollisionModel {
     }
 
     /// Pose and bounding box of each shape.
-    fn place(&self, kinematics: &Kinematics) -> Vec<(Isometry3<f64>, Aabb)> {
+    fn place(&self, kinematics: &Kinematics) -> Vec<(Isometry3<f64>, Bounds)> {
         self.shapes
             .iter()
             .zip(&self.bounds)
             .map(|(shape, bounds)| {
                 let X_WG = kinematics.X_WB[shape.body] * shape.X_BG;
-                (X_WG, Aabb::around(bounds, &X_WG))
+                (X_WG, Bounds::around(bounds, &X_WG))
             })
             .collect()
     }

@@ -65,10 +65,11 @@ pub fn closest(
                     // One overlap in some thousands comes back with a normal that does not
                     // attain its depth, or with witness points that are not across from
                     // each other.
-                    let attained = separation(a, X_WA, b, X_WB, &normal_W).distance;
-                    let skew = (p_a_W - p_b_W - normal_W * distance).norm();
-                    let is_doubtful =
-                        distance < TOUCHING_M && (distance - attained).max(skew) > DOUBT_M;
+                    let is_doubtful = distance < TOUCHING_M && {
+                        let attained = separation(a, X_WA, b, X_WB, &normal_W).distance;
+                        let skew = (p_a_W - p_b_W - normal_W * distance).norm();
+                        (distance - attained).max(skew) > DOUBT_M
+                    };
                     if is_doubtful {
                         deepest(a, X_WA, b, X_WB)
                     } else {

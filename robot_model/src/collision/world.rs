@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::broad::Aabb;
+use super::broad::Bounds;
 use super::{Hull, HullError, ShapeGeometry};
 
 /// A convex body of the environment.
@@ -11,7 +11,7 @@ pub struct Obstacle {
     /// Pose of the frame O that its hull is given in: at the mean of its points, axes of W.
     pub(crate) pose: Isometry3<f64>,
     pub(crate) geometry: ShapeGeometry,
-    pub(crate) bounds: Aabb,
+    pub(crate) bounds: Bounds,
 }
 
 impl Obstacle {
@@ -27,7 +27,7 @@ impl Obstacle {
         let local: Vec<Point3<f64>> = points_w.iter().map(|p| p - centre).collect();
         let geometry = ShapeGeometry::ConvexHull(Hull::new(&local)?);
         let pose = Isometry3::translation(centre.x, centre.y, centre.z);
-        let bounds = Aabb::around(&geometry.bounds(), &pose);
+        let bounds = Bounds::around(&geometry.bounds(), &pose);
         Ok(Obstacle {
             pose,
             geometry,
