@@ -7,7 +7,7 @@ for kinematics, torques and distances, and scipy's HiGHS for the linear program.
   contact      every patch at its pose (POSITION_M, ANGLE_RAD), or in its surface's plane and polygon
   limits       every joint within its limits (LIMIT_RAD)
   equilibrium  min t: forces at the patch vertices in friction cones (a pyramid of SIDES sides around the
-               cone: at most 0.5 % too much) that balance the weight, with |tau_j| <= t tau_max_j
+               cone: at most 0.5 % too much) that balance the weight (to BALANCE of it, and m), with |tau_j| <= t tau_max_j
   torque       t <= 1 + TORQUE
   self         no two parts overlap, neighbours and the SRDF's pairs excepted
   environment  no part overlaps a surface's body; a link that touches may meet what lies behind its plane
@@ -31,6 +31,7 @@ POSITION_M = 2e-3
 ANGLE_RAD = 0.01
 LIMIT_RAD = 1e-3
 TORQUE = 1e-3
+BALANCE = 1e-4
 SIDES = 32
 BEHIND_M = 0.015
 
@@ -102,16 +103,16 @@ def least_torque(robot, problem, q):
     G = np.hstack(columns) * robot.weight
     n = G.shape[1]
     # Rows of the floating base balance; rows of the joints stay within t of their limits.
-    A_eq = np.hstack([G[:6] / robot.weight, np.zeros((6, 1))])
+    base, wanted = np.hstack([G[:6] / robot.weight, np.zeros((6, 1))]), gravity[:6] / robot.weight
     limited = np.isfinite(robot.effort) & (robot.effort > 0.0)
     scale = robot.effort[limited][:, None]
     tau, own = G[6:][limited] / scale, gravity[6:][limited] / scale[:, 0]
     ones = np.ones((len(own), 1))
-    A_ub = np.vstack([np.hstack([-tau, -ones]), np.hstack([tau, -ones])])
-    b_ub = np.concatenate([-own, own])
+    A = np.vstack([np.hstack([-tau, -ones]), np.hstack([tau, -ones]), base, -base])
+    b = np.concatenate([-own, own, wanted + BALANCE, BALANCE - wanted])
     cost = np.zeros(n + 1)
     cost[-1] = 1.0
-    result = linprog(cost, A_ub, b_ub, A_eq, gravity[:6] / robot.weight, [(0.0, None)] * (n + 1), method="highs")
+    result = linprog(cost, A, b, bounds=[(0.0, None)] * (n + 1), method="highs")
     return result.x[-1] if result.status == 0 else None
 
 
@@ -230,7 +231,7 @@ def main():
     parser.add_argument("--witnesses", action="store_true", help="audit the problems' own witnesses, too")
     parser.add_argument("problems")
     parser.add_argument("results", nargs="*", metavar="NAME=RESULTS.json")
-    args = parser.parse_args()
+    args = parser.parse_intermixed_args()
     robot = Robot(args.urdf, args.srdf, args.contacts)
     problems = read_problems(args.problems)
     if robot.at_rest:

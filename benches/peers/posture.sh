@@ -34,7 +34,7 @@ mkdir -p "$out"
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 # Every solver may use the whole of friction and torque; Scandent is run with its planning margins, too.
 whole=(--set posture.friction_use=1 --set posture.torque_use=1 --set posture.com_margin_m=0
-  --set posture.joint_margin_rad=0 --set posture.self_clearance_m=0.001)
+  --set posture.joint_margin_rad=0)
 files=(--robot "$urdf" --srdf "$srdf" --contacts "$contacts")
 "$scandent" posture "$problems" "${files[@]}" --repeat 5 -o "$out/scandent.json" >/dev/null
 "$scandent" posture "$problems" "${files[@]}" --repeat 5 "${whole[@]}" -o "$out/scandent-whole.json" >/dev/null
