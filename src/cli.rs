@@ -24,7 +24,7 @@ pub struct Cli {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done (a plan was found), 1 error, 2 usage, \
-    3 no plan (the reason is printed), 4 budget spent or interrupted before a plan was found.\n\
+    3 no plan, or a simulated plan misses a criterion (the reason is printed), 4 budget spent or interrupted before a plan was found.\n\
     RUST_LOG=info (or debug, scandent=debug, …) logs to stderr.";
 
 /// Flags that every command understands.
@@ -71,6 +71,8 @@ pub enum Command {
     Plan(Box<command::plan::Args>),
     /// Recompute everything that a plan promises and print the margins
     Verify(command::verify::Args),
+    /// Hold the stances of a plan and execute its motion in a physics simulation
+    Simulate(Box<command::simulate::Args>),
     /// Convert a plan for a controller or a spreadsheet
     Export(command::export::Args),
     /// Write a plan as one HTML page to look at
@@ -118,6 +120,7 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::PostureSets(args)) => command::posture_sets::run(args, global, out),
         Some(Command::Plan(args)) => command::plan::run(args, global, out),
         Some(Command::Verify(args)) => command::verify::run(args, out),
+        Some(Command::Simulate(args)) => command::simulate::run(args, global, out),
         Some(Command::Export(args)) => command::export::run(args, global, out),
         Some(Command::View(args)) => command::view::run(args, out),
         Some(Command::Robot(args)) => command::robot::run(args, global, out),

@@ -27,6 +27,8 @@ pub struct Config {
     pub posture: posture::Config,
     /// The search.
     pub planner: planner::Config,
+    /// The physics simulation, its controllers and criteria.
+    pub simulation: simulation::Config,
     /// Times and names of the exported files.
     pub export: crate::export::Config,
 }

@@ -23,6 +23,8 @@ pub mod results;
 pub mod robot_files;
 pub mod roles;
 pub mod scene;
+#[cfg(feature = "mujoco")]
+pub mod simulate;
 pub mod start;
 pub mod status;
 pub mod summary;

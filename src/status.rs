@@ -11,6 +11,8 @@ pub enum Status {
     Failed,
     /// The search ended without a plan: exit code 3.
     NoPlan,
+    /// A stance or motion misses a criterion in the simulation: exit code 3.
+    NotExecuted,
     /// The search used up its budget, or was interrupted, before it found a plan: exit code 4.
     BudgetSpent,
 }
@@ -25,7 +27,7 @@ impl From<Status> for ExitCode {
         ExitCode::from(match status {
             Status::Done => 0,
             Status::Failed => ERROR,
-            Status::NoPlan => 3,
+            Status::NoPlan | Status::NotExecuted => 3,
             Status::BudgetSpent => 4,
         })
     }

@@ -13,6 +13,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("motion", &["posture", "robot_model", "surfaces"]),
     ("planner", &["motion", "posture", "robot_model", "surfaces"]),
     ("scenes", &["perception", "robot_model", "surfaces"]),
+    ("simulation", &["motion", "robot_model", "surfaces"]),
     (
         "scandent",
         &[
@@ -22,6 +23,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "posture",
             "robot_model",
             "scenes",
+            "simulation",
             "surfaces",
         ],
     ),
@@ -32,7 +34,8 @@ const GUARDED: &[(&str, &[&str])] = &[
     ("parry3d-f64", &["robot_model", "scandent"]),
     ("glamx", &["robot_model", "scandent"]),
     ("clarabel", &["posture"]),
-    ("sqp-craft-activeset", &["posture"]),
+    ("sqp-craft-activeset", &["posture", "simulation"]),
+    ("mujoco-rs", &["simulation"]),
     ("kiddo", &["perception"]),
     ("anyhow", &["scandent"]),
     ("clap", &["scandent"]),

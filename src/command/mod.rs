@@ -9,6 +9,7 @@ pub mod posture_sets;
 pub mod robot;
 pub mod run;
 pub mod scenes;
+pub mod simulate;
 pub mod surfaces;
 pub mod verify;
 pub mod view;

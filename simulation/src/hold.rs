@@ -1,0 +1,271 @@
+//! Whether a stance holds: the robot is put there and held by its servos.
+#![allow(non_snake_case)]
+
+use nalgebra::{DVector, Vector3};
+use robot_model::{GRAVITY_M_S2, Robot};
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::config::Config;
+use crate::course::{Standing, Wanted};
+use crate::criteria::{Criterion, Unit};
+use crate::mjcf::Scales;
+use crate::monitor::{Monitor, Peak, Seen};
+use crate::plant::Plant;
+use crate::schedule::Closure;
+use crate::statics::holding_torques;
+use crate::world::WorldBody;
+
+/// How a stance held.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Held {
+    /// Every criterion.
+    pub criteria: Vec<Criterion>,
+    /// Whether all hold.
+    pub pass: bool,
+    /// Displacement of the centre of mass while the robot settled on the world as it is, mm.
+    pub settled_com_mm: f64,
+    /// Tilt of the base by that, deg.
+    pub settled_tilt_deg: f64,
+    /// Mean normal force of each contact, N.
+    pub normal_n: Vec<(String, f64)>,
+}
+
+/// Holds a stance, pushed by `push_W` (in W, N) where there is one.
+///
+///   τ = g(q) − Σ Jᵀ f,  f the stance's own forces
+///
+/// What settling, drift, tilt and speed at the end may be is asked of the plain run; a pushed one
+/// has to come back from where it was pushed to.
+///
+/// # Errors
+/// As [`Plant::new`].
+pub fn hold(
+    robot: &Robot,
+    world: &[WorldBody],
+    standing: &Standing,
+    config: &Config,
+    push_W: Option<Vector3<f64>>,
+) -> Result<Held, Error> {
+    let bounds = &config.hold;
+    let wanted = standing.wanted();
+    let mut plant = Plant::new(
+        robot,
+        world,
+        &config.physics,
+        &config.servo,
+        &Scales::default(),
+    )?;
+    plant.reset(&wanted.configuration);
+    let torques = holding_torques(robot, wanted);
+    let still = vec![0.0; robot.nj()];
+    plant.command(wanted.configuration.joints.as_slice(), &still, &torques);
+
+    let closures: Vec<Closure> = wanted
+        .contacts
+        .iter()
+        .map(|contact| Closure {
+            patch: contact.patch,
+            start_s: 0.0,
+            end_s: f64::INFINITY,
+            loaded_from_s: (contact.normal_n() > bounds.contact_n).then_some(0.0),
+        })
+        .collect();
+    let mut monitor = Monitor::new(robot, world, closures, 0.0, bounds.contact_n);
+    let mut run = Run {
+        plant: &mut plant,
+        monitor: &mut monitor,
+        wanted,
+        configuration: wanted.configuration.clone(),
+        v: DVector::zeros(robot.nv()),
+        touches: Vec::new(),
+        dt_s: config.physics.dt_s,
+    };
+
+    // Settle on the world as it is.
+    run.go(bounds.settle_s, &mut |_, _| {});
+    let (settled_com_m, settled_tilt_rad) = (run.monitor.com_error_m, run.monitor.tilt_rad);
+    run.monitor.forget();
+    let home = run.configuration.clone();
+    let com_home = run.monitor.com_W;
+
+    // Hold, pushed at first where so wished.
+    let (mut drift, mut drift_last, mut tilt) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let mut com_before_last = com_home;
+    let last_from = bounds.duration_s - 1.0;
+    let push_until = bounds.push_s;
+    let mut since = 0.0;
+    run.go(bounds.duration_s, &mut |run, _| {
+        since += run.dt_s;
+        let com = run.monitor.com_W;
+        drift = drift.max((com - com_home).norm());
+        tilt = tilt.max(run.configuration.R_WB.angle_to(&home.R_WB));
+        if since < last_from {
+            com_before_last = com;
+        } else {
+            drift_last = drift_last.max((com - com_before_last).norm());
+        }
+        let pushing = push_W.filter(|_| since < push_until);
+        run.plant.push(&pushing.unwrap_or_else(Vector3::zeros));
+    });
+    let speed = Monitor::joint_speed(&run.v);
+    Ok(judge(
+        robot,
+        config,
+        wanted,
+        &monitor,
+        &Drift {
+            drift,
+            drift_last,
+            tilt,
+            speed,
+            settled_com_m,
+            settled_tilt_rad,
+            pushed: push_W.is_some(),
+        },
+    ))
+}
+
+struct Drift {
+    drift: f64,
+    drift_last: f64,
+    tilt: f64,
+    speed: f64,
+    settled_com_m: f64,
+    settled_tilt_rad: f64,
+    pushed: bool,
+}
+
+struct Run<'r, 'a> {
+    plant: &'r mut Plant<'a>,
+    monitor: &'r mut Monitor<'a>,
+    wanted: &'r Wanted,
+    configuration: robot_model::Configuration,
+    v: DVector<f64>,
+    touches: Vec<crate::plant::Touch>,
+    dt_s: f64,
+}
+
+impl Run<'_, '_> {
+    fn go(&mut self, duration_s: f64, each: &mut dyn FnMut(&mut Self, f64)) {
+        for _ in 0..(duration_s / self.dt_s).round() as usize {
+            if !self.plant.step() {
+                return;
+            }
+            self.plant.state(&mut self.configuration, &mut self.v);
+            self.plant.touches(&mut self.touches);
+            let t_s = self.plant.time_s();
+            self.monitor.see(&Seen {
+                t_s,
+                configuration: &self.configuration,
+                wanted: self.wanted,
+                touches: &self.touches,
+                torques: self.plant.torques(),
+            });
+            each(self, t_s);
+        }
+    }
+}
+
+fn judge(
+    robot: &Robot,
+    config: &Config,
+    wanted: &Wanted,
+    monitor: &Monitor,
+    drift: &Drift,
+) -> Held {
+    let bounds = &config.hold;
+    let peaks = &monitor.peaks;
+    let name = |patch: usize| robot.patches[patch].name.clone();
+    let steps = peaks.steps.max(1) as f64;
+    let weight = robot.mass_kg * GRAVITY_M_S2;
+    let normal_n: Vec<(String, f64)> = monitor
+        .closures()
+        .iter()
+        .zip(&monitor.tracks)
+        .map(|(closure, track)| (name(closure.patch), track.force_sum_n / steps))
+        .collect();
+    let slip = monitor
+        .closures()
+        .iter()
+        .zip(&monitor.tracks)
+        .max_by(|a, b| a.1.slip_m.total_cmp(&b.1.slip_m));
+    let least = wanted
+        .contacts
+        .iter()
+        .zip(&normal_n)
+        .filter(|(contact, _)| contact.normal_n() > bounds.contact_n)
+        .min_by(|a, b| a.1.1.total_cmp(&b.1.1));
+    let bound_drift = if drift.pushed {
+        bounds.com_drift_pushed_m
+    } else {
+        bounds.com_drift_m
+    };
+    let mm = Unit::Millimetre;
+    let plain = Unit::Plain("");
+    let most = |name: &str, peak: &Peak, bound: f64, unit: Unit| {
+        Criterion::at_most(name, peak.value, bound, unit).on(peak.detail.clone())
+    };
+    let mut criteria = vec![
+        Criterion::at_most("com drift", drift.drift, bound_drift, mm),
+        Criterion::at_most("slip", slip.map_or(0.0, |s| s.1.slip_m), bounds.slip_m, mm)
+            .on(slip.map(|s| name(s.0.patch))),
+        most("torque use", &peaks.torque_use, bounds.torque_use, plain),
+        most(
+            "penetration",
+            &peaks.penetration_m,
+            bounds.penetration_m,
+            mm,
+        ),
+        Criterion::at_most(
+            "unplanned contacts",
+            monitor.unplanned.len() as f64,
+            0.0,
+            plain,
+        )
+        .on(monitor.unplanned_words()),
+    ];
+    if let Some((_, (patch, force))) = least {
+        let newton = Unit::Plain("N");
+        criteria.push(
+            Criterion::at_least("least contact force", *force, bounds.contact_n, newton)
+                .on(Some(patch.clone())),
+        );
+    }
+    if !drift.pushed {
+        let error = (peaks.vertical_sum_n / steps / weight - 1.0).abs();
+        let last = drift.drift_last;
+        let (settled_m, settled_rad) = (drift.settled_com_m, drift.settled_tilt_rad);
+        let allowed = &config.execution;
+        criteria.extend([
+            Criterion::at_most("com drift, last second", last, bounds.com_drift_last_m, mm),
+            Criterion::at_most("tilt", drift.tilt, bounds.tilt_rad, Unit::Degree),
+            Criterion::at_most(
+                "joint speed at the end",
+                drift.speed,
+                bounds.joint_speed_rad_s,
+                Unit::Plain("rad/s"),
+            ),
+            Criterion::at_most("weight error", error, bounds.weight_error, plain),
+            Criterion::at_most(
+                "com shift, settling",
+                settled_m,
+                allowed.com_error_final_m,
+                mm,
+            ),
+            Criterion::at_most(
+                "tilt, settling",
+                settled_rad,
+                allowed.tilt_rad,
+                Unit::Degree,
+            ),
+        ]);
+    }
+    Held {
+        pass: criteria.iter().all(|c| c.pass),
+        criteria,
+        settled_com_mm: drift.settled_com_m * 1e3,
+        settled_tilt_deg: drift.settled_tilt_rad.to_degrees(),
+        normal_n,
+    }
+}

@@ -1,0 +1,50 @@
+//! Plays stances and motions in MuJoCo and judges them.
+//!
+//! | question | module |
+//! |---|---|
+//! | what is simulated: the parsed robot and convex bodies as model text | [`mjcf`], [`world`] |
+//! | what is wanted at which time | [`course`], [`schedule`] |
+//! | τ = g − Σ Jᵀ f | [`statics`] |
+//! | M v̇ + h = (0, τ) + Σ Jᵀ f | [`dynamics`] |
+//! | torques from one quadratic program | [`whole_body`] |
+//! | what robust runs change | [`perturbation`] |
+//! | what was measured against what is allowed | [`criteria`] |
+//! | does a stance hold, is a motion executed | `hold`, `execution` (feature `mujoco`) |
+//!
+//! The controllers know the robot as it was planned with; the simulated one may differ in mass,
+//! friction and surroundings. Only `plant.rs` knows MuJoCo.
+
+pub mod config;
+mod corners;
+pub mod course;
+pub mod criteria;
+pub mod dynamics;
+mod error;
+pub mod mjcf;
+pub mod perturbation;
+pub mod playback;
+mod qp;
+pub mod schedule;
+pub mod statics;
+pub mod whole_body;
+pub mod world;
+
+#[cfg(feature = "mujoco")]
+pub mod execution;
+#[cfg(feature = "mujoco")]
+pub mod hold;
+#[cfg(feature = "mujoco")]
+mod monitor;
+#[cfg(feature = "mujoco")]
+pub mod plant;
+
+#[cfg(test)]
+mod testing;
+#[cfg(all(test, feature = "mujoco"))]
+mod tests;
+
+/// Version of the MuJoCo library that the bindings are made for.
+pub const MUJOCO_VERSION: &str = "3.17.0";
+
+pub use config::Config;
+pub use error::Error;

@@ -1,0 +1,311 @@
+//! What a run shows: contacts, slip, deviations, torques.
+#![allow(non_snake_case)]
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DVector, Isometry3, Point2, Vector3};
+use robot_model::{Configuration, Kinematics, Robot};
+use surfaces::ConvexPolygon;
+
+use crate::course::Wanted;
+use crate::plant::{Side, Touch};
+use crate::schedule::Closure;
+use crate::world::WorldBody;
+
+/// A touched point is the patch's where it is this near to its plane and polygon, m.
+const NEAR_M: f64 = 0.010;
+/// And where the contact's normal is this near to the patch's, cos 20°; at a steeper angle it is
+/// the edge of the sole that meets a riser.
+const ALONG: f64 = 0.94;
+
+/// One state of a run, as the monitor is shown it.
+pub(crate) struct Seen<'s> {
+    pub t_s: f64,
+    pub configuration: &'s Configuration,
+    pub wanted: &'s Wanted,
+    pub touches: &'s [Touch],
+    pub torques: &'s [f64],
+}
+
+/// Follows one run.
+pub(crate) struct Monitor<'a> {
+    robot: &'a Robot,
+    world: &'a [WorldBody],
+    closures: Vec<Closure>,
+    grace_s: f64,
+    load_n: f64,
+    polygons: Vec<Option<ConvexPolygon>>,
+    kinematics: Kinematics,
+    reference: Kinematics,
+    /// What was seen, by closure.
+    pub tracks: Vec<Track>,
+    /// Largest values since the last [`Self::forget`].
+    pub peaks: Peaks,
+    /// Contacts that nothing asked for, by the names of the two.
+    pub unplanned: BTreeMap<(String, String), Unplanned>,
+    /// Normal force of each patch now, N.
+    pub normal_n: Vec<f64>,
+    /// Vertical force of the world on the robot now, N.
+    pub vertical_n: f64,
+    /// Centre of mass now.
+    pub com_W: Vector3<f64>,
+    /// Deviation of the centre of mass from its reference now, m.
+    pub com_error_m: f64,
+    /// Angle of the base to its reference now, rad.
+    pub tilt_rad: f64,
+}
+
+/// What was seen of one closure.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Track {
+    anchor: Option<Isometry3<f64>>,
+    /// Largest distance from where it first bore load, m.
+    pub slip_m: f64,
+    /// When it first bore load, s.
+    pub loaded_s: Option<f64>,
+    /// Sum and count of the normal forces.
+    pub force_sum_n: f64,
+    pub steps: usize,
+}
+
+/// Largest values.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Peaks {
+    pub com_error_m: Peak,
+    pub tilt_rad: Peak,
+    pub swing_error_m: Peak,
+    pub torque_use: Peak,
+    pub penetration_m: Peak,
+    pub vertical_sum_n: f64,
+    pub steps: usize,
+}
+
+/// A largest value and where it was.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Peak {
+    pub value: f64,
+    pub detail: Option<String>,
+}
+
+impl Peak {
+    fn see(&mut self, value: f64, detail: impl FnOnce() -> String) {
+        if value > self.value || !value.is_finite() {
+            self.value = value;
+            self.detail = Some(detail());
+        }
+    }
+}
+
+/// A contact that nothing asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Unplanned {
+    pub first_s: f64,
+    pub steps: usize,
+    pub peak_n: f64,
+}
+
+impl<'a> Monitor<'a> {
+    /// A monitor of a course with these closures. A contact may be `grace_s` early or late, and
+    /// is loaded from `load_n` on.
+    pub fn new(
+        robot: &'a Robot,
+        world: &'a [WorldBody],
+        closures: Vec<Closure>,
+        grace_s: f64,
+        load_n: f64,
+    ) -> Self {
+        let start = robot.neutral();
+        let polygons = robot
+            .patches
+            .iter()
+            .map(|patch| ConvexPolygon::new(patch.polygon.clone()).ok())
+            .collect();
+        Self {
+            tracks: vec![Track::default(); closures.len()],
+            normal_n: vec![0.0; robot.patches.len()],
+            kinematics: Kinematics::new(robot, &start),
+            reference: Kinematics::new(robot, &start),
+            robot,
+            world,
+            closures,
+            grace_s,
+            load_n,
+            polygons,
+            peaks: Peaks::default(),
+            unplanned: BTreeMap::new(),
+            vertical_n: 0.0,
+            com_W: Vector3::zeros(),
+            com_error_m: 0.0,
+            tilt_rad: 0.0,
+        }
+    }
+
+    /// The closures it follows.
+    pub fn closures(&self) -> &[Closure] {
+        &self.closures
+    }
+
+    /// Forgets everything seen so far: the robot has settled.
+    pub fn forget(&mut self) {
+        self.tracks.fill(Track::default());
+        self.peaks = Peaks::default();
+        self.unplanned.clear();
+    }
+
+    /// Takes in one state.
+    pub fn see(&mut self, seen: &Seen) {
+        self.kinematics.update(self.robot, seen.configuration);
+        self.reference
+            .update(self.robot, &seen.wanted.configuration);
+        self.com_W = self.kinematics.com_W;
+        self.com_error_m = (self.com_W - self.reference.com_W).norm();
+        self.tilt_rad = seen
+            .configuration
+            .R_WB
+            .angle_to(&seen.wanted.configuration.R_WB);
+        let t = seen.t_s;
+        let at = || format!("at {t:.2} s");
+        self.peaks.com_error_m.see(self.com_error_m, at);
+        self.peaks.tilt_rad.see(self.tilt_rad, at);
+        self.see_torques(seen);
+        self.see_touches(seen);
+        self.see_patches(seen);
+        self.peaks.vertical_sum_n += self.vertical_n;
+        self.peaks.steps += 1;
+    }
+
+    fn see_torques(&mut self, seen: &Seen) {
+        for (torque, body) in seen.torques.iter().zip(self.robot.joint_bodies()) {
+            let part = torque.abs() / body.effort;
+            self.peaks
+                .torque_use
+                .see(part, || format!("{} at {:.2} s", body.joint, seen.t_s));
+        }
+    }
+
+    fn see_touches(&mut self, seen: &Seen) {
+        self.normal_n.fill(0.0);
+        self.vertical_n = 0.0;
+        for touch in seen.touches {
+            if matches!(touch.other, Side::World(_)) {
+                self.vertical_n += touch.force_W.z;
+            }
+            match self.patch_of(touch, seen) {
+                Some((patch, normal_W)) => {
+                    self.normal_n[patch] += touch.force_W.dot(&normal_W);
+                    let name = &self.robot.patches[patch].name;
+                    self.peaks
+                        .penetration_m
+                        .see(touch.depth_m, || format!("{name} at {:.2} s", seen.t_s));
+                }
+                None if touch.depth_m >= 0.0 => self.see_unplanned(touch, seen.t_s),
+                None => {}
+            }
+        }
+    }
+
+    /// The patch that a touch belongs to, and the patch's normal in W; `None` where it is not
+    /// planned.
+    fn patch_of(&self, touch: &Touch, seen: &Seen) -> Option<(usize, Vector3<f64>)> {
+        let Side::World(_) = touch.other else {
+            return None;
+        };
+        let body = self.robot.collision.shapes()[touch.shape].body;
+        for (index, patch) in self.robot.patches.iter().enumerate() {
+            let timely = self.closures.iter().any(|closure| {
+                closure.patch == index
+                    && seen.t_s >= closure.start_s - self.grace_s
+                    && seen.t_s <= closure.end_s + self.grace_s
+            });
+            if patch.body != body || !timely {
+                continue;
+            }
+            let X_WC = self.kinematics.X_WC(patch);
+            let p_C = X_WC.inverse_transform_vector(&(touch.p_W - X_WC.translation.vector));
+            let (near, normal_W) = match (patch.point_radius_m(), &self.polygons[index]) {
+                (Some(radius), _) => ((p_C.norm() - radius).abs() <= NEAR_M, touch.normal_W),
+                (None, Some(polygon)) => (
+                    p_C.z.abs() <= NEAR_M && polygon.contains(&Point2::new(p_C.x, p_C.y), NEAR_M),
+                    X_WC.rotation * Vector3::z(),
+                ),
+                (None, None) => (false, touch.normal_W),
+            };
+            if near && touch.normal_W.dot(&normal_W) >= ALONG {
+                return Some((index, normal_W));
+            }
+        }
+        None
+    }
+
+    fn see_unplanned(&mut self, touch: &Touch, t_s: f64) {
+        let link = |shape: usize| self.robot.collision.shapes()[shape].link.clone();
+        let other = match touch.other {
+            Side::Shape(shape) => link(shape),
+            Side::World(body) => self.world[body].name.clone(),
+        };
+        let entry = self
+            .unplanned
+            .entry((link(touch.shape), other))
+            .or_insert(Unplanned {
+                first_s: t_s,
+                steps: 0,
+                peak_n: 0.0,
+            });
+        entry.steps += 1;
+        entry.peak_n = entry.peak_n.max(touch.force_W.norm());
+    }
+
+    /// Slip and load of closed patches, deviation of the one in the air.
+    fn see_patches(&mut self, seen: &Seen) {
+        for (closure, track) in self.closures.iter().zip(&mut self.tracks) {
+            if seen.t_s < closure.start_s || seen.t_s >= closure.end_s {
+                continue;
+            }
+            let normal = self.normal_n[closure.patch];
+            track.force_sum_n += normal;
+            track.steps += 1;
+            if normal < self.load_n {
+                continue;
+            }
+            track.loaded_s.get_or_insert(seen.t_s);
+            let patch = &self.robot.patches[closure.patch];
+            let X_WC = self.kinematics.X_WC(patch);
+            let anchor = track.anchor.get_or_insert(X_WC);
+            let moved = X_WC.translation.vector - anchor.translation.vector;
+            if patch.point_radius_m().is_some() {
+                // A ball rolls: only what it slides beyond rolling would be slip, and rolling is
+                // bounded by the deviations of the course.
+                continue;
+            }
+            track.slip_m = track.slip_m.max(moved.norm());
+        }
+        if let Some(swing) = seen.wanted.swing {
+            let patch = &self.robot.patches[swing];
+            let there = self.kinematics.X_WC(patch).translation.vector;
+            let wanted = self.reference.X_WC(patch).translation.vector;
+            self.peaks.swing_error_m.see((there - wanted).norm(), || {
+                format!("{} at {:.2} s", patch.name, seen.t_s)
+            });
+        }
+    }
+
+    /// Speed of all joints, rad/s.
+    pub fn joint_speed(v: &DVector<f64>) -> f64 {
+        v.rows(6, v.len() - 6).norm()
+    }
+
+    /// The unplanned contacts in words.
+    pub fn unplanned_words(&self) -> Option<String> {
+        let words: Vec<String> = self
+            .unplanned
+            .iter()
+            .map(|((a, b), u)| {
+                format!(
+                    "{a} and {b} from {:.2} s ({} steps, up to {:.0} N)",
+                    u.first_s, u.steps, u.peak_n
+                )
+            })
+            .collect();
+        (!words.is_empty()).then(|| words.join("; "))
+    }
+}

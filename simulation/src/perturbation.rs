@@ -1,0 +1,190 @@
+//! What a robust run changes, drawn from a seed.
+#![allow(non_snake_case)]
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::config::Spread;
+use crate::mjcf::Scales;
+use crate::world::WorldBody;
+
+/// A push on the base.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Push {
+    /// When it begins, s.
+    pub t_s: f64,
+    /// How long it lasts, s.
+    pub duration_s: f64,
+    /// Force in W, N.
+    pub force_W: [f64; 3],
+}
+
+/// How one run differs from what was planned.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Perturbation {
+    /// Factor of the coefficients of friction.
+    pub friction_factor: Option<f64>,
+    /// Factor of all masses and inertias.
+    pub mass_factor: Option<f64>,
+    /// Displacement of each body of the world in W, m; none where empty.
+    pub shifts_W: Vec<[f64; 3]>,
+    /// Pushes on the base.
+    pub pushes: Vec<Push>,
+}
+
+/// What a run may be disturbed in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Kinds {
+    /// Less friction.
+    pub friction: bool,
+    /// Another mass.
+    pub mass: bool,
+    /// Bodies of the world elsewhere.
+    pub surfaces: bool,
+    /// Pushes.
+    pub pushes: bool,
+}
+
+impl Kinds {
+    /// Everything.
+    pub const ALL: Self = Self {
+        friction: true,
+        mass: true,
+        surfaces: true,
+        pushes: true,
+    };
+}
+
+impl Perturbation {
+    /// Run `run` of the seed's runs.
+    ///
+    /// `normals_W` holds for each body of the world the normal of the contact that uses it, `None`
+    /// for a body that stays where it is.
+    pub fn draw(
+        seed: u64,
+        run: u64,
+        spread: &Spread,
+        kinds: Kinds,
+        normals_W: &[Option<Vector3<f64>>],
+        duration_s: f64,
+    ) -> Self {
+        let draw = |what: u64, index: u64| symmetric(seed, run, what, index);
+        let shifts_W = if kinds.surfaces {
+            (0u64..)
+                .zip(normals_W)
+                .map(|(k, normal)| {
+                    let shift =
+                        normal.map_or(Vector3::zeros(), |n| n * spread.surface_m * draw(1, k));
+                    shift.into()
+                })
+                .collect()
+        } else {
+            Vec::new()
+        };
+        let pushes = if kinds.pushes && spread.push_every_s > 0.0 {
+            let count = (duration_s / spread.push_every_s).ceil().max(1.0) as u64;
+            (0..count)
+                .map(|k| {
+                    let within = (draw(2, k) + 1.0) / 2.0;
+                    let angle = draw(3, k) * std::f64::consts::PI;
+                    let (sin, cos) = angle.sin_cos();
+                    Push {
+                        t_s: (k as f64 + within) * spread.push_every_s.min(duration_s),
+                        duration_s: spread.push_s,
+                        force_W: [spread.push_n * cos, spread.push_n * sin, 0.0],
+                    }
+                })
+                .collect()
+        } else {
+            Vec::new()
+        };
+        Self {
+            friction_factor: kinds.friction.then_some(spread.friction_factor),
+            mass_factor: kinds.mass.then(|| 1.0 + spread.mass * draw(0, 0)),
+            shifts_W,
+            pushes,
+        }
+    }
+
+    /// The scales of the simulated robot.
+    pub fn scales(&self) -> Scales {
+        Scales {
+            mass: self.mass_factor.unwrap_or(1.0),
+            friction: self.friction_factor.unwrap_or(1.0),
+        }
+    }
+
+    /// The world with its bodies displaced.
+    pub fn applied(&self, world: &[WorldBody]) -> Vec<WorldBody> {
+        world
+            .iter()
+            .enumerate()
+            .map(|(k, body)| match self.shifts_W.get(k) {
+                Some(shift) => body.clone().shifted(&Vector3::from(*shift)),
+                None => body.clone(),
+            })
+            .collect()
+    }
+
+    /// The force on the base at a time, N.
+    pub fn force_W(&self, t_s: f64) -> Vector3<f64> {
+        self.pushes
+            .iter()
+            .filter(|push| t_s >= push.t_s && t_s < push.t_s + push.duration_s)
+            .map(|push| Vector3::from(push.force_W))
+            .sum()
+    }
+}
+
+/// A number in [−1, 1) that depends on its place alone (SplitMix64 of a counter).
+fn symmetric(seed: u64, run: u64, what: u64, index: u64) -> f64 {
+    let mut x = seed;
+    for part in [run, what, index] {
+        x = mix(x.wrapping_add(0x9E37_79B9_7F4A_7C15).wrapping_add(part));
+    }
+    (x >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+fn mix(mut x: u64) -> u64 {
+    x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    x ^ (x >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn draws_are_spread_and_repeat() {
+        let all: Vec<f64> = (0..2000).map(|k| symmetric(7, 3, 1, k)).collect();
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        assert!(all.iter().all(|x| (-1.0..1.0).contains(x)));
+        // Standard error of the mean of 2000 uniform numbers: 0.013.
+        assert!(mean.abs() < 0.05, "{mean}");
+        assert!(all.iter().any(|x| *x > 0.95) && all.iter().any(|x| *x < -0.95));
+        assert_eq!(symmetric(7, 3, 1, 5), all[5]);
+        assert_ne!(symmetric(8, 3, 1, 5), all[5]);
+    }
+
+    #[test]
+    fn a_run_changes_what_it_says() {
+        let normals = [None, Some(Vector3::z()), Some(Vector3::x())];
+        let spread = Spread::default();
+        let drawn = Perturbation::draw(1, 0, &spread, Kinds::ALL, &normals, 25.0);
+        assert_eq!(drawn.scales().friction, 0.75);
+        assert!((drawn.scales().mass - 1.0).abs() <= 0.05 && drawn.scales().mass != 1.0);
+        assert_eq!(drawn.shifts_W[0], [0.0; 3]);
+        assert!(drawn.shifts_W[1][2].abs() <= 0.01 && drawn.shifts_W[1][2] != 0.0);
+        assert!(drawn.shifts_W[2][0] != 0.0 && drawn.shifts_W[2][2] == 0.0);
+        assert_eq!(drawn.pushes.len(), 3);
+        for (k, push) in drawn.pushes.iter().enumerate() {
+            assert!(push.t_s >= 10.0 * k as f64 && push.t_s < 10.0 * (k + 1) as f64);
+            let force = drawn.force_W(push.t_s + 0.1);
+            assert!((force.norm() - 60.0).abs() < 1e-9);
+            assert_eq!(drawn.force_W(push.t_s + 0.2), Vector3::zeros());
+        }
+        let plain = Perturbation::draw(1, 0, &spread, Kinds::default(), &normals, 25.0);
+        assert_eq!(plain, Perturbation::default());
+    }
+}

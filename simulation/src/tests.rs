@@ -1,0 +1,180 @@
+//! Stances and courses in MuJoCo: what must hold holds, what must fail fails.
+#![allow(non_snake_case)]
+
+use nalgebra::{DVector, Isometry3, Vector3};
+use robot_model::{GRAVITY_M_S2, Kinematics};
+
+use crate::config::{Config, Physics, Servo};
+use crate::dynamics::Dynamics;
+use crate::hold::{Held, hold};
+use crate::mjcf::Scales;
+use crate::plant::{Plant, Side};
+use crate::testing::{half_sitting, hrp2, standing};
+use crate::world::{WorldBody, WorldShape};
+
+const FEET: [&str; 2] = ["left_foot", "right_foot"];
+
+/// A floor with its top at z = 0 that ends at x = `end_x_m`.
+fn floor(end_x_m: f64) -> Vec<WorldBody> {
+    let centre = Vector3::new(end_x_m - 10.0, 0.0, -0.25);
+    vec![WorldBody {
+        name: "floor".to_owned(),
+        shape: WorldShape::Box {
+            X_WO: Isometry3::translation(centre.x, centre.y, centre.z),
+            half_m: Vector3::new(10.0, 10.0, 0.25),
+        },
+    }]
+}
+
+fn value(held: &Held, name: &str) -> f64 {
+    let found = held.criteria.iter().find(|c| c.name == name);
+    found.expect("a criterion of that name").value
+}
+
+#[test]
+fn the_model_has_the_robots_mass_and_velocities() {
+    // Plant::new refuses a model that has not; a scaled one has the scaled mass.
+    let robot = hrp2();
+    let (physics, servo) = (Physics::default(), Servo::default());
+    for mass in [1.0, 0.95] {
+        let scales = Scales {
+            mass,
+            ..Scales::default()
+        };
+        Plant::new(&robot, &floor(5.0), &physics, &servo, &scales).expect("a model");
+    }
+}
+
+/// M and h of this crate against MuJoCo's, by way of the acceleration of free fall with torques.
+#[test]
+fn accelerations_agree_with_mujoco() {
+    let robot = hrp2();
+    // Far above any floor, without what only MuJoCo's joints have.
+    let physics = Physics {
+        armature: 0.0,
+        damping: 0.0,
+        dt_s: 1e-6,
+        ..Physics::default()
+    };
+    let servo = Servo { kp: 1.0, kv: 0.0 };
+    let mut plant =
+        Plant::new(&robot, &floor(5.0), &physics, &servo, &Scales::default()).expect("a model");
+    let mut configuration = half_sitting(&robot);
+    configuration.p_WB.z += 2.0;
+    let mut turn = vec![0.3; 6];
+    // Towards the middle of the ranges: a limit that is touched pushes, too.
+    for (q, body) in configuration.joints.iter().zip(robot.joint_bodies()) {
+        turn.push(0.2 * ((body.lower + body.upper) / 2.0 - q));
+    }
+    configuration.integrate_in_place(&turn);
+    plant.reset(&configuration);
+    let mut touches = Vec::new();
+    plant.touches(&mut touches);
+    assert!(touches.is_empty(), "{touches:?}");
+    let torques: Vec<f64> = (0..robot.nj()).map(|j| 0.5 * (j as f64).sin()).collect();
+    let still = vec![0.0; robot.nj()];
+    plant.command(configuration.joints.as_slice(), &still, &torques);
+    let (mut after, mut v) = (configuration.clone(), DVector::zeros(robot.nv()));
+    assert!(plant.step());
+    plant.state(&mut after, &mut v);
+    let measured = v / physics.dt_s;
+
+    let dynamics = Dynamics::new(&robot, &configuration);
+    let mut force = -&dynamics.h;
+    for (j, torque) in torques.iter().enumerate() {
+        force[6 + j] += torque;
+    }
+    let expected = dynamics.M.cholesky().expect("definite").solve(&force);
+    let error = (&measured - &expected).norm() / expected.norm();
+    assert!(error < 1e-5, "{error}");
+}
+
+#[test]
+fn soles_lie_flat_in_the_collision_shapes() {
+    let robot = hrp2();
+    let configuration = half_sitting(&robot);
+    let mut plant = Plant::new(
+        &robot,
+        &floor(5.0),
+        &Physics::default(),
+        &Servo::default(),
+        &Scales::default(),
+    )
+    .expect("a model");
+    // Half a millimetre deep, so that every corner touches.
+    let mut pressed = configuration.clone();
+    pressed.p_WB.z -= 0.0005;
+    plant.reset(&pressed);
+    let mut touches = Vec::new();
+    plant.touches(&mut touches);
+    let kinematics = Kinematics::new(&robot, &pressed);
+    for name in FEET {
+        let patch = robot.patch(name).expect("a patch");
+        let X_WC = kinematics.X_WC(patch);
+        for vertex in &patch.polygon {
+            let p_W = X_WC * nalgebra::Point3::new(vertex.x, vertex.y, 0.0);
+            let near = touches
+                .iter()
+                .filter(|t| t.other == Side::World(0))
+                .map(|t| (t.p_W - p_W.coords).norm())
+                .fold(f64::INFINITY, f64::min);
+            assert!(
+                near < 1e-3,
+                "{name}: no contact within {near} m of a corner"
+            );
+        }
+    }
+    for touch in &touches {
+        assert!((touch.depth_m - 0.0005).abs() < 1e-6, "{}", touch.depth_m);
+        assert!(touch.normal_W.z > 0.999);
+    }
+}
+
+#[test]
+fn standing_on_flat_ground_holds() {
+    let robot = hrp2();
+    let stance = standing(&robot, half_sitting(&robot), &FEET);
+    let held = hold(&robot, &floor(5.0), &stance, &Config::default(), None).expect("a run");
+    assert!(held.pass, "{:#?}", held.criteria);
+    let sum: f64 = held.normal_n.iter().map(|(_, n)| n).sum();
+    assert!((sum / (robot.mass_kg * GRAVITY_M_S2) - 1.0).abs() < 0.01);
+    let push = Some(Vector3::x() * 20.0);
+    let pushed = hold(&robot, &floor(5.0), &stance, &Config::default(), push).expect("a run");
+    assert!(pushed.pass, "{:#?}", pushed.criteria);
+    assert!(value(&pushed, "com drift") > value(&held, "com drift"));
+}
+
+/// The floor ends under the soles: the centre of mass lies inside or outside of what is left.
+#[test]
+fn the_edge_of_the_support_region_tells() {
+    let robot = hrp2();
+    let stance = standing(&robot, half_sitting(&robot), &FEET);
+    let com_x = Kinematics::new(&robot, &half_sitting(&robot)).com_W.x;
+    let config = Config::default();
+    let at = |margin_m: f64| {
+        hold(&robot, &floor(com_x + margin_m), &stance, &config, None).expect("a run")
+    };
+    let inside = at(0.03);
+    assert!(value(&inside, "com drift") < 3.0, "{:#?}", inside.criteria);
+    let outside = at(-0.01);
+    assert!(!outside.pass);
+    assert!(
+        value(&outside, "com drift") > 100.0,
+        "{:#?}",
+        outside.criteria
+    );
+}
+
+/// On one foot over an edge that runs under the middle of the sole.
+#[test]
+fn a_foot_half_over_the_edge_falls() {
+    let robot = hrp2();
+    let stance = standing(&robot, half_sitting(&robot), &FEET);
+    let sole = Kinematics::new(&robot, &half_sitting(&robot))
+        .X_WC(robot.patch("left_foot").expect("a patch"))
+        .translation
+        .vector;
+    let config = Config::default();
+    let held = hold(&robot, &floor(sole.x - 0.03), &stance, &config, None).expect("a run");
+    assert!(!held.pass, "{:#?}", held.criteria);
+}

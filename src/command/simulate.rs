@@ -1,0 +1,237 @@
+//! `scandent simulate PLAN.json`: stances held and the motion executed in MuJoCo.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::Result;
+
+use crate::cli::Global;
+use crate::plan_file::PlanRobotFlags;
+use crate::status::Status;
+
+/// Flags of `simulate`.
+#[derive(Debug, clap::Args)]
+#[cfg_attr(not(feature = "mujoco"), allow(dead_code))]
+pub struct Args {
+    /// The plan
+    #[arg(value_name = "PLAN.json")]
+    plan: PathBuf,
+    #[command(flatten)]
+    robot: PlanRobotFlags,
+    /// Only hold the stances, plain and pushed
+    #[arg(long, conflicts_with = "execute")]
+    hold: bool,
+    /// Only execute the motion
+    #[arg(long)]
+    execute: bool,
+    /// The motion (default: motion.json beside the plan, where there is one)
+    #[arg(long, value_name = "MOTION.json")]
+    motion: Option<PathBuf>,
+    /// The world that is simulated
+    #[arg(long, value_enum, default_value_t)]
+    world: World,
+    /// Execute the motion perturbed, too
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "KIND")]
+    perturb: Vec<Perturb>,
+    /// How many perturbed runs
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    runs: u64,
+    /// Where the results go (default: simulation.json beside the plan); the trace goes beside it
+    #[arg(short, long, value_name = "FILE.json")]
+    output: Option<PathBuf>,
+}
+
+/// Which bodies stand in the simulated world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum World {
+    /// What really stands there where it is known (scenes that ship), else as planned
+    #[default]
+    Known,
+    /// What really stands there; an error where it is not known
+    True,
+    /// The bodies behind the plan's surfaces, and its obstacles
+    Planned,
+}
+
+/// What is perturbed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Perturb {
+    /// Everything
+    All,
+    /// Less friction
+    Friction,
+    /// Another mass of the robot
+    Mass,
+    /// Bodies elsewhere than planned
+    Surfaces,
+    /// Pushes on the base
+    Pushes,
+}
+
+/// Simulates and prints the table of criteria; ends with [`Status::NotExecuted`] where one does
+/// not hold.
+///
+/// # Errors
+/// A program without the feature `mujoco`; a plan, a motion or a robot that cannot be read or
+/// simulated; a file that cannot be written.
+#[cfg(not(feature = "mujoco"))]
+pub fn run(_args: &Args, _global: &Global, _out: &mut dyn Write) -> Result<Status> {
+    anyhow::bail!(
+        "this program was built without the physics simulation. In a checkout of the source:\n  \
+         scripts/fetch-mujoco                        (fetches MuJoCo {} from PyPI, 10 MB)\n  \
+         cargo build --release --features mujoco",
+        simulation::MUJOCO_VERSION
+    )
+}
+
+/// Simulates and prints the table of criteria; ends with [`Status::NotExecuted`] where one does
+/// not hold.
+///
+/// # Errors
+/// A plan, a motion or a robot that cannot be read or simulated; a file that cannot be written.
+#[cfg(feature = "mujoco")]
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    simulated::run(args, global, out)
+}
+
+#[cfg(feature = "mujoco")]
+mod simulated {
+    use std::path::Path;
+
+    use anyhow::{Context, bail};
+    use motion::Motion;
+    use robot_model::Robot;
+    use simulation::execution::{Executed, execute};
+    use simulation::perturbation::{Kinds, Perturbation};
+    use simulation::playback::Playback;
+    use simulation::world::WorldBody;
+
+    use super::*;
+    use crate::config::Config;
+    use crate::simulate::report::{Report, SIMULATION_FORMAT};
+    use crate::simulate::trace::Trace;
+    use crate::simulate::{self, execute::robust_runs, hold::hold_all, table};
+    use crate::{output, plan_file, provenance, threads};
+
+    /// Time between two rows of the trace, s.
+    const TRACE_EVERY_S: f64 = 0.01;
+
+    pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+        let plan = plan_file::open(&args.plan)?;
+        let mut robot = args.robot.load(&plan)?;
+        simulate::stance::apply_friction(&mut robot, &plan)?;
+        let config = Config::layered(None, global)?.simulation;
+        let (world, true_world) = simulate::world::world(&plan, args.world)?;
+        let pool = threads::pool(global.threads)?;
+        let seed = global.seed.unwrap_or(0);
+        let mut report = Report {
+            format: SIMULATION_FORMAT,
+            program: crate::program(),
+            plan_sha256: provenance::sha256(&provenance::read("plan", &args.plan)?),
+            motion_sha256: None,
+            true_world,
+            seed,
+            config: config.clone(),
+            stances: Vec::new(),
+            execution: None,
+            robust: Vec::new(),
+            pass: true,
+        };
+        writeln!(
+            out,
+            "world: {} bodies, {}",
+            world.len(),
+            if true_world {
+                "the true ones"
+            } else {
+                "as planned"
+            }
+        )?;
+        if !args.execute {
+            report.stances = pool.install(|| hold_all(&plan, &robot, &world, &config))?;
+            write!(out, "{}", table::of_stances(&report.stances))?;
+            report.pass &= report.stances.iter().all(|held| held.pass());
+            for held in report.stances.iter().filter(|held| !held.pass()) {
+                eprintln!("fails: {}", table::failures_of_stance(held));
+            }
+        }
+        let output = (args.output.clone()).unwrap_or_else(|| beside(&args.plan, "simulation.json"));
+        if !args.hold
+            && let Some((motion, sha256)) = motion(args)?
+        {
+            report.motion_sha256 = Some(sha256);
+            let playback = Playback::new(&robot, motion, plan.required.com_m)?;
+            let trace_file = output.with_extension("csv");
+            let executed = plain(&robot, &world, &playback, &config, &trace_file)?;
+            let title = "executed as planned";
+            write!(out, "{}", table::of_run(title, &executed.criteria))?;
+            report.pass &= executed.pass;
+            report.execution = Some(executed);
+            if !args.perturb.is_empty() {
+                let kinds = kinds(&args.perturb);
+                report.robust = pool.install(|| {
+                    robust_runs(&robot, &world, &playback, &config, kinds, args.runs, seed)
+                })?;
+                write!(out, "{}", table::of_robust(&report.robust))?;
+                report.pass &= report.robust.iter().all(|run| run.pass);
+            }
+        }
+        output::write_json(&output, &report)?;
+        writeln!(out, "results: {}", output.display())?;
+        Ok(if report.pass {
+            Status::Done
+        } else {
+            Status::NotExecuted
+        })
+    }
+
+    /// The run as planned, with its trace.
+    fn plain(
+        robot: &Robot,
+        world: &[WorldBody],
+        playback: &Playback,
+        config: &simulation::Config,
+        trace_file: &Path,
+    ) -> Result<Executed> {
+        let mut trace = Trace::new(robot, TRACE_EVERY_S);
+        let undisturbed = Perturbation::default();
+        let executed = execute(robot, world, playback, config, &undisturbed, &mut trace)?;
+        output::write(trace_file, trace.text().as_bytes())?;
+        Ok(executed)
+    }
+
+    fn beside(plan: &Path, name: &str) -> PathBuf {
+        plan.parent().unwrap_or(Path::new("")).join(name)
+    }
+
+    /// The motion and its hash; `None` where none is named and none lies beside the plan.
+    fn motion(args: &Args) -> Result<Option<(Motion, String)>> {
+        let path = match &args.motion {
+            Some(path) => path.clone(),
+            None => {
+                let path = beside(&args.plan, "motion.json");
+                if !path.exists() {
+                    if args.execute || !args.perturb.is_empty() {
+                        bail!("{}: there is no motion to execute", path.display());
+                    }
+                    return Ok(None);
+                }
+                path
+            }
+        };
+        let bytes = provenance::read("motion", &path)?;
+        let motion: Motion = serde_json::from_slice(&bytes)
+            .with_context(|| format!("{}: not a motion", path.display()))?;
+        Ok(Some((motion, provenance::sha256(&bytes))))
+    }
+
+    fn kinds(perturb: &[Perturb]) -> Kinds {
+        let any = |kind: Perturb| perturb.contains(&kind) || perturb.contains(&Perturb::All);
+        Kinds {
+            friction: any(Perturb::Friction),
+            mass: any(Perturb::Mass),
+            surfaces: any(Perturb::Surfaces),
+            pushes: any(Perturb::Pushes),
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! The motion of a plan, executed: as planned and perturbed.
+
+use anyhow::{Context, Result};
+use rayon::prelude::*;
+use robot_model::Robot;
+use simulation::course::Course;
+use simulation::execution::{Executed, Unobserved, execute, touched_normals_W};
+use simulation::perturbation::{Kinds, Perturbation};
+use simulation::playback::Playback;
+use simulation::world::WorldBody;
+
+/// Runs of a seed: each disturbed in its own way, in the order of their numbers.
+///
+/// # Errors
+/// A robot that cannot be simulated, a controller without a solution.
+pub fn robust_runs(
+    robot: &Robot,
+    world: &[WorldBody],
+    playback: &Playback,
+    config: &simulation::Config,
+    kinds: Kinds,
+    runs: u64,
+    seed: u64,
+) -> Result<Vec<Executed>> {
+    let normals = touched_normals_W(robot, world, playback);
+    (0..runs)
+        .into_par_iter()
+        .map(|run| {
+            let duration_s = playback.duration_s();
+            let perturbation =
+                Perturbation::draw(seed, run, &config.perturbation, kinds, &normals, duration_s);
+            execute(
+                robot,
+                world,
+                playback,
+                config,
+                &perturbation,
+                &mut Unobserved,
+            )
+            .with_context(|| format!("run {run}"))
+        })
+        .collect()
+}

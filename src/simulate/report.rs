@@ -1,0 +1,37 @@
+//! The file of a simulation's results.
+
+use planner::plan::Program;
+use serde::Serialize;
+use simulation::execution::Executed;
+
+use super::hold::HeldStance;
+
+/// The value of [`Report::format`].
+pub const SIMULATION_FORMAT: &str = "scandent-simulation/1";
+
+/// Everything that a simulation showed.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Always [`SIMULATION_FORMAT`].
+    pub format: &'static str,
+    /// The program that simulated.
+    pub program: Program,
+    /// SHA-256 of the plan's file, hexadecimal.
+    pub plan_sha256: String,
+    /// SHA-256 of the motion's file, hexadecimal.
+    pub motion_sha256: Option<String>,
+    /// Whether the world is the true one, or the one that was planned in.
+    pub true_world: bool,
+    /// Seed of the perturbations.
+    pub seed: u64,
+    /// The resolved settings.
+    pub config: simulation::Config,
+    /// The stances that were held.
+    pub stances: Vec<HeldStance>,
+    /// The motion as planned.
+    pub execution: Option<Executed>,
+    /// The motion perturbed, run by run.
+    pub robust: Vec<Executed>,
+    /// Whether every criterion holds.
+    pub pass: bool,
+}

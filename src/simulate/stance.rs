@@ -1,0 +1,55 @@
+//! The stances of a plan as the simulation takes them.
+#![allow(non_snake_case)]
+
+use anyhow::{Context, Result};
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use planner::plan::{Plan, Pose, Stance};
+use robot_model::Robot;
+use simulation::course::{Standing, WantedContact};
+
+/// A stance that is to be held.
+///
+/// # Errors
+/// A configuration or a patch that is not the robot's.
+pub fn standing(robot: &Robot, stance: &Stance) -> Result<Standing> {
+    let place = || format!("stance {}", stance.index);
+    let configuration = robot.configuration(&stance.q).with_context(place)?;
+    let contacts = stance
+        .contacts
+        .iter()
+        .map(|contact| {
+            let patch = robot.patch_index(&contact.patch).with_context(place)?;
+            let vectors = |list: &[[f64; 3]]| -> Vec<Vector3<f64>> {
+                list.iter().copied().map(Vector3::from).collect()
+            };
+            Ok(WantedContact::new(
+                patch,
+                isometry(&contact.X_WC),
+                contact.friction,
+                &vectors(&contact.force_points_W),
+                &vectors(&contact.forces_W),
+            ))
+        })
+        .collect::<Result<_>>()?;
+    Ok(Standing::new(robot, configuration, contacts))
+}
+
+/// Puts the coefficients of friction that the plan was made with in the place of the robot's.
+///
+/// # Errors
+/// A patch that is not the robot's.
+pub fn apply_friction(robot: &mut Robot, plan: &Plan) -> Result<()> {
+    for contact in plan.stances.iter().flat_map(|stance| &stance.contacts) {
+        let patch = robot.patch_index(&contact.patch)?;
+        robot.patches[patch].friction = contact.friction;
+    }
+    Ok(())
+}
+
+fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let [x, y, z, w] = pose.quat_xyzw;
+    Isometry3::from_parts(
+        Vector3::from(pose.p).into(),
+        UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
+    )
+}

@@ -1,0 +1,169 @@
+//! Criteria as a table for the terminal.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use planner::plan::Change;
+use simulation::criteria::{Criterion, Sense};
+use simulation::execution::Executed;
+
+use super::hold::HeldStance;
+
+/// The worst value of every criterion over all stances, plain and pushed.
+pub fn of_stances(held: &[HeldStance]) -> String {
+    let mut text = String::new();
+    for (title, rows) in [
+        (
+            "held",
+            worst(
+                held.iter()
+                    .map(|h| (format!("stance {}", h.stance), &h.plain.criteria)),
+            ),
+        ),
+        (
+            "pushed",
+            worst(held.iter().flat_map(|h| {
+                h.pushed
+                    .iter()
+                    .map(move |p| (format!("stance {}", h.stance), &p.criteria))
+            })),
+        ),
+    ] {
+        let _ = writeln!(text, "{title}, worst of {} stances", held.len());
+        for (place, criterion) in rows {
+            text.push_str(&row(criterion, Some(&place)));
+        }
+    }
+    text
+}
+
+/// What fails of a stance, in words.
+pub fn failures_of_stance(held: &HeldStance) -> String {
+    let mut words = vec![format!("stance {} ({})", held.stance, change(&held.change))];
+    for (how, run) in std::iter::once(("held", &held.plain))
+        .chain(["+x", "-x", "+y", "-y"].into_iter().zip(&held.pushed))
+    {
+        let failed: Vec<String> = run
+            .criteria
+            .iter()
+            .filter(|c| !c.pass)
+            .map(failure)
+            .collect();
+        if !failed.is_empty() {
+            words.push(format!("{how}: {}", failed.join(", ")));
+        }
+    }
+    words.join("; ")
+}
+
+fn failure(criterion: &Criterion) -> String {
+    let Criterion {
+        name, value, unit, ..
+    } = criterion;
+    let place = criterion.detail.as_deref().unwrap_or_default();
+    let words = format!("{name} {value:.2} {unit} {place}");
+    words.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn change(change: &Change) -> String {
+    match change {
+        Change::Start => "start".to_owned(),
+        Change::Add { patch, surface } => format!("{patch} put on {surface}"),
+        Change::Remove { patch, surface } => format!("{patch} taken off {surface}"),
+        Change::Goal => "goal".to_owned(),
+    }
+}
+
+/// How many perturbed runs pass, and why the others do not.
+pub fn of_robust(runs: &[Executed]) -> String {
+    let passed = runs.iter().filter(|run| run.pass).count();
+    let fell = runs.iter().filter(|run| run.fell_s.is_some()).count();
+    let mut text = format!(
+        "perturbed: {passed} of {} runs pass, {fell} fall\n",
+        runs.len()
+    );
+    let mut causes: BTreeMap<&str, usize> = BTreeMap::new();
+    for criterion in runs
+        .iter()
+        .flat_map(|run| &run.criteria)
+        .filter(|c| !c.pass)
+    {
+        *causes.entry(&criterion.name).or_default() += 1;
+    }
+    for (cause, count) in causes {
+        let _ = writeln!(text, "  {count} runs miss: {cause}");
+    }
+    for (number, run) in runs.iter().enumerate() {
+        if let Some(cause) = &run.cause {
+            let _ = writeln!(text, "  run {number}: {cause}");
+        }
+    }
+    let criteria: Vec<(String, &Vec<Criterion>)> = runs
+        .iter()
+        .enumerate()
+        .map(|(number, run)| (format!("run {number}"), &run.criteria))
+        .collect();
+    text.push_str("worst of the perturbed runs\n");
+    for (place, criterion) in worst(criteria.into_iter()) {
+        text.push_str(&row(criterion, Some(&place)));
+    }
+    text
+}
+
+/// The criteria of one run.
+pub fn of_run<'c>(title: &str, criteria: impl IntoIterator<Item = &'c Criterion>) -> String {
+    let mut text = format!("{title}\n");
+    for criterion in criteria {
+        text.push_str(&row(criterion, None));
+    }
+    text
+}
+
+/// For each criterion the run that comes nearest to failing it or fails it by most.
+fn worst<'c>(
+    runs: impl Iterator<Item = (String, &'c Vec<Criterion>)>,
+) -> Vec<(String, &'c Criterion)> {
+    let mut rows: Vec<(String, &Criterion)> = Vec::new();
+    for (place, criteria) in runs {
+        for criterion in criteria {
+            match rows.iter_mut().find(|(_, c)| c.name == criterion.name) {
+                Some(row) if is_worse(criterion, row.1) => *row = (place.clone(), criterion),
+                Some(_) => {}
+                None => rows.push((place.clone(), criterion)),
+            }
+        }
+    }
+    rows
+}
+
+fn is_worse(a: &Criterion, b: &Criterion) -> bool {
+    match a.sense {
+        Sense::AtMost => a.value > b.value || a.value.is_nan(),
+        Sense::AtLeast => a.value < b.value || a.value.is_nan(),
+    }
+}
+
+fn row(criterion: &Criterion, place: Option<&str>) -> String {
+    let Criterion {
+        name,
+        value,
+        bound,
+        unit,
+        pass,
+        detail,
+        sense,
+    } = criterion;
+    let relation = match sense {
+        Sense::AtMost => "≤",
+        Sense::AtLeast => "≥",
+    };
+    let verdict = if *pass { "pass" } else { "FAIL" };
+    let words: Vec<&str> = place.into_iter().chain(detail.as_deref()).collect();
+    let bound = format!("{bound:.3}");
+    let bound = bound.trim_end_matches('0').trim_end_matches('.');
+    let line = format!(
+        "  {verdict}  {name:<24} {value:>9.3} {relation} {bound:<6} {unit:<5}  {}",
+        words.join(": ")
+    );
+    format!("{}\n", line.trim_end())
+}
