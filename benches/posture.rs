@@ -40,6 +40,14 @@ fn quantile(values: &mut [f64], q: f64) -> f64 {
         .unwrap_or(f64::NAN)
 }
 
+/// A quantile in µs; a dash where there is nothing to tell of.
+fn told(values: &mut [f64], q: f64) -> String {
+    match quantile(values, q) {
+        us if us.is_nan() => "–".to_owned(),
+        us => format!("{us:.0}"),
+    }
+}
+
 /// Times of the solved and of the failed problems of a family, µs.
 fn times(robot: &Robot, family: Family, count: usize) -> [Vec<f64>; 2] {
     let set = generate(robot, &[family], count, SEED).expect("problems");
@@ -78,14 +86,14 @@ fn main() {
         for family in Family::ALL.into_iter().filter(|f| f.suits(&robot)) {
             let [mut solved, mut failed] = times(&robot, family, count);
             println!(
-                "{name:<8} {:<11} {:>4} of {:<4} {:>12.0} {:>6.0} {:>22.0} {:>6.0}",
+                "{name:<8} {:<11} {:>4} of {:<4} {:>12} {:>6} {:>22} {:>6}",
                 family.name(),
                 solved.len(),
                 count,
-                quantile(&mut solved, 0.5),
-                quantile(&mut solved, 0.95),
-                quantile(&mut failed, 0.5),
-                quantile(&mut failed, 0.95),
+                told(&mut solved, 0.5),
+                told(&mut solved, 0.95),
+                told(&mut failed, 0.5),
+                told(&mut failed, 0.95),
             );
         }
     }
