@@ -19,6 +19,7 @@
 //! | one constraint a file | `constraint` |
 //! | the cost | `cost` |
 //! | where it starts, and how it comes near its contacts | `starts`, `approach` |
+//! | what no posture can mend | `proof` |
 //! | attempts, one after the other | `solve` |
 //! | the solver, and its QP engines | `sqp`, `qp` |
 //! | what comes back | [`outcome`] |
@@ -34,6 +35,7 @@ mod finite_difference;
 mod iterate;
 pub mod outcome;
 pub mod problem;
+mod proof;
 mod qp;
 mod rows;
 mod solve;

@@ -1,6 +1,6 @@
 //! A posture problem from its starts to its outcome.
 //!
-//! The guess is tried first. Where it fails, or its contacts stay far from their places, other
+//! What no posture can mend is refused before any is sought. The guess is tried first. Where it fails, or its contacts stay far from their places, other
 //! starts are drawn, brought to their contacts, and ranked by what then still collides or gapes;
 //! the SQP takes the best of them, one after the other.
 
@@ -10,7 +10,7 @@ use crate::outcome::Outcome;
 use crate::problem::Problem;
 use crate::sqp::Sqp;
 use crate::starts::start;
-use crate::{Config, Error};
+use crate::{Config, Error, proof};
 
 /// Starts that are drawn for every one that is taken.
 const DRAWN: usize = 8;
@@ -35,6 +35,9 @@ pub fn solve(problem: &Problem, config: &Config) -> Result<Outcome, Error> {
     config.validate()?;
     problem.validate()?;
     let ctx = Context::new(problem, config)?;
+    if let Some(violation) = proof::infeasible(&ctx) {
+        return Ok(Outcome::Infeasible(violation));
+    }
     let mut sqp = Sqp::new(&ctx);
     let mut approach = Approach::new(&ctx);
     let mut draw = |k: usize| {

@@ -32,7 +32,7 @@ const CLOSING_DAMPING: f64 = 20.0;
 /// Sum of violations below which the constraints may be closed.
 const CLOSING: f64 = 0.1;
 /// Iterations over which the violation must fall by [`FAIR`], or the search gives up.
-const PATIENCE: usize = 8;
+const PATIENCE: usize = 5;
 /// Part of the violation that may be left after that many iterations.
 const FAIR: f64 = 0.8;
 /// Trust-region scale at which the search gives up.

@@ -1,0 +1,169 @@
+//! What no posture can mend: contacts too far apart for the robot, and contacts at fixed places
+//! whose forces cannot hold the weight wherever the centre of mass may be.
+//!
+//!   ‖p_a − p_b‖ ≤ Σ lengths of the links between a and b
+//!   ∃ f ∈ K_μ, c :  Σ f = (0, 0, 1),  Σ p × f = c × (0, 0, 1)
+//!
+//! Both are convex in what is free, so that a failure is a proof; they cost a part of one SQP
+//! iteration. Source: the support region of [bretl2008], which is empty where the second fails.
+
+use nalgebra::{DMatrix, Vector3};
+use robot_model::JointKind;
+
+use crate::iterate::Context;
+use crate::outcome::Violation;
+use crate::problem::Place;
+use crate::qp::{self, Program};
+use crate::rows::{Constraint, Rows, Tag};
+
+/// Smallest violation that counts as a proof, beyond the engine's accuracy.
+const CERTAIN: f64 = 1e-4;
+/// Curvature that makes the program strictly convex, against violations that cost 100.
+const CURVATURE: f64 = 1e-4;
+
+/// The constraint that no posture fulfils, and by how much; nothing where none is found.
+pub(crate) fn infeasible(ctx: &Context) -> Option<Violation> {
+    apart(ctx).or_else(|| unbalanced(ctx))
+}
+
+/// Two contacts at fixed places that are farther apart than the robot is long between them.
+fn apart(ctx: &Context) -> Option<Violation> {
+    let robot = ctx.robot();
+    let fixed: Vec<(usize, Vector3<f64>)> = ctx
+        .problem
+        .contacts
+        .iter()
+        .enumerate()
+        .filter_map(|(i, c)| match &c.place {
+            Place::Fixed { X_WC, .. } => Some((i, X_WC.translation.vector)),
+            Place::OnSurface { .. } => None,
+        })
+        .collect();
+    let mut worst: Option<Violation> = None;
+    for (k, &(a, p_a)) in fixed.iter().enumerate() {
+        for &(b, p_b) in &fixed[k + 1..] {
+            let (patch_a, patch_b) = (
+                &robot.patches[ctx.problem.contacts[a].patch],
+                &robot.patches[ctx.problem.contacts[b].patch],
+            );
+            let reach = span_m(ctx, patch_a.body, patch_b.body)
+                + patch_a.X_BC.translation.vector.norm()
+                + patch_b.X_BC.translation.vector.norm();
+            let amount = (p_a - p_b).norm() - reach;
+            if amount > CERTAIN && worst.as_ref().is_none_or(|w| amount > w.amount) {
+                worst = Some(Violation {
+                    constraint: Constraint::Closure(b),
+                    amount,
+                });
+            }
+        }
+    }
+    worst
+}
+
+/// An upper bound of the distance between the frames of two bodies, m.
+fn span_m(ctx: &Context, a: usize, b: usize) -> f64 {
+    let bodies = &ctx.robot().bodies;
+    let length = |i: usize| {
+        let slide = match bodies[i].kind {
+            JointKind::Prismatic => bodies[i].lower.abs().max(bodies[i].upper.abs()),
+            _ => 0.0,
+        };
+        bodies[i].X_PJ.translation.vector.norm() + slide
+    };
+    // Parents have smaller numbers: the greater one climbs until both meet.
+    let (mut a, mut b, mut span) = (a, b, 0.0);
+    while a != b {
+        let climbs = if a > b { &mut a } else { &mut b };
+        span += length(*climbs);
+        match bodies[*climbs].parent {
+            Some(parent) => *climbs = parent,
+            None => break,
+        }
+    }
+    span
+}
+
+/// Loaded contacts, all at fixed places, that cannot hold the weight.
+fn unbalanced(ctx: &Context) -> Option<Violation> {
+    // (contact, column, point), columns from 2: the first two are the centre of mass.
+    let mut points: Vec<(usize, usize, Vector3<f64>)> = Vec::new();
+    for (i, (contact, model)) in ctx.problem.contacts.iter().zip(&ctx.contacts).enumerate() {
+        if !contact.loaded {
+            continue;
+        }
+        let Place::Fixed { X_WC, yaw_free, .. } = &contact.place else {
+            return None;
+        };
+        // A patch that may turn offers no more than a disc around its points would: it is left
+        // to the solver.
+        if *yaw_free && model.force_points.len() > 1 {
+            return None;
+        }
+        for v in &model.force_points {
+            let p = X_WC * nalgebra::Point3::new(v.x, v.y, 0.0);
+            points.push((i, 2 + 3 * points.len(), p.coords));
+        }
+    }
+    let n = 2 + 3 * points.len();
+    let middle = points.iter().map(|p| p.2).sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let mut rows = Rows::new(n);
+    for k in 0..3 {
+        let row = rows.push(Tag::Equilibrium, if k == 2 { -1.0 } else { 0.0 }, 0.0, 0.0);
+        for (contact, column, _) in &points {
+            for j in 0..3 {
+                row[column + j] = ctx.contacts[*contact].axes[(k, j)];
+            }
+        }
+    }
+    for k in 0..3 {
+        let row = rows.push(Tag::Balance, 0.0, 0.0, 0.0);
+        // −(c × z) = (−c_y, c_x, 0)
+        match k {
+            0 => row[1] = -1.0,
+            1 => row[0] = 1.0,
+            _ => {}
+        }
+        for (contact, column, p) in &points {
+            let lever = Vector3::ith(k, 1.0).cross(&(p - middle));
+            for j in 0..3 {
+                row[column + j] = lever.dot(&ctx.contacts[*contact].axes.column(j));
+            }
+        }
+    }
+    for (contact, column, _) in &points {
+        let mu = ctx.contacts[*contact].mu_axis;
+        for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
+            let row = rows.push(Tag::Friction(*contact), 0.0, 0.0, f64::INFINITY);
+            row[column + 2] = mu;
+            row[column + axis] = sign;
+            rows.harden_last();
+        }
+    }
+    let less = |bounds: &[f64]| -> Vec<f64> {
+        bounds.iter().zip(&rows.value).map(|(b, v)| b - v).collect()
+    };
+    let program = Program {
+        hessian: &DMatrix::from_diagonal_element(n, n, CURVATURE),
+        gradient: &vec![0.0; n],
+        a: &rows.a,
+        names: &rows.tag,
+        row_lower: &less(&rows.lower),
+        row_upper: &less(&rows.upper),
+        hard: &rows.hard,
+        lower: &vec![f64::NEG_INFINITY; n],
+        upper: &vec![f64::INFINITY; n],
+        elastic_weight: 100.0,
+    };
+    let x = qp::engine(ctx.config.engine).solve(&program).ok()?;
+    (0..6)
+        .map(|i| {
+            let value = rows.value[i] + rows.row(i).iter().zip(&x).map(|(a, x)| a * x).sum::<f64>();
+            Violation {
+                constraint: ctx.constraint(rows.tag[i]),
+                amount: value.abs(),
+            }
+        })
+        .filter(|v| v.amount > CERTAIN)
+        .max_by(|a, b| a.amount.total_cmp(&b.amount))
+}
