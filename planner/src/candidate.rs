@@ -19,6 +19,8 @@ pub(crate) struct Candidate {
     pub change: Move,
     /// Contacts made plus contacts still to be made, as far as one can tell before solving.
     pub priority: f64,
+    /// Whether it failed at the first attempt and is tried again, from other starts.
+    pub again: bool,
 }
 
 /// One contact more or one less.
@@ -68,6 +70,7 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
             node: index,
             change: Move::Remove { patch },
             priority: made + greed * prepared.estimate(&after) + extras(extra),
+            again: false,
         });
     }
 
@@ -104,6 +107,7 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
                     yaw_rad,
                 },
                 priority: made + greed * prepared.estimate(&after) + extras(extra),
+                again: false,
             });
         }
     }
@@ -207,14 +211,25 @@ fn nearest_inside(
     if inside { *p } else { best.0 }
 }
 
-/// Solves the posture problem of a candidate; a pure function of the node and the move.
+/// Solves the posture problem of a candidate; a pure function of the node and the candidate.
 pub(crate) fn solve(
     prepared: &Prepared,
     node: &Node,
-    change: &Move,
+    candidate: &Candidate,
     config: &posture::Config,
 ) -> Result<(Vec<Contact>, Outcome), posture::Error> {
     let request = prepared.request;
+    let change = &candidate.change;
+    let restarts = if candidate.again {
+        prepared.config.posture_restarts
+    } else {
+        0
+    };
+    let config = &posture::Config {
+        restarts,
+        optimality: prepared.config.posture_optimality,
+        ..config.clone()
+    };
     let mut contacts: Vec<Contact> = node
         .contacts
         .iter()

@@ -19,6 +19,14 @@ pub struct Config {
     pub extra_contact_price: f64,
     /// Price of a metre beside the guide path, in contacts.
     pub aside_price_per_m: f64,
+    /// Attempts from other starts at a child whose posture was not found from its parent's, in
+    /// place of `posture.restarts`; they wait their turn on the frontier.
+    pub posture_restarts: usize,
+    /// Price of such a second try, in contacts.
+    pub again_price: f64,
+    /// How near to comfort the postures of the tree are brought, in place of
+    /// `posture.optimality`: what is left to gain is carried on to the children.
+    pub posture_optimality: f64,
     /// Contacts of one patch on one surface nearer than this count as the same, m.
     pub same_place_m: f64,
     /// Patches that are not used, by name or role.
@@ -34,6 +42,9 @@ impl Default for Config {
             greed: 2.0,
             extra_contact_price: 2.0,
             aside_price_per_m: 2.0,
+            posture_restarts: 1,
+            again_price: 3.0,
+            posture_optimality: 5e-3,
             same_place_m: 0.06,
             exclude: Vec::new(),
         }
@@ -50,6 +61,7 @@ impl Config {
             ("stride_m", self.stride_m),
             ("greed", self.greed),
             ("same_place_m", self.same_place_m),
+            ("posture_optimality", self.posture_optimality),
             ("nodes_max", self.nodes_max as f64),
             ("candidates_max", self.candidates_max as f64),
         ] {
@@ -62,6 +74,7 @@ impl Config {
             }
         }
         for (field, value) in [
+            ("again_price", self.again_price),
             ("extra_contact_price", self.extra_contact_price),
             ("aside_price_per_m", self.aside_price_per_m),
         ] {

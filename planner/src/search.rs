@@ -111,6 +111,13 @@ pub fn search(
                 }
             }
             Ok(_) => {}
+            Err(_) if !candidate.again && config.posture_restarts > 0 => {
+                search.put(Candidate {
+                    priority: candidate.priority + config.again_price,
+                    again: true,
+                    ..candidate
+                });
+            }
             Err(blocked) => {
                 tracing::debug!(
                     "node {}: {:?}: {}",
@@ -146,7 +153,7 @@ impl<'a> Search<'a> {
                 .collect();
             let (prepared, nodes, config) = (&self.prepared, &self.nodes, self.posture_config);
             let solve = |candidate: &Candidate| {
-                candidate::solve(prepared, &nodes[candidate.node], &candidate.change, config)
+                candidate::solve(prepared, &nodes[candidate.node], candidate, config)
             };
             let results: Vec<(Rank, Solved)> = if due.len() > 1 {
                 due.par_iter().map(|(rank, c)| (*rank, solve(c))).collect()
@@ -192,12 +199,17 @@ impl<'a> Search<'a> {
             }
         }
         for candidate in candidate::children(&self.prepared, index, &node) {
-            let rank = Rank::new(candidate.priority, self.counted);
-            self.counted += 1;
-            self.frontier.insert(rank, (candidate, None));
+            self.put(candidate);
         }
         self.nodes.push(node);
         Ok(None)
+    }
+
+    /// Puts a candidate on the frontier.
+    fn put(&mut self, candidate: Candidate) {
+        let rank = Rank::new(candidate.priority, self.counted);
+        self.counted += 1;
+        self.frontier.insert(rank, (candidate, None));
     }
 
     /// The node that is nearest to the goal.

@@ -26,8 +26,11 @@ pub struct Config {
     pub tolerance: f64,
     /// Largest number of SQP iterations from one start.
     pub max_iterations: usize,
-    /// Number of starts beside the given guess.
+    /// Number of attempts from other starts where the first fails.
     pub restarts: usize,
+    /// Part of the cost that may be left to gain at the end: small for the posture nearest to
+    /// comfort, large for a quick one.
+    pub optimality: f64,
     /// Largest change of a joint or of the base's rotation in one iteration, rad.
     pub step_max_rad: f64,
     /// Largest move of the base in one iteration, m.
@@ -73,7 +76,8 @@ impl Default for Config {
             patch_margin_m: 0.005,
             tolerance: 1e-5,
             max_iterations: 60,
-            restarts: 1,
+            restarts: 3,
+            optimality: 5e-2,
             step_max_rad: 0.4,
             step_max_m: 0.3,
             elastic_weight: 100.0,
@@ -128,6 +132,7 @@ impl Config {
         }
         for (field, value) in [
             ("tolerance", self.tolerance),
+            ("optimality", self.optimality),
             ("step_max_rad", self.step_max_rad),
             ("step_max_m", self.step_max_m),
             ("elastic_weight", self.elastic_weight),

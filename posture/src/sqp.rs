@@ -21,12 +21,11 @@ use crate::{cost, evaluate};
 const KEEP: f64 = 1e-3;
 /// Part of the promised reduction below which a step is corrected to second order.
 const CORRECT: f64 = 0.75;
-/// Promised reduction, over the cost, at which the search ends.
-const OPTIMAL: f64 = 5e-2;
 /// Cost that counts as nothing.
 const COST_FLOOR: f64 = 0.05;
-/// Damping of a step, 1/rad² and 1/m²: what the Gauss–Newton matrix leaves out.
-const DAMPING: f64 = 2.0;
+/// Damping of a step, 1/rad² and 1/m², where a tenth of the cost may be left: it stands for the
+/// curvature that the Gauss–Newton matrix leaves out, and falls with what may be left.
+const DAMPING: f64 = 2.8;
 /// Damping once the cost has little to gain and only the constraints are to be met.
 const CLOSING_DAMPING: f64 = 20.0;
 /// Sum of violations below which the constraints may be closed.
@@ -117,7 +116,11 @@ impl<'a> Sqp<'a> {
             let worst = self.rows.worst().map_or(0.0, |(_, amount)| amount);
 
             // The step, and what the linear model promises of it.
-            self.damp(if closing { CLOSING_DAMPING } else { DAMPING });
+            self.damp(if closing {
+                CLOSING_DAMPING
+            } else {
+                DAMPING * (10.0 * config.optimality).sqrt()
+            });
             let mut delta = match self.step(&it, trust) {
                 Ok(delta) => delta,
                 Err(failure) => {
@@ -132,7 +135,7 @@ impl<'a> Sqp<'a> {
             };
             let (model_cost, model_violation) = self.model(&delta);
             let promised = gamma * (violation - model_violation) - model_cost;
-            let little = OPTIMAL * (COST_FLOOR + cost);
+            let little = config.optimality * (COST_FLOOR + cost);
             if worst <= config.tolerance && promised < little {
                 return self.finish(&it, cost, "");
             }

@@ -33,7 +33,7 @@ pub(crate) fn start(ctx: &Context, k: usize) -> Configuration {
             .unwrap_or_else(|| problem.reference.clone()),
         _ => {
             let mut random = Random(k as u64);
-            let mut from = if k % 2 == 0 {
+            let mut from = if k.is_multiple_of(2) {
                 problem.reference.clone()
             } else {
                 problem.guess.clone()

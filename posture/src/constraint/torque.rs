@@ -84,13 +84,13 @@ impl Torques {
                 loaded[p] = true;
             }
         }
-        for b in 1..ctx.robot().bodies.len() {
+        for (b, &loaded) in loaded.iter().enumerate().skip(1) {
             let limit = ctx.robot().bodies[b].effort * ctx.config.torque_use;
             if ctx.layout.column[b].is_none() || !(limit > 0.0 && limit.is_finite()) {
                 continue;
             }
             let value = self.holding(ctx, it, b) / limit;
-            if value.abs() < WATCHED_USE && !loaded[b] {
+            if value.abs() < WATCHED_USE && !loaded {
                 continue;
             }
             let row = rows.push(Tag::Torque(b), value, -1.0, 1.0);
