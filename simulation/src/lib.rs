@@ -38,6 +38,8 @@ mod monitor;
 #[cfg(feature = "mujoco")]
 pub mod plant;
 
+#[cfg(all(test, feature = "mujoco"))]
+mod stepping;
 #[cfg(test)]
 mod testing;
 #[cfg(all(test, feature = "mujoco"))]

@@ -4,11 +4,15 @@
 use nalgebra::{DVector, Isometry3, Vector3};
 use robot_model::{GRAVITY_M_S2, Kinematics};
 
-use crate::config::{Config, Physics, Servo};
+use crate::config::{Config, Controller, Physics, Servo};
 use crate::dynamics::Dynamics;
+use crate::execution::{Executed, Unobserved, execute};
 use crate::hold::{Held, hold};
 use crate::mjcf::Scales;
+use crate::perturbation::{Kinds, Perturbation, Push};
 use crate::plant::{Plant, Side};
+use crate::playback::Playback;
+use crate::stepping::step_in_place;
 use crate::testing::{half_sitting, hrp2, standing};
 use crate::world::{WorldBody, WorldShape};
 
@@ -177,4 +181,84 @@ fn a_foot_half_over_the_edge_falls() {
     let config = Config::default();
     let held = hold(&robot, &floor(sole.x - 0.03), &stance, &config, None).expect("a run");
     assert!(!held.pass, "{:#?}", held.criteria);
+}
+
+/// Weight onto the right foot, the left one up and down, and back: a motion that the controllers
+/// have to execute within the criteria of plans.
+fn stepping(controller: Controller, perturbation: &Perturbation) -> Executed {
+    let robot = hrp2();
+    let playback = Playback::new(&robot, step_in_place(&robot), 0.0).expect("a motion");
+    let config = Config {
+        controller,
+        ..Config::default()
+    };
+    let world = floor(5.0);
+    execute(
+        &robot,
+        &world,
+        &playback,
+        &config,
+        perturbation,
+        &mut Unobserved,
+    )
+    .expect("a run")
+}
+
+#[test]
+fn a_step_in_place_is_executed() {
+    for controller in [Controller::WholeBody, Controller::Servo] {
+        let run = stepping(controller, &Perturbation::default());
+        assert!(run.pass, "{controller:?}: {:#?}", run.criteria);
+    }
+}
+
+#[test]
+fn a_step_in_place_survives_other_mass_friction_and_pushes() {
+    for (mass, angle) in [(0.95_f64, 0.7_f64), (1.05, 3.9)] {
+        let push = |t_s: f64| Push {
+            t_s,
+            duration_s: 0.2,
+            force_W: [60.0 * angle.cos(), 60.0 * angle.sin(), 0.0],
+        };
+        let run = stepping(
+            Controller::WholeBody,
+            &Perturbation {
+                friction_factor: Some(0.75),
+                mass_factor: Some(mass),
+                shifts_W: Vec::new(),
+                pushes: vec![push(1.0), push(3.2)],
+            },
+        );
+        assert_eq!(run.fell_s, None, "{:#?}", run.criteria);
+        assert!(run.pass, "{:#?}", run.criteria);
+    }
+}
+
+#[test]
+fn a_push_that_is_too_strong_fells_and_is_reported() {
+    let push = Push {
+        t_s: 3.0,
+        duration_s: 0.4,
+        force_W: [0.0, -400.0, 0.0],
+    };
+    let run = stepping(
+        Controller::WholeBody,
+        &Perturbation {
+            pushes: vec![push],
+            ..Perturbation::default()
+        },
+    );
+    assert!(!run.pass);
+    assert!(run.fell_s.is_some_and(|t| t > 3.0 && t < 5.0), "{run:#?}");
+    assert!(run.cause.is_some_and(|cause| cause.contains("fell")));
+}
+
+#[test]
+fn the_world_is_displaced_as_drawn() {
+    let normals = [Some(Vector3::z())];
+    let spread = Config::default().perturbation;
+    let drawn = Perturbation::draw(3, 0, &spread, Kinds::ALL, &normals, 6.5);
+    let moved = drawn.applied(&floor(5.0));
+    let lift = moved[0].corners_W()[7].z;
+    assert!((lift - drawn.shifts_W[0][2]).abs() < 1e-12 && lift != 0.0);
 }
