@@ -115,6 +115,8 @@ pub struct WholeBody {
     pub contact_damping: f64,
     /// Weight of the distance of the corner forces from those of the plan, 1/N².
     pub force_weight: f64,
+    /// Part of the coefficients of friction that the controller counts on: what plans use.
+    pub friction_use: f64,
     /// Distance by which the corners, at which forces act, lie inside the patch, m.
     pub corner_inset_m: f64,
     /// Speed at which a patch that should touch and does not is moved on toward its place, m/s.
@@ -149,6 +151,7 @@ impl Default for WholeBody {
             contact_weight: 1e4,
             contact_damping: 20.0,
             force_weight: 1e-4,
+            friction_use: 0.8,
             corner_inset_m: 0.01,
             search_speed_m_s: 0.05,
             touch_n: 5.0,

@@ -14,6 +14,10 @@ use crate::world::WorldBody;
 
 /// A touched point is the patch's where it is this near to its plane and polygon, m.
 const NEAR_M: f64 = 0.010;
+/// A patch in the air that touches this near to where it is to be put down has landed early, m.
+const LANDING_M: f64 = 0.030;
+/// Contacts that press less are not felt, N: parallel faces that graze come and go with rounding.
+const FELT_N: f64 = 1.0;
 /// And where the contact's normal is this near to the patch's, cos 20°; at a steeper angle it is
 /// the edge of the sole that meets a riser.
 const ALONG: f64 = 0.94;
@@ -198,7 +202,7 @@ impl<'a> Monitor<'a> {
                         .penetration_m
                         .see(touch.depth_m, || format!("{name} at {:.2} s", seen.t_s));
                 }
-                None if touch.depth_m >= 0.0 => self.see_unplanned(touch, seen.t_s),
+                None if touch.force_W.norm() >= FELT_N => self.see_unplanned(touch, seen.t_s),
                 None => {}
             }
         }
@@ -212,15 +216,21 @@ impl<'a> Monitor<'a> {
         };
         let body = self.robot.collision.shapes()[touch.shape].body;
         for (index, patch) in self.robot.patches.iter().enumerate() {
-            let timely = self.closures.iter().any(|closure| {
-                closure.patch == index
-                    && seen.t_s >= closure.start_s - self.grace_s
-                    && seen.t_s <= closure.end_s + self.grace_s
-            });
-            if patch.body != body || !timely {
+            if patch.body != body {
                 continue;
             }
             let X_WC = self.kinematics.X_WC(patch);
+            let timely = self.closures.iter().any(|closure| {
+                let soon = seen.t_s < closure.start_s
+                    && seen.wanted.swing == Some(index)
+                    && (X_WC.translation.vector - closure.place_W).norm() <= LANDING_M;
+                closure.patch == index
+                    && (soon || seen.t_s >= closure.start_s - self.grace_s)
+                    && seen.t_s <= closure.end_s + self.grace_s
+            });
+            if !timely {
+                continue;
+            }
             let p_C = X_WC.inverse_transform_vector(&(touch.p_W - X_WC.translation.vector));
             let (near, normal_W) = match (patch.point_radius_m(), &self.polygons[index]) {
                 (Some(radius), _) => ((p_C.norm() - radius).abs() <= NEAR_M, touch.normal_W),

@@ -1,4 +1,7 @@
 //! When which patch is to touch.
+#![allow(non_snake_case)]
+
+use nalgebra::Vector3;
 
 use crate::course::{Course, Wanted};
 
@@ -7,6 +10,8 @@ use crate::course::{Course, Wanted};
 pub struct Closure {
     /// Index of the robot's patch.
     pub patch: usize,
+    /// Where its frame C is to be, in W, m.
+    pub place_W: Vector3<f64>,
     /// From when, s.
     pub start_s: f64,
     /// Until when, s; infinite where it stays closed to the end.
@@ -40,6 +45,7 @@ pub fn closures(course: &impl Course, start: &Wanted, load_n: f64) -> Vec<Closur
             let index = known.copied().unwrap_or_else(|| {
                 all.push(Closure {
                     patch: contact.patch,
+                    place_W: contact.X_WC.translation.vector,
                     start_s: t,
                     end_s: f64::INFINITY,
                     loaded_from_s: None,
