@@ -288,8 +288,7 @@ impl<'a> WholeBodyController<'a> {
         }
         let mut at = nv;
         for contact in closed {
-            let mu =
-                contact.friction * self.config.friction_use * std::f64::consts::FRAC_1_SQRT_2;
+            let mu = contact.friction * self.config.friction_use * std::f64::consts::FRAC_1_SQRT_2;
             for _ in 0..self.corners[contact.patch].count() {
                 for axis in 0..2 {
                     for sign in [1.0, -1.0] {
