@@ -45,7 +45,6 @@ pub fn perceive(
                 } else {
                     String::new()
                 };
-                let config = &config.perception;
                 extract(
                     source,
                     &prefix,
@@ -106,14 +105,14 @@ fn extract(
     source: &ScanSource,
     prefix: &str,
     files: &Files,
-    config: &perception::Config,
+    config: &Config,
     stages: &mut Stages,
     inputs: &mut Inputs,
     perceived: &mut Perceived,
 ) -> Result<()> {
     let (scan, X_WV, name) = read_scan(source, files, stages, inputs)?;
     let extraction = stages
-        .measure("perception", || perception::extract(&scan, &X_WV, config))
+        .measure("perception", || perception::extract(&scan, &X_WV, &config.perception))
         .with_context(|| name.to_owned())?;
     let counts = &extraction.statistics;
     perceived.notes.push(format!(
@@ -129,7 +128,7 @@ fn extract(
             if let Some(face) = &mut surface.face {
                 face.insert_str(0, prefix);
             }
-            surface
+            surfaces::level::leveled(surface, &config.surfaces.level)
         }));
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{mesh, role, thin_body};
+use crate::{level, mesh, role, thin_body};
 
 /// Every setting of the crate; the defaults work.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -10,6 +10,8 @@ use crate::{mesh, role, thin_body};
 pub struct Config {
     /// How deep the bodies behind surfaces are.
     pub body: thin_body::Config,
+    /// How strongly scanned faces that may be level are taken to be.
+    pub level: level::Config,
     /// How a mesh is taken apart.
     pub mesh: mesh::Config,
     /// Which surfaces serve which role.

@@ -15,6 +15,7 @@
 //! | n_l, b_l | convex polygons: checks, hull, clip, inset, simplification | [`polygon`] |
 //! | n_l · p_k − b_l | the patch inside the surface, its derivatives, where it fits | [`inclusion`] |
 //! | σ² = gᵀ Σ g | from a plane's covariance to an inset | [`covariance`] |
+//! | Σ Hᵀ S⁻¹ h | what "it is level" adds to a plane | [`level`] |
 //! | p − t z_S | the body behind a surface and how deep it can be | [`thin_body`] |
 //! | acos(z_S · u) | which surface serves a foot, a hand | [`role`] |
 //! | ∪ P_i ⊂ F | a face with holes as few large convex pieces | [`cover`] |
@@ -28,6 +29,7 @@ pub mod covariance;
 pub mod cover;
 mod error;
 pub mod inclusion;
+pub mod level;
 pub mod mesh;
 mod obstacle;
 pub mod polygon;

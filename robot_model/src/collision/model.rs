@@ -77,12 +77,13 @@ pub struct CollisionModel {
     shapes: Vec<Shape>,
     bounds: Vec<(Point3<f64>, Vector3<f64>)>,
     pairs: Vec<(usize, usize)>,
+    /// Pairs joined by bodies that have no shape.
+    joined: Vec<(usize, usize)>,
 }
 
 impl CollisionModel {
     /// The shapes on `bodies`, watching each pair of them but those of one body and those of
-    /// neighbours: parent and child, or joined by bodies that have no shape (the inner links of
-    /// a universal joint).
+    /// parent and child.
     pub fn new(shapes: Vec<Shape>, bodies: &[Body]) -> Self {
         let mut has_shape = vec![false; bodies.len()];
         for shape in &shapes {
@@ -101,14 +102,20 @@ impl CollisionModel {
                 }
             });
         }
-        let neighbour = |body: usize| above.get(body).copied().flatten();
-        let mut pairs = Vec::new();
+        let above = |body: usize| above.get(body).copied().flatten();
+        let parent = |body: usize| bodies.get(body).and_then(|b| b.parent);
+        let either = |of: &dyn Fn(usize) -> Option<usize>, a: usize, b: usize| {
+            of(a) == Some(b) || of(b) == Some(a)
+        };
+        let (mut pairs, mut joined) = (Vec::new(), Vec::new());
         for (i, first) in shapes.iter().enumerate() {
             for (j, second) in shapes.iter().enumerate().skip(i + 1) {
-                let neighbours = neighbour(first.body) == Some(second.body)
-                    || neighbour(second.body) == Some(first.body);
-                if first.body != second.body && !neighbours {
+                let (a, b) = (first.body, second.body);
+                if a != b && !either(&parent, a, b) {
                     pairs.push((i, j));
+                    if either(&above, a, b) {
+                        joined.push((i, j));
+                    }
                 }
             }
         }
@@ -117,6 +124,7 @@ impl CollisionModel {
             shapes,
             bounds,
             pairs,
+            joined,
         }
     }
 
@@ -140,6 +148,21 @@ impl CollisionModel {
         });
     }
 
+    /// Stops watching the pairs that are joined by nothing but bodies without shape (the inner
+    /// links of a universal joint) and overlap all the same: they are neighbours.
+    pub(crate) fn disable_overlapping_neighbours(&mut self, kinematics: &Kinematics) {
+        let mut near = Vec::new();
+        self.near(kinematics, 0.0, &self.joined, &mut near);
+        let overlapping: Vec<(usize, usize)> = near
+            .iter()
+            .filter_map(|p| match p.b {
+                Other::Shape(b) => Some((p.a.shape, b.shape)),
+                Other::Obstacle(_) => None,
+            })
+            .collect();
+        self.pairs.retain(|pair| !overlapping.contains(pair));
+    }
+
     /// Pose of a shape's frame.
     pub fn X_WG(&self, kinematics: &Kinematics, shape: usize) -> Isometry3<f64> {
         kinematics.X_WB[self.shapes[shape].body] * self.shapes[shape].X_BG
@@ -154,8 +177,18 @@ impl CollisionModel {
         prediction_m: f64,
         out: &mut Vec<Proximity>,
     ) {
+        self.near(kinematics, prediction_m, &self.pairs, out);
+    }
+
+    fn near(
+        &self,
+        kinematics: &Kinematics,
+        prediction_m: f64,
+        pairs: &[(usize, usize)],
+        out: &mut Vec<Proximity>,
+    ) {
         let placed = self.place(kinematics);
-        for &(i, j) in &self.pairs {
+        for &(i, j) in pairs {
             let ((X_WA, box_a), (X_WB, box_b)) = (&placed[i], &placed[j]);
             if box_a.is_farther_than(box_b, prediction_m) {
                 continue;

@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::collision::CollisionModel;
-use crate::{Config, Error, Robot};
+use crate::{Config, Error, Kinematics, Robot};
 
 /// The files that make up a robot.
 #[derive(Clone, Debug, Default)]
@@ -142,6 +142,8 @@ fn assemble(texts: &Texts, meshes: &MeshSource, config: &Config) -> Result<Robot
     if let Some((file, text)) = &texts.contacts {
         robot.patches = contacts::read(file, text, &robot)?;
     }
+    let resting = Kinematics::new(&robot, &robot.resting());
+    robot.collision.disable_overlapping_neighbours(&resting);
     // Overlap at rest is a flaw of the shapes, not of the posture.
     let overlapping = robot.colliding_pairs(&robot.resting());
     if config.disable_colliding_at_rest {
