@@ -10,9 +10,10 @@
 //! | what robust runs change | [`perturbation`] |
 //! | what was measured against what is allowed | [`criteria`] |
 //! | does a stance hold, is a motion executed | `hold`, `execution` (feature `mujoco`) |
+//! | pictures | `picture` (feature `render`) |
 //!
 //! The controllers know the robot as it was planned with; the simulated one may differ in mass,
-//! friction and surroundings. Only `plant.rs` knows MuJoCo.
+//! friction and surroundings. Only `plant.rs` and `picture.rs` know MuJoCo.
 
 pub mod config;
 mod corners;
@@ -35,6 +36,8 @@ pub mod execution;
 pub mod hold;
 #[cfg(feature = "mujoco")]
 mod monitor;
+#[cfg(feature = "render")]
+pub mod picture;
 #[cfg(feature = "mujoco")]
 pub mod plant;
 

@@ -98,6 +98,10 @@ impl Text {
 /// The hulls, as meshes of which MuJoCo takes the hull.
 fn assets(xml: &mut Text, robot: &Robot, world: &[WorldBody]) {
     xml.line("<asset>");
+    xml.line(
+        "<texture type=\"skybox\" builtin=\"gradient\" rgb1=\"0.72 0.8 0.9\" rgb2=\"1 1 1\" \
+         width=\"64\" height=\"384\"/>",
+    );
     let mut mesh = |name: String, points: &[Point3<f64>]| {
         let mut vertices = String::new();
         for p in points {

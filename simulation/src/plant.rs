@@ -198,4 +198,10 @@ impl<'a> Plant<'a> {
     pub fn robot(&self) -> &'a Robot {
         self.robot
     }
+
+    /// MuJoCo's data, for pictures.
+    #[cfg(feature = "render")]
+    pub(crate) fn data_mut(&mut self) -> &mut MjData<Box<MjModel>> {
+        &mut self.data
+    }
 }

@@ -39,6 +39,9 @@ pub struct Args {
     /// Where the results go (default: simulation.json beside the plan); the trace goes beside it
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
+    /// Draw the executed motion into a folder, 25 pictures a second (needs the feature `render`)
+    #[arg(long, value_name = "DIR")]
+    frames: Option<PathBuf>,
 }
 
 /// Which bodies stand in the simulated world.
@@ -79,7 +82,7 @@ pub fn run(_args: &Args, _global: &Global, _out: &mut dyn Write) -> Result<Statu
     anyhow::bail!(
         "this program was built without the physics simulation. In a checkout of the source:\n  \
          scripts/fetch-mujoco                        (fetches MuJoCo {} from PyPI, 10 MB)\n  \
-         cargo build --release --features mujoco",
+         cargo build --release --features mujoco     (mujoco,render for pictures)",
         simulation::MUJOCO_VERSION
     )
 }
@@ -115,6 +118,9 @@ mod simulated {
 
     /// Time between two rows of the trace, s.
     const TRACE_EVERY_S: f64 = 0.01;
+    /// Time between two pictures, s.
+    #[cfg(feature = "render")]
+    const FRAME_EVERY_S: f64 = 0.04;
 
     pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
         let plan = plan_file::open(&args.plan)?;
@@ -162,7 +168,14 @@ mod simulated {
             report.motion_sha256 = Some(sha256);
             let playback = Playback::new(&robot, motion, plan.required.com_m)?;
             let trace_file = output.with_extension("csv");
-            let executed = plain(&robot, &world, &playback, &config, &trace_file)?;
+            let executed = plain(
+                &robot,
+                &world,
+                &playback,
+                &config,
+                args.frames.as_deref(),
+                &trace_file,
+            )?;
             let title = "executed as planned";
             write!(out, "{}", table::of_run(title, &executed.criteria))?;
             report.pass &= executed.pass;
@@ -185,19 +198,60 @@ mod simulated {
         })
     }
 
-    /// The run as planned, with its trace.
+    /// The run as planned, with its trace and pictures.
     fn plain(
         robot: &Robot,
         world: &[WorldBody],
         playback: &Playback,
         config: &simulation::Config,
+        frames: Option<&Path>,
         trace_file: &Path,
     ) -> Result<Executed> {
         let mut trace = Trace::new(robot, TRACE_EVERY_S);
         let undisturbed = Perturbation::default();
-        let executed = execute(robot, world, playback, config, &undisturbed, &mut trace)?;
+        let executed = match frames {
+            None => execute(robot, world, playback, config, &undisturbed, &mut trace)?,
+            Some(folder) => {
+                drawn(robot, world, playback, config, folder, &mut trace).context("--frames")?
+            }
+        };
         output::write(trace_file, trace.text().as_bytes())?;
         Ok(executed)
+    }
+
+    #[cfg(feature = "render")]
+    fn drawn(
+        robot: &Robot,
+        world: &[WorldBody],
+        playback: &Playback,
+        config: &simulation::Config,
+        folder: &Path,
+        trace: &mut Trace,
+    ) -> Result<Executed> {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        let mut pictures = simulation::picture::Pictures::new(folder, FRAME_EVERY_S);
+        let mut both = (trace, &mut pictures);
+        let undisturbed = Perturbation::default();
+        Ok(execute(
+            robot,
+            world,
+            playback,
+            config,
+            &undisturbed,
+            &mut both,
+        )?)
+    }
+
+    #[cfg(not(feature = "render"))]
+    fn drawn(
+        _: &Robot,
+        _: &[WorldBody],
+        _: &Playback,
+        _: &simulation::Config,
+        _: &Path,
+        _: &mut Trace,
+    ) -> Result<Executed> {
+        bail!("this program was built without pictures: build it with --features render")
     }
 
     fn beside(plan: &Path, name: &str) -> PathBuf {
