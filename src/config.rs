@@ -25,6 +25,8 @@ pub struct Config {
     pub robot_model: robot_model::Config,
     /// From a contact set to a posture.
     pub posture: posture::Config,
+    /// The motion between stances.
+    pub motion: motion::Config,
     /// The search.
     pub planner: planner::Config,
     /// The physics simulation, its controllers and criteria.

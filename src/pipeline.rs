@@ -4,7 +4,8 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result};
-use planner::plan::{PLAN_FORMAT, Plan, RequiredMargins, RobotSummary};
+use motion::Motion;
+use planner::plan::{MotionFile, PLAN_FORMAT, Plan, RequiredMargins, RobotSummary};
 use planner::{Answer, Blocked, Progress, Request, Status};
 use posture::Environment;
 use robot_model::Robot;
@@ -12,12 +13,15 @@ use surfaces::SurfaceSet;
 
 use crate::config::Config;
 use crate::environment::{self, Perceived};
-use crate::provenance::Inputs;
-use crate::report::{Report, Stages, peak_memory_mb};
+use crate::provenance::{self, Inputs};
+use crate::report::{Clock, Report, Stages, peak_memory_mb};
 use crate::scene::Scene;
 use crate::start::{self, ground};
 use crate::verify::{self, Certificate};
 use crate::{goal, roles, threads};
+
+/// Name of the file of a plan's motion, in the plan's folder.
+pub const MOTION_FILE: &str = "motion.json";
 
 /// How a plan is computed, beside what.
 pub struct Manner<'a> {
@@ -36,6 +40,10 @@ pub struct Planned {
     pub status: Status,
     /// The plan, or the way to the contact set nearest to the goal where there is none.
     pub plan: Plan,
+    /// The motion between its stances, where there is one.
+    pub motion: Option<Motion>,
+    /// The motion as it is written: the bytes that the plan's hash is of.
+    pub motion_json: Vec<u8>,
     /// The verifier's verdict on it.
     pub certificate: Certificate,
     /// What blocks the way, nearest to the goal first; empty where a plan was found.
@@ -116,7 +124,8 @@ pub fn plan(
     let usable = roles::usable(&robot, &set, &ground.contacts, &config.surfaces.roles);
     let goal_record = goal::record(&goal, &robot, &set);
 
-    // Request → stances.
+    // Request → stances and the motion between them.
+    let clock = Clock::new();
     let (environment, answer) = pool.install(|| {
         stages.measure("planning", || {
             let environment = Environment::new(&set, config.surfaces.body.thickness_m)?;
@@ -132,17 +141,37 @@ pub fn plan(
                 usable,
                 reference: stand.configuration.clone(),
             };
-            let progress = |progress| (manner.progress)(&progress);
+            let progress = |progress: Progress| {
+                clock.note(progress.stage);
+                (manner.progress)(&progress);
+            };
             let answer = planner::search(
                 &request,
                 &config.planner,
                 &config.posture,
+                &config.motion,
                 &progress,
                 manner.cancel,
             )?;
             anyhow::Ok((environment, answer))
         })
     })?;
+    stages.split("planning", "motion", clock.motion_ms());
+
+    // Motion → file, and the plan that names it.
+    let mut motion_json = Vec::new();
+    let motion_file = match &answer.motion {
+        Some(motion) => {
+            motion_json = stages.measure("writing", || serde_json::to_vec(motion))?;
+            Some(MotionFile {
+                file: MOTION_FILE.to_owned(),
+                sha256: provenance::sha256(&motion_json),
+                duration_s: motion.duration_s(),
+                samples: motion.samples.len(),
+            })
+        }
+        None => None,
+    };
 
     // Stances → plan, and the verdict of code that shares nothing with the search.
     let plan = Plan {
@@ -163,19 +192,28 @@ pub fn plan(
         required: required(&config.posture),
         goal: goal_record,
         stances: planner::record::stances(&robot, &environment, &answer.path),
+        motion: motion_file,
         search: answer.summary.clone(),
     };
-    let certificate = stages.measure("verify", || {
-        verify::verify(&plan, &robot, &verify::Options::default())
+    let certificate = pool.install(|| {
+        stages.measure("verify", || {
+            let options = verify::Options::default();
+            verify::verify_with(&plan, answer.motion.as_ref(), &robot, &options)
+        })
     });
 
     let report = report(&answer, &plan, stages, pool.current_num_threads());
     let Answer {
-        status, blocked, ..
+        status,
+        blocked,
+        motion,
+        ..
     } = answer;
     Ok(Planned {
         status,
         plan,
+        motion,
+        motion_json,
         certificate,
         blocked,
         extracted,
@@ -226,6 +264,7 @@ fn report(answer: &Answer, plan: &Plan, stages: Stages, threads: usize) -> Repor
         } else {
             0
         },
+        motion_s: plan.motion.as_ref().map_or(0.0, |m| m.duration_s),
         threads,
         peak_memory_mb: peak_memory_mb(),
     }

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use motion::Motion;
 use planner::plan::{PLAN_FORMAT, Plan};
 use robot_model::Robot;
 
-use crate::provenance::{Inputs, read};
+use crate::provenance::{Inputs, read, sha256};
 use crate::robot_files::RobotFiles;
 
 /// Reads a plan.
@@ -24,6 +25,32 @@ pub fn open(path: &Path) -> Result<Plan> {
         None => bail!("{name}: not a plan: there is no \"format\""),
     }
     serde_json::from_slice(&bytes).with_context(|| format!("{name}: not a plan"))
+}
+
+/// Reads the motion that a plan names, from the plan's folder.
+///
+/// # Errors
+/// A name that leads elsewhere; a file that cannot be read, is not the one that the plan was
+/// written with, or is no motion.
+pub fn open_motion(path: &Path, plan: &Plan) -> Result<Option<Motion>> {
+    let Some(named) = &plan.motion else {
+        return Ok(None);
+    };
+    if Path::new(&named.file).file_name() != Some(named.file.as_ref()) {
+        bail!(
+            "{}: the motion's name {:?} is a path",
+            path.display(),
+            named.file
+        );
+    }
+    let file = path.with_file_name(&named.file);
+    let bytes = read("motion", &file)?;
+    if sha256(&bytes) != named.sha256 {
+        bail!("{}: changed since the plan was made", file.display());
+    }
+    let motion = serde_json::from_slice(&bytes)
+        .with_context(|| format!("{}: not a motion", file.display()))?;
+    Ok(Some(motion))
 }
 
 /// The robot's files, where the plan does not name them or they have moved.

@@ -1,8 +1,10 @@
 //! What a run took: the stages' times, the search's size, memory.
 
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
+use planner::Stage;
 use serde::Serialize;
 
 /// The content of `report.json`.
@@ -18,6 +20,8 @@ pub struct Report {
     pub nodes_expanded: usize,
     /// Contact sets on the path, the start included; 0 without a plan.
     pub path_stances: usize,
+    /// How long the motion of the plan takes, s; 0 without one.
+    pub motion_s: f64,
     /// Threads that the search used.
     pub threads: usize,
     /// Largest resident memory of the process so far, MB (10⁶ bytes), where the system tells.
@@ -38,6 +42,61 @@ impl Stages {
         let result = work();
         *self.ms.entry(stage.to_owned()).or_default() += begin.elapsed().as_secs_f64() * 1e3;
         result
+    }
+}
+
+impl Stages {
+    /// Takes a part of a stage's time out of it and gives it to another.
+    pub fn split(&mut self, whole: &str, part: &str, ms: f64) {
+        *self.ms.entry(whole.to_owned()).or_default() -= ms;
+        *self.ms.entry(part.to_owned()).or_default() += ms;
+    }
+}
+
+/// What the planner's time goes to, from its own progress.
+#[derive(Debug)]
+pub struct Clock {
+    /// Time spent on motions so far, and since when it looks for one.
+    state: Mutex<(Duration, Option<Instant>)>,
+}
+
+impl Clock {
+    /// Nothing spent yet.
+    pub fn new() -> Self {
+        Self {
+            state: Mutex::new((Duration::ZERO, None)),
+        }
+    }
+
+    /// Notes what the planner does from now on.
+    pub fn note(&self, stage: Stage) {
+        let mut state = self.lock();
+        match (stage, state.1) {
+            (Stage::Motion, None) => state.1 = Some(Instant::now()),
+            (Stage::Search, Some(since)) => {
+                state.0 += since.elapsed();
+                state.1 = None;
+            }
+            _ => {}
+        }
+    }
+
+    /// Time spent on motions, ms.
+    pub fn motion_ms(&self) -> f64 {
+        self.lock().0.as_secs_f64() * 1e3
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, (Duration, Option<Instant>)> {
+        // A poisoned lock only means that another thread panicked while it noted.
+        self.state
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self::new()
     }
 }
 

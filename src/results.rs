@@ -7,7 +7,7 @@ use planner::Status;
 
 use crate::export::{self, Format};
 use crate::output;
-use crate::pipeline::Planned;
+use crate::pipeline::{MOTION_FILE, Planned};
 use crate::view::{self, ViewInput};
 
 /// The way to the contact set nearest to the goal, where there is no plan.
@@ -15,7 +15,13 @@ const PARTIAL: &str = "partial_plan.json";
 /// A plan that the verifier does not pass.
 const REJECTED: &str = "rejected_plan.json";
 /// Files that are there only after a success.
-const OF_SUCCESS: [&str; 4] = ["plan.json", "contacts.yaml", "plan.csv", "certificate.json"];
+const OF_SUCCESS: [&str; 5] = [
+    "plan.json",
+    MOTION_FILE,
+    "contacts.yaml",
+    "plan.csv",
+    "certificate.json",
+];
 
 /// Writes everything that came of a scene; a plan under the name of one only if it was found and
 /// passes the verifier.
@@ -34,6 +40,10 @@ pub fn write(folder: &Path, planned: &Planned) -> Result<()> {
     let plan = &planned.plan;
     let found = planned.status == Status::Found;
     if found && planned.certificate.pass {
+        // The motion first: a plan never names a file that is not there.
+        if planned.motion.is_some() {
+            output::write(&folder.join(MOTION_FILE), &planned.motion_json)?;
+        }
         output::write_json(&folder.join("plan.json"), plan)?;
         for (name, format) in [
             ("contacts.yaml", Format::MccYaml),

@@ -34,6 +34,13 @@ pub fn print(planned: &Planned, out: &mut dyn Write) -> std::io::Result<()> {
         planned.plan.search.candidates_solved,
         report.threads
     )?;
+    if let Some(motion) = &planned.plan.motion {
+        writeln!(
+            out,
+            "motion: {:.1} s in {} samples",
+            motion.duration_s, motion.samples
+        )?;
+    }
     let stages: Vec<String> = report
         .stages_ms
         .iter()

@@ -176,6 +176,11 @@ fn the_verifier_shares_nothing_with_the_solver() {
         uses("src/verify", "posture", &[]),
         // The plan's file format is data.
         uses("src/verify", "planner", &["planner::plan::"]),
+        uses(
+            "src/verify",
+            "motion",
+            &["motion::record::", "motion::check("],
+        ),
     ]
     .concat();
     assert!(

@@ -119,6 +119,7 @@ fn plan(
             contacts: Vec::new(),
         },
         stances,
+        motion: None,
         search: SearchSummary {
             nodes_generated: 1,
             nodes_expanded: 0,

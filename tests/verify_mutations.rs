@@ -14,9 +14,12 @@ fn the_hand_made_plan_passes() {
     let table = certificate.table();
     println!("{table}");
     assert!(certificate.pass, "{table}");
-    // Nothing passes for want of being looked at: every check has been made.
+    // Nothing passes for want of being looked at: every check has been made, but those of a motion,
+    // which this plan has not.
     let made: Vec<Check> = certificate.summary.iter().map(|s| s.check).collect();
-    assert_eq!(made, Check::ALL, "{table}");
+    let all = Check::ALL.into_iter();
+    let wanted: Vec<Check> = all.filter(|c| !c.name().starts_with("motion_")).collect();
+    assert_eq!(made, wanted, "{table}");
 }
 
 #[test]

@@ -21,6 +21,12 @@ pub enum Error {
         /// Where, and what is wrong.
         cause: String,
     },
+    /// Two stances that do not follow on each other by one contact.
+    #[error("the stances do not follow on each other: {cause}")]
+    Pair {
+        /// Which contact, and why.
+        cause: String,
+    },
     /// A posture problem on the way could not be posed.
     #[error(transparent)]
     Posture(#[from] posture::Error),

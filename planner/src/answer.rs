@@ -29,6 +29,17 @@ pub struct Progress {
     pub solved: usize,
     /// Distance still to go along the guide path from the best contact set, m.
     pub best_distance_m: f64,
+    /// What is done next.
+    pub stage: Stage,
+}
+
+/// What the planner does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// It searches for a sequence of contact sets.
+    Search,
+    /// It looks for the motions between the stances of a sequence that it found.
+    Motion,
 }
 
 /// A contact change that could not be made.
@@ -62,6 +73,8 @@ pub struct Answer {
     pub status: Status,
     /// The stances to the goal, or to the best contact set where there is no plan.
     pub path: Vec<PathStance>,
+    /// The motion along the path, where there is a plan of more than one stance.
+    pub motion: Option<motion::Motion>,
     /// Counts.
     pub summary: SearchSummary,
     /// What blocks the way, nearest to the goal first; empty where a plan was found.

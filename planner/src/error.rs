@@ -44,4 +44,7 @@ pub enum Error {
     /// A posture problem could not be posed.
     #[error(transparent)]
     Posture(#[from] posture::Error),
+    /// A motion could not be asked for.
+    #[error(transparent)]
+    Motion(#[from] motion::Error),
 }

@@ -13,15 +13,19 @@
 //! | which contact changes could be made, and at what price | `candidate` |
 //! | the tree and its order | [`search`](mod@search) |
 //! | which contacts the way can do without | `shorten` |
+//! | what is done with a way that reaches the goal | `conclude` |
+//! | the motions between its stances | `motions` |
 //! | what is written | [`plan`], [`record`] |
 
 pub mod answer;
 mod candidate;
+mod conclude;
 mod config;
 mod error;
 mod goal;
 mod grow;
 pub mod guide;
+mod motions;
 mod node;
 pub mod plan;
 pub mod record;
@@ -29,7 +33,7 @@ pub mod request;
 pub mod search;
 mod shorten;
 
-pub use answer::{Answer, Blocked, PathStance, Progress, Status};
+pub use answer::{Answer, Blocked, PathStance, Progress, Stage, Status};
 pub use config::Config;
 pub use error::Error;
 pub use guide::Guide;

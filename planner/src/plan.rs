@@ -41,8 +41,25 @@ pub struct Plan {
     pub goal: GoalRecord,
     /// The stances, start first.
     pub stances: Vec<Stance>,
+    /// The motion between the stances, in a file beside the plan's; none where there is no plan.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<MotionFile>,
     /// What the search did.
     pub search: SearchSummary,
+}
+
+/// The file that holds the motion of a plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotionFile {
+    /// Its name, in the folder of the plan.
+    pub file: String,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+    /// How long the motion takes, s.
+    pub duration_s: f64,
+    /// Number of samples.
+    pub samples: usize,
 }
 
 /// Name and version of a program.

@@ -6,20 +6,20 @@
 //! results are taken in the same order, so the tree is the same on any number of threads.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use motion::Setting;
 use posture::{Contact, Outcome, Posture};
 use rayon::prelude::*;
 
-use crate::answer::{Answer, Blocked, PathStance, Progress, Status};
+use crate::answer::{Answer, Blocked, Progress, Stage, Status};
 use crate::candidate::{self, Candidate};
 use crate::goal::{Attempt, try_goal};
 use crate::grow;
+use crate::motions::Motions;
 use crate::node::{Node, key};
-use crate::plan::{Change, SearchSummary};
+use crate::plan::SearchSummary;
 use crate::request::{Prepared, Request};
-use crate::shorten::shorten;
 use crate::{Config, Error};
 
 /// Order of the frontier: priority, then the number of the candidate.
@@ -35,16 +35,19 @@ impl Rank {
 
 type Solved = Result<(Vec<Contact>, Outcome), posture::Error>;
 
-struct Search<'a> {
-    prepared: Prepared<'a>,
-    posture_config: &'a posture::Config,
-    nodes: Vec<Node>,
+pub(crate) struct Search<'a> {
+    pub prepared: Prepared<'a>,
+    pub posture_config: &'a posture::Config,
+    pub motions: Motions<'a>,
+    pub nodes: Vec<Node>,
+    /// Nodes that no motion leads to, by index.
+    pub dead: BTreeSet<usize>,
     frontier: BTreeMap<Rank, (Candidate, Option<Solved>)>,
     counted: usize,
     seen: BTreeSet<Vec<(usize, usize, [i64; 3])>>,
-    blocked: Vec<Blocked>,
+    pub blocked: Vec<Blocked>,
     expanded: BTreeSet<usize>,
-    solved: usize,
+    pub solved: usize,
 }
 
 /// Searches for a sequence of stances from the start to the goal.
@@ -61,14 +64,23 @@ pub fn search(
     request: &Request,
     config: &Config,
     posture_config: &posture::Config,
+    motion_config: &motion::Config,
     progress: &(dyn Fn(Progress) + Sync),
     cancel: &AtomicBool,
 ) -> Result<Answer, Error> {
     let prepared = Prepared::new(request, config)?;
+    motion_config.validate()?;
     let mut search = Search {
         prepared,
         posture_config,
+        motions: Motions::new(Setting {
+            robot: request.robot,
+            environment: request.environment,
+            posture: posture_config,
+            config: motion_config,
+        }),
         nodes: Vec::new(),
+        dead: BTreeSet::new(),
         frontier: BTreeMap::new(),
         counted: 0,
         seen: BTreeSet::new(),
@@ -77,21 +89,20 @@ pub fn search(
         solved: 0,
     };
     let root = grow::root(&search.prepared, posture_config)?;
-    if let Some(last) = search.admit(root)? {
-        return search.answer(Status::Found, 0, Some(last));
+    if let Some(last) = search.admit(root)?
+        && let Some(answer) = search.conclude(0, last, progress)?
+    {
+        return Ok(answer);
     }
     loop {
         if cancel.load(Ordering::Relaxed) {
-            let best = search.best();
-            return search.answer(Status::Interrupted, best, None);
+            return Ok(search.give_up(Status::Interrupted));
         }
         if search.nodes.len() >= config.nodes_max || search.solved >= config.candidates_max {
-            let best = search.best();
-            return search.answer(Status::BudgetSpent, best, None);
+            return Ok(search.give_up(Status::BudgetSpent));
         }
         let Some((candidate, solved)) = search.next() else {
-            let best = search.best();
-            return search.answer(Status::NoPlan, best, None);
+            return Ok(search.give_up(Status::NoPlan));
         };
         search.solved += 1;
         search.expanded.insert(candidate.node);
@@ -106,12 +117,16 @@ pub fn search(
                     node.change
                 );
                 let index = search.nodes.len();
-                if let Some(last) = search.admit(node)? {
-                    return search.answer(Status::Found, index, Some(last));
+                if let Some(last) = search.admit(node)?
+                    && let Some(answer) = search.conclude(index, last, progress)?
+                {
+                    return Ok(answer);
                 }
             }
             Ok(_) => {}
-            Err(_) if !candidate.again && config.posture_restarts > 0 => {
+            Err(blocked) if !candidate.again && config.posture_restarts > 0 => {
+                // The reason so far, should its second turn never come.
+                search.blocked.push(blocked);
                 search.put(Candidate {
                     priority: candidate.priority + config.again_price,
                     again: true,
@@ -128,12 +143,7 @@ pub fn search(
                 search.blocked.push(blocked);
             }
         }
-        let best = search.best();
-        progress(Progress {
-            nodes: search.nodes.len(),
-            solved: search.solved,
-            best_distance_m: search.nodes[best].distance_m(&search.prepared),
-        });
+        progress(search.progress(Stage::Search));
     }
 }
 
@@ -172,18 +182,22 @@ impl<'a> Search<'a> {
 
     /// Whether the contact set was not reached before, to the cell.
     fn is_new(&mut self, node: &Node) -> bool {
-        // A foot in the air is where it was last: leaving from two places makes two sets.
+        let state = self.state(node);
+        self.seen.insert(state)
+    }
+
+    fn state(&self, node: &Node) -> Vec<(usize, usize, [i64; 3])> {
         let mut state = key(&node.contacts, self.prepared.config.same_place_m);
         state.sort();
-        self.seen.insert(state)
+        state
     }
 
     /// Adds a node and its candidates; the goal's posture if the node fulfils it.
     fn admit(&mut self, node: Node) -> Result<Option<Posture>, Error> {
         let index = self.nodes.len();
         if index == 0 {
-            self.seen
-                .insert(key(&node.contacts, self.prepared.config.same_place_m));
+            let state = self.state(&node);
+            self.seen.insert(state);
         }
         match try_goal(&self.prepared, self.posture_config, &node)? {
             Attempt::TooEarly => {}
@@ -198,11 +212,44 @@ impl<'a> Search<'a> {
                 self.blocked.push(blocked);
             }
         }
-        for candidate in candidate::children(&self.prepared, index, &node) {
+        self.nodes.push(node);
+        self.branch(index);
+        Ok(None)
+    }
+
+    /// Adds a node's candidates to the frontier.
+    pub fn branch(&mut self, index: usize) {
+        for candidate in candidate::children(&self.prepared, index, &self.nodes[index]) {
             self.put(candidate);
         }
-        self.nodes.push(node);
-        Ok(None)
+    }
+
+    /// Takes a node and all that came of it out of the tree; its contact set may be reached in
+    /// another way.
+    pub fn cut(&mut self, index: usize) {
+        self.dead.insert(index);
+        // Parents come before children.
+        for i in index..self.nodes.len() {
+            if self.nodes[i].parent.is_some_and(|p| self.dead.contains(&p)) {
+                self.dead.insert(i);
+            }
+            if self.dead.contains(&i) {
+                self.seen.remove(&self.state(&self.nodes[i]));
+            }
+        }
+        let dead = &self.dead;
+        self.frontier
+            .retain(|_, (candidate, _)| !dead.contains(&candidate.node));
+    }
+
+    /// How far the search is.
+    pub fn progress(&self, stage: Stage) -> Progress {
+        Progress {
+            nodes: self.nodes.len(),
+            solved: self.solved,
+            best_distance_m: self.nodes[self.best()].distance_m(&self.prepared),
+            stage,
+        }
     }
 
     /// Puts a candidate on the frontier.
@@ -213,8 +260,9 @@ impl<'a> Search<'a> {
     }
 
     /// The node that is nearest to the goal.
-    fn best(&self) -> usize {
+    pub fn best(&self) -> usize {
         (0..self.nodes.len())
+            .filter(|i| !self.dead.contains(i))
             .min_by(|&a, &b| {
                 let distance = |i: usize| self.nodes[i].distance_m(&self.prepared);
                 distance(a).total_cmp(&distance(b))
@@ -222,50 +270,13 @@ impl<'a> Search<'a> {
             .unwrap_or(0)
     }
 
-    /// The way from the root to a node, shortened, and the goal's posture after it.
-    fn answer(
-        mut self,
-        status: Status,
-        index: usize,
-        last: Option<Posture>,
-    ) -> Result<Answer, Error> {
-        let mut way = Vec::new();
-        let mut at = Some(index);
-        while let Some(i) = at {
-            way.push(self.nodes[i].clone());
-            at = self.nodes[i].parent;
+    /// Counts of what was done.
+    pub fn summary(&self, path_stances: usize) -> SearchSummary {
+        SearchSummary {
+            nodes_generated: self.nodes.len(),
+            nodes_expanded: self.expanded.len(),
+            candidates_solved: self.solved,
+            path_stances,
         }
-        way.reverse();
-        if status == Status::Found {
-            let (shorter, solved) = shorten(&self.prepared, self.posture_config, way)?;
-            way = shorter;
-            self.solved += solved;
-        }
-        let path_stances = way.len();
-        let mut path: Vec<PathStance> = way.iter().map(PathStance::from).collect();
-        if let Some(posture) = last {
-            let held = &self.nodes[index].contacts;
-            path.push(PathStance {
-                change: Change::Goal,
-                contacts: held.iter().map(|c| (c.patch, c.surface, true)).collect(),
-                posture: Arc::new(posture),
-            });
-        }
-        let mut blocked = std::mem::take(&mut self.blocked);
-        if status == Status::Found {
-            blocked.clear();
-        }
-        blocked.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
-        Ok(Answer {
-            status,
-            path,
-            summary: SearchSummary {
-                nodes_generated: self.nodes.len(),
-                nodes_expanded: self.expanded.len(),
-                candidates_solved: self.solved,
-                path_stances,
-            },
-            blocked,
-        })
     }
 }

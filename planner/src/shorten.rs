@@ -14,7 +14,8 @@ use crate::node::{Held, Node, fixed};
 use crate::plan::Change;
 use crate::request::Prepared;
 
-/// The way without the contacts that it can do without, and how many problems were solved for it.
+/// The way without the contacts that it can do without, and how many problems were solved for it;
+/// a shorter way counts only if `accept` says so.
 ///
 /// # Errors
 /// [`Error::Posture`] where a problem cannot be posed.
@@ -22,6 +23,7 @@ pub(crate) fn shorten(
     prepared: &Prepared,
     config: &posture::Config,
     mut way: Vec<Node>,
+    accept: &mut dyn FnMut(&[Node]) -> Result<bool, Error>,
 ) -> Result<(Vec<Node>, usize), Error> {
     let mut solved = 0;
     let mut made = 1;
@@ -31,8 +33,8 @@ pub(crate) fn shorten(
                 let (shorter, tried) = without(prepared, config, &way, made, released)?;
                 solved += tried;
                 match shorter {
-                    Some(shorter) => way = shorter,
-                    None => made += 1,
+                    Some(shorter) if accept(&shorter)? => way = shorter,
+                    _ => made += 1,
                 }
             }
             None => made += 1,

@@ -145,6 +145,7 @@ fn stairs_are_climbed_the_same_on_any_number_of_threads() {
                 &request,
                 &Config::default(),
                 &posture::Config::default(),
+                &motion::Config::default(),
                 &|_| {},
                 &AtomicBool::new(false),
             )
@@ -177,6 +178,7 @@ fn a_start_in_collision_or_out_of_balance_is_refused() {
             &request,
             &Config::default(),
             &posture::Config::default(),
+            &motion::Config::default(),
             &|_| {},
             &AtomicBool::new(false),
         );

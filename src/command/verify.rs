@@ -29,7 +29,9 @@ pub struct Args {
 pub fn run(args: &Args, out: &mut dyn Write) -> Result<Status> {
     let plan = plan_file::open(&args.plan)?;
     let robot = args.robot.load(&plan)?;
-    let certificate = verify::verify(&plan, &robot, &verify::Options::default());
+    let motion = plan_file::open_motion(&args.plan, &plan)?;
+    let options = verify::Options::default();
+    let certificate = verify::verify_with(&plan, motion.as_ref(), &robot, &options);
     write!(out, "{}", certificate.table())?;
     if let Some(path) = &args.output {
         output::write(path, certificate.to_json()?.as_bytes())?;

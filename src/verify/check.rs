@@ -65,6 +65,16 @@ pub enum Check {
     ContactDepth,
     /// Parts of the robot are apart.
     SelfClearance,
+    /// The motion is of the format that is read here, and whole.
+    MotionRecord,
+    /// The motion's phases lead from stance to stance on contacts that both have.
+    MotionPhases,
+    /// Where phases meet at a stance, the motion is at its posture (m, rad).
+    MotionEnd,
+    /// Joints keep to their speed limits (part of them).
+    MotionSpeed,
+    /// No body moves farther from one sample to the next than the robot is kept clear of things.
+    MotionStep,
     /// What the plan says of its margins is not better than what is found.
     StatedMargin,
 }
@@ -82,7 +92,7 @@ pub enum Sense {
 
 impl Check {
     /// Every check, in the order in which tables show them.
-    pub const ALL: [Check; 30] = [
+    pub const ALL: [Check; 35] = [
         Check::Format,
         Check::Robot,
         Check::Required,
@@ -112,6 +122,11 @@ impl Check {
         Check::Clearance,
         Check::ContactDepth,
         Check::SelfClearance,
+        Check::MotionRecord,
+        Check::MotionPhases,
+        Check::MotionEnd,
+        Check::MotionSpeed,
+        Check::MotionStep,
         Check::StatedMargin,
     ];
 
@@ -147,6 +162,11 @@ impl Check {
             Check::Clearance => "clearance",
             Check::ContactDepth => "contact_depth",
             Check::SelfClearance => "self_clearance",
+            Check::MotionRecord => "motion_record",
+            Check::MotionPhases => "motion_phases",
+            Check::MotionEnd => "motion_end",
+            Check::MotionSpeed => "motion_speed",
+            Check::MotionStep => "motion_step",
             Check::StatedMargin => "stated_margin",
         }
     }
@@ -166,6 +186,7 @@ impl Check {
             | Check::ComMargin
             | Check::Clearance
             | Check::ContactDepth
+            | Check::MotionStep
             | Check::SelfClearance => "m",
             Check::Unloaded | Check::Unilateral => "N",
             _ => "",
@@ -187,6 +208,9 @@ impl Check {
             | Check::BalanceForce
             | Check::BalanceMoment
             | Check::Torque
+            | Check::MotionEnd
+            | Check::MotionSpeed
+            | Check::MotionStep
             | Check::StatedMargin => Sense::AtMost,
             Check::JointLimit
             | Check::Inclusion
@@ -204,6 +228,8 @@ impl Check {
             | Check::PathLength
             | Check::Numbers
             | Check::Names
+            | Check::MotionRecord
+            | Check::MotionPhases
             | Check::Sequence => Sense::Holds,
         }
     }

@@ -7,8 +7,9 @@ use robot_model::collision::ShapeGeometry;
 
 use super::distance::{Solid, signed_distance};
 use super::findings::Findings;
+use super::motion::Extremes;
 use super::posture::{Posture, column, inverse_point, point};
-use super::stance::Touch;
+use super::stance::{Scene, Touch};
 use super::{Check, Options};
 
 /// Everything that is not the robot, in W.
@@ -22,6 +23,7 @@ struct Body {
     surface: Option<String>,
     points: Vec<Vector3<f64>>,
     solid: Solid,
+    ball: Ball,
 }
 
 impl Surroundings {
@@ -31,6 +33,7 @@ impl Surroundings {
         let mut add = |name: String, surface: Option<String>, points: Vec<Vector3<f64>>| {
             let solid = Solid::hull(points.iter().copied(), 0.0);
             bodies.push(Body {
+                ball: ball_around(&points),
                 name,
                 surface,
                 points,
@@ -188,6 +191,80 @@ pub(crate) fn check(
         findings.value(Some(stance), check, worst.subject, worst.value, worst.bound);
     }
     nearest
+}
+
+/// The distances of one sample of a motion, of what could be near.
+pub(crate) fn along(
+    scene: &Scene,
+    posture: &Posture,
+    touches: &[Touch],
+    t_s: f64,
+    worst: &mut Extremes,
+) {
+    let (plan, options) = (scene.plan, scene.options);
+    let shapes = posture.robot.collision.shapes();
+    let solids: Vec<Option<(Solid, Ball)>> = shapes
+        .iter()
+        .map(|shape| {
+            let pose = posture.X_WB.get(shape.body)? * shape.X_BG.to_homogeneous();
+            let (centre, half) = shape.geometry.bounds();
+            let ball = (point(&pose, &centre.coords), half.norm());
+            Some((solid(&shape.geometry, &pose), ball))
+        })
+        .collect();
+    let free_bound = plan.required.clearance_m - options.motion_distance_m;
+    let own_bound = plan.required.self_clearance_m - options.motion_distance_m;
+    let far = |a: &Ball, b: &Ball, bound: f64| (a.0 - b.0).norm() - a.1 - b.1 > bound;
+    for (shape, solid) in shapes.iter().zip(&solids) {
+        let Some((solid, ball)) = solid else { continue };
+        for body in &scene.surroundings.bodies {
+            if far(ball, &body.ball, free_bound) {
+                continue;
+            }
+            let subject = || format!("{} / {} at {t_s:.2} s", shape.link, body.name);
+            let rise = touches
+                .iter()
+                .filter(|touch| touch.patch.body == shape.body)
+                .filter_map(|touch| Some((body.rise_over(touch, options)?, touch)))
+                .max_by(|a, b| a.0.total_cmp(&b.0));
+            match rise {
+                Some((rise, touch)) => {
+                    let hint = column(&touch.surface.X_WS.to_homogeneous(), 2);
+                    let distance = signed_distance(solid, &body.solid, &[hint]);
+                    let bound = -options.contact_depth_m - rise;
+                    worst.add(Check::ContactDepth, distance, bound, subject);
+                }
+                None => {
+                    let distance = signed_distance(solid, &body.solid, &[]);
+                    worst.add(Check::Clearance, distance, free_bound, subject);
+                }
+            }
+        }
+    }
+    for &(i, j) in posture.robot.collision.pairs() {
+        if let (Some(Some((a, ball_a))), Some(Some((b, ball_b)))) = (solids.get(i), solids.get(j))
+            && !far(ball_a, ball_b, own_bound)
+        {
+            let distance = signed_distance(a, b, &[]);
+            worst.add(Check::SelfClearance, distance, own_bound, || {
+                format!("{} / {} at {t_s:.2} s", shapes[i].link, shapes[j].link)
+            });
+        }
+    }
+}
+
+/// Centre and radius of a ball around a body, m.
+type Ball = (Vector3<f64>, f64);
+
+/// A ball around points.
+fn ball_around(points: &[Vector3<f64>]) -> Ball {
+    let n = points.len().max(1) as f64;
+    let centre = points.iter().sum::<Vector3<f64>>() / n;
+    let radius = points
+        .iter()
+        .map(|p| (p - centre).norm())
+        .fold(0.0, f64::max);
+    (centre, radius)
 }
 
 /// A shape of the robot in W; round ones, cylinders and boxes are centred in their frame, with

@@ -12,6 +12,7 @@
 //! | `whole` | lengths, numbers and names |
 //! | `stance` | joint limits, centre of mass, contacts on their surfaces |
 //! | `forces` | friction cones, balance, torques; equilibrium and support region by LP |
+//! | `motion` | the motion between the stances, where there is one |
 //! | `clearance` | distances to the environment, between parts, and how deep contacts sink |
 //!
 //! A plan that fails is told where: stance, contact or joint or pair, check, and by how much.
@@ -23,6 +24,7 @@ mod clearance;
 mod distance;
 mod findings;
 mod forces;
+mod motion;
 mod nearest;
 mod options;
 mod polygon;
@@ -40,6 +42,7 @@ pub use certificate::{Certificate, Row, Summary};
 pub use check::{Check, Sense};
 pub use options::Options;
 
+use ::motion::record::Motion;
 use planner::plan::Plan;
 use robot_model::Robot;
 
@@ -51,11 +54,29 @@ use findings::Findings;
 /// Bounds are the plan's own `required` margins, which must themselves make sense; slacks are
 /// those of `options`.
 pub fn verify(plan: &Plan, robot: &Robot, options: &Options) -> Certificate {
+    verify_with(plan, None, robot, options)
+}
+
+/// [`verify`], and the motion between the stances where there is one.
+pub fn verify_with(
+    plan: &Plan,
+    motion: Option<&Motion>,
+    robot: &Robot,
+    options: &Options,
+) -> Certificate {
     let mut findings = Findings::default();
     let drawable = structure::check(plan, robot, options, &mut findings);
     sequence::check(plan, options, &mut findings);
     if drawable {
-        each_stance(plan, robot, options, &mut findings);
+        let scene = scene(plan, robot, options);
+        each_stance(&scene, &mut findings);
+        // Samples are gone through on what the stances say.
+        let whole = (0..plan.stances.len()).all(|k| {
+            !findings.flawed(Some(k), Check::Numbers) && !findings.flawed(Some(k), Check::Names)
+        });
+        if let Some(motion) = motion.filter(|_| whole) {
+            self::motion::check(&scene, motion, &mut findings);
+        }
     }
     findings.certify(&plan.scene, &robot.name, plan.stances.len(), options)
 }
@@ -65,20 +86,22 @@ pub fn verify(plan: &Plan, robot: &Robot, options: &Options) -> Certificate {
 pub fn verify_stances(plan: &Plan, robot: &Robot, options: &Options) -> Certificate {
     let mut findings = Findings::default();
     if structure::check(plan, robot, options, &mut findings) {
-        each_stance(plan, robot, options, &mut findings);
+        each_stance(&scene(plan, robot, options), &mut findings);
     }
     findings.certify(&plan.scene, &robot.name, plan.stances.len(), options)
 }
 
-fn each_stance(plan: &Plan, robot: &Robot, options: &Options, findings: &mut Findings) {
-    let surroundings = Surroundings::new(plan);
-    let scene = stance::Scene {
+fn scene<'a>(plan: &'a Plan, robot: &'a Robot, options: &'a Options) -> stance::Scene<'a> {
+    stance::Scene {
         plan,
         robot,
         options,
-        surroundings,
-    };
-    for (index, stance) in plan.stances.iter().enumerate() {
-        stance::check(&scene, index, stance, findings);
+        surroundings: Surroundings::new(plan),
+    }
+}
+
+fn each_stance(scene: &stance::Scene, findings: &mut Findings) {
+    for (index, stance) in scene.plan.stances.iter().enumerate() {
+        stance::check(scene, index, stance, findings);
     }
 }

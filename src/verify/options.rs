@@ -66,6 +66,22 @@ pub struct Options {
     /// with 16 at most 2 % of the friction is given away, and both pyramids in use (edges along
     /// the axes or along the diagonals) are inside it.
     pub cone_edges: usize,
+    /// Largest time between two samples of a motion, s.
+    pub motion_step_s: f64,
+    /// Largest distance of a motion from a stance that it passes, m and rad: what the postures'
+    /// contacts are closed to.
+    pub motion_end: f64,
+    /// How far a joint may be inside its margin between the stances, rad: 7 % of the usual one. A
+    /// smooth curve between postures on their bounds cannot follow the bounds exactly.
+    pub motion_joint_rad: f64,
+    /// The same of distances, m: 5 % of the usual clearance.
+    pub motion_distance_m: f64,
+    /// How near to a surface that it leaves or lands on a patch counts as touching, m.
+    pub motion_touch_m: f64,
+    /// Every how many samples distances are computed.
+    pub motion_stride: usize,
+    /// Every how many samples forces are looked for by linear programming.
+    pub motion_lp_stride: usize,
     /// How far a stated margin may be better than the one found: part, rad or m.
     pub stated: f64,
 }
@@ -93,6 +109,13 @@ impl Default for Options {
             thin_body_m: [0.01, 2.0],
             extent_m: 1e4,
             cone_edges: 16,
+            motion_step_s: 0.02,
+            motion_end: 1e-4,
+            motion_joint_rad: 2e-3,
+            motion_distance_m: 6e-4,
+            motion_touch_m: 0.03,
+            motion_stride: 10,
+            motion_lp_stride: 50,
             stated: 2e-3,
         }
     }

@@ -339,6 +339,7 @@ pub fn plan() -> Plan {
                 surface: "step".into(),
             }],
         },
+        motion: None,
         search: SearchSummary {
             nodes_generated: stances.len(),
             nodes_expanded: stances.len(),

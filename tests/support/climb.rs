@@ -112,7 +112,15 @@ pub fn plan(robot: &Robot, steps: usize) -> Plan {
     let config = posture::Config::default();
     let search = planner::Config::default();
     let never = AtomicBool::new(false);
-    let answer = planner::search(&request, &search, &config, &|_| {}, &never).unwrap();
+    let answer = planner::search(
+        &request,
+        &search,
+        &config,
+        &motion::Config::default(),
+        &|_| {},
+        &never,
+    )
+    .unwrap();
     assert_eq!(answer.status, Status::Found, "{:?}", answer.blocked.first());
     Plan {
         format: PLAN_FORMAT.to_owned(),
@@ -147,6 +155,7 @@ pub fn plan(robot: &Robot, steps: usize) -> Plan {
             yaw_rad: None,
             contacts: Vec::new(),
         },
+        motion: None,
         search: answer.summary,
     }
 }

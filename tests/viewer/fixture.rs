@@ -124,6 +124,7 @@ pub fn plan() -> Plan {
             yaw_rad: Some(0.0),
             contacts: Vec::new(),
         },
+        motion: None,
         search: SearchSummary {
             nodes_generated: 9,
             nodes_expanded: 6,

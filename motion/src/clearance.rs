@@ -1,0 +1,222 @@
+//! Distances along a motion, by bounds on how far the shapes move.
+//!
+//! A pair of shapes at distance d that may come as near as m needs no look until the two have moved
+//! by d − m together: a shape's points move at most by its centre's move and 2 sin(θ/2) times its
+//! radius. So the distance is known to keep m at every sample, and between two samples to fall
+//! short by less than half of what the pair moves in one step.
+#![allow(non_snake_case)]
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion};
+use robot_model::Kinematics;
+use robot_model::collision::closest;
+
+use crate::airborne::Airborne;
+use crate::failure::{Failure, Reason, keep_worst};
+use crate::problem::{Setting, Task};
+
+/// Farther than this nothing is looked for, m.
+const LOOK_M: f64 = 0.15;
+/// By how much a distance may fall short, m. The postures at the ends may be on their bounds, and a
+/// C² curve cannot follow a bound and leave it: 5 % of the margin to the environment.
+const TOLERANCE_M: f64 = 5e-4;
+
+/// A ball around a shape.
+struct Ball {
+    centre_G: Point3<f64>,
+    radius: f64,
+}
+
+/// A shape where it is.
+#[derive(Clone, Copy)]
+struct Placed {
+    X_WG: Isometry3<f64>,
+    centre: Point3<f64>,
+}
+
+/// Watches the distances of one phase, sample by sample.
+pub(crate) struct Watch<'a> {
+    setting: &'a Setting<'a>,
+    task: &'a Task,
+    swing_body: Option<usize>,
+    balls: Vec<Ball>,
+    obstacle_balls: Vec<(Point3<f64>, f64)>,
+    placed: Vec<Placed>,
+    /// How far each shape moved since the last sample, at most, m.
+    moved: Vec<f64>,
+    /// For each pair of the robot's shapes, by how much they may still move.
+    own: Vec<f64>,
+    /// The same for each shape and body of the environment, by shape.
+    world: Vec<f64>,
+    fresh: bool,
+    /// Largest move of any shape between two samples, m.
+    pub step_max_m: f64,
+}
+
+impl<'a> Watch<'a> {
+    pub fn new(setting: &'a Setting<'a>, task: &'a Task) -> Self {
+        let collision = &setting.robot.collision;
+        let balls: Vec<Ball> = collision
+            .shapes()
+            .iter()
+            .map(|shape| {
+                let (centre_G, half) = shape.geometry.bounds();
+                Ball {
+                    centre_G,
+                    radius: half.norm(),
+                }
+            })
+            .collect();
+        let obstacles = setting.environment.world.obstacles();
+        let obstacle_balls: Vec<_> = obstacles
+            .iter()
+            .map(|obstacle| {
+                let (centre, half) = obstacle.geometry().bounds();
+                (obstacle.pose() * centre, half.norm())
+            })
+            .collect();
+        let at = Placed {
+            X_WG: Isometry3::identity(),
+            centre: Point3::origin(),
+        };
+        Self {
+            setting,
+            task,
+            swing_body: task
+                .swing
+                .as_ref()
+                .map(|s| setting.robot.patches[s.patch].body),
+            placed: vec![at; balls.len()],
+            moved: vec![0.0; balls.len()],
+            own: vec![0.0; collision.pairs().len()],
+            world: vec![0.0; balls.len() * obstacles.len()],
+            balls,
+            obstacle_balls,
+            fresh: true,
+            step_max_m: 0.0,
+        }
+    }
+
+    /// Looks at the next sample; `at` is where it is on the way.
+    pub fn look(&mut self, kinematics: &Kinematics, at: f64, worst: &mut Option<Failure>) {
+        self.place(kinematics);
+        let air = self.task.swing.as_ref().map(|swing| {
+            let patch = &self.setting.robot.patches[swing.patch];
+            Airborne::new(self.setting, swing, &kinematics.X_WC(patch))
+        });
+        self.look_at_own(at, worst);
+        self.look_at_world(at, air.as_ref(), worst);
+        self.fresh = false;
+    }
+
+    fn place(&mut self, kinematics: &Kinematics) {
+        let shapes = self.setting.robot.collision.shapes();
+        for (i, (shape, ball)) in shapes.iter().zip(&self.balls).enumerate() {
+            let X_WG = kinematics.X_WB[shape.body] * shape.X_BG;
+            let centre = X_WG * ball.centre_G;
+            let before = &self.placed[i];
+            if !self.fresh {
+                let turn = chord(&before.X_WG.rotation, &X_WG.rotation);
+                self.moved[i] = (centre - before.centre).norm() + turn * ball.radius;
+                self.step_max_m = self.step_max_m.max(self.moved[i]);
+            }
+            self.placed[i] = Placed { X_WG, centre };
+        }
+    }
+
+    fn look_at_own(&mut self, at: f64, worst: &mut Option<Failure>) {
+        let collision = &self.setting.robot.collision;
+        let shapes = collision.shapes();
+        let required = self.setting.posture.self_clearance_m;
+        for (left, &(i, j)) in self.own.iter_mut().zip(collision.pairs()) {
+            *left -= self.moved[i] + self.moved[j];
+            if *left > 0.0 {
+                continue;
+            }
+            let (a, b) = (&self.placed[i], &self.placed[j]);
+            let apart = (a.centre - b.centre).norm() - self.balls[i].radius - self.balls[j].radius;
+            if apart > LOOK_M {
+                *left = apart - required;
+                continue;
+            }
+            let found = closest(
+                &shapes[i].geometry,
+                &a.X_WG,
+                &shapes[j].geometry,
+                &b.X_WG,
+                LOOK_M,
+            );
+            *left = found.map_or(LOOK_M, |f| f.distance) - required;
+            if *left < -TOLERANCE_M {
+                let reason = Reason::SelfClearance {
+                    link: shapes[i].link.clone(),
+                    other: shapes[j].link.clone(),
+                };
+                keep_worst(worst, self.setting.failure(self.task, reason, -*left, at));
+            }
+        }
+    }
+
+    fn look_at_world(&mut self, at: f64, air: Option<&Airborne>, worst: &mut Option<Failure>) {
+        let (setting, task) = (self.setting, self.task);
+        let shapes = setting.robot.collision.shapes();
+        let obstacles = setting.environment.world.obstacles();
+        let beside = setting.posture.clearance_m;
+        let most = beside.max(setting.config.swing_clearance_m);
+        for (i, shape) in shapes.iter().enumerate() {
+            let swings = self.swing_body == Some(shape.body);
+            let row = &mut self.world[i * obstacles.len()..(i + 1) * obstacles.len()];
+            for (o, left) in row.iter_mut().enumerate() {
+                *left -= self.moved[i];
+                if *left > 0.0 {
+                    continue;
+                }
+                let excepted = task.touches(setting, shape.body, o)
+                    || (swings && air.is_some_and(|air| air.touches(setting, o)));
+                if excepted {
+                    *left = 0.0;
+                    continue;
+                }
+                let placed = &self.placed[i];
+                let (centre, radius) = self.obstacle_balls[o];
+                let apart = (placed.centre - centre).norm() - radius - self.balls[i].radius;
+                if apart > LOOK_M {
+                    *left = apart - most;
+                    continue;
+                }
+                let obstacle = &obstacles[o];
+                let found = closest(
+                    &shape.geometry,
+                    &placed.X_WG,
+                    obstacle.geometry(),
+                    obstacle.pose(),
+                    LOOK_M,
+                );
+                let Some(found) = found else {
+                    *left = LOOK_M - most;
+                    continue;
+                };
+                let required = match air.filter(|_| swings) {
+                    Some(air) => air.required_m(setting, &found.normal_W),
+                    None => beside,
+                };
+                let short = required - found.distance;
+                // What is asked of a patch in the air grows on its way: look again in good time.
+                *left = found.distance - if swings { most } else { beside };
+                if short > TOLERANCE_M {
+                    let reason = Reason::Clearance {
+                        link: shape.link.clone(),
+                        body: setting.environment.body_names[o].clone(),
+                    };
+                    keep_worst(worst, setting.failure(task, reason, short, at));
+                }
+            }
+        }
+    }
+}
+
+/// 2 sin(θ/2) of the rotation between two orientations: how far a point at unit distance moves.
+fn chord(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
+    // |a − b|² = 2 − 2 cos(θ/2) for the nearer of ±b; sin(θ/2) ≤ |a − b|.
+    let (plus, minus) = ((a.coords - b.coords).norm(), (a.coords + b.coords).norm());
+    2.0 * plus.min(minus)
+}

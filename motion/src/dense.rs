@@ -1,0 +1,53 @@
+//! The little dense algebra of the projection, on rows in one slice.
+#![allow(non_snake_case)]
+
+/// Scalar product.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Four sums: the additions need not wait for each other.
+    let mut sum = [0.0; 4];
+    let (ca, cb) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = ca
+        .remainder()
+        .iter()
+        .zip(cb.remainder())
+        .map(|(x, y)| x * y)
+        .sum();
+    for (x, y) in ca.zip(cb) {
+        for k in 0..4 {
+            sum[k] += x[k] * y[k];
+        }
+    }
+    rest + (sum[0] + sum[1]) + (sum[2] + sum[3])
+}
+
+/// Factorises the lower triangle in place, A = L Lᵀ; false where it is not positive definite.
+pub(crate) fn cholesky(A: &mut [f64], m: usize) -> bool {
+    for i in 0..m {
+        let (above, row) = A.split_at_mut(i * m);
+        for k in 0..i {
+            let other = &above[k * m..k * m + k + 1];
+            let sum = dot(&row[..k], &other[..k]);
+            row[k] = (row[k] - sum) / other[k];
+        }
+        let pivot = row[i] - dot(&row[..i], &row[..i]);
+        if pivot.is_nan() || pivot <= 0.0 {
+            return false;
+        }
+        row[i] = pivot.sqrt();
+    }
+    true
+}
+
+/// Solves L Lᵀ x = b in place.
+pub(crate) fn cholesky_solve(L: &[f64], m: usize, x: &mut [f64]) {
+    for i in 0..m {
+        x[i] = (x[i] - dot(&L[i * m..i * m + i], &x[..i])) / L[i * m + i];
+    }
+    for i in (0..m).rev() {
+        let mut sum = x[i];
+        for k in i + 1..m {
+            sum -= L[k * m + i] * x[k];
+        }
+        x[i] = sum / L[i * m + i];
+    }
+}

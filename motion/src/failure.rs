@@ -1,0 +1,122 @@
+//! Why there is no motion.
+
+use crate::problem::Setting;
+
+/// What a motion violates most.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reason {
+    /// A patch cannot be where it should be.
+    Closure {
+        /// The patch, or the centre of mass where there is none.
+        patch: Option<String>,
+    },
+    /// A joint is beyond its limit, or too near to it.
+    JointLimit {
+        /// The joint.
+        joint: String,
+    },
+    /// A joint needs more than its share of the torque.
+    Torque {
+        /// The joint.
+        joint: String,
+    },
+    /// The forces do not balance the weight.
+    Equilibrium,
+    /// A contact slips.
+    Friction {
+        /// The patch.
+        patch: String,
+    },
+    /// Two links of the robot are too near to each other.
+    SelfClearance {
+        /// The one link.
+        link: String,
+        /// The other.
+        other: String,
+    },
+    /// A link is too near to a body of the environment.
+    Clearance {
+        /// The link.
+        link: String,
+        /// The body of the environment.
+        body: String,
+    },
+}
+
+/// The worst violation on a way, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// What is violated.
+    pub reason: Reason,
+    /// By how much: m, rad, part of the limit.
+    pub amount: f64,
+    /// Where on the way, 0…1.
+    pub at: f64,
+    /// What the phase does: the patch in the air, if one is.
+    pub swing: Option<String>,
+}
+
+impl Failure {
+    /// What makes one failure comparable with another: angles count times 0.1 m, parts of limits
+    /// as 0.1 m.
+    pub(crate) fn severity(&self) -> f64 {
+        match self.reason {
+            Reason::JointLimit { .. }
+            | Reason::Torque { .. }
+            | Reason::Friction { .. }
+            | Reason::Equilibrium => 0.1 * self.amount,
+            _ => self.amount,
+        }
+    }
+
+    /// The failure in words: what, by how much, when.
+    pub fn describe(&self) -> String {
+        let mm = 1e3 * self.amount;
+        let percent = 1e2 * self.amount;
+        let what = match &self.reason {
+            Reason::Closure { patch: Some(patch) } => {
+                format!("{patch} misses its place by {mm:.2} mm")
+            }
+            Reason::Closure { patch: None } => format!("the CoM misses its place by {mm:.1} mm"),
+            Reason::JointLimit { joint } => {
+                format!(
+                    "{joint} beyond its limit by {:.2}°",
+                    self.amount.to_degrees()
+                )
+            }
+            Reason::Torque { joint } => {
+                format!("torque of {joint} over its limit by {percent:.1} %")
+            }
+            Reason::Equilibrium => format!("no equilibrium: {percent:.3} % of the weight"),
+            Reason::Friction { patch } => {
+                format!("{patch} slips: {percent:.1} % over the friction")
+            }
+            Reason::SelfClearance { link, other } => {
+                format!("{link} is too near to {other} by {mm:.1} mm")
+            }
+            Reason::Clearance { link, body } => {
+                format!("{link} is too near to {body} by {mm:.1} mm")
+            }
+        };
+        let during = match &self.swing {
+            Some(patch) => format!("the swing of {patch}"),
+            None => "the shift".to_owned(),
+        };
+        format!("{what}, {:.0} % into {during}", 1e2 * self.at)
+    }
+}
+
+/// The worse of two.
+pub(crate) fn keep_worst(worst: &mut Option<Failure>, failure: Failure) {
+    if worst
+        .as_ref()
+        .is_none_or(|w| failure.severity() > w.severity())
+    {
+        *worst = Some(failure);
+    }
+}
+
+/// Name of a patch.
+pub(crate) fn patch_name(setting: &Setting, patch: usize) -> String {
+    setting.robot.patches[patch].name.clone()
+}

@@ -1,0 +1,95 @@
+//! The inequalities of a small quadratic program in dual form.
+//!
+//!   min ½‖y − y₀‖²  s.t.  E (y − y₀) = 0,  g_i·y ≥ b_i
+//!   y = y₀ + P Gᵀ μ,   P = 1 − Eᵀ (E Eᵀ)⁻¹ E,   μ ≥ 0,   μ ⊥ G P Gᵀ μ + room ≥ 0
+//!
+//! solved by projected Gauss–Seidel over the few rows that are near.
+
+use crate::dense::{cholesky_solve, dot};
+
+/// Sweeps over the rows.
+const SWEEPS: usize = 200;
+/// A sweep that changes the multipliers by less than this part is the last.
+const SETTLED: f64 = 1e-9;
+/// What keeps rows that contradict each other from running away.
+const ELASTIC: f64 = 1e-6;
+
+/// Rows g with their room g·y₀ − b.
+#[derive(Default)]
+pub(crate) struct Inequalities {
+    rows: Vec<f64>,
+    room: Vec<f64>,
+    /// P gᵀ of each row.
+    projected: Vec<f64>,
+    products: Vec<f64>,
+    multiplier: Vec<f64>,
+    along: Vec<f64>,
+}
+
+impl Inequalities {
+    pub fn clear(&mut self) {
+        self.rows.clear();
+        self.room.clear();
+    }
+
+    /// A new row of zeros with its room.
+    pub fn push(&mut self, n: usize, room: f64) -> &mut [f64] {
+        let begin = self.rows.len();
+        self.rows.resize(begin + n, 0.0);
+        self.room.push(room);
+        &mut self.rows[begin..]
+    }
+
+    /// Sets the room of the last row.
+    pub fn set_room(&mut self, room: f64) {
+        if let Some(last) = self.room.last_mut() {
+            *last = room;
+        }
+    }
+
+    /// Moves `y` from the solution of the `m` equations, whose rows are `equations` and whose
+    /// Cholesky factor is `factor`, to that of all.
+    pub fn solve(&mut self, n: usize, m: usize, equations: &[f64], factor: &[f64], y: &mut [f64]) {
+        let count = self.room.len();
+        if self.room.iter().all(|room| *room >= 0.0) {
+            return;
+        }
+        self.projected.clear();
+        self.projected.extend_from_slice(&self.rows);
+        for row in self.projected.chunks_exact_mut(n) {
+            self.along.clear();
+            self.along
+                .extend(equations.chunks_exact(n).map(|e| dot(e, row)));
+            cholesky_solve(factor, m, &mut self.along);
+            for (e, l) in equations.chunks_exact(n).zip(&self.along) {
+                row.iter_mut().zip(e).for_each(|(r, e)| *r -= l * e);
+            }
+        }
+        self.products.clear();
+        for row in self.rows.chunks_exact(n) {
+            let products = self.projected.chunks_exact(n).map(|p| dot(row, p));
+            self.products.extend(products);
+        }
+        self.multiplier.clear();
+        self.multiplier.resize(count, 0.0);
+        for _ in 0..SWEEPS {
+            let mut change: f64 = 0.0;
+            let mut size: f64 = 0.0;
+            for i in 0..count {
+                let row = &self.products[i * count..(i + 1) * count];
+                let value = self.room[i] + dot(row, &self.multiplier);
+                let before = self.multiplier[i];
+                let after = (before - value / (row[i] + ELASTIC)).max(0.0);
+                self.multiplier[i] = after;
+                change = change.max((after - before).abs());
+                size = size.max(after.abs());
+            }
+            if change <= SETTLED * size {
+                break;
+            }
+        }
+        for (row, mu) in self.projected.chunks_exact(n).zip(&self.multiplier) {
+            y.iter_mut().zip(row).for_each(|(y, p)| *y += mu * p);
+        }
+    }
+}

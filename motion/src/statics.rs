@@ -1,0 +1,141 @@
+//! Statics of one sample: balance, friction and holding torques.
+//!
+//!   Σ f + m g = 0,   Σ p × f = −c × m g,   τ_b = a_b·((c_b − o_b) × m_b g ẑ − Σ_{beyond b} (p − o_b) × f)
+#![allow(non_snake_case)]
+
+use nalgebra::{Isometry3, Point2, Point3, Vector3};
+use robot_model::{GRAVITY_M_S2, JointKind, Kinematics};
+
+use crate::failure::{Failure, Reason, keep_worst, patch_name};
+use crate::force_points::force_points;
+use crate::problem::{Closed, Setting, Task};
+
+/// Largest unbalanced part of the weight (moments over 1 m): what the postures are solved to, with
+/// a digit to spare.
+const BALANCE: f64 = 1e-4;
+/// Rounding of a convex combination.
+const ROUNDING: f64 = 1e-6;
+
+/// The force points of the closed contacts, and sums over them.
+pub(crate) struct Statics<'a> {
+    setting: &'a Setting<'a>,
+    task: &'a Task,
+    points_C: Vec<Vec<Point2<f64>>>,
+    /// Force and moment about W's origin of each closed contact.
+    wrench: Vec<(Vector3<f64>, Vector3<f64>)>,
+}
+
+impl<'a> Statics<'a> {
+    pub fn new(setting: &'a Setting<'a>, task: &'a Task) -> Self {
+        let points_C = task
+            .closed
+            .iter()
+            .map(|closed| {
+                let polygon = &setting.robot.patches[closed.patch].polygon;
+                force_points(polygon, setting.posture.com_margin_m)
+            })
+            .collect();
+        Self {
+            setting,
+            task,
+            points_C,
+            wrench: Vec::new(),
+        }
+    }
+
+    /// Checks the forces of a sample.
+    pub fn check(
+        &mut self,
+        kinematics: &Kinematics,
+        forces_W: &[Vec<Vector3<f64>>],
+        at: f64,
+        worst: &mut Option<Failure>,
+    ) {
+        let robot = self.setting.robot;
+        let weight = robot.mass_kg * GRAVITY_M_S2;
+        self.sum(kinematics, forces_W);
+        let mut report = |reason, amount| {
+            keep_worst(worst, self.setting.failure(self.task, reason, amount, at));
+        };
+
+        // Balance.
+        let up = Vector3::z() * weight;
+        let force: Vector3<f64> = self.wrench.iter().map(|(f, _)| f).sum::<Vector3<f64>>() - up;
+        let moment =
+            self.wrench.iter().map(|(_, m)| m).sum::<Vector3<f64>>() - kinematics.com_W.cross(&up);
+        let unbalanced = force.amax().max(moment.amax()) / weight;
+        if unbalanced.is_nan() || unbalanced > BALANCE {
+            report(Reason::Equilibrium, unbalanced);
+        }
+
+        // Friction, in the cone of which the postures use the inscribed pyramid.
+        for (closed, forces) in self.task.closed.iter().zip(forces_W) {
+            let patch = &robot.patches[closed.patch];
+            let use_max = patch.friction * self.setting.posture.friction_use;
+            let n = self.normal_W(closed);
+            for f in forces {
+                let normal = f.dot(&n);
+                let over = (f - n * normal).norm() - use_max * normal;
+                if over > ROUNDING * weight {
+                    let name = patch_name(self.setting, closed.patch);
+                    report(Reason::Friction { patch: name }, over / weight);
+                }
+            }
+        }
+
+        // Torques.
+        for (b, body) in robot.bodies.iter().enumerate().skip(1) {
+            let limit = body.effort * self.setting.posture.torque_use;
+            if !(limit > 0.0 && limit.is_finite()) {
+                continue;
+            }
+            let (axis, o) = (&kinematics.axis_W[b], &kinematics.origin_W[b]);
+            let mut f = Vector3::z() * (kinematics.subtree_mass[b] * GRAVITY_M_S2);
+            let mut m = (kinematics.subtree_com_W[b] - o).cross(&f);
+            for (closed, (force, moment)) in self.task.closed.iter().zip(&self.wrench) {
+                if robot.supports(b, robot.patches[closed.patch].body) {
+                    f -= force;
+                    m -= moment - o.cross(force);
+                }
+            }
+            let torque = match body.kind {
+                JointKind::Prismatic => axis.dot(&f),
+                _ => axis.dot(&m),
+            };
+            let over = torque.abs() / limit - 1.0;
+            if over > BALANCE {
+                let joint = body.joint.clone();
+                report(Reason::Torque { joint }, over);
+            }
+        }
+    }
+
+    /// The normal of the surface that a contact touches.
+    fn normal_W(&self, closed: &Closed) -> Vector3<f64> {
+        let surface = self.setting.environment.surfaces.get(closed.surface);
+        surface.map_or_else(
+            || closed.X_WC.rotation * Vector3::z(),
+            surfaces::Surface::normal_W,
+        )
+    }
+
+    fn sum(&mut self, kinematics: &Kinematics, forces_W: &[Vec<Vector3<f64>>]) {
+        self.wrench.clear();
+        for ((closed, points), forces) in self.task.closed.iter().zip(&self.points_C).zip(forces_W)
+        {
+            let patch = &self.setting.robot.patches[closed.patch];
+            let X_WC: Isometry3<f64> = kinematics.X_WC(patch);
+            let mut sum = (Vector3::zeros(), Vector3::zeros());
+            // A ball touches below its centre, however it is turned.
+            let below = patch
+                .point_radius_m()
+                .map_or_else(Vector3::zeros, |radius| -radius * self.normal_W(closed));
+            for (p, f) in points.iter().zip(forces) {
+                let p_W = (X_WC * Point3::new(p.x, p.y, 0.0)).coords + below;
+                sum.0 += f;
+                sum.1 += p_W.cross(f);
+            }
+            self.wrench.push(sum);
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! The swept link alone against the environment: the cheap test of a way before the whole body.
+#![allow(non_snake_case)]
+
+use robot_model::collision::{Shape, closest};
+
+use crate::airborne::Airborne;
+use crate::problem::{Setting, Task};
+use crate::way::Way;
+
+/// Poses that are looked at.
+const POSES: usize = 40;
+/// Farther than this nothing is looked for, m.
+const LOOK_M: f64 = 0.05;
+
+/// What the link would hit.
+pub(crate) enum Hit {
+    /// A body of the environment, by index.
+    Environment(usize),
+    /// A link that a closed contact holds in place.
+    Robot(String),
+}
+
+/// By how much the link misses what is asked along the way, m: what it would hit and the
+/// shortfall where it is greatest; none where the way is free.
+pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hit, f64, f64)> {
+    let swing = task.swing.as_ref()?;
+    let robot = setting.robot;
+    let patch = &robot.patches[swing.patch];
+    let to_body = patch.X_BC.inverse();
+    let shapes: Vec<_> = robot
+        .collision
+        .shapes()
+        .iter()
+        .enumerate()
+        .filter(|(_, shape)| shape.body == patch.body)
+        .collect();
+    // What the closed contacts hold in place stands like the environment does.
+    let collision = &robot.collision;
+    let watched = |a: usize, b: usize| {
+        let pair = (a.min(b), a.max(b));
+        collision.pairs().contains(&pair)
+    };
+    let mut standing = Vec::new();
+    for closed in &task.closed {
+        let patch = &robot.patches[closed.patch];
+        let X_WB = closed.X_WC * patch.X_BC.inverse();
+        for (b, shape) in collision.shapes().iter().enumerate() {
+            let swept = |a: &(usize, &Shape)| watched(a.0, b);
+            if shape.body == patch.body && shapes.iter().any(swept) {
+                standing.push((shape, X_WB * shape.X_BG));
+            }
+        }
+    }
+    let mut worst: Option<(Hit, f64, f64)> = None;
+    for i in 0..=POSES {
+        let u = i as f64 / POSES as f64;
+        let X_WC = way.pose(u);
+        let air = Airborne::new(setting, swing, &X_WC);
+        let X_WB = X_WC * to_body;
+        for (_, shape) in &shapes {
+            let X_WG = X_WB * shape.X_BG;
+            for (o, obstacle) in setting.environment.world.obstacles().iter().enumerate() {
+                if air.touches(setting, o) {
+                    continue;
+                }
+                let found = closest(
+                    &shape.geometry,
+                    &X_WG,
+                    obstacle.geometry(),
+                    obstacle.pose(),
+                    LOOK_M,
+                );
+                let Some(found) = found else { continue };
+                let short = air.required_m(setting, &found.normal_W) - found.distance;
+                // The ends are postures that keep their clearance to the solver's tolerance.
+                if short > 1e-4 && worst.as_ref().is_none_or(|(_, w, _)| short > *w) {
+                    worst = Some((Hit::Environment(o), short, u));
+                }
+            }
+            for (other, X_WO) in &standing {
+                let (a, b) = (&shape.geometry, &other.geometry);
+                let Some(found) = closest(a, &X_WG, b, X_WO, LOOK_M) else {
+                    continue;
+                };
+                let short = setting.posture.self_clearance_m - found.distance;
+                if short > 1e-4 && worst.as_ref().is_none_or(|(_, w, _)| short > *w) {
+                    worst = Some((Hit::Robot(other.link.clone()), short, u));
+                }
+            }
+        }
+    }
+    worst
+}

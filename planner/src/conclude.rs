@@ -1,0 +1,128 @@
+//! What is done with a way that reaches the goal: it is shortened and given its motion. A contact
+//! change that has no motion is no edge of the tree: it is cut, and the search goes on.
+
+use std::sync::Arc;
+
+use motion::Failure;
+use posture::Posture;
+
+use crate::Error;
+use crate::answer::{Answer, Blocked, PathStance, Progress, Stage, Status};
+use crate::grow::held;
+use crate::node::Node;
+use crate::plan::Change;
+use crate::search::Search;
+use crate::shorten::shorten;
+
+impl Search<'_> {
+    /// The plan by way of a node that has the goal's posture; nothing where a motion is missing on
+    /// the way, which is then cut there.
+    ///
+    /// # Errors
+    /// [`Error`] where a posture or a motion cannot be asked for.
+    pub(crate) fn conclude(
+        &mut self,
+        index: usize,
+        last: Posture,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Result<Option<Answer>, Error> {
+        let held = &self.nodes[index].contacts;
+        let goal = PathStance {
+            change: Change::Goal,
+            contacts: held.iter().map(|c| (c.patch, c.surface, true)).collect(),
+            posture: Arc::new(last),
+        };
+        let indices = self.way(index);
+        let way: Vec<Node> = indices.iter().map(|&i| self.nodes[i].clone()).collect();
+
+        // The short way, if there are motions all along it.
+        let config = self.posture_config;
+        let (shorter, solved) = shorten(&self.prepared, config, way.clone(), &mut |_| Ok(true))?;
+        self.solved += solved;
+        progress(self.progress(Stage::Motion));
+        let short = path(&shorter, &goal);
+        if self.motions.along(&short)?.is_none() {
+            progress(self.progress(Stage::Search));
+            return Ok(Some(self.found(short)));
+        }
+
+        // The way as it was found, left out only what motions can do without too.
+        let missing = self.motions.along(&path(&way, &goal))?;
+        if let Some((stance, failure)) = missing {
+            progress(self.progress(Stage::Search));
+            self.forbid(&indices, stance, &failure);
+            return Ok(None);
+        }
+        let motions = &mut self.motions;
+        let (shorter, solved) = shorten(&self.prepared, config, way, &mut |way| {
+            Ok(motions.along(&path(way, &goal))?.is_none())
+        })?;
+        self.solved += solved;
+        progress(self.progress(Stage::Search));
+        Ok(Some(self.found(path(&shorter, &goal))))
+    }
+
+    /// The way to the node nearest to the goal, and what blocks the rest.
+    pub(crate) fn give_up(&mut self, status: Status) -> Answer {
+        let way = self.way(self.best());
+        let path: Vec<PathStance> = way
+            .iter()
+            .map(|&i| PathStance::from(&self.nodes[i]))
+            .collect();
+        let mut blocked = std::mem::take(&mut self.blocked);
+        blocked.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+        Answer {
+            status,
+            summary: self.summary(path.len()),
+            path,
+            motion: None,
+            blocked,
+        }
+    }
+
+    fn found(&self, path: Vec<PathStance>) -> Answer {
+        Answer {
+            status: Status::Found,
+            // The goal's posture is on the last contact set.
+            summary: self.summary(path.len() - 1),
+            motion: self.motions.assemble(&path),
+            path,
+            blocked: Vec::new(),
+        }
+    }
+
+    /// Indices of the nodes from the root to a node.
+    fn way(&self, index: usize) -> Vec<usize> {
+        let mut way: Vec<usize> =
+            std::iter::successors(Some(index), |&i| self.nodes[i].parent).collect();
+        way.reverse();
+        way
+    }
+
+    /// Cuts the tree where a way has no motion to its stance number `stance`.
+    fn forbid(&mut self, way: &[usize], stance: usize, failure: &Failure) {
+        let parent = way[stance - 1];
+        let change = way
+            .get(stance)
+            .map_or(Change::Goal, |&i| self.nodes[i].change.clone());
+        let blocked = Blocked {
+            change,
+            held: held(&self.prepared, &self.nodes[parent]),
+            reason: format!("no motion: {}", failure.describe()),
+            distance_m: self.nodes[parent].distance_m(&self.prepared),
+        };
+        tracing::debug!("node {parent}: {:?}: {}", blocked.change, blocked.reason);
+        self.blocked.push(blocked);
+        match way.get(stance) {
+            Some(&node) => self.cut(node),
+            // The contact set stands; the goal is to be reached from those after it.
+            None => self.branch(parent),
+        }
+    }
+}
+
+fn path(way: &[Node], goal: &PathStance) -> Vec<PathStance> {
+    let mut path: Vec<PathStance> = way.iter().map(PathStance::from).collect();
+    path.push(goal.clone());
+    path
+}
