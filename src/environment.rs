@@ -112,7 +112,9 @@ fn extract(
 ) -> Result<()> {
     let (scan, X_WV, name) = read_scan(source, files, stages, inputs)?;
     let extraction = stages
-        .measure("perception", || perception::extract(&scan, &X_WV, &config.perception))
+        .measure("perception", || {
+            perception::extract(&scan, &X_WV, &config.perception)
+        })
         .with_context(|| name.to_owned())?;
     let counts = &extraction.statistics;
     perceived.notes.push(format!(

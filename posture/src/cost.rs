@@ -13,6 +13,9 @@ use crate::problem::Place;
 
 /// Weight that keeps the base position's block positive definite, 1/m².
 const WEIGHT_POSITION: f64 = 1e-3;
+/// Weight that draws a contact to a place it need not reach, 1/m²: more than comfort, less than
+/// any constraint.
+const WEIGHT_DRAWN: f64 = 50.0;
 
 /// Value, gradient (n) and Gauss–Newton matrix (n × n, lower triangle used) at the iterate.
 pub(crate) fn quadratic(
@@ -96,7 +99,23 @@ fn squares(
     it: &Iterate,
     mut term: impl FnMut(f64, f64, usize, &Vector3<f64>, Option<&Vector3<f64>>),
 ) {
-    for (contact, model) in ctx.problem.contacts.iter().zip(&ctx.contacts) {
+    for (i, (contact, model)) in ctx.problem.contacts.iter().zip(&ctx.contacts).enumerate() {
+        let X_WC: Isometry3<f64> =
+            it.kinematics.X_WB[model.body] * ctx.robot().patches[contact.patch].X_BC;
+        // A contact that is let off its place is drawn to it.
+        if ctx.dropped.place(i) {
+            let error = X_WC.translation.vector - ctx.wanted_W(it, i);
+            for k in 0..3 {
+                let p = &X_WC.translation.vector;
+                term(
+                    error[k],
+                    WEIGHT_DRAWN,
+                    model.body,
+                    &Vector3::ith(k, 1.0),
+                    Some(p),
+                );
+            }
+        }
         let Place::OnSurface {
             surface,
             toward,
@@ -105,8 +124,6 @@ fn squares(
         else {
             continue;
         };
-        let X_WC: Isometry3<f64> =
-            it.kinematics.X_WB[model.body] * ctx.robot().patches[contact.patch].X_BC;
         if let Some(toward) = toward {
             let error = X_WC.translation.vector - toward.coords;
             for k in 0..3 {

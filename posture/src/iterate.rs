@@ -133,6 +133,22 @@ pub(crate) struct Iterate {
     pub kinematics: Kinematics,
 }
 
+/// Constraints that are left out, to find out which of them matter.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Dropped {
+    /// Contacts that are only drawn to their places; empty for none.
+    pub places: Vec<bool>,
+    /// Forces and moments need not balance.
+    pub equilibrium: bool,
+}
+
+impl Dropped {
+    /// Whether a contact need not be at its place.
+    pub fn place(&self, contact: usize) -> bool {
+        self.places.get(contact).copied().unwrap_or(false)
+    }
+}
+
 /// What stays the same during one solve.
 pub(crate) struct Context<'a> {
     pub problem: &'a Problem<'a>,
@@ -141,6 +157,8 @@ pub(crate) struct Context<'a> {
     pub layout: Layout,
     /// The robot's weight, N.
     pub weight: f64,
+    /// What is left out.
+    pub dropped: Dropped,
 }
 
 impl<'a> Context<'a> {
@@ -156,6 +174,7 @@ impl<'a> Context<'a> {
             contacts,
             layout,
             weight,
+            dropped: Dropped::default(),
         })
     }
 

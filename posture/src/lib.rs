@@ -23,6 +23,7 @@
 //! | attempts, one after the other | `solve` |
 //! | the solver, and its QP engines | `sqp`, `qp` |
 //! | what comes back | [`outcome`] |
+//! | why nothing does | [`explain()`] |
 
 mod approach;
 mod config;
@@ -30,6 +31,7 @@ mod constraint;
 mod cost;
 mod error;
 mod evaluate;
+mod explain;
 #[cfg(test)]
 mod finite_difference;
 mod iterate;
@@ -44,6 +46,7 @@ mod starts;
 
 pub use config::{Config, Engine};
 pub use error::Error;
+pub use explain::{Explanation, Group, Relaxation, explain};
 pub use outcome::{Constraint, ContactState, Margins, Outcome, Posture, Violation};
 pub use problem::{BaseGoal, Contact, Environment, Place, Problem};
 pub use solve::solve;

@@ -5,7 +5,7 @@
 //! the SQP takes the best of them, one after the other.
 
 use crate::approach::Approach;
-use crate::iterate::{Context, Iterate};
+use crate::iterate::{Context, Dropped, Iterate};
 use crate::outcome::Outcome;
 use crate::problem::Problem;
 use crate::sqp::Sqp;
@@ -34,8 +34,20 @@ const FAR_M: f64 = 0.05;
 pub fn solve(problem: &Problem, config: &Config) -> Result<Outcome, Error> {
     config.validate()?;
     problem.validate()?;
-    let ctx = Context::new(problem, config)?;
-    if let Some(violation) = proof::infeasible(&ctx) {
+    solve_without(problem, config, Dropped::default())
+}
+
+/// As [`solve`], of a problem that is known to make sense, without the constraints that are
+/// dropped.
+pub(crate) fn solve_without(
+    problem: &Problem,
+    config: &Config,
+    dropped: Dropped,
+) -> Result<Outcome, Error> {
+    let whole = !dropped.equilibrium && !dropped.places.contains(&true);
+    let mut ctx = Context::new(problem, config)?;
+    ctx.dropped = dropped;
+    if whole && let Some(violation) = proof::infeasible(&ctx) {
         return Ok(Outcome::Infeasible(violation));
     }
     let mut sqp = Sqp::new(&ctx);

@@ -284,3 +284,80 @@ fn the_base_goal_is_kept_or_named() {
         }
     }
 }
+
+/// The groups of the conflict, for two feet on squares at the given heights.
+fn conflict(right: Vector3<f64>, friction: f64, tilt_rad: f64) -> posture::Explanation {
+    let robot = humanoid();
+    let q = standing(&robot);
+    let sole = |name: &str| {
+        let patch = robot.patch(name).unwrap();
+        Kinematics::new(&robot, &q).X_WC(patch).translation.vector
+    };
+    let environment = environment(vec![
+        square("s0", sole("left_foot"), tilt_rad, 0.2),
+        square("s1", sole("right_foot") + right, tilt_rad, 0.2),
+    ]);
+    let contacts = vec![
+        on(&robot, "left_foot", 0, friction),
+        on(&robot, "right_foot", 1, friction),
+    ];
+    let problem = Problem {
+        robot: &robot,
+        environment: &environment,
+        contacts,
+        base_goal: None,
+        reference: &q,
+        guess: &q,
+    };
+    posture::explain(&problem, &Config::default())
+        .unwrap()
+        .unwrap()
+}
+
+#[test]
+fn a_step_too_high_is_explained_by_its_place_and_by_how_much_it_is_too_high() {
+    let found = conflict(Vector3::new(0.1, 0.0, 0.9), 0.6, 0.0);
+    assert!(
+        found.conflict.contains(&posture::Group::Place(1)),
+        "{}",
+        found.words
+    );
+    assert!(
+        !found.conflict.contains(&posture::Group::Friction),
+        "{}",
+        found.words
+    );
+    let lower = found
+        .relaxations
+        .iter()
+        .find(|r| r.group == posture::Group::Place(1))
+        .unwrap();
+    assert!(lower.amount > 0.02 && lower.amount < 0.6, "{}", found.words);
+}
+
+#[test]
+fn a_slippery_slope_is_explained_by_the_friction_that_it_would_take() {
+    let found = conflict(Vector3::zeros(), 0.3, 0.4);
+    assert!(
+        found.conflict.contains(&posture::Group::Friction),
+        "{}",
+        found.words
+    );
+    assert!(
+        found.conflict.contains(&posture::Group::Equilibrium),
+        "{}",
+        found.words
+    );
+    let needed = found
+        .relaxations
+        .iter()
+        .find(|r| r.group == posture::Group::Friction)
+        .unwrap();
+    // Down a slope the pyramid of 0.8 μ gives 0.8 μ/√2 along its axes.
+    let least = 0.4f64.tan() * std::f64::consts::SQRT_2 / 0.8;
+    assert!(
+        needed.amount > 0.98 * least && needed.amount < 1.2 * least,
+        "{}",
+        found.words
+    );
+}

@@ -44,6 +44,10 @@ pub struct Args {
     /// Solve every problem so often, one after another on one thread, and tell the median time
     #[arg(long, value_name = "N")]
     repeat: Option<NonZeroUsize>,
+    /// Also tell of every problem without a posture which constraints cannot hold together, and
+    /// what it would take
+    #[arg(long)]
+    explain: bool,
 }
 
 /// The file of results.
@@ -63,8 +67,11 @@ struct Answer<'a> {
     outcome: &'static str,
     /// What is known of the answer by the way the problem was made.
     expected: Option<Expected>,
-    /// Why there is no posture.
+    /// Why there is no posture: the constraint that is violated most.
     reason: Option<String>,
+    /// With `--explain`: the smallest group of constraints that cannot hold together, and what it
+    /// would take.
+    explanation: Option<String>,
     /// By how much the worst constraint is violated, scaled as posture::Violation says.
     violation: Option<f64>,
     /// `[p_WB, quat_xyzw, joints…]`, m and rad.
@@ -118,6 +125,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         config: &config.posture,
         body_m: set.body_m,
         repeat: args.repeat.map_or(1, NonZeroUsize::get),
+        explain: args.explain,
     };
     // Solves that are to be timed do not share the machine with one another.
     let threads = global.threads.or(args.repeat.and(NonZeroUsize::new(1)));
@@ -163,6 +171,7 @@ struct Solver<'a> {
     config: &'a posture::Config,
     body_m: f64,
     repeat: usize,
+    explain: bool,
 }
 
 impl<'a> Solver<'a> {
@@ -182,6 +191,13 @@ impl<'a> Solver<'a> {
         }
         let found = outcome.posture();
         let violation = outcome.violation();
+        let explanation = if self.explain && found.is_none() {
+            posture::explain(&problem, self.config)
+                .with_context(|| format!("problem {}", record.id))?
+                .map(|e| e.words)
+        } else {
+            None
+        };
         Ok(Answer {
             id: &record.id,
             outcome: match &outcome {
@@ -190,6 +206,7 @@ impl<'a> Solver<'a> {
                 Outcome::Undecided { .. } => "undecided",
             },
             expected: record.expected,
+            explanation,
             reason: violation.map(|v| v.describe(&problem)),
             violation: violation.map(|v| v.amount),
             q: found.map(|posture| posture.q.to_q()),

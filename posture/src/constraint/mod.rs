@@ -27,11 +27,15 @@ pub(crate) struct Scratch {
 /// Writes the rows of every constraint at the iterate.
 pub(crate) fn all(ctx: &Context, it: &Iterate, scratch: &mut Scratch, rows: &mut Rows) {
     for contact in 0..ctx.contacts.len() {
-        closure::rows(ctx, it, contact, rows);
-        inclusion::rows(ctx, it, contact, rows);
+        if !ctx.dropped.place(contact) {
+            closure::rows(ctx, it, contact, rows);
+            inclusion::rows(ctx, it, contact, rows);
+        }
         friction::rows(ctx, it, contact, rows);
     }
-    equilibrium::rows(ctx, it, rows);
+    if !ctx.dropped.equilibrium {
+        equilibrium::rows(ctx, it, rows);
+    }
     scratch.torques.rows(ctx, it, rows);
     scratch.clearances.rows(ctx, it, rows);
     base_goal::rows(ctx, it, rows);
