@@ -15,7 +15,7 @@ use crate::problem::Place;
 const WEIGHT_POSITION: f64 = 1e-3;
 /// Weight that draws a contact to a place it need not reach, 1/m²: more than comfort, less than
 /// any constraint.
-const WEIGHT_DRAWN: f64 = 50.0;
+const WEIGHT_DRAWN: f64 = 5.0;
 
 /// Value, gradient (n) and Gauss–Newton matrix (n × n, lower triangle used) at the iterate.
 pub(crate) fn quadratic(

@@ -7,11 +7,11 @@
 
 use std::fmt::Write;
 
-use crate::iterate::Dropped;
-use crate::outcome::{Outcome, Posture};
+use crate::iterate::{Context, Dropped};
+use crate::outcome::{Constraint, Outcome, Posture};
 use crate::problem::{Place, Problem};
 use crate::solve::solve_without;
-use crate::{Config, Error};
+use crate::{Config, Error, proof};
 
 /// A group of constraints that stands or falls as one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,8 +59,8 @@ pub struct Explanation {
 
 /// Halvings of the amount by which a group is eased.
 const HALVINGS: usize = 6;
-/// The friction that counts as any.
-const ANY_FRICTION: f64 = 10.0;
+/// The friction that counts as any: more than a pair of soles and floors has.
+const ANY_FRICTION: f64 = 3.0;
 
 /// The reason why a problem has no posture; nothing where it has one.
 ///
@@ -83,7 +83,15 @@ pub fn explain(problem: &Problem, config: &Config) -> Result<Option<Explanation>
     if holds(&kept)? {
         return Ok(None);
     }
-    for group in groups(problem) {
+    // What is proven needs no trial.
+    let proven = unbalanced(problem, config)?;
+    let trials = if proven.is_some() {
+        Vec::new()
+    } else {
+        kept.clone()
+    };
+    kept = proven.unwrap_or(kept);
+    for group in trials {
         let without: Vec<Group> = kept.iter().copied().filter(|g| *g != group).collect();
         if !holds(&without)? {
             kept = without;
@@ -99,6 +107,39 @@ pub fn explain(problem: &Problem, config: &Config) -> Result<Option<Explanation>
         relaxations,
         words,
     }))
+}
+
+/// Whether no posture at all can balance the contacts.
+fn proven(problem: &Problem, config: &Config) -> Result<bool, Error> {
+    let violation = proof::infeasible(&Context::new(problem, config)?);
+    Ok(matches!(
+        violation.map(|v| v.constraint),
+        Some(Constraint::Equilibrium | Constraint::Balance)
+    ))
+}
+
+/// The conflict where fixed contacts cannot hold the weight: with friction, where more of it
+/// would do.
+fn unbalanced(problem: &Problem, config: &Config) -> Result<Option<Vec<Group>>, Error> {
+    if !proven(problem, config)? {
+        return Ok(None);
+    }
+    let mut rough = Problem {
+        contacts: problem.contacts.clone(),
+        base_goal: None,
+        ..*problem
+    };
+    for contact in &mut rough.contacts {
+        contact.friction = ANY_FRICTION;
+    }
+    let mut conflict = Vec::new();
+    if !proven(&rough, config)? {
+        conflict.push(Group::Friction);
+    }
+    let loaded = |i: &usize| problem.contacts[*i].loaded;
+    conflict.extend((0..problem.contacts.len()).filter(loaded).map(Group::Place));
+    conflict.push(Group::Equilibrium);
+    Ok(Some(conflict))
 }
 
 /// The groups of a problem, those first that one would do without first.
