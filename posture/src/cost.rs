@@ -5,7 +5,7 @@
 //! all of them squares, so that the Gauss–Newton matrix is positive definite and exact but for
 //! the curvature of p_C.
 
-use nalgebra::{DMatrix, Isometry3, Vector3};
+use nalgebra::{DMatrix, Isometry3, Point2, Vector3};
 
 use crate::constraint::ANGLE_ARM_M;
 use crate::iterate::{Context, Iterate};
@@ -104,7 +104,7 @@ fn squares(
             it.kinematics.X_WB[model.body] * ctx.robot().patches[contact.patch].X_BC;
         // A contact that is let off its place is drawn to it.
         if ctx.dropped.place(i) {
-            let error = X_WC.translation.vector - ctx.wanted_W(it, i);
+            let error = ctx.patch_point_W(it, i, &Point2::origin()) - ctx.wanted_W(it, i);
             for k in 0..3 {
                 let p = &X_WC.translation.vector;
                 term(
@@ -125,7 +125,7 @@ fn squares(
             continue;
         };
         if let Some(toward) = toward {
-            let error = X_WC.translation.vector - toward.coords;
+            let error = ctx.patch_point_W(it, i, &Point2::origin()) - toward.coords;
             for k in 0..3 {
                 let direction = Vector3::ith(k, 1.0);
                 term(
@@ -137,7 +137,9 @@ fn squares(
                 );
             }
         }
-        if let Some(yaw) = yaw_rad {
+        if let Some(yaw) = yaw_rad
+            && model.radius.is_none()
+        {
             // The wanted x axis, made tangent to the surface; the error is the sine of the angle.
             let n = ctx.problem.environment.surfaces[*surface].normal_W();
             let wanted = Vector3::new(yaw.cos(), yaw.sin(), 0.0);

@@ -51,14 +51,6 @@ pub enum Error {
         /// What is wrong with it.
         cause: String,
     },
-    /// A patch touches in a way for which there are no rows.
-    #[error("contact {contact}: {patch} touches with a point; only areas are solved for")]
-    Point {
-        /// Index of the contact in the problem.
-        contact: usize,
-        /// Name of the patch.
-        patch: String,
-    },
     /// No contact may carry load.
     #[error("the problem has no loaded contact: nothing holds the robot")]
     Unsupported,

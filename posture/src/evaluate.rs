@@ -1,6 +1,6 @@
 //! The final evaluation: every margin from the variables alone, joints that were held included.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::constraint::Scratch;
 use crate::iterate::{Context, Iterate};
@@ -93,8 +93,13 @@ pub(crate) fn posture(
                 margins.friction_use = margins.friction_use.max(used);
             }
         }
+        let mut X_WC = it.kinematics.X_WB[model.body] * robot.patches[contact.patch].X_BC;
+        if model.radius.is_some() {
+            let axes = Rotation3::from_matrix_unchecked(model.axes);
+            X_WC.rotation = UnitQuaternion::from_rotation_matrix(&axes);
+        }
         contacts.push(ContactState {
-            X_WC: it.kinematics.X_WB[model.body] * robot.patches[contact.patch].X_BC,
+            X_WC,
             vertices_W,
             force_points_W: to_W(&model.force_points),
             forces_W,

@@ -324,7 +324,9 @@ fn displacement(problem: &Problem, i: usize, free: &Posture) -> Option<Relaxatio
         }
         Place::OnSurface { surface, .. } => {
             let s = &problem.environment.surfaces[*surface];
-            let p_S = s.X_WS.inverse_transform_point(&is.into());
+            let touched =
+                problem.robot.patches[problem.contacts[i].patch].touched_W(&free.contacts[i].X_WC);
+            let p_S = s.X_WS.inverse_transform_point(&touched.into());
             let polygon = problem.environment.effective[*surface].as_ref()?;
             let outside = polygon.signed_distance(&p_S.xy()).max(0.0);
             (

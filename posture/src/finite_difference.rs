@@ -23,6 +23,19 @@ pub(crate) fn humanoid() -> Robot {
     .unwrap()
 }
 
+/// The robot that stands on balls, read from its files.
+fn hexapod() -> Robot {
+    robot_model::load_from_strings(
+        include_str!("../../scenes/robots/hexapod/hexapod.urdf"),
+        Some(include_str!("../../scenes/robots/hexapod/hexapod.srdf")),
+        Some(include_str!("../../scenes/robots/hexapod/contacts.toml")),
+        "hexapod",
+        &|_| Err("none".to_owned()),
+        &robot_model::Config::default(),
+    )
+    .unwrap()
+}
+
 /// A square surface of half width `half` at a pose.
 #[allow(non_snake_case)]
 pub(crate) fn square(id: &str, X_WS: Isometry3<f64>, half: f64) -> Surface {
@@ -68,8 +81,8 @@ fn random_configuration(robot: &Robot, random: &mut Random) -> Configuration {
     q
 }
 
-fn check(seed: u64) {
-    let robot = humanoid();
+/// Two patches at fixed places, the second free to turn, and two on surfaces, between them.
+fn check(seed: u64, robot: &Robot, names: [&str; 4]) {
     let mut random = Random(seed);
     let tilt = |random: &mut Random| UnitQuaternion::new(0.3 * random.vector());
     let environment = {
@@ -93,7 +106,7 @@ fn check(seed: u64) {
         )
         .unwrap()
     };
-    let q = random_configuration(&robot, &mut random);
+    let q = random_configuration(robot, &mut random);
     let patch = |name: &str| robot.patch_index(name).unwrap();
     let fixed = |yaw_free: bool, random: &mut Random| Place::Fixed {
         X_WC: Isometry3::from_parts(
@@ -108,23 +121,25 @@ fn check(seed: u64) {
         toward: Some(Point3::from(random.vector())),
         yaw_rad: Some(random.next()),
     };
-    let contacts = [
-        ("left_foot", fixed(false, &mut random)),
-        ("right_foot", on(0, &mut random)),
-        ("left_hand", on(1, &mut random)),
-        ("right_hand", fixed(true, &mut random)),
-    ]
-    .into_iter()
-    .map(|(name, place)| Contact {
-        patch: patch(name),
-        place,
-        loaded: true,
-        friction: 0.7,
-    })
-    .collect();
-    let reference = random_configuration(&robot, &mut random);
+    let places = [
+        fixed(false, &mut random),
+        on(0, &mut random),
+        on(1, &mut random),
+        fixed(true, &mut random),
+    ];
+    let contacts = names
+        .into_iter()
+        .zip(places)
+        .map(|(name, place)| Contact {
+            patch: patch(name),
+            place,
+            loaded: true,
+            friction: 0.7,
+        })
+        .collect();
+    let reference = random_configuration(robot, &mut random);
     let problem = Problem {
-        robot: &robot,
+        robot,
         environment: &environment,
         contacts,
         base_goal: Some(BaseGoal {
@@ -205,7 +220,24 @@ fn check(seed: u64) {
 
 #[test]
 fn derivatives_agree_with_differences() {
+    let robot = humanoid();
     for seed in 1..=8 {
-        check(seed);
+        check(
+            seed,
+            &robot,
+            ["left_foot", "right_foot", "left_hand", "right_hand"],
+        );
+    }
+}
+
+#[test]
+fn derivatives_agree_with_differences_where_balls_touch() {
+    let robot = hexapod();
+    for seed in 1..=8 {
+        check(
+            seed,
+            &robot,
+            ["front_left", "middle_right", "rear_left", "front_right"],
+        );
     }
 }

@@ -29,9 +29,11 @@ pub(crate) struct Layout {
 /// A contact with everything that does not change between iterates.
 pub(crate) struct ContactModel {
     pub body: usize,
+    /// Radius of the ball of a point patch, m.
+    pub radius: Option<f64>,
     /// Vertices of the patch in C.
     pub vertices: Vec<Point2<f64>>,
-    /// Points where forces act, in C: the patch shrunk by the CoM margin.
+    /// Points where forces act, in C: the patch shrunk by the CoM margin, or the one of a ball.
     pub force_points: Vec<Point2<f64>>,
     /// Axes in W in which the forces are written: two tangents and the normal.
     pub axes: Matrix3<f64>,
@@ -116,6 +118,7 @@ impl ContactModel {
         };
         Ok(Self {
             body: patch.body,
+            radius: patch.point_radius_m(),
             vertices: patch.polygon.clone(),
             force_points: force_points(&patch.polygon, config.com_margin_m),
             axes,
@@ -264,7 +267,9 @@ impl<'a> Context<'a> {
     /// it is.
     pub fn wanted_W(&self, it: &Iterate, contact: usize) -> Vector3<f64> {
         match &self.problem.contacts[contact].place {
-            Place::Fixed { X_WC, .. } => X_WC.translation.vector,
+            Place::Fixed { X_WC, .. } => {
+                self.robot().patches[self.problem.contacts[contact].patch].touched_W(X_WC)
+            }
             Place::OnSurface {
                 toward: Some(p), ..
             } => p.coords,
@@ -272,8 +277,20 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// A point of a contact's patch frame, in W.
+    /// A point of a contact's patch, in W; of a ball the point that touches, `centre − radius·z`
+    /// with z the touched surface's normal.
     pub fn patch_point_W(&self, it: &Iterate, contact: usize, p: &Point2<f64>) -> Vector3<f64> {
+        let carried = self.carried_point_W(it, contact, p);
+        let model = &self.contacts[contact];
+        match model.radius {
+            Some(radius) => carried - radius * model.axes.column(2),
+            None => carried,
+        }
+    }
+
+    /// The point of the contact's body that moves as [`Context::patch_point_W`] does, in W: the
+    /// point itself, but the centre of a ball, over which the touched point slides as it turns.
+    pub fn carried_point_W(&self, it: &Iterate, contact: usize, p: &Point2<f64>) -> Vector3<f64> {
         let X_BC = &self.robot().patches[self.problem.contacts[contact].patch].X_BC;
         let X_WB = &it.kinematics.X_WB[self.contacts[contact].body];
         (X_WB * (X_BC * nalgebra::Point3::new(p.x, p.y, 0.0))).coords

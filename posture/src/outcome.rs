@@ -67,9 +67,10 @@ pub struct Posture {
 #[derive(Clone, Debug, PartialEq)]
 #[allow(non_snake_case)]
 pub struct ContactState {
-    /// Pose of the patch frame in W.
+    /// Pose of the patch frame in W. Of a point patch: the ball's centre with the contact's axes, z
+    /// being the touched surface's normal.
     pub X_WC: Isometry3<f64>,
-    /// Vertices of the patch in W, m.
+    /// Vertices of the patch in W, m; of a point patch the touched point.
     pub vertices_W: Vec<Vector3<f64>>,
     /// Points where the forces act, in W, m.
     pub force_points_W: Vec<Vector3<f64>>,

@@ -96,9 +96,10 @@ pub struct Contact {
 pub enum Place {
     /// At a pose.
     Fixed {
-        /// Pose of the patch frame C in W, z outward from the environment.
+        /// Pose of the patch frame C in W, z outward from the environment. Of a point patch the
+        /// origin is the ball's centre and z the touched surface's normal; the ball may turn.
         X_WC: Isometry3<f64>,
-        /// The patch may turn about its z.
+        /// The patch may turn about its z. A ball always may.
         yaw_free: bool,
         /// The surface it lies on, where there is one: its body is excepted from collision.
         surface: Option<usize>,
@@ -107,9 +108,10 @@ pub enum Place {
     OnSurface {
         /// Index of the surface.
         surface: usize,
-        /// The place that is wanted most, in W.
+        /// The place that is wanted most, in W: of C's origin, or of the point that a ball touches.
         toward: Option<Point3<f64>>,
-        /// The heading of C's x axis about the surface's normal that is wanted most, rad.
+        /// The heading of C's x axis about the surface's normal that is wanted most, rad; of no
+        /// meaning for a ball.
         yaw_rad: Option<f64>,
     },
 }
@@ -166,13 +168,6 @@ impl Problem<'_> {
                     what: "patch",
                     index: contact.patch,
                     count: self.robot.patches.len(),
-                });
-            }
-            let patch = &self.robot.patches[contact.patch];
-            if patch.point_radius_m().is_some() {
-                return Err(Error::Point {
-                    contact: i,
-                    patch: patch.name.clone(),
                 });
             }
             if !(contact.friction > 0.0 && contact.friction.is_finite()) {

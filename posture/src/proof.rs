@@ -101,7 +101,7 @@ fn unbalanced(ctx: &Context) -> Option<Violation> {
             return None;
         }
         for v in &model.force_points {
-            let p = X_WC * nalgebra::Point3::new(v.x, v.y, 0.0);
+            let p = X_WC * nalgebra::Point3::new(v.x, v.y, -model.radius.unwrap_or(0.0));
             points.push((i, 2 + 3 * points.len(), p.coords));
         }
     }

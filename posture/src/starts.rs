@@ -133,6 +133,8 @@ fn motion(robot: &Robot, body: usize, q: f64) -> Isometry3<f64> {
 #[allow(non_snake_case)]
 fn error_m(ctx: &Context, contact: usize, X_WC: &Isometry3<f64>) -> f64 {
     let z_C = X_WC.rotation * Vector3::z();
+    // How a ball is turned does not matter.
+    let radius = ctx.contacts[contact].radius;
     match &ctx.problem.contacts[contact].place {
         Place::Fixed {
             X_WC: wanted,
@@ -140,7 +142,9 @@ fn error_m(ctx: &Context, contact: usize, X_WC: &Isometry3<f64>) -> f64 {
             ..
         } => {
             let apart = (X_WC.translation.vector - wanted.translation.vector).norm();
-            let turned = if *yaw_free {
+            let turned = if radius.is_some() {
+                0.0
+            } else if *yaw_free {
                 z_C.angle(&(wanted.rotation * Vector3::z()))
             } else {
                 X_WC.rotation.angle_to(&wanted.rotation)
@@ -151,18 +155,20 @@ fn error_m(ctx: &Context, contact: usize, X_WC: &Isometry3<f64>) -> f64 {
             surface, toward, ..
         } => {
             let surface_ = &ctx.problem.environment.surfaces[*surface];
-            let p_S = surface_
-                .X_WS
-                .inverse_transform_point(&Point3::from(X_WC.translation.vector));
+            let normal = surface_.normal_W();
+            let p_W = X_WC.translation.vector - radius.unwrap_or(0.0) * normal;
+            let p_S = surface_.X_WS.inverse_transform_point(&Point3::from(p_W));
             let outside = ctx.problem.environment.effective[*surface]
                 .as_ref()
                 .map_or(0.0, |polygon| polygon.signed_distance(&p_S.xy()).max(0.0));
             let apart = outside.hypot(p_S.z);
             // The wanted place decides between layouts that reach the surface equally well.
-            let beside = toward.map_or(0.0, |toward| {
-                (X_WC.translation.vector - toward.coords).norm()
-            });
-            apart + ARM_M * z_C.angle(&surface_.normal_W()) + 0.1 * beside
+            let beside = toward.map_or(0.0, |toward| (p_W - toward.coords).norm());
+            let turned = match radius {
+                Some(_) => 0.0,
+                None => z_C.angle(&normal),
+            };
+            apart + ARM_M * turned + 0.1 * beside
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Where a robot may touch the world.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Point2, Translation3};
+use nalgebra::{Isometry3, Point2, Point3, Translation3, Vector3};
 
 /// A patch of a robot's link that may bear contact.
 ///
@@ -62,6 +62,15 @@ impl ContactPatch {
     pub fn touching(&self, X_WS: &Isometry3<f64>) -> Isometry3<f64> {
         let radius = self.point_radius_m().unwrap_or(0.0);
         X_WS * Translation3::new(0.0, 0.0, radius)
+    }
+
+    /// The point of the touched plane that is C's origin or nearest to it, in W, m, where X_WC has
+    /// C's origin and, as its z, the touched surface's normal:
+    ///
+    ///   p_WC − radius · z   (point),   p_WC   (area)
+    pub fn touched_W(&self, X_WC: &Isometry3<f64>) -> Vector3<f64> {
+        let radius = self.point_radius_m().unwrap_or(0.0);
+        (X_WC * Point3::new(0.0, 0.0, -radius)).coords
     }
 
     /// Whether the patch may take this role.

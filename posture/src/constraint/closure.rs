@@ -7,6 +7,10 @@
 //! On a surface S with axes x, y, z:
 //!
 //!   z·(p_WC − p_WS) = 0,   ℓ·x·z_C = 0,   ℓ·y·z_C = 0,   z·z_C ≥ ½
+//!
+//! A ball may turn as it likes; of the centre of one with radius r
+//!
+//!   p_WC − p_W* = 0   (fixed),   z·(p_WC − p_WS) − r = 0   (on a surface)
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -18,6 +22,7 @@ use crate::rows::{Rows, Tag};
 #[allow(non_snake_case)]
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
     let body = ctx.contacts[contact].body;
+    let radius = ctx.contacts[contact].radius;
     let X_BC = &ctx.robot().patches[ctx.problem.contacts[contact].patch].X_BC;
     let X_WC = it.kinematics.X_WB[body] * X_BC;
     let p_WC = X_WC.translation.vector;
@@ -35,6 +40,9 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
                     let direction = Vector3::ith(k, 1.0);
                     ctx.add_point_gradient(it, body, &p_WC, &direction, row);
                 }
+            }
+            if radius.is_some() {
+                return;
             }
             if *yaw_free {
                 let x = wanted.rotation * Vector3::x();
@@ -57,10 +65,13 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
             let X_WS = &ctx.problem.environment.surfaces[*surface].X_WS;
             let [x, y, z] =
                 [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| X_WS.rotation * axis);
-            let height = z.dot(&(p_WC - X_WS.translation.vector));
+            let height = z.dot(&(p_WC - X_WS.translation.vector)) - radius.unwrap_or(0.0);
             let row = rows.push(Tag::Closure(contact), height, 0.0, 0.0);
             if !row.is_empty() {
                 ctx.add_point_gradient(it, body, &p_WC, &z, row);
+            }
+            if radius.is_some() {
+                return;
             }
             aligned(ctx, it, contact, &z_C, [&x, &y, &z], rows);
         }

@@ -3,6 +3,8 @@
 //!
 //!   n·p − b ≤ −margin        (p in S's plane)
 //!
+//! Of a ball, p is the point that touches; it moves as the ball's centre does.
+//!
 //! Source: [brossette2013] Algorithm 1, with unit edge normals so that the value is a distance.
 
 use nalgebra::{Point3, Vector3};
@@ -29,20 +31,21 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
         .iter()
         .map(|v| {
             let p_W = ctx.patch_point_W(it, contact, v);
-            (p_W, X_WS.inverse_transform_point(&Point3::from(p_W)).xy())
+            let p_S = X_WS.inverse_transform_point(&Point3::from(p_W)).xy();
+            (ctx.carried_point_W(it, contact, v), p_S)
         })
         .collect();
     let margin = ctx.config.patch_margin_m;
     for edge in polygon.half_planes() {
         let n_W = X_WS.rotation * Vector3::new(edge.n.x, edge.n.y, 0.0);
-        for (p_W, p_S) in &vertices {
+        for (carried_W, p_S) in &vertices {
             let value = edge.n.dot(&p_S.coords) - edge.b;
             if value < -margin - NEAR_M {
                 continue;
             }
             let row = rows.push(Tag::Inclusion(contact), value, f64::NEG_INFINITY, -margin);
             if !row.is_empty() {
-                ctx.add_point_gradient(it, body, p_W, &n_W, row);
+                ctx.add_point_gradient(it, body, carried_W, &n_W, row);
             }
         }
     }

@@ -4,7 +4,9 @@
 //!
 //! over the weights of the links and the contact forces beyond the joint: g(q) − Jᵀf row by row.
 //! With D_b = Σ (p_i − o_b) f_iᵀ, a rotation ω of everything beyond joint k changes N by
-//! D_k ω − tr(D_k) ω, which gives the exact derivative without second-order kinematics.
+//! D_k ω − tr(D_k) ω, which gives the exact derivative without second-order kinematics. Where a
+//! ball touches, p_i is the touched point in N and the ball's centre in D: the one moves as the
+//! other does.
 
 use nalgebra::{Matrix3, Vector3};
 use robot_model::{GRAVITY_M_S2, JointKind};
@@ -22,6 +24,8 @@ pub(crate) struct Torques {
     force: Vec<Vector3<f64>>,
     /// Σ p fᵀ, N·m, about W's origin.
     moment: Vec<Matrix3<f64>>,
+    /// The same with the points of the bodies that move as the p do.
+    carried: Vec<Matrix3<f64>>,
 }
 
 impl Torques {
@@ -31,11 +35,13 @@ impl Torques {
         let n = robot.bodies.len();
         self.force.clear();
         self.moment.clear();
+        self.carried.clear();
         for (body, pose) in robot.bodies.iter().zip(&it.kinematics.X_WB) {
             let weight = Vector3::new(0.0, 0.0, -body.mass_kg * GRAVITY_M_S2);
             let c = (pose * nalgebra::Point3::from(body.com_B)).coords;
             self.force.push(weight);
             self.moment.push(c * weight.transpose());
+            self.carried.push(c * weight.transpose());
         }
         for (contact, columns) in ctx.layout.force.iter().enumerate() {
             let body = ctx.contacts[contact].body;
@@ -43,14 +49,17 @@ impl Torques {
                 let f = ctx.weight * ctx.force_W(it, contact, column);
                 let p = ctx.patch_point_W(it, contact, v);
                 self.force[body] += f;
+                let carried = ctx.carried_point_W(it, contact, v);
                 self.moment[body] += p * f.transpose();
+                self.carried[body] += carried * f.transpose();
             }
         }
         for i in (1..n).rev() {
             if let Some(p) = robot.bodies[i].parent {
-                let (force, moment) = (self.force[i], self.moment[i]);
+                let (force, moment, carried) = (self.force[i], self.moment[i], self.carried[i]);
                 self.force[p] += force;
                 self.moment[p] += moment;
+                self.carried[p] += carried;
             }
         }
     }
@@ -60,13 +69,18 @@ impl Torques {
         let axis = &it.kinematics.axis_W[b];
         match ctx.robot().bodies[b].kind {
             JointKind::Prismatic => -axis.dot(&self.force[b]),
-            _ => -axis.dot(&vee(&self.about(it, b))),
+            _ => -axis.dot(&self.moment_about(it, b)),
         }
     }
 
-    /// D_b = Σ (p − o_b) fᵀ.
-    fn about(&self, it: &Iterate, b: usize) -> Matrix3<f64> {
-        self.moment[b] - it.kinematics.origin_W[b] * self.force[b].transpose()
+    /// N_b = Σ (p − o_b) × f.
+    fn moment_about(&self, it: &Iterate, b: usize) -> Vector3<f64> {
+        vee(&(self.moment[b] - it.kinematics.origin_W[b] * self.force[b].transpose()))
+    }
+
+    /// D_b = Σ (p − o_b) fᵀ, p the points that are carried.
+    fn carried_about(&self, it: &Iterate, b: usize) -> Matrix3<f64> {
+        self.carried[b] - it.kinematics.origin_W[b] * self.force[b].transpose()
     }
 
     pub fn rows(&mut self, ctx: &Context, it: &Iterate, rows: &mut Rows) {
@@ -106,10 +120,10 @@ impl Torques {
         let kin = &it.kinematics;
         let axis = &kin.axis_W[b];
         let revolute = robot.bodies[b].kind != JointKind::Prismatic;
-        let about = self.about(it, b);
         // Rotations ω of everything that carries the joint: −(ω × a)·N − aᵀ(D − tr D) ω.
         let turn = if revolute {
-            let n = vee(&about);
+            let n = self.moment_about(it, b);
+            let about = self.carried_about(it, b);
             -(axis.cross(&n) + about.transpose() * axis - about.trace() * axis)
         } else {
             -axis.cross(&self.force[b])
@@ -143,7 +157,7 @@ impl Torques {
                 let change = if robot.bodies[i].kind == JointKind::Prismatic {
                     a.cross(&self.force[i])
                 } else {
-                    let d = self.about(it, i);
+                    let d = self.carried_about(it, i);
                     d * a - d.trace() * a
                 };
                 row[column] -= scale * axis.dot(&change);

@@ -1,0 +1,262 @@
+//! Contact sets of the hexapod that ships, which stands on balls.
+#![allow(clippy::unwrap_used)]
+
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
+use posture::{
+    BaseGoal, Config, Constraint, Contact, Environment, Outcome, Place, Posture, Problem,
+};
+use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
+use surfaces::{ConvexPolygon, Surface, SurfaceSet};
+
+const FEET: [&str; 6] = [
+    "front_left",
+    "middle_left",
+    "rear_left",
+    "rear_right",
+    "middle_right",
+    "front_right",
+];
+const FRICTION: f64 = 0.6;
+
+fn hexapod() -> Robot {
+    robot_model::load_from_strings(
+        include_str!("../../scenes/robots/hexapod/hexapod.urdf"),
+        Some(include_str!("../../scenes/robots/hexapod/hexapod.srdf")),
+        Some(include_str!("../../scenes/robots/hexapod/contacts.toml")),
+        "hexapod",
+        &|_| Err("none".to_owned()),
+        &robot_model::Config::default(),
+    )
+    .unwrap()
+}
+
+/// Standing with the balls on z = 0.
+fn standing(robot: &Robot) -> Configuration {
+    let mut q = robot.posture("standing").unwrap();
+    let patch = robot.patch(FEET[0]).unwrap();
+    let centre = Kinematics::new(robot, &q).X_WC(patch).translation.vector;
+    q.p_WB.z -= centre.z - patch.point_radius_m().unwrap();
+    q
+}
+
+/// A square of half width `half`, turned by `tilt` about y.
+fn square(id: &str, p: Vector3<f64>, tilt_rad: f64, half: f64) -> Surface {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), tilt_rad);
+    let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
+    let polygon = ConvexPolygon::new(corners.map(|(x, y)| Point2::new(x, y)).to_vec()).unwrap();
+    let pose = Isometry3::from_parts(Translation3::from(p), turn);
+    Surface::new(id, pose, polygon)
+}
+
+fn environment(surfaces: Vec<Surface>) -> Environment {
+    let obstacles = Vec::new();
+    Environment::new(
+        &SurfaceSet {
+            surfaces,
+            obstacles,
+        },
+        0.05,
+    )
+    .unwrap()
+}
+
+fn floor() -> Surface {
+    square("floor", Vector3::zeros(), 0.0, 2.0)
+}
+
+fn contact(robot: &Robot, foot: &str, place: Place) -> Contact {
+    Contact {
+        patch: robot.patch_index(foot).unwrap(),
+        place,
+        loaded: true,
+        friction: FRICTION,
+    }
+}
+
+/// The foot where it stands, on the floor.
+fn fixed(robot: &Robot, foot: &str) -> Contact {
+    let centre = Kinematics::new(robot, &standing(robot)).X_WC(robot.patch(foot).unwrap());
+    let place = Place::Fixed {
+        X_WC: Isometry3::from_parts(centre.translation, UnitQuaternion::identity()),
+        yaw_free: false,
+        surface: Some(0),
+    };
+    contact(robot, foot, place)
+}
+
+fn on(robot: &Robot, foot: &str, surface: usize) -> Contact {
+    let place = Place::OnSurface {
+        surface,
+        toward: None,
+        yaw_rad: Some(0.3),
+    };
+    contact(robot, foot, place)
+}
+
+fn solve(robot: &Robot, environment: &Environment, contacts: &[Contact]) -> Outcome {
+    let q = standing(robot);
+    let problem = Problem {
+        robot,
+        environment,
+        contacts: contacts.to_vec(),
+        base_goal: None,
+        reference: &q,
+        guess: &q,
+    };
+    posture::solve(&problem, &Config::default()).unwrap()
+}
+
+/// Touched points, balance, friction, torques and limits, from the posture alone.
+fn assert_sound(robot: &Robot, environment: &Environment, contacts: &[Contact], posture: &Posture) {
+    let config = Config::default();
+    let weight = robot.mass_kg * GRAVITY_M_S2;
+    let mut force = Vector3::new(0.0, 0.0, -weight);
+    let mut moment = Vector3::zeros();
+    let kinematics = Kinematics::new(robot, &posture.q);
+    let mut torques = nalgebra::DVector::zeros(robot.nv());
+    kinematics.gravity_torques(robot, &mut torques);
+    for (state, contact) in posture.contacts.iter().zip(contacts) {
+        let patch = &robot.patches[contact.patch];
+        let surface = &environment.surfaces[contact.place.surface().unwrap()];
+        let normal = surface.normal_W();
+        let centre = kinematics.X_WC(patch).translation.vector;
+        let touched = centre - patch.point_radius_m().unwrap() * normal;
+        let height = normal.dot(&(touched - surface.X_WS.translation.vector));
+        assert!(height.abs() < 1e-4, "{}: {height} m", patch.name);
+        assert!((state.X_WC.translation.vector - centre).norm() < 1e-9);
+        assert!((state.X_WC.rotation * Vector3::z()).angle(&normal) < 1e-6);
+        assert_eq!(state.vertices_W, state.force_points_W);
+        let [p] = state.force_points_W[..] else {
+            panic!("{} force points", state.force_points_W.len());
+        };
+        assert!((p - touched).norm() < 1e-9, "{p} instead of {touched}");
+        let f = state.forces_W[0];
+        force += f;
+        moment += (p - kinematics.com_W).cross(&f);
+        let pressed = f.dot(&normal);
+        let slid = (f - pressed * normal).norm();
+        assert!(
+            pressed >= -1e-6 * weight,
+            "a contact pulls with {pressed} N"
+        );
+        assert!(slid <= FRICTION * config.friction_use * pressed + 1e-5 * weight);
+        let mut jacobian = nalgebra::DMatrix::zeros(3, robot.nv());
+        kinematics.point_jacobian(robot, patch.body, &p, &mut jacobian);
+        torques -= jacobian.transpose() * f;
+    }
+    assert!(force.norm() < 1e-4 * weight, "unbalanced force {force}");
+    assert!(moment.norm() < 1e-4 * weight, "unbalanced moment {moment}");
+    for (j, body) in robot.joint_bodies().iter().enumerate() {
+        let torque = torques[6 + j];
+        assert!(
+            (torque - posture.torques[j]).abs() < 1e-6 * weight,
+            "{}",
+            body.joint
+        );
+        assert!(
+            torque.abs() <= body.effort * (config.torque_use + 1e-4),
+            "{}",
+            body.joint
+        );
+    }
+}
+
+fn stands(robot: &Robot, environment: &Environment, contacts: &[Contact]) {
+    let outcome = solve(robot, environment, contacts);
+    let posture = outcome.posture().unwrap_or_else(|| panic!("{outcome:?}"));
+    assert_sound(robot, environment, contacts, posture);
+}
+
+#[test]
+fn it_stands_on_six_balls_and_on_three() {
+    let robot = hexapod();
+    let world = environment(vec![floor()]);
+    for feet in [&[0, 1, 2, 3, 4, 5][..], &[0, 2, 4], &[1, 3, 5]] {
+        let contacts = |make: &dyn Fn(&str) -> Contact| -> Vec<Contact> {
+            feet.iter().map(|&i| make(FEET[i])).collect()
+        };
+        stands(&robot, &world, &contacts(&|foot| fixed(&robot, foot)));
+        stands(&robot, &world, &contacts(&|foot| on(&robot, foot, 0)));
+    }
+}
+
+#[test]
+fn feet_on_a_slope_and_a_step_touch_along_their_normals() {
+    let robot = hexapod();
+    let slope = square("slope", Vector3::new(1.2, 0.0, 0.1), -0.3, 0.6);
+    let step = square("step", Vector3::new(-1.0, 0.0, 0.1), 0.0, 0.6);
+    let world = environment(vec![floor(), slope, step]);
+    let surfaces = [1, 0, 2, 2, 0, 1];
+    let contacts: Vec<Contact> = FEET
+        .iter()
+        .zip(surfaces)
+        .map(|(foot, surface)| on(&robot, foot, surface))
+        .collect();
+    stands(&robot, &world, &contacts);
+}
+
+#[test]
+fn feet_on_one_side_hold_it_only_where_it_leans_over_them() {
+    let robot = hexapod();
+    let world = environment(vec![floor()]);
+    // The other feet, at the same places, touch and bear nothing.
+    let contacts: Vec<Contact> = FEET
+        .iter()
+        .enumerate()
+        .map(|(i, foot)| Contact {
+            loaded: i < 3,
+            ..fixed(&robot, foot)
+        })
+        .collect();
+    // Free to lean, it brings its weight between the three.
+    let leaning = solve(&robot, &world, &contacts);
+    let posture = leaning.posture().expect("it leans");
+    assert_sound(&robot, &world, &contacts, posture);
+    let edge = posture.contacts[0].vertices_W[0].y;
+    assert!(edge > 0.1, "front and rear left stand at y = {edge}");
+    assert!(posture.com_W.y > edge - 1e-3, "CoM at {}", posture.com_W);
+
+    let q = standing(&robot);
+    let problem = Problem {
+        robot: &robot,
+        environment: &world,
+        contacts,
+        base_goal: Some(BaseGoal {
+            position_m: [Some(0.0), Some(0.0), None],
+            tolerance_m: 0.05,
+            ..BaseGoal::default()
+        }),
+        reference: &q,
+        guess: &q,
+    };
+    let outcome = posture::solve(&problem, &Config::default()).unwrap();
+    let violation = outcome.violation().expect("with its middle kept it falls");
+    assert!(violation.amount > 1e-3, "{violation:?}");
+
+    // No place of the centre of mass is held by a foot on a wall.
+    let mut wall = fixed(&robot, FEET[0]);
+    if let Place::Fixed { X_WC, .. } = &mut wall.place {
+        X_WC.rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 1.4);
+    }
+    let outcome = solve(&robot, &world, &[wall]);
+    let violation = outcome.violation().expect("it slides down");
+    assert!(
+        matches!(
+            violation.constraint,
+            Constraint::Balance | Constraint::Equilibrium
+        ),
+        "{violation:?}"
+    );
+}
+
+#[test]
+fn a_ball_out_of_reach_is_said_to_be_out_of_reach() {
+    let robot = hexapod();
+    let shelf = square("shelf", Vector3::new(0.8, 0.5, 3.0), 0.0, 0.3);
+    let world = environment(vec![floor(), shelf]);
+    let mut contacts: Vec<Contact> = FEET.iter().map(|foot| fixed(&robot, foot)).collect();
+    contacts[0] = on(&robot, FEET[0], 1);
+    let outcome = solve(&robot, &world, &contacts);
+    let violation = outcome.violation().expect("a foot at 3 m is not possible");
+    assert!(violation.amount > 0.01, "{violation:?}");
+}
