@@ -17,7 +17,8 @@ pub struct Config {
     /// Smallest distance between two parts of the robot, m.
     pub self_clearance_m: f64,
     /// Distance by which the patches are shrunk where the forces act, m: with coplanar contacts
-    /// the distance of the centre of mass from the edge of the support region.
+    /// the distance of the centre of mass from the edge of the support region. On balls alone, on
+    /// faces of less than 45°, every one bears what it takes for the same distance.
     pub com_margin_m: f64,
     /// Distance of the patch from the edge of the effective surface polygon, m.
     pub patch_margin_m: f64,

@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Point2, Rotation3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
 use surfaces::ConvexPolygon;
 
+use crate::least_load::least_load;
 use crate::problem::{Place, Problem};
 use crate::rows::{Constraint, Tag};
 use crate::{Config, Error};
@@ -158,6 +159,8 @@ pub(crate) struct Context<'a> {
     pub config: &'a Config,
     pub contacts: Vec<ContactModel>,
     pub layout: Layout,
+    /// Part of the weight that every loaded ball must be able to do without.
+    pub least_load: f64,
     /// The robot's weight, N.
     pub weight: f64,
     /// What is left out.
@@ -170,12 +173,14 @@ impl<'a> Context<'a> {
             .map(|i| ContactModel::new(problem, i, config))
             .collect::<Result<Vec<_>, _>>()?;
         let layout = Layout::new(problem, &contacts);
+        let least_load = least_load(problem, &contacts, config.com_margin_m);
         let weight = problem.robot.mass_kg * GRAVITY_M_S2;
         Ok(Self {
             problem,
             config,
             contacts,
             layout,
+            least_load,
             weight,
             dropped: Dropped::default(),
         })
@@ -183,6 +188,14 @@ impl<'a> Context<'a> {
 
     pub fn robot(&self) -> &Robot {
         self.problem.robot
+    }
+
+    /// Smallest value of a side of a contact's friction pyramid, over the weight: what is left
+    /// inside it without the least load.
+    pub fn pyramid_min(&self, contact: usize, axis: usize, sign: f64) -> f64 {
+        let model = &self.contacts[contact];
+        let up = model.axes.row(2);
+        self.least_load * (model.mu_axis * up[2] + sign * up[axis])
     }
 
     /// What a row speaks of, with names.

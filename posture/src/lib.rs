@@ -35,6 +35,7 @@ mod explain;
 #[cfg(test)]
 mod finite_difference;
 mod iterate;
+mod least_load;
 pub mod outcome;
 pub mod problem;
 mod proof;

@@ -134,7 +134,8 @@ fn unbalanced(ctx: &Context) -> Option<Violation> {
     for (contact, column, _) in &points {
         let mu = ctx.contacts[*contact].mu_axis;
         for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
-            let row = rows.push(Tag::Friction(*contact), 0.0, 0.0, f64::INFINITY);
+            let least = ctx.pyramid_min(*contact, axis, sign);
+            let row = rows.push(Tag::Friction(*contact), 0.0, least, f64::INFINITY);
             row[column + 2] = mu;
             row[column + axis] = sign;
             rows.harden_last();
