@@ -134,9 +134,10 @@ fn contact(
         Some(id) => Some(set.index_of(id)?),
         None => None,
     };
+    let patch = patch(record, robot)?;
     let place = match (&record.p, &record.R, surface) {
         (Some(p), Some(R), surface) => Place::Fixed {
-            X_WC: isometry(p, R)?,
+            X_WC: robot.patches[patch].touching(&isometry(p, R)?),
             yaw_free: record.yaw_free,
             surface,
         },
@@ -149,7 +150,7 @@ fn contact(
         _ => bail!("p and R go together"),
     };
     Ok(Contact {
-        patch: patch(record, robot)?,
+        patch,
         place,
         loaded: true,
         friction,

@@ -72,7 +72,7 @@ fn patches(robot: &Robot, names: &[String]) -> Result<Vec<usize>> {
     Ok(feet)
 }
 
-/// The base upright over the origin, the lowest vertex of the patches at z = 0.
+/// The base upright over the origin, the lowest vertex or ball of the patches at z = 0.
 fn soles_on_zero(robot: &Robot, posture: &Configuration, patches: &[usize]) -> Isometry3<f64> {
     let upright = posture.clone().with_base(&Isometry3::identity());
     let kinematics = Kinematics::new(robot, &upright);
@@ -85,6 +85,7 @@ fn soles_on_zero(robot: &Robot, posture: &Configuration, patches: &[usize]) -> I
                 .polygon
                 .iter()
                 .map(move |v| (pose * Point3::new(v.x, v.y, 0.0)).z)
+                .map(|z| z - patch.point_radius_m().unwrap_or(0.0))
         })
         .fold(f64::INFINITY, f64::min);
     let height = if lowest.is_finite() { -lowest } else { 0.0 };

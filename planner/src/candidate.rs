@@ -50,7 +50,8 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
         .filter(|c| !prepared.feet.contains(&c.patch))
         .count();
 
-    // Release: at least one foot stays.
+    // Release: at least one foot stays, and three points where forces may act, which a foot with an
+    // area has: over two the centre of mass has no room.
     for held in &node.contacts {
         let patch = held.patch;
         let is_foot = prepared.feet.contains(&patch);
@@ -58,7 +59,13 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
             .contacts
             .iter()
             .any(|c| c.patch != patch && prepared.feet.contains(&c.patch));
-        if !stays {
+        let points: usize = node
+            .contacts
+            .iter()
+            .filter(|c| c.patch != patch)
+            .map(|c| prepared.request.robot.patches[c.patch].polygon.len())
+            .sum();
+        if !stays || points < 3 {
             continue;
         }
         let mut after = feet.clone();
@@ -115,7 +122,7 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
 }
 
 /// The place on a surface that a patch would like best, if it is within reach at all: a stride
-/// ahead of the other feet along the guide path, at the patch's usual offset, moved onto the
+/// ahead of the hindmost of the feet that stand, along the guide path, at the patch's usual offset, moved onto the
 /// surface.
 #[allow(non_snake_case)]
 fn wanted_place(
@@ -131,7 +138,8 @@ fn wanted_place(
         .iter()
         .filter(|f| !f.in_air)
         .map(|f| f.along_m)
-        .fold(f64::NEG_INFINITY, f64::max);
+        .min_by(f64::total_cmp)
+        .unwrap_or(f64::NEG_INFINITY);
     let along = (support + prepared.config.stride_m).min(guide.length_m());
     let wanted = guide.foot_at(along, &prepared.offset[patch]);
     let (_, heading) = guide.at(along);
@@ -145,10 +153,14 @@ fn wanted_place(
     let place_S = nearest_inside(room.vertices(), &p_S);
     let place = X_WS * Point3::new(place_S.x, place_S.y, 0.0);
 
-    // Within reach of every contact that stays: two limbs and what is between them.
+    // Within reach of every contact that stays: two limbs and what is between them. A ball's centre
+    // is over the place that it touches.
+    let over = request.robot.patches[patch].touching(&Isometry3::identity());
+    let centre = place + X_WS.rotation * over.translation.vector;
+    let X_over = X_WS * over;
     for held in &node.contacts {
-        let apart = (place.coords - held.X_WC.translation.vector).norm();
-        let nearest = distance_to_polygon(X_WS, polygon.vertices(), &held.X_WC);
+        let apart = (centre.coords - held.X_WC.translation.vector).norm();
+        let nearest = distance_to_polygon(&X_over, polygon.vertices(), &held.X_WC);
         let reach = prepared.reach_m[patch] + prepared.reach_m[held.patch];
         if nearest > reach && apart > reach {
             return None;
@@ -278,7 +290,7 @@ pub(crate) fn comfortable(prepared: &Prepared, contacts: &[Contact]) -> Configur
         .iter()
         .filter_map(|c| {
             let place = match &c.place {
-                Place::Fixed { X_WC, .. } => X_WC.translation.vector,
+                Place::Fixed { X_WC, .. } => request.robot.patches[c.patch].touched_W(X_WC),
                 Place::OnSurface { toward, .. } => toward.as_ref()?.coords,
             };
             prepared.feet.contains(&c.patch).then_some((c.patch, place))

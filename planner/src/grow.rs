@@ -22,10 +22,19 @@ pub(crate) fn root(prepared: &Prepared, config: &posture::Config) -> Result<Node
         .start
         .contacts
         .iter()
-        .map(|&(patch, surface)| Held {
-            patch,
-            surface,
-            X_WC: kinematics.X_WC(&robot.patches[patch]),
+        .map(|&(patch, surface)| {
+            let mut X_WC = kinematics.X_WC(&robot.patches[patch]);
+            // How a ball is turned does not matter: it takes the axes of what it touches.
+            if robot.patches[patch].point_radius_m().is_some()
+                && let Some(touched) = request.environment.surfaces.get(surface)
+            {
+                X_WC.rotation = touched.X_WS.rotation;
+            }
+            Held {
+                patch,
+                surface,
+                X_WC,
+            }
         })
         .collect();
     contacts.sort_by_key(|c| c.patch);
@@ -58,7 +67,7 @@ pub(crate) fn root(prepared: &Prepared, config: &posture::Config) -> Result<Node
     })?;
     let mut last = vec![None; robot.patches.len()];
     for held in &contacts {
-        last[held.patch] = Some(held.X_WC.translation.vector);
+        last[held.patch] = Some(held.place_W(prepared));
     }
     Ok(Node {
         parent: None,
@@ -153,7 +162,7 @@ pub(crate) fn child(
     set.sort_by_key(|c| c.patch);
     let mut last = parent.last.clone();
     for held in &set {
-        last[held.patch] = Some(held.X_WC.translation.vector);
+        last[held.patch] = Some(held.place_W(prepared));
     }
     Ok(Node {
         parent: Some(candidate.node),

@@ -14,7 +14,16 @@ use crate::request::{FootState, Prepared};
 pub(crate) struct Held {
     pub patch: usize,
     pub surface: usize,
+    /// Of a ball: its centre, with the axes of the surface that it touches.
     pub X_WC: Isometry3<f64>,
+}
+
+impl Held {
+    /// The place that is touched, in W: C's origin, or the point of a ball.
+    #[allow(non_snake_case)]
+    pub fn place_W(&self, prepared: &Prepared) -> Vector3<f64> {
+        prepared.request.robot.patches[self.patch].touched_W(&self.X_WC)
+    }
 }
 
 /// A contact set with its posture.

@@ -111,7 +111,8 @@ pub struct RequiredMargins {
     /// Distance between parts of the robot, m.
     pub self_clearance_m: f64,
     /// Distance by which the contact patches are shrunk for the equilibrium, m: with coplanar
-    /// contacts the distance of the centre of mass from the edge of the support region.
+    /// contacts the distance of the centre of mass from the edge of the support region, and that
+    /// distance on balls alone, whatever their heights, on faces of less than 45°.
     pub com_m: f64,
 }
 
@@ -193,15 +194,17 @@ pub struct StanceContact {
     pub link: String,
     /// The surface it touches.
     pub surface: String,
-    /// Pose of the patch frame C in W.
+    /// Pose of the patch frame C in W; of a point patch the ball's centre, with the axes of the
+    /// surface that it touches.
     pub X_WC: Pose,
     /// Coefficient of friction of the pair (the real one, before `friction_use`).
     pub friction: f64,
     /// Whether it may carry load.
     pub loaded: bool,
-    /// Vertices of the patch in W, m.
+    /// Vertices of the patch in W, m; of a point patch the touched point.
     pub vertices_W: Vec<[f64; 3]>,
-    /// Points in W where the forces act (the patch shrunk by the CoM margin), m.
+    /// Points in W where the forces act (the patch shrunk by the CoM margin; of a point patch the
+    /// touched point), m.
     pub force_points_W: Vec<[f64; 3]>,
     /// Force on the robot at each force point, in W, N.
     pub forces_W: Vec<[f64; 3]>,

@@ -49,7 +49,7 @@ pub struct Goal {
 pub(crate) struct Prepared<'a> {
     pub request: &'a Request<'a>,
     pub config: &'a Config,
-    /// For each patch, its place relative to the base in the reference posture, looking ahead.
+    /// For each patch, its place (of a ball that of its lowest point) relative to the base in the reference posture, looking ahead.
     pub offset: Vec<Vector3<f64>>,
     /// For each patch, an upper bound of its distance from the base, m.
     pub reach_m: Vec<f64>,
@@ -92,7 +92,11 @@ impl<'a> Prepared<'a> {
         let offset = robot
             .patches
             .iter()
-            .map(|patch| kinematics.X_WC(patch).translation.vector)
+            .map(|patch| {
+                // A ball stands on its lowest point.
+                let radius = patch.point_radius_m().unwrap_or(0.0);
+                kinematics.X_WC(patch).translation.vector - radius * Vector3::z()
+            })
             .collect();
         let reach_m = robot
             .patches
@@ -132,28 +136,29 @@ impl<'a> Prepared<'a> {
     /// Estimated number of contact changes to the goal, given each foot's last place and whether
     /// it is in the air.
     ///
-    /// A foot on the ground must leave and land once for every two strides it is behind; a foot
-    /// in the air lands a stride ahead of the others.
+    /// A foot in the air lands a stride ahead of the hindmost that stands. Of two feet each then
+    /// passes the other, and one on the ground must leave and land once for every two strides that
+    /// it is behind; more feet catch up with each other, once for every stride.
     pub fn estimate(&self, feet: &[FootState]) -> f64 {
         let end = self.request.guide.length_m();
         let stride = self.config.stride_m;
-        let furthest = feet
+        let hindmost = feet
             .iter()
             .filter(|f| !f.in_air)
             .map(|f| f.along_m)
-            .fold(f64::NEG_INFINITY, f64::max);
+            .min_by(f64::total_cmp)
+            .unwrap_or(f64::NEG_INFINITY);
+        let advance = if feet.len() > 2 { stride } else { 2.0 * stride };
         let tolerance = 0.5 * self.request.goal.base.tolerance_m;
         feet.iter()
             .map(|foot| {
                 let (along, landing) = if foot.in_air {
-                    (foot.along_m.max(furthest + stride), 1.0)
+                    (foot.along_m.max(hindmost + stride), 1.0)
                 } else {
                     (foot.along_m, 0.0)
                 };
                 let behind = (end - tolerance - along).max(0.0);
-                landing
-                    + 2.0 * behind / (2.0 * stride)
-                    + self.config.aside_price_per_m * foot.aside_m
+                landing + 2.0 * behind / advance + self.config.aside_price_per_m * foot.aside_m
             })
             .sum()
     }

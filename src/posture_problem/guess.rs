@@ -27,12 +27,17 @@ pub fn place_base(
         .filter_map(|contact| {
             let place = base * kinematics.X_WC(&robot.patches[contact.patch]);
             match &contact.place {
-                Place::Fixed { X_WC, yaw_free, .. } => Some((place, *X_WC, *yaw_free)),
+                Place::Fixed { X_WC, yaw_free, .. } => {
+                    // A ball has no heading.
+                    let is_ball = robot.patches[contact.patch].point_radius_m().is_some();
+                    Some((place, *X_WC, *yaw_free || is_ball))
+                }
                 // The middle of the surface stands for a place on it.
                 Place::OnSurface { surface, .. } => {
                     let surface = environment.surfaces.get(*surface)?;
                     let c = surface.polygon.centroid();
                     let middle = surface.X_WS * Translation3::new(c.x, c.y, 0.0);
+                    let middle = robot.patches[contact.patch].touching(&middle);
                     Some((place, middle, true))
                 }
             }

@@ -105,6 +105,9 @@ pub fn add_ground(
 struct Sole {
     patch: usize,
     X_WC: Isometry3<f64>,
+    /// Radius of a ball, m.
+    radius_m: Option<f64>,
+    /// Of a ball the point that touches level ground.
     vertices_W: Vec<Point3<f64>>,
 }
 
@@ -112,7 +115,14 @@ impl Sole {
     #[allow(non_snake_case)]
     fn new(robot: &Robot, kinematics: &Kinematics, patch: usize) -> Self {
         let shape = &robot.patches[patch];
-        let X_WC = kinematics.X_WC(shape);
+        let mut X_WC = kinematics.X_WC(shape);
+        let radius_m = shape.point_radius_m();
+        // A ball does not tell how the ground under it is tilted: where nothing else does, it is
+        // level.
+        if let Some(radius) = radius_m {
+            X_WC.rotation = UnitQuaternion::identity();
+            X_WC.translation.z -= radius;
+        }
         let vertices_W = shape
             .polygon
             .iter()
@@ -121,8 +131,15 @@ impl Sole {
         Self {
             patch,
             X_WC,
+            radius_m,
             vertices_W,
         }
+    }
+
+    /// What touches a plane of that normal: the vertices, or the point of a ball.
+    fn touching(&self, normal: &Vector3<f64>) -> impl Iterator<Item = Point3<f64>> + '_ {
+        let turned = self.radius_m.unwrap_or(0.0) * (Vector3::z() - normal);
+        self.vertices_W.iter().map(move |v| v + turned)
     }
 
     /// Largest distance of a vertex of `other` from this sole's plane, m.
@@ -155,14 +172,15 @@ fn known_face(
     members: &[usize],
     same_face_m: f64,
 ) -> Option<usize> {
-    let vertices = || members.iter().flat_map(|&m| &soles[m].vertices_W);
     set.surfaces.iter().position(|surface| {
+        let normal = surface.normal_W();
+        let vertices = || members.iter().flat_map(|&m| soles[m].touching(&normal));
         let upward = soles[members[0]].X_WC.rotation * Vector3::z();
-        surface.normal_W().dot(&upward) > 0.0
-            && vertices().all(|v| surface.height_of(v).abs() <= same_face_m)
+        normal.dot(&upward) > 0.0
+            && vertices().all(|v| surface.height_of(&v).abs() <= same_face_m)
             && surface.effective_polygon().is_some_and(|room| {
                 vertices().all(|v| {
-                    room.contains(&surface.X_WS.inverse_transform_point(v).xy(), same_face_m)
+                    room.contains(&surface.X_WS.inverse_transform_point(&v).xy(), same_face_m)
                 })
             })
     })

@@ -15,6 +15,9 @@ use super::{Check, Options};
 /// Number of horizontal directions in which the centre of mass is moved.
 const DIRECTIONS: usize = 8;
 
+/// Smallest upward part of the normals under balls of which a margin is promised.
+const UPWARD_MIN: f64 = 0.71;
+
 /// Everything about the forces of one stance.
 pub(crate) fn check(
     scene: &Scene,
@@ -36,24 +39,32 @@ pub(crate) fn check(
 }
 
 /// By how much the patch is shrunk where forces act: the margin of the centre of mass, less on a
-/// narrow patch, m.
+/// narrow patch and not at all on a ball, m.
 fn shrunk_by(touch: &Touch, com_m: f64, options: &Options) -> f64 {
+    if touch.patch.point_radius_m().is_some() {
+        return 0.0;
+    }
     let polygon: Vec<[f64; 2]> = touch.patch.polygon.iter().map(|v| [v.x, v.y]).collect();
     let half_width = -polygon::outside(&polygon, polygon::centroid(&polygon));
     com_m.min(options.shrink * half_width)
 }
 
-/// Forces act in the patch, away from its edge.
+/// Forces act in the patch, away from its edge; on a ball where it touches.
 fn points(scene: &Scene, index: usize, touch: &Touch, findings: &mut Findings) {
     let options = scene.options;
     let polygon: Vec<[f64; 2]> = touch.patch.polygon.iter().map(|v| [v.x, v.y]).collect();
+    let ball = touch.patch.point_radius_m().and(touch.vertices_W.first());
+    let off = |p: &[f64; 3]| ball.map(|touched| (Vector3::from(*p) - touched).norm());
     // Distance from the edge, or below zero the distance from the patch's plane.
     let inside = touch
         .stated
         .force_points_W
         .iter()
-        .map(|p| inverse_point(&touch.X_WC, &Vector3::from(*p)))
         .map(|p| {
+            if let Some(off) = off(p) {
+                return -off;
+            }
+            let p = inverse_point(&touch.X_WC, &Vector3::from(*p));
             let edge = -polygon::outside(&polygon, [p.x, p.y]);
             if p.z.abs() > options.closure_m {
                 edge.min(-p.z.abs())
@@ -268,8 +279,15 @@ fn found_again(
 /// Moved by d, the same forces balance again when the point of each moves by d − (n·d)/(n·f) f,
 /// which stays in the patch's plane and is at most (cos θ + μ' sin θ)·|d| long for a plane of tilt
 /// θ and a force in the cone of μ' (and |d| across the slope).
+///
+/// On balls alone there is nothing to shrink: the whole margin is promised, but for steep faces.
 fn promised_reach(scene: &Scene, touches: &[Touch]) -> f64 {
     let required = &scene.plan.required;
+    let mut loaded = touches.iter().filter(|t| t.stated.loaded);
+    let upward = |t: &Touch| column(&t.surface.X_WS.to_homogeneous(), 2).z;
+    if loaded.all(|t| t.patch.point_radius_m().is_some() && upward(t) > UPWARD_MIN) {
+        return required.com_m;
+    }
     touches
         .iter()
         .filter(|t| t.stated.loaded)

@@ -18,9 +18,10 @@ pub(crate) struct Touch<'a> {
     pub stated: &'a StanceContact,
     pub patch: &'a ContactPatch,
     pub surface: &'a Surface,
-    /// Pose of the patch frame in W, by the posture.
+    /// Pose of the patch frame in W, by the posture; of a ball its centre, with the surface's axes.
     pub X_WC: Matrix4<f64>,
-    /// The patch's vertices in W, by the posture.
+    /// The patch's vertices in W, by the posture; of a ball the point that is nearest to the
+    /// surface's plane on the outer side.
     pub vertices_W: Vec<Vector3<f64>>,
 }
 
@@ -78,11 +79,17 @@ fn place<'a>(scene: &Scene<'a>, stance: &'a Stance, posture: &Posture) -> Vec<To
         .filter_map(|stated| {
             let patch = robot.patches.iter().find(|p| p.name == stated.patch)?;
             let surface = plan.surfaces.iter().find(|s| s.id == stated.surface)?;
-            let X_WC = posture.X_WB.get(patch.body)? * patch.X_BC.to_homogeneous();
+            let mut X_WC = posture.X_WB.get(patch.body)? * patch.X_BC.to_homogeneous();
+            let radius = patch.point_radius_m();
+            if radius.is_some() {
+                let axes = surface.X_WS.rotation.to_rotation_matrix();
+                X_WC.fixed_view_mut::<3, 3>(0, 0).copy_from(axes.matrix());
+            }
+            let below = -radius.unwrap_or(0.0);
             let vertices_W = patch
                 .polygon
                 .iter()
-                .map(|v| point(&X_WC, &Vector3::new(v.x, v.y, 0.0)))
+                .map(|v| point(&X_WC, &Vector3::new(v.x, v.y, below)))
                 .collect();
             Some(Touch {
                 stated,
@@ -163,9 +170,12 @@ fn contact(scene: &Scene, index: usize, touch: &Touch, findings: &mut Findings) 
         .collect();
     let height = in_surface.iter().map(|p| p.z.abs()).fold(0.0, f64::max);
     findings.value(at, Check::Closure, name, height, options.closure_m);
-    let (z_C, z_S) = (column(&touch.X_WC, 2), column(&X_WS, 2));
-    let angle = z_C.cross(&z_S).norm().atan2(z_C.dot(&z_S));
-    findings.value(at, Check::Normal, name, angle, options.normal_rad);
+    // A ball may be turned as it likes.
+    if touch.patch.point_radius_m().is_none() {
+        let (z_C, z_S) = (column(&touch.X_WC, 2), column(&X_WS, 2));
+        let angle = z_C.cross(&z_S).norm().atan2(z_C.dot(&z_S));
+        findings.value(at, Check::Normal, name, angle, options.normal_rad);
+    }
     let polygon: Vec<[f64; 2]> = touch
         .surface
         .polygon
