@@ -36,6 +36,9 @@ struct Patch<'a> {
     link: &'a str,
     X_LC: Pose,
     polygon_m: Vec<[f64; 2]>,
+    /// Of a ball: its frame is at the centre, and so is its one vertex.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    radius_m: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -87,6 +90,7 @@ pub(super) fn write(plan: &Plan, robot: &Robot, config: &Config) -> Result<Strin
                 link: &patch.link,
                 X_LC: record(&(link.X_BL.inverse() * patch.X_BC)),
                 polygon_m: patch.polygon.iter().map(|v| [v.x, v.y]).collect(),
+                radius_m: patch.point_radius_m(),
             })
         })
         .collect::<Result<_>>()?;

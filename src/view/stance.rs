@@ -1,5 +1,7 @@
 //! A stance in the page: bodies, contacts with what their forces amount to, support region.
 
+use std::f64::consts::TAU;
+
 use anyhow::{Result, ensure};
 use nalgebra::{Point2, Point3, Quaternion, UnitQuaternion, Vector3};
 use planner::plan::{Change, RequiredMargins, Stance, StanceContact};
@@ -14,6 +16,9 @@ use super::support::{LoadedContact, support_region};
 /// Contacts whose heights and normals differ by no more than this are called level: 2 mm, 1°.
 const LEVEL_HEIGHT_M: f64 = 0.002;
 const LEVEL_TILT_RAD: f64 = 0.0175;
+/// Radius and corners of the disc that is drawn where a ball touches, m.
+const DISC_M: f64 = 0.025;
+const DISC_CORNERS: usize = 12;
 
 /// The stance with everything that the page would have to compute from it.
 ///
@@ -71,7 +76,7 @@ fn contact(contact: &StanceContact, change: &Change) -> Value {
         "state": state(contact, change),
         "friction": contact.friction,
         "normal_W": components(&normal, unit),
-        "vertices_W": contact.vertices_W.iter().map(|p| p.map(metres)).collect::<Vec<_>>(),
+        "vertices_W": outline(contact).iter().map(|p| p.map(metres)).collect::<Vec<_>>(),
         "force_points_W": contact.force_points_W.iter().map(|p| p.map(metres)).collect::<Vec<_>>(),
         "forces_W": contact.forces_W.iter().map(|f| f.map(newtons)).collect::<Vec<_>>(),
         "force_W": components(&force, newtons),
@@ -79,6 +84,20 @@ fn contact(contact: &StanceContact, change: &Change) -> Value {
         "centre_of_pressure_W": pushes.then(pressure),
         "friction_use": pushes.then(|| tangential / (contact.friction * normal_force)),
     })
+}
+
+/// The patch as it is drawn: its vertices, or a small disc where a ball touches.
+fn outline(contact: &StanceContact) -> Vec<[f64; 3]> {
+    let [touched] = contact.vertices_W[..] else {
+        return contact.vertices_W.clone();
+    };
+    let turn = rotation(contact);
+    (0..DISC_CORNERS)
+        .map(|k| {
+            let (sin, cos) = (TAU * k as f64 / DISC_CORNERS as f64).sin_cos();
+            (Vector3::from(touched) + turn * Vector3::new(DISC_M * cos, DISC_M * sin, 0.0)).into()
+        })
+        .collect()
 }
 
 /// What the page calls the contact.
@@ -93,8 +112,12 @@ fn state(contact: &StanceContact, change: &Change) -> &'static str {
 
 /// z_C in W.
 fn normal(contact: &StanceContact) -> Vector3<f64> {
+    rotation(contact) * Vector3::z()
+}
+
+fn rotation(contact: &StanceContact) -> UnitQuaternion<f64> {
     let [x, y, z, w] = contact.X_WC.quat_xyzw;
-    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)) * Vector3::z()
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }
 
 fn components(v: &Vector3<f64>, rounded: fn(f64) -> f64) -> [f64; 3] {
@@ -196,6 +219,22 @@ mod tests {
         assert_eq!(record["centre_of_pressure_W"], json!([0.0, -0.0133, 0.2]));
         // 60 N of the 0.5 · 600 N that friction can hold.
         assert!((record["friction_use"].as_f64().unwrap() - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_ball_is_drawn_as_a_disc_where_it_touches() {
+        let mut ball = foot("toe", true);
+        ball.vertices_W = vec![[0.3, 0.1, 0.2]];
+        ball.force_points_W = ball.vertices_W.clone();
+        ball.forces_W = vec![[0.0, 0.0, 100.0]];
+        let record = contact(&ball, &Change::Start);
+        let corners = record["vertices_W"].as_array().unwrap();
+        assert_eq!(corners.len(), DISC_CORNERS);
+        for corner in corners {
+            let [x, y, z] = [0, 1, 2].map(|k| corner[k].as_f64().unwrap());
+            assert!(((x - 0.3).hypot(y - 0.1) - DISC_M).abs() < 2e-4 && z == 0.2);
+        }
+        assert_eq!(record["centre_of_pressure_W"], json!([0.3, 0.1, 0.2]));
     }
 
     #[test]

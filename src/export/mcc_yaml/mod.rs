@@ -15,7 +15,7 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use planner::plan::{Change, Plan, StanceContact};
 use robot_model::Robot;
@@ -30,6 +30,13 @@ mod document;
 
 /// The plan as a configuration of the controller.
 pub(super) fn write(plan: &Plan, robot: &Robot, config: &Config) -> Result<String> {
+    // Its tasks turn the limbs' frames, and its surface contacts need an area.
+    if let Some(ball) = robot.patches.iter().find(|p| p.point_radius_m().is_some()) {
+        bail!(
+            "mcc-yaml has no contact of a ball, and {} touches with one: write json or csv",
+            ball.name
+        );
+    }
     let limbs = Limbs::new(robot, config)?;
     let start = plan.stances.first().context("the plan has no stances")?;
     let initial_contacts = start
