@@ -13,7 +13,7 @@ use robot_model::{Robot, load_from_strings};
 use scandent::posture_problem;
 use scenes::contact_sets::{Family, generate};
 
-const ROBOTS: [&str; 1] = ["hrp2"];
+const ROBOTS: [&str; 2] = ["hrp2", "hexapod"];
 const SEED: u64 = 1;
 const REPEATS: usize = 3;
 

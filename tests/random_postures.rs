@@ -3,7 +3,7 @@
 //! `SCANDENT_RANDOM_POSTURES=10000 cargo test --release --test random_postures` for more of them.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion};
+use nalgebra::{Isometry3, Matrix3, Point2, Rotation3, UnitQuaternion};
 use planner::PathStance;
 use planner::plan::{
     Change, GoalRecord, PLAN_FORMAT, Plan, Program, RequiredMargins, RobotSummary, SearchSummary,
@@ -25,8 +25,8 @@ fn count() -> usize {
     })
 }
 
-fn humanoid() -> Robot {
-    let files = scenes::builtin_robot("hrp2").expect("it ships");
+fn builtin(name: &str) -> Robot {
+    let files = scenes::builtin_robot(name).expect("it ships");
     robot_model::load_from_strings(
         files.urdf,
         Some(files.srdf),
@@ -38,8 +38,11 @@ fn humanoid() -> Robot {
     .expect("it loads")
 }
 
-/// The surfaces of a problem; under a fixed contact one of the patch's own size, which the solver
-/// does not know of.
+/// Half width of the surface under a ball, m.
+const UNDER_BALL_M: f64 = 0.05;
+
+/// The surfaces of a problem; under a fixed contact one of the patch's own size, and a small one
+/// under a ball, which the solver does not know of.
 fn surfaces(problem: &ProblemRecord, posed: &Posed, robot: &Robot) -> Vec<Surface> {
     if !problem.surfaces.is_empty() {
         return posed.environment.surfaces.clone();
@@ -56,7 +59,13 @@ fn surfaces(problem: &ProblemRecord, posed: &Posed, robot: &Robot) -> Vec<Surfac
             let patch = robot
                 .patch(contact.patch.as_deref().expect("a name"))
                 .expect("a patch");
-            let polygon = ConvexPolygon::new(patch.polygon.clone()).expect("a polygon");
+            let vertices = match patch.point_radius_m() {
+                None => patch.polygon.clone(),
+                Some(_) => [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                    .map(|(x, y)| Point2::new(UNDER_BALL_M * x, UNDER_BALL_M * y))
+                    .to_vec(),
+            };
+            let polygon = ConvexPolygon::new(vertices).expect("a polygon");
             Surface::new(format!("under {k}"), X_WS, polygon)
         })
         .collect()
@@ -147,17 +156,26 @@ fn faults(plan: &Plan, robot: &Robot, problem: &ProblemRecord) -> Vec<Check> {
 
 #[test]
 fn every_posture_that_is_found_passes_the_verifier() {
-    let robot = humanoid();
+    check(&builtin("hrp2"), &Family::ALL);
+}
+
+#[test]
+fn so_does_every_posture_on_balls() {
+    check(&builtin("hexapod"), &[Family::Easy, Family::Free]);
+}
+
+/// Draws, solves and verifies problems of the families.
+fn check(robot: &Robot, families: &[Family]) {
     let reference = robot.resting();
     let config = posture::Config::default();
     let (mut wrong, mut missed) = (Vec::new(), Vec::new());
-    for family in Family::ALL {
-        let set = generate(&robot, &[family], count(), 11).expect("problems");
+    for &family in families {
+        let set = generate(robot, &[family], count(), 11).expect("problems");
         let (mut solved, n) = (0, set.problems.len());
         for problem in &set.problems {
             let posed =
-                posture_problem::pose(problem, &robot, &reference, set.body_m).expect("a problem");
-            let outcome = posture::solve(&posed.problem(&robot), &config).expect("a problem");
+                posture_problem::pose(problem, robot, &reference, set.body_m).expect("a problem");
+            let outcome = posture::solve(&posed.problem(robot), &config).expect("a problem");
             let Some(found) = outcome.posture() else {
                 if problem.expected == Some(Expected::Solvable) {
                     missed.push(problem.id.clone());
@@ -171,17 +189,18 @@ fn every_posture_that_is_found_passes_the_verifier() {
                     problem.id, problem.reason
                 ));
             }
-            let plan = plan(problem, &posed, found, &robot, &config, set.body_m);
-            let failed = faults(&plan, &robot, problem);
+            let plan = plan(problem, &posed, found, robot, &config, set.body_m);
+            let failed = faults(&plan, robot, problem);
             if !failed.is_empty() {
                 wrong.push(format!("{}: {failed:?}", problem.id));
             }
-            // The same posture with a knee bent by a degree is wrong, and is found to be.
+            // The same posture with a joint next to a contact turned by a degree is wrong, and is
+            // found to be.
             let mut bent = plan.clone();
-            let knee = 7 + robot.joint_index("LLEG_JOINT3").expect("a knee");
-            bent.stances[0].q[knee] += 1f64.to_radians();
-            let told = !faults(&bent, &robot, problem).is_empty();
-            assert!(told, "{}: a bent knee passes", problem.id);
+            let body = robot.patches[posed.contacts[0].patch].body;
+            bent.stances[0].q[6 + body] += 1f64.to_radians();
+            let told = !faults(&bent, robot, problem).is_empty();
+            assert!(told, "{}: a turned joint passes", problem.id);
         }
         if !matches!(family, Family::Infeasible) {
             // A generator that solves nothing passes no test: half of every family is solved.

@@ -180,6 +180,55 @@ fn it_stands_on_six_balls_and_on_three() {
     }
 }
 
+/// A margin that is asked for moves the centre of mass away from the support polygon's edge.
+#[test]
+fn on_three_balls_the_centre_of_mass_keeps_its_margin() {
+    let robot = hexapod();
+    let world = environment(vec![floor()]);
+    let contacts = [0, 2, 4].map(|i| fixed(&robot, FEET[i]));
+    let q = standing(&robot);
+    let solved = |com_margin_m: f64, base_goal: Option<BaseGoal>, like: &Configuration| {
+        let problem = Problem {
+            robot: &robot,
+            environment: &world,
+            contacts: contacts.to_vec(),
+            base_goal,
+            reference: like,
+            guess: like,
+        };
+        let config = Config {
+            com_margin_m,
+            ..Config::default()
+        };
+        let outcome = posture::solve(&problem, &config).unwrap();
+        let posture = outcome.posture().unwrap_or_else(|| panic!("{outcome:?}"));
+        assert_sound(&robot, &world, &contacts, posture);
+        posture.clone()
+    };
+    // Distance of the centre of mass from the nearest edge.
+    let inside = |posture: &Posture| {
+        let corners: Vec<Point2<f64>> = posture
+            .contacts
+            .iter()
+            .map(|c| c.vertices_W[0].xy().into())
+            .collect();
+        let triangle = ConvexPolygon::hull(&corners).unwrap();
+        -triangle.signed_distance(&posture.com_W.xy().into())
+    };
+    // The base at y ≥ 0.2 m, toward the edge between front and rear left, which is at 0.39 m.
+    let aside = BaseGoal {
+        position_m: [None, Some(1.2), None],
+        tolerance_m: 1.0,
+        ..BaseGoal::default()
+    };
+    let near = solved(0.0, Some(aside), &q);
+    // The most similar posture with a greater margin.
+    let asked = inside(&near) + 0.02;
+    let with = inside(&solved(asked, None, &near.q));
+    assert!(with >= asked - 1e-4, "{with} m, {asked} m asked for");
+    assert!(with < asked + 0.02, "{with} m, {asked} m asked for");
+}
+
 #[test]
 fn feet_on_a_slope_and_a_step_touch_along_their_normals() {
     let robot = hexapod();
@@ -208,15 +257,32 @@ fn feet_on_one_side_hold_it_only_where_it_leans_over_them() {
             ..fixed(&robot, foot)
         })
         .collect();
-    // Free to lean, it brings its weight between the three.
-    let leaning = solve(&robot, &world, &contacts);
+    // Free to lean, it brings its weight just between the three, and no margin inside.
+    let q = standing(&robot);
+    let lean = |com_margin_m: f64| {
+        let problem = Problem {
+            robot: &robot,
+            environment: &world,
+            contacts: contacts.clone(),
+            base_goal: None,
+            reference: &q,
+            guess: &q,
+        };
+        let config = Config {
+            com_margin_m,
+            ..Config::default()
+        };
+        posture::solve(&problem, &config).unwrap()
+    };
+    let refused = lean(Config::default().com_margin_m);
+    assert!(refused.violation().is_some(), "{refused:?}");
+    let leaning = lean(0.0);
     let posture = leaning.posture().expect("it leans");
     assert_sound(&robot, &world, &contacts, posture);
     let edge = posture.contacts[0].vertices_W[0].y;
     assert!(edge > 0.1, "front and rear left stand at y = {edge}");
     assert!(posture.com_W.y > edge - 1e-3, "CoM at {}", posture.com_W);
 
-    let q = standing(&robot);
     let problem = Problem {
         robot: &robot,
         environment: &world,
