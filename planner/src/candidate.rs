@@ -122,7 +122,7 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
 }
 
 /// The place on a surface that a patch would like best, if it is within reach at all: a stride
-/// ahead of the hindmost of the feet that stand, along the guide path, at the patch's usual offset, moved onto the
+/// ahead of the hindmost of the feet that stand (of the foremost for a hand), along the guide path, at the patch's usual offset, moved onto the
 /// surface.
 #[allow(non_snake_case)]
 fn wanted_place(
@@ -134,12 +134,13 @@ fn wanted_place(
 ) -> Option<(Point3<f64>, Option<f64>)> {
     let request = prepared.request;
     let guide = &request.guide;
-    let support = feet
-        .iter()
-        .filter(|f| !f.in_air)
-        .map(|f| f.along_m)
-        .min_by(f64::total_cmp)
-        .unwrap_or(f64::NEG_INFINITY);
+    let standing = || feet.iter().filter(|f| !f.in_air).map(|f| f.along_m);
+    let support = if prepared.feet.contains(&patch) {
+        standing().min_by(f64::total_cmp)
+    } else {
+        standing().max_by(f64::total_cmp)
+    };
+    let support = support.unwrap_or(f64::NEG_INFINITY);
     let along = (support + prepared.config.stride_m).min(guide.length_m());
     let wanted = guide.foot_at(along, &prepared.offset[patch]);
     let (_, heading) = guide.at(along);
