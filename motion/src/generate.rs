@@ -22,11 +22,12 @@ const APART_MIN: f64 = 0.12;
 /// # Errors
 /// [`Error::Posture`] where a waypoint cannot be posed.
 pub(crate) fn solve(setting: &Setting, task: &Task) -> Result<Result<Track, Failure>, Error> {
+    let mut waypoints = setting.config.waypoints_max;
     let Some(swing) = &task.swing else {
-        return follow(setting, task, None);
+        return follow(setting, task, None, &mut waypoints);
     };
     if swing.lands.is_none() {
-        return follow(setting, task, Some(&Way::straight(swing)));
+        return follow(setting, task, Some(&Way::straight(swing)), &mut waypoints);
     }
     let mut nearest: Option<Failure> = None;
     let mut tried = 0;
@@ -49,7 +50,7 @@ pub(crate) fn solve(setting: &Setting, task: &Task) -> Result<Result<Track, Fail
             continue;
         }
         tried += 1;
-        match follow(setting, task, Some(&way))? {
+        match follow(setting, task, Some(&way), &mut waypoints)? {
             Ok(track) => return Ok(Ok(track)),
             Err(failure) => {
                 tracing::debug!("{shape:?}: {}", failure.describe());
@@ -70,15 +71,15 @@ fn keep_least(nearest: &mut Option<Failure>, failure: Failure) {
     }
 }
 
-/// The body on one way.
+/// The body on one way, with as many waypoints as are left.
 fn follow(
     setting: &Setting,
     task: &Task,
     way: Option<&Way>,
+    waypoints: &mut usize,
 ) -> Result<Result<Track, Failure>, Error> {
     let mut task = task.clone();
     let mut evades = false;
-    let mut waypoints = 0;
     loop {
         let failure = match attempt(setting, &task, way, evades) {
             Ok(track) => return Ok(Ok(track)),
@@ -94,10 +95,10 @@ fn follow(
             continue;
         }
         // Then the posture generator is asked for a posture on the way.
-        if waypoints == setting.config.waypoints_max {
+        if *waypoints == 0 {
             return Ok(Err(failure));
         }
-        waypoints += 1;
+        *waypoints -= 1;
         match waypoint(setting, &task, way, failure.at)? {
             Some(key) => {
                 let at = task.keys.partition_point(|k| k.u < key.u);

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
 use crate::cli::Global;
 use crate::config::Config;
@@ -36,7 +36,12 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let config = Config::layered(None, global)?;
     let plan = plan_file::open(&args.plan)?;
     let robot = args.robot.load(&plan)?;
-    let text = export::export(&plan, &robot, args.format, &config.export)?;
+    let text = if args.format == Format::MotionCsv {
+        let motion = plan_file::open_motion(&args.plan, &plan)?;
+        export::motion_csv(&motion.context("the plan has no motion")?, &robot)?
+    } else {
+        export::export(&plan, &robot, args.format, &config.export)?
+    };
     match &args.output {
         Some(path) => {
             output::write(path, text.as_bytes())?;

@@ -5,8 +5,9 @@
 //! | `mcc-yaml` | isri-aist/MultiContactController: contact, centroidal and posture lists |
 //! | `json` | any controller: contacts with times, poses, wrenches; postures |
 //! | `csv` | spreadsheets and plots: one row a stance |
+//! | `motion-csv` | plots and players of trajectories: one row a sample of the motion |
 //!
-//! Plans hold postures and no motion yet, so the times come from the durations of [`Config`].
+//! Times are those of the plan's motion; where it has none, the durations of [`Config`].
 
 mod config;
 mod csv;
@@ -14,10 +15,12 @@ mod frames;
 mod json;
 mod limbs;
 mod mcc_yaml;
+mod motion_csv;
 mod swing;
 pub mod timeline;
 
 pub use config::Config;
+pub use motion_csv::motion_csv;
 
 use std::str::FromStr;
 
@@ -34,11 +37,18 @@ pub enum Format {
     Json,
     /// One row a stance
     Csv,
+    /// One row a sample of the motion
+    MotionCsv,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Format; 3] = [Format::MccYaml, Format::Json, Format::Csv];
+    pub const ALL: [Format; 4] = [
+        Format::MccYaml,
+        Format::Json,
+        Format::Csv,
+        Format::MotionCsv,
+    ];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -46,6 +56,7 @@ impl Format {
             Format::MccYaml => "mcc-yaml",
             Format::Json => "json",
             Format::Csv => "csv",
+            Format::MotionCsv => "motion-csv",
         }
     }
 }
@@ -75,6 +86,7 @@ impl FromStr for Format {
 /// # Errors
 /// A plan of another robot or with values that are no numbers; settings that make no sense; two
 /// patches with one limb's name.
+/// For [`Format::MotionCsv`] there is [`motion_csv`]: the samples are in no plan.
 pub fn export(plan: &Plan, robot: &Robot, format: Format, config: &Config) -> Result<String> {
     config.validate()?;
     frames::check(plan, robot)?;
@@ -82,5 +94,6 @@ pub fn export(plan: &Plan, robot: &Robot, format: Format, config: &Config) -> Re
         Format::MccYaml => mcc_yaml::write(plan, robot, config),
         Format::Json => json::write(plan, robot, config),
         Format::Csv => csv::write(plan, robot, config),
+        Format::MotionCsv => bail!("the plan alone does not hold the samples of its motion"),
     }
 }

@@ -163,7 +163,15 @@ pub fn mutations() -> Vec<Mutation> {
         "contact moved between stances",
         contact_moved,
         Kept,
-        &[Inclusion, Closure, Goal, Clearance, StatedMargin],
+        // Moved along the world's axes on a leaning surface, it also sinks in.
+        &[
+            Inclusion,
+            Closure,
+            Goal,
+            Clearance,
+            ContactDepth,
+            StatedMargin,
+        ],
     );
     add(
         "two contacts changed at once",

@@ -1,0 +1,64 @@
+//! One row a sample of the motion, for plots and for players of joint trajectories.
+
+use std::fmt::Write as _;
+
+use anyhow::Result;
+use motion::Motion;
+use robot_model::Robot;
+
+/// The motion as a table: time, what the phase does and which patch swings, centre of mass, q, and
+/// for every patch the force that it bears (N, in W); empty where it is in the air.
+///
+/// # Errors
+/// A motion that contradicts itself or is another robot's.
+pub fn motion_csv(motion: &Motion, robot: &Robot) -> Result<String> {
+    motion.validate()?;
+    let wanted = 7 + robot.nj();
+    if let Some(sample) = motion.samples.iter().find(|s| s.q.len() != wanted) {
+        anyhow::bail!(
+            "the motion has {} coordinates, {} has {wanted}",
+            sample.q.len(),
+            robot.name
+        );
+    }
+    let base = "base_x_m,base_y_m,base_z_m,base_qx,base_qy,base_qz,base_qw";
+    let mut text = format!("time_s,phase,swing,com_x_m,com_y_m,com_z_m,{base}");
+    for joint in robot.joint_names() {
+        let _ = write!(text, ",{joint}");
+    }
+    for patch in &robot.patches {
+        for axis in ["x", "y", "z"] {
+            let _ = write!(text, ",{}_f{axis}_N", patch.name);
+        }
+    }
+    text.push('\n');
+    for sample in &motion.samples {
+        let Some(phase) = motion.phase_at(sample.t_s).map(|i| &motion.phases[i]) else {
+            continue;
+        };
+        let kind = serde_json::to_value(phase.kind)?;
+        let swing = phase.swing.as_deref().unwrap_or("");
+        let _ = write!(
+            text,
+            "{:.4},{},{swing}",
+            sample.t_s,
+            kind.as_str().unwrap_or("")
+        );
+        for x in sample.com_W.iter().chain(&sample.q) {
+            let _ = write!(text, ",{x:.9}");
+        }
+        for patch in &robot.patches {
+            match phase.contacts.iter().position(|c| c.patch == patch.name) {
+                None => text.push_str(",,,"),
+                Some(i) => {
+                    for k in 0..3 {
+                        let sum: f64 = sample.forces_W[i].iter().map(|f| f[k]).sum();
+                        let _ = write!(text, ",{sum:.6}");
+                    }
+                }
+            }
+        }
+        text.push('\n');
+    }
+    Ok(text)
+}
