@@ -51,14 +51,6 @@ fn benches(criterion: &mut Criterion) {
     println!("scene              stage        median ms   the paper's s   ratio   nodes   stances");
     for (name, perception_s, planning_s) in SCENES {
         let runs: Vec<Planned> = (0..11).map(|_| plan(name)).collect();
-        // The motion is to take no longer than twice the search.
-        let stage = |stage: &str| median(runs.iter().map(|r| r.report.stages_ms[stage]).collect());
-        println!(
-            "{name:<18} motion       {:>9.1}   {:>4.2} of planning, {:.1} s of motion",
-            stage("motion"),
-            stage("motion") / stage("planning"),
-            runs[0].report.motion_s
-        );
         for (stage, paper_s) in [("perception", perception_s), ("planning", planning_s)] {
             let ms = median(runs.iter().map(|run| run.report.stages_ms[stage]).collect());
             let report = &runs[0].report;

@@ -168,9 +168,6 @@ pub fn plan(
                 sha256: provenance::sha256(&motion_json),
                 duration_s: motion.duration_s(),
                 samples: motion.samples.len(),
-                reached_s: (0..answer.path.len())
-                    .filter_map(|k| motion.reached_s(k))
-                    .collect(),
             })
         }
         None => None,

@@ -17,8 +17,6 @@ pub(crate) struct Airborne {
     heights: (f64, f64),
     /// Distance from the nearer end, m.
     from_end: f64,
-    /// Whether that is the end it comes from.
-    begins: bool,
     /// The patch's normal.
     normal: Vector3<f64>,
 }
@@ -40,7 +38,6 @@ impl Airborne {
             lands: swing.lands.filter(|_| near(&swing.to)),
             heights: (height(swing.leaves), height(swing.lands)),
             from_end: distance(&swing.from).min(distance(&swing.to)),
-            begins: distance(&swing.from) < distance(&swing.to),
             normal: X_WC.rotation * Vector3::z(),
         }
     }
@@ -69,22 +66,7 @@ impl Airborne {
         if normal_W.dot(&self.normal) < OVER {
             return beside;
         }
-        beside + self.part(setting) * (setting.config.swing_clearance_m - beside).max(0.0)
-    }
-
-    /// The distance that is asked for from the links that stand, m: as far as they are apart at
-    /// the nearer end, up to the swing's own margin, and that margin between the ends.
-    pub fn required_from_own_m(&self, setting: &Setting, at_ends_m: [f64; 2]) -> f64 {
-        let own = setting.posture.self_clearance_m;
-        let most = setting.config.swing_self_clearance_m.max(own);
-        let at_end = at_ends_m[usize::from(!self.begins)].clamp(own, most);
-        let zone = 2.0 * setting.config.straight_m;
-        let part = ((self.from_end - zone) / (2.0 * zone)).clamp(0.0, 1.0);
-        at_end + part * (most - at_end)
-    }
-
-    /// Part of the swing's own margins that is asked for: the postures at the ends have theirs.
-    fn part(&self, setting: &Setting) -> f64 {
-        (self.from_end / (2.0 * setting.config.straight_m)).min(1.0)
+        let part = (self.from_end / (2.0 * setting.config.straight_m)).min(1.0);
+        beside + part * (setting.config.swing_clearance_m - beside).max(0.0)
     }
 }

@@ -29,8 +29,6 @@ pub struct Config {
     /// Distance by which a patch in the air clears what lies under its way, m; what stands beside
     /// its way is cleared as in the postures.
     pub swing_clearance_m: f64,
-    /// Distance by which its link passes those that stand, between the ends, m.
-    pub swing_self_clearance_m: f64,
     /// Height over the higher end at which a patch travels where nothing asks for more, m.
     pub swing_height_m: f64,
     /// How far a patch moves straight along the normal of the surface that it leaves or lands on,
@@ -42,7 +40,7 @@ pub struct Config {
     pub closure_m: f64,
     /// Ways through the air that are tried for one swing.
     pub ways_max: usize,
-    /// Postures solved on all ways of a phase together where their checks fail.
+    /// Postures solved on one way where its checks fail.
     pub waypoints_max: usize,
 }
 
@@ -57,12 +55,11 @@ impl Default for Config {
             joint_speed_use: 0.5,
             swing_speed_m_s: 0.5,
             swing_clearance_m: 0.020,
-            swing_self_clearance_m: 0.020,
             swing_height_m: 0.05,
             straight_m: 0.030,
-            pieces: 48,
+            pieces: 40,
             closure_m: 1e-5,
-            ways_max: 5,
+            ways_max: 6,
             waypoints_max: 2,
         }
     }
@@ -101,7 +98,6 @@ impl Config {
         for (field, value) in [
             ("settle_s", self.settle_s),
             ("swing_clearance_m", self.swing_clearance_m),
-            ("swing_self_clearance_m", self.swing_self_clearance_m),
         ] {
             check(field, value, value >= 0.0, "≥ 0")?;
         }

@@ -22,12 +22,11 @@ const APART_MIN: f64 = 0.12;
 /// # Errors
 /// [`Error::Posture`] where a waypoint cannot be posed.
 pub(crate) fn solve(setting: &Setting, task: &Task) -> Result<Result<Track, Failure>, Error> {
-    let mut waypoints = setting.config.waypoints_max;
     let Some(swing) = &task.swing else {
-        return follow(setting, task, None, &mut waypoints);
+        return follow(setting, task, None);
     };
     if swing.lands.is_none() {
-        return follow(setting, task, Some(&Way::straight(swing)), &mut waypoints);
+        return follow(setting, task, Some(&Way::straight(swing)));
     }
     let mut nearest: Option<Failure> = None;
     let mut tried = 0;
@@ -50,7 +49,7 @@ pub(crate) fn solve(setting: &Setting, task: &Task) -> Result<Result<Track, Fail
             continue;
         }
         tried += 1;
-        match follow(setting, task, Some(&way), &mut waypoints)? {
+        match follow(setting, task, Some(&way))? {
             Ok(track) => return Ok(Ok(track)),
             Err(failure) => {
                 tracing::debug!("{shape:?}: {}", failure.describe());
@@ -71,15 +70,15 @@ fn keep_least(nearest: &mut Option<Failure>, failure: Failure) {
     }
 }
 
-/// The body on one way, with as many waypoints as are left.
+/// The body on one way.
 fn follow(
     setting: &Setting,
     task: &Task,
     way: Option<&Way>,
-    waypoints: &mut usize,
 ) -> Result<Result<Track, Failure>, Error> {
     let mut task = task.clone();
     let mut evades = false;
+    let mut waypoints = 0;
     loop {
         let failure = match attempt(setting, &task, way, evades) {
             Ok(track) => return Ok(Ok(track)),
@@ -95,10 +94,10 @@ fn follow(
             continue;
         }
         // Then the posture generator is asked for a posture on the way.
-        if *waypoints == 0 {
+        if waypoints == setting.config.waypoints_max {
             return Ok(Err(failure));
         }
-        *waypoints -= 1;
+        waypoints += 1;
         match waypoint(setting, &task, way, failure.at)? {
             Some(key) => {
                 let at = task.keys.partition_point(|k| k.u < key.u);

@@ -1,7 +1,7 @@
 //! The inequalities of a small quadratic program in dual form.
 //!
 //!   min ½‖y − y₀‖²  s.t.  E (y − y₀) = 0,  g_i·y ≥ b_i
-//!   y = y₀ + P Gᵀ μ,   P = 1 − Eᵀ (E Eᵀ)⁻¹ E,   μ ≥ 0,   μ ⊥ (G P Gᵀ + ε) μ + room ≥ 0
+//!   y = y₀ + P Gᵀ μ,   P = 1 − Eᵀ (E Eᵀ)⁻¹ E,   μ ≥ 0,   μ ⊥ G P Gᵀ μ + room ≥ 0
 //!
 //! solved by projected Gauss–Seidel over the few rows that are near.
 
@@ -11,15 +11,12 @@ use crate::dense::{cholesky_solve, dot};
 const SWEEPS: usize = 200;
 /// A sweep that changes the multipliers by less than this part is the last.
 const SETTLED: f64 = 1e-9;
-/// Gives way a little where rows contradict each other: a multiplier of 1 (rad, m) by a tenth of a
-/// millimetre.
-pub(crate) const ELASTIC: f64 = 1e-4;
+/// What keeps rows that contradict each other from running away.
+const ELASTIC: f64 = 1e-6;
 
 /// Rows g with their room g·y₀ − b.
 #[derive(Default)]
 pub(crate) struct Inequalities {
-    /// How far a row gives way to a multiplier of 1.
-    pub elastic: f64,
     rows: Vec<f64>,
     room: Vec<f64>,
     /// P gᵀ of each row.
@@ -80,9 +77,9 @@ impl Inequalities {
             let mut size: f64 = 0.0;
             for i in 0..count {
                 let row = &self.products[i * count..(i + 1) * count];
+                let value = self.room[i] + dot(row, &self.multiplier);
                 let before = self.multiplier[i];
-                let value = self.room[i] + dot(row, &self.multiplier) + self.elastic * before;
-                let after = (before - value / (row[i] + self.elastic)).max(0.0);
+                let after = (before - value / (row[i] + ELASTIC)).max(0.0);
                 self.multiplier[i] = after;
                 change = change.max((after - before).abs());
                 size = size.max(after.abs());

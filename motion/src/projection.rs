@@ -9,7 +9,7 @@
 #![allow(non_snake_case)]
 
 use crate::dense::{cholesky, cholesky_solve, dot};
-use crate::inequalities::{ELASTIC, Inequalities};
+use crate::inequalities::Inequalities;
 use nalgebra::{DVector, Isometry3, Point3, Vector3};
 use robot_model::{Configuration, JointKind, Kinematics, PatchKind, Robot};
 
@@ -26,8 +26,6 @@ const LOOK_EVERY: usize = 3;
 /// Steps that close a sample, and the residual below which none is needed.
 const CLOSING: usize = 3;
 const CLOSED: f64 = 1e-7;
-/// Residual (m, rad) from which that is given up.
-const LOST: f64 = 5e-3;
 /// Steps that do not shrink to this part are damped.
 const SHRINK: f64 = 0.5;
 /// Below this residual (m, rad) the equations hold.
@@ -111,7 +109,6 @@ impl Projection {
         q: &mut Configuration,
         kinematics: &mut Kinematics,
     ) -> f64 {
-        self.inequalities.elastic = ELASTIC;
         let mut moved = f64::INFINITY;
         // How much of the way from the reference is taken as it is: less damping is faster.
         let mut damping = 0.0;
@@ -129,9 +126,6 @@ impl Projection {
                 Some(_) => {}
                 None => self.near.clear(),
             }
-            if iteration == FINISH && residual > LOST {
-                return residual;
-            }
             let mut delta = reference.difference(q);
             delta *= 1.0 - damping;
             if !self.quadratic(robot, target, bounds, weight, q, &delta, kinematics) {
@@ -144,9 +138,8 @@ impl Projection {
                 self.step.iter_mut().for_each(|s| *s *= scale);
             }
             if iteration >= FINISH {
-                // What does not settle is at least closed, the bounds giving way more and more.
+                // What does not settle is at least closed.
                 damping = 1.0;
-                self.inequalities.elastic *= 10.0;
             } else if iteration > 1 && moved > SHRINK * last {
                 damping = 0.5 * (1.0 + damping);
             }

@@ -105,16 +105,6 @@ impl Motion {
         self.phases.last().map_or(0.0, |phase| phase.t_end_s)
     }
 
-    /// When the posture of a stance is reached, s: where the phases that lead to it end, at rest
-    /// there or not; 0 for the first one.
-    pub fn reached_s(&self, stance: usize) -> Option<f64> {
-        if stance == 0 {
-            return Some(0.0);
-        }
-        let moves = |phase: &&Phase| phase.to_stance == stance && phase.from_stance != stance;
-        self.phases.iter().rev().find(moves).map(|p| p.t_end_s)
-    }
-
     /// Index of the phase that a time belongs to: the later one at a border, the last one after
     /// the end.
     pub fn phase_at(&self, t_s: f64) -> Option<usize> {

@@ -1,7 +1,7 @@
 //! The geometry of a phase: configurations along the way, solved at knots and joined by a C²
 //! spline.
 //!
-//!   q(s) = q_ref(u) ⊕ δ(s),  u = σ(s)      δ a cubic spline through the projections at the knots
+//!   q(u) = q_ref(u) ⊕ δ(u)      δ a cubic spline through the projections of q_ref at the knots
 //!
 //! Between the knots a Newton step closes the contacts once more.
 #![allow(non_snake_case)]
@@ -22,11 +22,11 @@ use crate::way::Way;
 const TURN_WEIGHT: f64 = 0.3;
 /// What is kept beyond the joints' margins and the clearances in the middle of the way, so that the
 /// spline between the knots keeps them too: rad, m.
-const EXTRA_RAD: f64 = 8e-3;
-const EXTRA_M: f64 = 3e-3;
+const EXTRA_RAD: f64 = 4e-3;
+const EXTRA_M: f64 = 2e-3;
 /// Part of the way over which that extra grows and ceases: the postures at the ends may be on their
 /// bounds.
-const EASE: f64 = 0.15;
+const EASE: f64 = 0.1;
 /// Residual that the projection may leave at a knot, m and rad: samples are closed once more.
 const LEFT: f64 = 1e-3;
 
@@ -73,8 +73,7 @@ impl<'a> Router<'a> {
         let pieces = setting.config.pieces;
         let mut deltas: Vec<f64> = Vec::with_capacity((pieces + 1) * n);
         for i in 0..=pieces {
-            // Evenly in time: the straight ends of the way take a good part of it.
-            let u = quintic(i as f64 / pieces as f64);
+            let u = i as f64 / pieces as f64;
             blend.configuration(u, &mut reference);
             q.clone_from(&reference);
             // From the solution at the knot before.
@@ -107,7 +106,7 @@ impl<'a> Router<'a> {
         }
         Ok(Route {
             blend,
-            delta: Spline::new(n, 1.0 / pieces as f64, deltas, Ends::Rest),
+            delta: Spline::new(n, 1.0 / pieces as f64, deltas, Ends::Free),
             buffer: vec![0.0; n],
             keys: &self.task.keys,
             closed: self.task.closed.iter().map(|c| c.patch).collect(),
@@ -200,25 +199,25 @@ impl<'a> Router<'a> {
 }
 
 impl Route<'_> {
-    /// Writes the configuration of the spline after the part `s` of the time.
-    pub fn configuration(&mut self, s: f64, out: &mut Configuration) {
-        self.blend.configuration(quintic(s), out);
-        self.delta.evaluate(s, Order::Value, &mut self.buffer);
+    /// Writes the configuration of the spline at `u`.
+    pub fn configuration(&mut self, u: f64, out: &mut Configuration) {
+        self.blend.configuration(u, out);
+        self.delta.evaluate(u, Order::Value, &mut self.buffer);
         out.integrate_in_place(&self.buffer);
     }
 
-    /// Writes the configuration after the part `s` of the time with its contacts closed and its
-    /// centre of mass in place to rounding, and its kinematics.
+    /// Writes the configuration at `u` with its contacts closed and its centre of mass in place to
+    /// rounding, and its kinematics.
     pub fn close(
         &mut self,
         robot: &Robot,
-        s: f64,
+        u: f64,
         out: &mut Configuration,
         kinematics: &mut Kinematics,
     ) {
-        self.configuration(s, out);
+        self.configuration(u, out);
         let closed = self.closed.iter().copied();
-        closed_target(self.keys, closed, &self.ends, quintic(s), &mut self.target);
+        closed_target(self.keys, closed, &self.ends, u, &mut self.target);
         self.projection
             .close(robot, &self.target, &self.weight, out, kinematics);
     }

@@ -7,9 +7,8 @@ use robot_model::{Configuration, Kinematics};
 use crate::Error;
 use crate::failure::Failure;
 use crate::generate;
-use crate::near;
 use crate::problem::{Closed, End, Key, Setting, Swing, Task};
-use crate::projection::{ANGLE_ARM_M, Bounds, Near, Projection, Target, is_point};
+use crate::projection::{ANGLE_ARM_M, Bounds, Projection, Target, is_point};
 use crate::record::PhaseKind;
 use crate::route::joint_bounds;
 use crate::track::Instance;
@@ -20,8 +19,6 @@ const SAME_PLACE_M: f64 = 1e-3;
 const LIFT: f64 = 1.6;
 /// How freely it turns meanwhile, beside the joints.
 const LIFT_FREEDOM: f64 = 0.5;
-/// What the lifted posture keeps beyond the clearances, m.
-const LIFT_EXTRA_M: f64 = 1e-3;
 /// Residual of the lifted posture, m and rad: that of a stance's.
 const LIFT_LEFT: f64 = 1e-6;
 
@@ -252,32 +249,26 @@ fn lift(
     target.patches.push((leaving.patch, to));
     let weight = vec![1.0; robot.nv()];
     let joints = joint_bounds(setting, 0.0);
-    let mut task = Task {
-        closed: parts.closed.clone(),
-        swing: Some(Swing {
-            patch: leaving.patch,
-            from,
-            to,
-            leaves: Some(leaving.surface),
-            lands: None,
-        }),
-        keys: vec![first.clone(), first.clone()],
-    };
-    let near = |kinematics: &Kinematics, out: &mut Vec<Near>| {
-        near::pairs(setting, &task, kinematics, LIFT_EXTRA_M, out);
-    };
     let bounds = Bounds {
         joints: &joints,
-        near: Some(&near),
+        near: None,
     };
     let mut q = first.q.clone();
     let left = Projection::default().solve(
         robot, &target, &bounds, &weight, &first.q, &mut q, kinematics,
     );
-    // It may have turned.
-    if let Some(swing) = &mut task.swing {
-        swing.to = kinematics.X_WC(&robot.patches[leaving.patch]);
-    }
+    let mut task = Task {
+        closed: parts.closed.clone(),
+        swing: Some(Swing {
+            patch: leaving.patch,
+            from,
+            // It may have turned.
+            to: kinematics.X_WC(&robot.patches[leaving.patch]),
+            leaves: Some(leaving.surface),
+            lands: None,
+        }),
+        keys: vec![first.clone(), first.clone()],
+    };
     if left.is_nan() || left > LIFT_LEFT {
         let patch = Some(robot.patches[leaving.patch].name.clone());
         let reason = crate::failure::Reason::Closure { patch };

@@ -51,18 +51,6 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
             }
         }
     }
-    let at_ends_m = [0.0, 1.0].map(|u| {
-        let X_WB = way.pose(u) * to_body;
-        let mut nearest = LOOK_M;
-        for (_, shape) in &shapes {
-            for (other, X_WO) in &standing {
-                let (a, b) = (&shape.geometry, &other.geometry);
-                let found = closest(a, &(X_WB * shape.X_BG), b, X_WO, LOOK_M);
-                nearest = found.map_or(nearest, |f| nearest.min(f.distance));
-            }
-        }
-        nearest
-    });
     let mut worst: Option<(Hit, f64, f64)> = None;
     for i in 0..=POSES {
         let u = i as f64 / POSES as f64;
@@ -94,8 +82,7 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
                 let Some(found) = closest(a, &X_WG, b, X_WO, LOOK_M) else {
                     continue;
                 };
-                let required = air.required_from_own_m(setting, at_ends_m);
-                let short = required - found.distance;
+                let short = setting.posture.self_clearance_m - found.distance;
                 if short > 1e-4 && worst.as_ref().is_none_or(|(_, w, _)| short > *w) {
                     worst = Some((Hit::Robot(other.link.clone()), short, u));
                 }

@@ -1,10 +1,9 @@
 //! A phase in time: its duration, its samples, and the dense check of every one of them.
 #![allow(non_snake_case)]
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use robot_model::{GRAVITY_M_S2, Kinematics};
 
-use crate::airborne::Airborne;
 use crate::blend;
 use crate::clearance::Watch;
 use crate::failure::{Failure, Reason, keep_worst, patch_name};
@@ -28,10 +27,6 @@ const CLOSURE_FACTOR: f64 = 5.0;
 /// How far the patch in the air may be off its way between the knots, m: nothing is near it but what
 /// the clearances are kept from, and those are checked where it is.
 const SWING_TOLERANCE_M: f64 = 2e-3;
-
-/// How far a vertex of the patch may be below the plane that it leaves or lands on, m: what the
-/// spline strays between knots.
-const SUNK_M: f64 = 2e-4;
 
 /// One sample of a phase.
 #[derive(Clone, Debug)]
@@ -79,7 +74,7 @@ pub(crate) fn steps(setting: &Setting, task: &Task, way: Option<&Way>, route: &m
     let mut before = task.keys[0].q.clone();
     let mut now = before.clone();
     for i in 1..=INSTANTS {
-        route.configuration(i as f64 * ds, &mut now);
+        route.configuration(u(i), &mut now);
         for (b, body) in robot.bodies.iter().enumerate().skip(1) {
             let rate = (now.joints[b - 1] - before.joints[b - 1]).abs() / ds;
             time = time.max(rate / (body.velocity * config.joint_speed_use));
@@ -106,9 +101,8 @@ pub(crate) fn sample(
     let mut samples = Vec::with_capacity(steps + 1);
     let mut last_quaternion = task.keys[0].q.R_WB.coords;
     for i in 0..=steps {
-        let s = i as f64 / steps as f64;
-        let u = quintic(s);
-        route.close(robot, s, &mut q, &mut kinematics);
+        let u = quintic(i as f64 / steps as f64);
+        route.close(robot, u, &mut q, &mut kinematics);
         // q and −q are one orientation: stay on the side of the one before.
         if q.R_WB.coords.dot(&last_quaternion) < 0.0 {
             q.R_WB = nalgebra::UnitQuaternion::new_unchecked(-q.R_WB.into_inner());
@@ -116,7 +110,6 @@ pub(crate) fn sample(
         last_quaternion = q.R_WB.coords;
         let forces_W = blend::forces_W(&task.keys, u);
         closure(setting, task, way, &kinematics, u, &mut worst);
-        above(setting, task, &kinematics, u, &mut worst);
         joints(setting, task, &q.joints, u, &mut worst);
         statics.check(&kinematics, &forces_W, u, &mut worst);
         watch.look(&kinematics, u, &mut worst);
@@ -164,37 +157,6 @@ fn closure(
                 setting.failure(task, Reason::Closure { patch }, apart, u),
             );
         }
-    }
-}
-
-/// Near its ends the patch in the air is above the surface that it leaves or lands on: there its
-/// link is excepted from the distances.
-fn above(
-    setting: &Setting,
-    task: &Task,
-    kinematics: &Kinematics,
-    u: f64,
-    worst: &mut Option<Failure>,
-) {
-    let Some(swing) = &task.swing else { return };
-    let patch = &setting.robot.patches[swing.patch];
-    let X_WC = kinematics.X_WC(patch);
-    let Some(surface) = Airborne::new(setting, swing, &X_WC).surface(setting) else {
-        return;
-    };
-    let surface = &setting.environment.surfaces[surface];
-    let radius = patch.point_radius_m().unwrap_or(0.0);
-    let heights = patch
-        .polygon
-        .iter()
-        .map(|v| surface.height_of(&(X_WC * Point3::new(v.x, v.y, 0.0))) - radius);
-    let lowest = heights.fold(f64::INFINITY, f64::min);
-    if lowest < -SUNK_M {
-        let reason = Reason::Clearance {
-            link: patch.link.clone(),
-            body: surface.id.clone(),
-        };
-        keep_worst(worst, setting.failure(task, reason, -lowest, u));
     }
 }
 

@@ -35,25 +35,8 @@ impl<'a> Motions<'a> {
     /// # Errors
     /// [`Error::Motion`] where stances do not follow on each other.
     pub fn along(&mut self, path: &[PathStance]) -> Result<Option<(usize, Failure)>, Error> {
-        let edges: Vec<&[PathStance]> = path.windows(2).collect();
-        // As many at a time as there are threads; what comes after a failure is not needed.
-        for (first, some) in edges.chunks(rayon::current_num_threads()).enumerate() {
-            self.solve(some)?;
-            let begin = first * rayon::current_num_threads();
-            for (i, pair) in some.iter().enumerate() {
-                if let Some((.., Err(failure))) = self.known.get(&key(pair)) {
-                    return Ok(Some((begin + i + 1, failure.clone())));
-                }
-            }
-        }
-        Ok(None)
-    }
-
-    /// Computes those of some edges that are not known yet.
-    fn solve(&mut self, edges: &[&[PathStance]]) -> Result<(), Error> {
-        let missing: Vec<&[PathStance]> = edges
-            .iter()
-            .copied()
+        let missing: Vec<&[PathStance]> = path
+            .windows(2)
             .filter(|pair| !self.known.contains_key(&key(pair)))
             .collect();
         let setting = &self.setting;
@@ -61,13 +44,16 @@ impl<'a> Motions<'a> {
             motion::segment(setting, end(&pair[0]), end(&pair[1]))
                 .map(|edge| (key(pair), (pair[0].clone(), pair[1].clone(), edge)))
         };
-        let solved: Vec<_> = if missing.len() > 1 {
+        let solved: Vec<_> = if missing.len() > 1 && rayon::current_num_threads() > 1 {
             missing.par_iter().map(solve).collect::<Result<_, _>>()
         } else {
             missing.iter().map(solve).collect::<Result<_, _>>()
         }?;
         self.known.extend(solved);
-        Ok(())
+        Ok(path.windows(2).enumerate().find_map(|(i, pair)| {
+            let (.., edge) = self.known.get(&key(pair))?;
+            Some((i + 1, edge.as_ref().err()?.clone()))
+        }))
     }
 
     /// The motion of a path all of whose edges have one.

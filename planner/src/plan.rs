@@ -60,8 +60,6 @@ pub struct MotionFile {
     pub duration_s: f64,
     /// Number of samples.
     pub samples: usize,
-    /// When the posture of each stance is reached, s.
-    pub reached_s: Vec<f64>,
 }
 
 /// Name and version of a program.

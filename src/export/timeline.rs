@@ -1,4 +1,4 @@
-//! When what of a plan happens: the motion's times, or the settings' where there is no motion.
+//! When what of a plan happens: stances have no times, a controller needs some.
 
 use planner::plan::{Change, Plan};
 
@@ -37,31 +37,8 @@ pub struct Phase {
 ///
 /// Before a contact leaves, the weight shifts with it still touching; a contact that leaves and
 /// is made in the next stance swings there, any other is taken away. A contact that is made needs
-/// no shift: the stance before already bears without it. Where the plan has a motion, its times
-/// are those at which the motion passes the stances.
+/// no shift: the stance before already bears without it.
 pub fn phases(plan: &Plan, config: &Config) -> Vec<Phase> {
-    let mut phases = by_durations(plan, config);
-    let reached = plan.motion.as_ref().map(|motion| &motion.reached_s);
-    if let Some(reached) = reached.filter(|r| r.len() == plan.stances.len()) {
-        for phase in &mut phases {
-            let k = phase.stance;
-            let at = |k: usize| config.start_s + reached.get(k).copied().unwrap_or_default();
-            if phase.kind == Move::Release {
-                // At the beginning of the way to the next stance.
-                let next = at(k + 1).max(at(k));
-                phase.start_s = at(k);
-                phase.end_s = at(k) + config.release_s.min(0.5 * (next - at(k)));
-            } else {
-                phase.start_s = at(k.saturating_sub(1));
-                phase.end_s = at(k);
-            }
-        }
-    }
-    phases
-}
-
-/// The phases with the settings' durations.
-fn by_durations(plan: &Plan, config: &Config) -> Vec<Phase> {
     let mut phases: Vec<Phase> = Vec::new();
     let mut now = config.start_s;
     let mut push = |stance, kind, duration: f64| {
