@@ -9,7 +9,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use robot_model::{Robot, load_from_strings};
+use robot_model::Robot;
 use scandent::posture_problem;
 use scenes::contact_sets::{Family, generate};
 
@@ -18,16 +18,10 @@ const SEED: u64 = 1;
 const REPEATS: usize = 3;
 
 fn robot(name: &str) -> Robot {
-    let files = scenes::builtin_robot(name).expect("it ships");
-    load_from_strings(
-        files.urdf,
-        Some(files.srdf),
-        Some(files.contacts),
-        files.name,
-        &robot_model::load::no_meshes,
-        &robot_model::Config::default(),
-    )
-    .expect("it loads")
+    scenes::builtin_robot(name)
+        .expect("it ships")
+        .load(&robot_model::Config::default())
+        .expect("it loads")
 }
 
 /// The value below which the part `q` of the values lies: the nearest rank.

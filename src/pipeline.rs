@@ -189,7 +189,7 @@ pub fn plan(
         surfaces: set.surfaces,
         obstacles: set.obstacles,
         thin_body_m: config.surfaces.body.thickness_m,
-        required: required(&config.posture),
+        required: RequiredMargins::from(&config.posture),
         goal: goal_record,
         stances: planner::record::stances(&robot, &environment, &answer.path),
         motion: motion_file,
@@ -238,18 +238,6 @@ fn apply_friction(robot: &mut Robot, scene: &Scene) -> Result<()> {
         robot.patches[patch].friction = *friction;
     }
     Ok(())
-}
-
-/// The margins that the posture generator kept.
-fn required(config: &posture::Config) -> RequiredMargins {
-    RequiredMargins {
-        friction_use: config.friction_use,
-        torque_use: config.torque_use,
-        joint_rad: config.joint_margin_rad,
-        clearance_m: config.clearance_m,
-        self_clearance_m: config.self_clearance_m,
-        com_m: config.com_margin_m,
-    }
 }
 
 fn report(answer: &Answer, plan: &Plan, stages: Stages, threads: usize) -> Report {

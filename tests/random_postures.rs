@@ -26,16 +26,10 @@ fn count() -> usize {
 }
 
 fn builtin(name: &str) -> Robot {
-    let files = scenes::builtin_robot(name).expect("it ships");
-    robot_model::load_from_strings(
-        files.urdf,
-        Some(files.srdf),
-        Some(files.contacts),
-        files.name,
-        &robot_model::load::no_meshes,
-        &robot_model::Config::default(),
-    )
-    .expect("it loads")
+    scenes::builtin_robot(name)
+        .expect("it ships")
+        .load(&robot_model::Config::default())
+        .expect("it loads")
 }
 
 /// Half width of the surface under a ball, m.
@@ -113,14 +107,7 @@ fn plan(
         surfaces,
         obstacles: Vec::new(),
         thin_body_m: body_m,
-        required: RequiredMargins {
-            friction_use: config.friction_use,
-            torque_use: config.torque_use,
-            joint_rad: config.joint_margin_rad,
-            clearance_m: config.clearance_m,
-            self_clearance_m: config.self_clearance_m,
-            com_m: config.com_margin_m,
-        },
+        required: RequiredMargins::from(config),
         goal: GoalRecord {
             base_position_m: None,
             tolerance_m: 0.0,

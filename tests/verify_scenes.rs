@@ -11,16 +11,10 @@ use scandent::verify::{Options, verify};
 
 #[test]
 fn the_plan_of_every_scene_passes_and_every_broken_one_fails() {
-    let shipped = scenes::builtin_robot("hrp2").expect("the robot ships");
-    let robot = robot_model::load_from_strings(
-        shipped.urdf,
-        Some(shipped.srdf),
-        Some(shipped.contacts),
-        shipped.name,
-        &robot_model::load::no_meshes,
-        &robot_model::Config::default(),
-    )
-    .expect("the robot loads");
+    let robot = scenes::builtin_robot("hrp2")
+        .expect("the robot ships")
+        .load(&robot_model::Config::default())
+        .expect("the robot loads");
     for scene in scenes::names() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let output = Command::new(env!("CARGO_BIN_EXE_scandent"))

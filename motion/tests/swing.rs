@@ -12,15 +12,10 @@ use surfaces::{ConvexPolygon, Obstacle, Surface, SurfaceSet};
 const STEP: (f64, f64) = (0.20, 0.22);
 
 fn humanoid() -> Robot {
-    robot_model::load_from_strings(
-        include_str!("../../scenes/robots/hrp2/hrp2.urdf"),
-        Some(include_str!("../../scenes/robots/hrp2/hrp2.srdf")),
-        Some(include_str!("../../scenes/robots/hrp2/contacts.toml")),
-        "hrp2",
-        &|_| Err("none".to_owned()),
-        &robot_model::Config::default(),
-    )
-    .unwrap()
+    scenes::builtin_robot("hrp2")
+        .unwrap()
+        .load(&robot_model::Config::default())
+        .unwrap()
 }
 
 fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64; 2]) -> Surface {

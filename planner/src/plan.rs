@@ -116,6 +116,20 @@ pub struct RequiredMargins {
     pub com_m: f64,
 }
 
+impl From<&posture::Config> for RequiredMargins {
+    /// The margins that the posture generator keeps.
+    fn from(config: &posture::Config) -> Self {
+        Self {
+            friction_use: config.friction_use,
+            torque_use: config.torque_use,
+            joint_rad: config.joint_margin_rad,
+            clearance_m: config.clearance_m,
+            self_clearance_m: config.self_clearance_m,
+            com_m: config.com_margin_m,
+        }
+    }
+}
+
 /// The goal as the search understood it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

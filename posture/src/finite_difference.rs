@@ -12,28 +12,18 @@ use crate::{Config, cost};
 
 /// The humanoid that ships, read from its files.
 pub(crate) fn humanoid() -> Robot {
-    robot_model::load_from_strings(
-        include_str!("../../scenes/robots/hrp2/hrp2.urdf"),
-        Some(include_str!("../../scenes/robots/hrp2/hrp2.srdf")),
-        Some(include_str!("../../scenes/robots/hrp2/contacts.toml")),
-        "hrp2",
-        &|_| Err("none".to_owned()),
-        &robot_model::Config::default(),
-    )
-    .unwrap()
+    scenes::builtin_robot("hrp2")
+        .unwrap()
+        .load(&robot_model::Config::default())
+        .unwrap()
 }
 
 /// The robot that stands on balls, read from its files.
 fn hexapod() -> Robot {
-    robot_model::load_from_strings(
-        include_str!("../../scenes/robots/hexapod/hexapod.urdf"),
-        Some(include_str!("../../scenes/robots/hexapod/hexapod.srdf")),
-        Some(include_str!("../../scenes/robots/hexapod/contacts.toml")),
-        "hexapod",
-        &|_| Err("none".to_owned()),
-        &robot_model::Config::default(),
-    )
-    .unwrap()
+    scenes::builtin_robot("hexapod")
+        .unwrap()
+        .load(&robot_model::Config::default())
+        .unwrap()
 }
 
 /// A square surface of half width `half` at a pose.

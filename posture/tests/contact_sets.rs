@@ -9,15 +9,10 @@ use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
 use surfaces::{ConvexPolygon, Surface, SurfaceSet};
 
 fn humanoid() -> Robot {
-    robot_model::load_from_strings(
-        include_str!("../../scenes/robots/hrp2/hrp2.urdf"),
-        Some(include_str!("../../scenes/robots/hrp2/hrp2.srdf")),
-        Some(include_str!("../../scenes/robots/hrp2/contacts.toml")),
-        "hrp2",
-        &|_| Err("none".to_owned()),
-        &robot_model::Config::default(),
-    )
-    .unwrap()
+    scenes::builtin_robot("hrp2")
+        .unwrap()
+        .load(&robot_model::Config::default())
+        .unwrap()
 }
 
 /// Half sitting with the soles on z = 0.

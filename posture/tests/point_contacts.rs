@@ -19,15 +19,10 @@ const FEET: [&str; 6] = [
 const FRICTION: f64 = 0.6;
 
 fn hexapod() -> Robot {
-    robot_model::load_from_strings(
-        include_str!("../../scenes/robots/hexapod/hexapod.urdf"),
-        Some(include_str!("../../scenes/robots/hexapod/hexapod.srdf")),
-        Some(include_str!("../../scenes/robots/hexapod/contacts.toml")),
-        "hexapod",
-        &|_| Err("none".to_owned()),
-        &robot_model::Config::default(),
-    )
-    .unwrap()
+    scenes::builtin_robot("hexapod")
+        .unwrap()
+        .load(&robot_model::Config::default())
+        .unwrap()
 }
 
 /// Standing with the balls on z = 0.

@@ -1,5 +1,8 @@
 //! The robots that ship.
 
+use robot_model::load::no_meshes;
+use robot_model::{Robot, load_from_strings};
+
 /// A robot's three files, embedded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuiltinRobot {
@@ -11,6 +14,23 @@ pub struct BuiltinRobot {
     pub srdf: &'static str,
     /// Contact patches.
     pub contacts: &'static str,
+}
+
+impl BuiltinRobot {
+    /// The robot that the files describe.
+    ///
+    /// # Errors
+    /// As [`robot_model::load_from_strings`]; none with the default settings.
+    pub fn load(&self, config: &robot_model::Config) -> Result<Robot, robot_model::Error> {
+        load_from_strings(
+            self.urdf,
+            Some(self.srdf),
+            Some(self.contacts),
+            self.name,
+            &no_meshes,
+            config,
+        )
+    }
 }
 
 static ROBOTS: [BuiltinRobot; 2] = [

@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use nalgebra::{Matrix3, Vector3};
-use robot_model::{Kinematics, Robot, load_from_strings};
+use robot_model::{Kinematics, Robot};
 use scenes::contact_sets::{
     ContactRecord, Expected, FORMAT, Family, ProblemRecord, ProblemSet, generate,
 };
@@ -12,16 +12,10 @@ fn hrp2() -> Robot {
 }
 
 fn shipped(name: &str) -> Robot {
-    let files = scenes::builtin_robot(name).expect("it ships");
-    load_from_strings(
-        files.urdf,
-        Some(files.srdf),
-        Some(files.contacts),
-        files.name,
-        &robot_model::load::no_meshes,
-        &robot_model::Config::default(),
-    )
-    .expect("it loads")
+    scenes::builtin_robot(name)
+        .expect("it ships")
+        .load(&robot_model::Config::default())
+        .expect("it loads")
 }
 
 fn rotation(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {

@@ -7,19 +7,13 @@ mod facts;
 mod files;
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use robot_model::{Kinematics, PatchKind, Robot, load_from_strings};
+use robot_model::{Kinematics, PatchKind, Robot};
 
 fn hexapod() -> Robot {
-    let files = scenes::builtin_robot("hexapod").expect("it ships");
-    load_from_strings(
-        files.urdf,
-        Some(files.srdf),
-        Some(files.contacts),
-        files.name,
-        &robot_model::load::no_meshes,
-        &robot_model::Config::default(),
-    )
-    .expect("it loads")
+    scenes::builtin_robot("hexapod")
+        .expect("it ships")
+        .load(&robot_model::Config::default())
+        .expect("it loads")
 }
 
 #[test]

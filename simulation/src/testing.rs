@@ -8,16 +8,10 @@ use crate::course::{Standing, WantedContact};
 
 /// The robot hrp2 that ships.
 pub fn hrp2() -> Robot {
-    let files = scenes::builtin_robot("hrp2").expect("it ships");
-    robot_model::load_from_strings(
-        files.urdf,
-        Some(files.srdf),
-        Some(files.contacts),
-        "hrp2",
-        &robot_model::load::no_meshes,
-        &robot_model::Config::default(),
-    )
-    .expect("it loads")
+    scenes::builtin_robot("hrp2")
+        .expect("it ships")
+        .load(&robot_model::Config::default())
+        .expect("it loads")
 }
 
 /// Half sitting with the soles in the plane z = 0.

@@ -141,14 +141,7 @@ pub fn plan(robot: &Robot, steps: usize) -> Plan {
         surfaces: set.surfaces,
         obstacles: set.obstacles,
         thin_body_m: thickness_m,
-        required: RequiredMargins {
-            friction_use: config.friction_use,
-            torque_use: config.torque_use,
-            joint_rad: config.joint_margin_rad,
-            clearance_m: config.clearance_m,
-            self_clearance_m: config.self_clearance_m,
-            com_m: config.com_margin_m,
-        },
+        required: RequiredMargins::from(&config),
         goal: GoalRecord {
             base_position_m: Some([Some(to.x), Some(to.y), None]),
             tolerance_m,

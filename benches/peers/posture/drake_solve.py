@@ -11,11 +11,8 @@ Drake reads no collision meshes in the STL format. The first start is the one th
 resting posture over the contacts; STARTS - 1 more have drawn joints near it.
 """
 
-import argparse
-import json
 import math
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +25,8 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.solvers import SnoptSolver, SolverOptions
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-from robot import GRAVITY, Robot, base_guess, read_problems, touching_pose  # noqa: E402
+from problem_file import solve_file  # noqa: E402
+from robot import GRAVITY, base_guess, touching_pose  # noqa: E402
 
 POSITION_M = 1e-4
 ANGLE_RAD = 1e-4
@@ -196,24 +194,5 @@ class Solver:
         return None
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    for flag in ("--urdf", "--srdf", "--contacts", "-o"):
-        parser.add_argument(flag, required=True)
-    parser.add_argument("problems")
-    args = parser.parse_args()
-    robot = Robot(args.urdf, args.srdf, args.contacts)
-    solver = Solver(robot)
-    results = []
-    for number, problem in enumerate(read_problems(args.problems)["problems"]):
-        begin = time.perf_counter()
-        q = solver.solve(problem, number)
-        us = 1e6 * (time.perf_counter() - begin)
-        outcome = "undecided" if q is None else "feasible"
-        results.append({"id": problem["id"], "outcome": outcome, "q": q, "us": us})
-        print(f"drake {problem['id']}: {outcome}, {us / 1e3:.0f} ms", file=sys.stderr)
-    Path(args.o).write_text(json.dumps({"joint_names": robot.joint_names, "results": results}))
-
-
 if __name__ == "__main__":
-    main()
+    solve_file("drake", __doc__, Solver)

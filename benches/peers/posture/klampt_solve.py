@@ -8,8 +8,6 @@ start is the one that Scandent has; the restarts draw joints within their limits
 and BASE_RAD of it.
 """
 
-import argparse
-import json
 import random
 import sys
 import tempfile
@@ -23,7 +21,8 @@ from klampt.model import contact as klampt_contact
 from klampt.model import ik
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-from robot import GRAVITY, Robot, base_guess, read_problems, touching_pose  # noqa: E402
+from problem_file import solve_file  # noqa: E402
+from robot import GRAVITY, base_guess, touching_pose  # noqa: E402
 
 RESTARTS = 200
 ITERATIONS = 200
@@ -154,24 +153,5 @@ class Solver:
         return self.configuration() if found else None
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    for flag in ("--urdf", "--srdf", "--contacts", "-o"):
-        parser.add_argument(flag, required=True)
-    parser.add_argument("problems")
-    args = parser.parse_args()
-    robot = Robot(args.urdf, args.srdf, args.contacts)
-    solver = Solver(robot)
-    results = []
-    for number, problem in enumerate(read_problems(args.problems)["problems"]):
-        begin = time.perf_counter()
-        q = solver.solve(problem, number)
-        us = 1e6 * (time.perf_counter() - begin)
-        outcome = "undecided" if q is None else "feasible"
-        results.append({"id": problem["id"], "outcome": outcome, "q": q, "us": us})
-        print(f"klampt {problem['id']}: {outcome}, {us / 1e3:.0f} ms", file=sys.stderr)
-    Path(args.o).write_text(json.dumps({"joint_names": robot.joint_names, "results": results}))
-
-
 if __name__ == "__main__":
-    main()
+    solve_file("klampt", __doc__, Solver)
