@@ -1,6 +1,7 @@
 //! Values of flags that are more than a number or a name.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use perception::{Intrinsics, SensorOptions};
 
 /// How far a quaternion's length may be from 1: written decimals.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -63,6 +64,20 @@ pub struct SensorFlag {
     pub pinhole: Option<[f64; 4]>,
     /// Metres per unit of a depth image.
     pub depth_scale_m: Option<f64>,
+}
+
+impl SensorFlag {
+    /// What a reader of scans must know beside the file; `unnamed` is the sensor where none is
+    /// named.
+    pub fn options(&self, unnamed: &str) -> SensorOptions {
+        let intrinsics = |[fx, fy, cx, cy]: [f64; 4]| Intrinsics { fx, fy, cx, cy };
+        SensorOptions {
+            sensor: self.name.clone().unwrap_or_else(|| unnamed.to_owned()),
+            intrinsics: self.pinhole.map(intrinsics),
+            depth_scale_m: self.depth_scale_m,
+            eye_m: None,
+        }
+    }
 }
 
 /// A [`SensorFlag`].

@@ -77,6 +77,8 @@ pub enum Command {
     Export(command::export::Args),
     /// Write a plan as one HTML page to look at
     View(command::view::Args),
+    /// Find where a sensor sits on a robot
+    Calibrate(command::calibrate::Args),
     /// Show what was read of a robot
     Robot(command::robot::Args),
     /// Print the resolved settings as TOML
@@ -123,6 +125,7 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::Simulate(args)) => command::simulate::run(args, global, out),
         Some(Command::Export(args)) => command::export::run(args, global, out),
         Some(Command::View(args)) => command::view::run(args, out),
+        Some(Command::Calibrate(args)) => command::calibrate::run(args, global, out),
         Some(Command::Robot(args)) => command::robot::run(args, global, out),
         Some(Command::Config(args)) => command::config::run(args, global, out),
         Some(Command::Completions(args)) => command::completions::run(args, out),

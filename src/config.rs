@@ -17,6 +17,8 @@ use crate::status::UsageError;
 pub struct Config {
     /// From a scan to planar patches.
     pub perception: perception::Config,
+    /// Where a sensor sits on a robot.
+    pub calibration: calibration::Config,
     /// Bodies behind surfaces, meshes, and which surface may carry which role.
     pub surfaces: surfaces::Config,
     /// The ground under the feet at the start.

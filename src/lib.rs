@@ -12,6 +12,7 @@ pub mod environment_flags;
 pub mod export;
 pub mod goal;
 pub mod interrupt;
+pub mod mount;
 pub mod output;
 pub mod pipeline;
 pub mod plan_file;

@@ -8,6 +8,7 @@ use std::process::Command;
 const ARROWS: &[(&str, &[&str])] = &[
     ("surfaces", &[]),
     ("perception", &["surfaces"]),
+    ("calibration", &["perception"]),
     ("robot_model", &[]),
     ("posture", &["robot_model", "surfaces"]),
     ("motion", &["posture", "robot_model", "surfaces"]),
@@ -17,6 +18,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     (
         "scandent",
         &[
+            "calibration",
             "motion",
             "perception",
             "planner",

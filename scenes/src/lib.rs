@@ -5,6 +5,7 @@
 //! * [`SceneFile`]: the scene file's fields, for the scenes that ship and for a user's own.
 //! * [`truth`] and [`worlds`]: what really stands there, to judge the surfaces by and to simulate.
 //! * [`simulator`]: the depth camera.
+//! * [`stances`]: poses of a body over flat ground, to find a sensor's mount from.
 //! * [`contact_sets`]: posture problems drawn from a seed, and the format of their files.
 //!
 //! Scans are made again with `cargo run -p scenes --example make_scans`, robots with
@@ -16,6 +17,7 @@ mod error;
 mod robots;
 pub mod scene_file;
 pub mod simulator;
+pub mod stances;
 pub mod truth;
 pub mod worlds;
 

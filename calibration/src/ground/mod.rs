@@ -1,0 +1,95 @@
+//! The ground's plane in one scan, by iterated trimming.
+//!
+//! A point p of the plane n·p + d = 0 lies on the ray r at p = r/w; so m·r = w with m = −n/d, linear
+//! in m: depth images and clouds alike give a weighted least-squares problem in three unknowns.
+//!
+//!   min Σ ωᵢ (m·rᵢ − wᵢ)²,   ω = 1/(A_σ σ_w² + A_κ (κ w)²),   Cov m = (Σ ωᵢ rᵢ rᵢᵀ)⁻¹
+//!
+//! w is the inverse depth of a pixel (r = (x, y, 1)) or the inverse range of a point (‖r‖ = 1),
+//! σ_w its noise, κ w the slowly varying error; A = 4π s² counts the samples over which an error of
+//! correlation length s repeats itself, so that correlated noise is not taken for independent. The
+//! weights are those of perception's planes.
+//!
+//! * [`samples`](Samples): the rays, from an image or a cloud.
+//! * [`consensus`]: where to start when not all that is seen is ground.
+//! * [`trimming`]: the iterations, in the converging form and as [chai2015] prints them.
+
+mod config;
+mod consensus;
+mod samples;
+mod total;
+mod trimming;
+
+pub use config::{GroundConfig, GroundForm};
+pub use samples::Samples;
+
+use nalgebra::{Matrix3, Unit, Vector3};
+use perception::Scan;
+
+use crate::plane::tangents;
+use crate::{Error, Plane};
+
+/// The ground's plane in V, and how it was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ground {
+    /// The plane, its normal toward the sensor.
+    pub plane: Plane,
+    /// Samples within range.
+    pub samples: usize,
+    /// Samples that the plane was fitted to in the end.
+    pub inliers: usize,
+    /// Root mean square of the inliers' distances from the plane, in units of their stated noise
+    /// (of [`GroundForm::InverseDepth`]) or m.
+    pub residual: f64,
+    /// Iterations of the trimming.
+    pub iterations: usize,
+    /// Whether the trimming came to rest by itself.
+    pub converged: bool,
+}
+
+/// The plane of the ground in `scan`.
+///
+/// # Errors
+/// [`Error::NoGround`] when too few points lie on one plane; [`Error::Config`].
+/// Source: [chai2015] Section 4.1; deviations: distances are weighed by their noise and trimmed
+/// with their sign, and the start does not need most points to be ground.
+pub fn ground(scan: &Scan, config: &GroundConfig) -> Result<Ground, Error> {
+    config.check()?;
+    let samples = Samples::of(scan, config);
+    match config.form {
+        GroundForm::InverseDepth => trimming::trim(&samples, config),
+        GroundForm::Signed | GroundForm::Absolute => total::trim(&samples, config),
+    }
+}
+
+/// n, d and their covariance from m = −n/d and the covariance of m.
+///
+///   δn = −d (1 − n nᵀ) δm,   δd = d² n·δm
+#[allow(non_snake_case)]
+fn plane_of(m: &Vector3<f64>, covariance: &Matrix3<f64>) -> Option<Plane> {
+    let distance_m = 1.0 / m.norm();
+    let normal = Unit::try_new(-m, 1e-12)?;
+    let mut J = Matrix3::zeros();
+    J.fixed_rows_mut::<2>(0)
+        .copy_from(&(tangents(&normal).transpose() * -distance_m));
+    J.fixed_rows_mut::<1>(2)
+        .copy_from(&(normal.transpose() * (distance_m * distance_m)));
+    let covariance = J * covariance * J.transpose();
+    let plane = Plane {
+        normal,
+        distance_m,
+        covariance: (covariance + covariance.transpose()) * 0.5,
+    };
+    let finite = distance_m.is_finite() && plane.covariance.iter().all(|x| x.is_finite());
+    finite.then_some(plane)
+}
+
+fn no_ground(found: usize, samples: &Samples, config: &GroundConfig) -> Error {
+    Error::NoGround {
+        found,
+        samples: samples.len(),
+        wanted: config.inliers_min,
+        range_min_m: config.range_min_m,
+        range_max_m: config.range_max_m,
+    }
+}

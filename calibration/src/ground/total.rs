@@ -1,0 +1,116 @@
+//! The paper's trimming: distances in metres from the plane of total least squares.
+
+use nalgebra::{Matrix3, Unit, Vector3};
+
+use super::{Ground, GroundConfig, GroundForm, Samples, no_ground};
+use crate::plane::tangents;
+use crate::{Error, Plane};
+
+/// The plane of total least squares of the points that were never trimmed.
+///
+/// Each round fits the points that are left (the eigenvector of the smallest eigenvalue of their
+/// scatter, turned so that d > 0), and removes those of which the distance is beyond
+/// `trim_sigmas` of its standard deviation. With signed distances this comes to rest; with absolute
+/// ones, as printed, it goes on until `inliers_min` is reached, and says so.
+///
+/// Source: [chai2015] Eqs. 8–16 and Fig. 8; deviation: n·x̄ + d = 0, where the paper's signs differ
+/// between its Eqs. 5 and 8.
+pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, Error> {
+    let mut left: Vec<usize> = (0..samples.len()).collect();
+    let mut found = fit(samples, &left).ok_or_else(|| no_ground(0, samples, config))?;
+    let mut iterations = 0;
+    let mut converged = false;
+    while iterations < config.iterations_max && left.len() >= config.inliers_min {
+        iterations += 1;
+        let value = |i: usize| {
+            let d = found.normal.dot(&samples.point(i)) + found.distance_m;
+            match config.form {
+                GroundForm::Absolute => d.abs(),
+                _ => d,
+            }
+        };
+        let n = left.len() as f64;
+        let mean = left.iter().map(|i| value(*i)).sum::<f64>() / n;
+        let square: f64 = left.iter().map(|i| (value(*i) - mean).powi(2)).sum();
+        let bound = config.trim_sigmas * (square / (n - 1.0)).sqrt();
+        let next: Vec<usize> = left
+            .iter()
+            .copied()
+            .filter(|i| value(*i).abs() <= bound)
+            .collect();
+        if next.len() == left.len() {
+            converged = true;
+            break;
+        }
+        if next.len() < config.inliers_min {
+            break;
+        }
+        left = next;
+        found = fit(samples, &left).ok_or_else(|| no_ground(left.len(), samples, config))?;
+    }
+    if left.len() < config.inliers_min {
+        return Err(no_ground(left.len(), samples, config));
+    }
+    let square: f64 = left
+        .iter()
+        .map(|i| (found.normal.dot(&samples.point(*i)) + found.distance_m).powi(2))
+        .sum();
+    Ok(Ground {
+        plane: Plane {
+            covariance: covariance(samples, &left, &found),
+            ..found
+        },
+        samples: samples.len(),
+        inliers: left.len(),
+        residual: (square / left.len() as f64).sqrt(),
+        iterations,
+        converged,
+    })
+}
+
+/// The plane of total least squares, d > 0.
+fn fit(samples: &Samples, left: &[usize]) -> Option<Plane> {
+    let n = left.len() as f64;
+    let mean = left.iter().map(|i| samples.point(*i)).sum::<Vector3<f64>>() / n;
+    let scatter: Matrix3<f64> = left
+        .iter()
+        .map(|i| samples.point(*i) - mean)
+        .map(|p| p * p.transpose())
+        .sum();
+    if left.len() < 3 || !scatter.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let eigen = scatter.symmetric_eigen();
+    let smallest = eigen.eigenvalues.imin();
+    let normal = eigen.eigenvectors.column(smallest).into_owned();
+    let normal = if normal.dot(&mean) > 0.0 {
+        -normal
+    } else {
+        normal
+    };
+    let normal = Unit::new_normalize(normal);
+    Some(Plane::exact(normal, -normal.dot(&mean)))
+}
+
+/// Covariance of the unweighted fit under the stated noise, correlation counted.
+///
+///   H⁻¹ (Σ g gᵀ v) H⁻¹,   H = Σ g gᵀ,   g = (e₁·p, e₂·p, 1)
+///
+/// v is the variance of a point's distance times the samples that share its error: a point on ray r
+/// moves by d/w along the normal for an error of w, so v = (d/w)²/ω.
+#[allow(non_snake_case)]
+fn covariance(samples: &Samples, left: &[usize], plane: &Plane) -> Matrix3<f64> {
+    let e = tangents(&plane.normal);
+    let mut H = Matrix3::zeros();
+    let mut noise = Matrix3::zeros();
+    for &i in left {
+        let p = samples.point(i);
+        let g = Vector3::new(e.column(0).dot(&p), e.column(1).dot(&p), 1.0);
+        let lever = plane.distance_m / f64::from(samples.inverse[i]);
+        let variance = lever * lever / f64::from(samples.weight[i]);
+        H += g * g.transpose();
+        noise += g * g.transpose() * variance;
+    }
+    H.try_inverse()
+        .map_or(Matrix3::zeros(), |inverse| inverse * noise * inverse)
+}

@@ -1,0 +1,113 @@
+//! Trimming on signed distances in units of their noise.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Ground, GroundConfig, Samples, consensus, no_ground, plane_of};
+use crate::Error;
+
+/// Sums over the samples that are kept.
+#[derive(Default)]
+struct Sums {
+    n: usize,
+    /// Σ ω r rᵀ: xx, xy, xz, yy, yz, zz.
+    rr: [f64; 6],
+    /// Σ ω r w.
+    rw: [f64; 3],
+    /// Σ s and Σ s² of the residuals of the plane that chose the samples.
+    s: f64,
+    ss: f64,
+}
+
+impl Sums {
+    fn information(&self) -> Matrix3<f64> {
+        let [xx, xy, xz, yy, yz, zz] = self.rr;
+        Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+    }
+
+    /// Mean and standard deviation of the residuals.
+    fn spread(&self) -> (f64, f64) {
+        let n = self.n.max(1) as f64;
+        let mean = self.s / n;
+        (mean, (self.ss / n - mean * mean).max(0.0).sqrt())
+    }
+}
+
+/// The weighted plane of the samples that lie within `trim_sigmas` of it.
+///
+/// Each round fits the kept samples, measures mean and spread of their residuals and keeps, of *all*
+/// samples, those within the bound: what an early plane threw away comes back. It ends where a
+/// round keeps as many as the one before and the plane stays.
+pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, Error> {
+    let start = consensus::plane(samples, config.draws, config.seed);
+    let mut m = start.ok_or_else(|| no_ground(0, samples, config))?;
+    let mut bounds = [-config.trim_sigmas, config.trim_sigmas];
+    let mut kept = 0;
+    for iteration in 1..=config.iterations_max {
+        let chosen = sums(samples, &m, bounds);
+        if chosen.n < config.inliers_min {
+            return Err(no_ground(chosen.n, samples, config));
+        }
+        let information = chosen.information();
+        let cholesky = information
+            .cholesky()
+            .ok_or_else(|| no_ground(chosen.n, samples, config))?;
+        let next = cholesky.solve(&Vector3::from(chosen.rw));
+        let (mean, sigma) = chosen.spread();
+        bounds = [-1.0, 1.0].map(|side| mean + side * config.trim_sigmas * sigma);
+        let still = chosen.n == kept && (next - m).norm() <= 1e-9 * m.norm();
+        kept = chosen.n;
+        m = next;
+        if still || iteration == config.iterations_max {
+            // Rougher ground than the noise explains is known less well.
+            let covariance = cholesky.inverse() * sigma.max(1.0).powi(2);
+            let plane =
+                plane_of(&m, &covariance).ok_or_else(|| no_ground(kept, samples, config))?;
+            return Ok(Ground {
+                plane,
+                samples: samples.len(),
+                inliers: kept,
+                residual: sigma,
+                iterations: iteration,
+                converged: still,
+            });
+        }
+    }
+    Err(no_ground(kept, samples, config))
+}
+
+/// The sums over the samples with residuals s = (m·r − w)/σ within the bounds.
+fn sums(samples: &Samples, m: &Vector3<f64>, [low, high]: [f64; 2]) -> Sums {
+    let mut sums = Sums::default();
+    let m = [m.x as f32, m.y as f32, m.z as f32];
+    let (low, high) = (low as f32, high as f32);
+    for (((ray, w), sharpness), weight) in samples
+        .rays
+        .iter()
+        .zip(&samples.inverse)
+        .zip(&samples.sharpness)
+        .zip(&samples.weight)
+    {
+        let s = (m[0] * ray[0] + m[1] * ray[1] + m[2] * ray[2] - w) * sharpness;
+        if s < low || s > high {
+            continue;
+        }
+        let [x, y, z] = ray.map(f64::from);
+        let weight = f64::from(*weight);
+        let (wx, wy, wz) = (weight * x, weight * y, weight * z);
+        let w = f64::from(*w);
+        sums.n += 1;
+        sums.rr[0] += wx * x;
+        sums.rr[1] += wx * y;
+        sums.rr[2] += wx * z;
+        sums.rr[3] += wy * y;
+        sums.rr[4] += wy * z;
+        sums.rr[5] += wz * z;
+        sums.rw[0] += wx * w;
+        sums.rw[1] += wy * w;
+        sums.rw[2] += wz * w;
+        let s = f64::from(s);
+        sums.s += s;
+        sums.ss += s * s;
+    }
+    sums
+}

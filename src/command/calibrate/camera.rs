@@ -1,0 +1,151 @@
+//! `scandent calibrate camera`: where a depth camera sits on a legged robot.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use nalgebra::Isometry3;
+
+use crate::argument::{self, SensorFlag};
+use crate::cli::Global;
+use crate::config::Config;
+use crate::environment::sensor_options;
+use crate::environment_flags::source;
+use crate::mount::extrinsics::Extrinsics;
+use crate::mount::feet::Feet;
+use crate::mount::identify;
+use crate::mount::stances_file::{self, StanceRow};
+use crate::mount::table;
+use crate::output;
+use crate::provenance::Inputs;
+use crate::report::Stages;
+use crate::robot_files::RobotFlags;
+use crate::status::Status;
+
+/// Endings of the frames that are looked for.
+const ENDINGS: [&str; 3] = ["png", "pcd", "ply"];
+
+/// Flags of `calibrate camera`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    robot: RobotFlags,
+    /// The stances: CSV with a column a joint (or height_m, roll_rad, pitch_rad), and `frame`
+    #[arg(long, value_name = "POSES.csv")]
+    poses: PathBuf,
+    /// Folder of the frames; without a column `frame` in the table they go by their names' order
+    #[arg(long, value_name = "DIR")]
+    frames: PathBuf,
+    /// Sensor of the frames: NAME, fx,fy,cx,cy[,depth_scale_m] or NAME:fx,fy,cx,cy[,depth_scale_m]
+    #[arg(long, value_name = "SENSOR", value_parser = argument::sensor, allow_hyphen_values = true)]
+    sensor: Option<SensorFlag>,
+    /// The link that the sensor is on (default: the floating base)
+    #[arg(long, value_name = "LINK")]
+    link: Option<String>,
+    /// Patches that stand on the ground (default: all with the role foot)
+    #[arg(long, value_name = "PATCH,…", value_delimiter = ',')]
+    feet: Vec<String>,
+    /// Folder of the results
+    #[arg(short, long, value_name = "FOLDER", default_value = "out/camera")]
+    output: PathBuf,
+}
+
+/// Identifies the mount, prints it and writes `camera.toml` and `stances.csv`.
+///
+/// # Errors
+/// A file that cannot be read, with its name and the cause; stances that do not determine the
+/// mount, by name.
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    let config = Config::layered(None, global)?;
+    let calibration = &config.calibration;
+    calibration.check()?;
+    let mut inputs = Inputs::default();
+    let mut stages = Stages::default();
+
+    // Robot and table → where the feet say that the ground is.
+    let robot = args.robot.files().load(&config.robot_model, &mut inputs)?;
+    let feet = Feet::of(&robot, &args.feet, args.link.as_deref())?;
+    let name = args.poses.display().to_string();
+    let text = String::from_utf8(inputs.read("poses", &args.poses)?)
+        .with_context(|| format!("{name}: not a text file"))?;
+    let joints: Vec<&str> = robot.joint_names().collect();
+    let rows = stances_file::parse(&text, &joints).with_context(|| name.clone())?;
+    let poses = stages
+        .measure("stances", || {
+            identify::stances(&robot, &feet, &rows, calibration)
+        })
+        .with_context(|| name.clone())?;
+
+    // Frames → where the sensor saw it.
+    let frames = frames(&args.frames, &rows).with_context(|| name.clone())?;
+    let Some(first) = frames.first() else {
+        bail!("{name}: no stance");
+    };
+    let sensor = sensor_options(&source(first, args.sensor.as_ref(), &Isometry3::identity()));
+    let measured = identify::measure(
+        &poses,
+        &frames,
+        &sensor,
+        calibration,
+        &mut stages,
+        &mut inputs,
+    )?;
+
+    // Both → the mount.
+    let found = stages.measure("identification", || identify::mount(&measured, calibration))?;
+    let written = Extrinsics::of(&found, &robot.name, &feet.link, inputs.into_list());
+    table::print(&found, &written, out)?;
+
+    let toml = args.output.join("camera.toml");
+    output::write(&toml, written.to_toml()?.as_bytes())?;
+    let csv = args.output.join("stances.csv");
+    output::write(&csv, table::csv(&measured, &found).as_bytes())?;
+    let times: Vec<String> = stages
+        .ms
+        .iter()
+        .map(|(stage, ms)| format!("{stage} {ms:.1} ms"))
+        .collect();
+    writeln!(
+        out,
+        "{} frames in {:.2} s: {}",
+        measured.len(),
+        1e-3 * stages.ms.values().sum::<f64>(),
+        times.join(", ")
+    )?;
+    writeln!(out, "written: {}, {}", toml.display(), csv.display())?;
+    Ok(Status::Done)
+}
+
+/// The frame of every stance: the named ones, or those of the folder by name.
+fn frames(folder: &Path, rows: &[StanceRow]) -> Result<Vec<PathBuf>> {
+    if rows.iter().all(|row| row.frame.is_some()) {
+        return Ok(rows
+            .iter()
+            .flat_map(|row| &row.frame)
+            .map(|name| folder.join(name))
+            .collect());
+    }
+    let mut found = Vec::new();
+    let entries = std::fs::read_dir(folder)
+        .with_context(|| format!("{}: cannot be read", folder.display()))?;
+    for entry in entries {
+        let path = entry
+            .with_context(|| format!("{}: cannot be read", folder.display()))?
+            .path();
+        let ending = path.extension().and_then(|e| e.to_str());
+        if ending.is_some_and(|e| ENDINGS.iter().any(|known| e.eq_ignore_ascii_case(known))) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    if found.len() != rows.len() {
+        bail!(
+            "{} stances, but {} frames ({}) in {}; name them in a column \"frame\"",
+            rows.len(),
+            found.len(),
+            ENDINGS.join(", "),
+            folder.display()
+        );
+    }
+    Ok(found)
+}

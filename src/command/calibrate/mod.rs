@@ -1,0 +1,34 @@
+//! `scandent calibrate WHAT`: where a sensor sits on a robot.
+
+pub mod camera;
+
+use std::io::Write;
+
+use anyhow::Result;
+
+use crate::cli::Global;
+use crate::status::Status;
+
+/// Flags of `calibrate`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+/// The sensors that can be calibrated.
+#[derive(Debug, clap::Subcommand)]
+enum What {
+    /// A depth camera on a legged robot, from the ground that it sees in several stances
+    Camera(Box<camera::Args>),
+}
+
+/// Runs the calibration that was asked for.
+///
+/// # Errors
+/// As its own.
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    match &args.what {
+        What::Camera(args) => camera::run(args, global, out),
+    }
+}

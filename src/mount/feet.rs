@@ -1,0 +1,139 @@
+//! The feet of a robot as points of a link's frame.
+#![allow(non_snake_case)]
+
+use std::collections::BTreeMap;
+
+use anyhow::{Result, anyhow, bail};
+use nalgebra::{Isometry3, Point3};
+use robot_model::{Configuration, ContactPatch, Kinematics, PatchKind, Robot};
+
+/// The patches that stand on the ground and the link that the sensor is on.
+#[derive(Clone, Debug)]
+pub struct Feet {
+    /// Indices of the patches.
+    patches: Vec<usize>,
+    /// The link of which the frame is R.
+    pub link: String,
+}
+
+impl Feet {
+    /// The named patches, or all with the role "foot"; the named link, or the floating base.
+    ///
+    /// # Errors
+    /// A name that the robot does not have, with those it has; no foot at all.
+    pub fn of(robot: &Robot, patches: &[String], link: Option<&str>) -> Result<Self> {
+        let chosen: Vec<usize> = if patches.is_empty() {
+            (0..robot.patches.len())
+                .filter(|i| robot.patches[*i].has_role("foot"))
+                .collect()
+        } else {
+            patches
+                .iter()
+                .map(|name| robot.patch_index(name))
+                .collect::<Result<_, _>>()?
+        };
+        if chosen.is_empty() {
+            bail!(
+                "robot {:?} has no contact patch with the role \"foot\"; name its feet with --feet",
+                robot.name
+            );
+        }
+        let link = match link {
+            Some(link) => robot.frame(link)?.name.clone(),
+            None => robot
+                .bodies
+                .first()
+                .map(|body| body.name.clone())
+                .ok_or_else(|| anyhow!("robot {:?} has no body", robot.name))?,
+        };
+        Ok(Self {
+            patches: chosen,
+            link,
+        })
+    }
+
+    /// The feet's points in R, m: the middle of a ball, the vertices of a sole.
+    ///
+    /// # Errors
+    /// When the link is not the robot's.
+    pub fn in_R(&self, robot: &Robot, configuration: &Configuration) -> Result<Vec<Point3<f64>>> {
+        let kinematics = Kinematics::new(robot, configuration);
+        let X_RW = kinematics.X_WL(robot, &self.link)?.inverse();
+        Ok(self
+            .all(robot)
+            .flat_map(|patch| points(patch, &(X_RW * kinematics.X_WC(patch))))
+            .collect())
+    }
+
+    /// Height of each of these points over the ground, m: a ball's radius, 0 for a sole.
+    pub fn heights_m(&self, robot: &Robot) -> Vec<f64> {
+        self.all(robot)
+            .flat_map(|patch| vec![patch.point_radius_m().unwrap_or(0.0); patch.polygon.len()])
+            .collect()
+    }
+
+    /// Number of feet.
+    pub fn count(&self) -> usize {
+        self.patches.len()
+    }
+
+    fn all<'a>(&'a self, robot: &'a Robot) -> impl Iterator<Item = &'a ContactPatch> {
+        self.patches.iter().map(|i| &robot.patches[*i])
+    }
+
+    /// Joints between the feet and R that `values` does not have.
+    fn missing(&self, robot: &Robot, values: &BTreeMap<String, f64>) -> Vec<String> {
+        let link = robot.frame(&self.link).map_or(0, |frame| frame.body);
+        let moves = |joint_body: usize| {
+            self.all(robot)
+                .map(|patch| patch.body)
+                .chain([link])
+                .any(|body| robot.supports(joint_body, body))
+        };
+        robot
+            .joint_bodies()
+            .iter()
+            .enumerate()
+            .filter(|(j, body)| moves(j + 1) && !values.contains_key(&body.joint))
+            .map(|(_, body)| body.joint.clone())
+            .collect()
+    }
+
+    /// The configuration with these joint readings, other joints at rest, the base at the origin.
+    ///
+    /// # Errors
+    /// The joints between the feet and the link that have no reading.
+    pub fn configuration(
+        &self,
+        robot: &Robot,
+        values: &BTreeMap<String, f64>,
+    ) -> Result<Configuration> {
+        let missing = self.missing(robot, values);
+        if !missing.is_empty() {
+            bail!(
+                "no reading of {}, which stand between the feet and {:?}",
+                missing.join(", "),
+                self.link
+            );
+        }
+        let mut configuration = robot.neutral();
+        for (value, body) in configuration.joints.iter_mut().zip(robot.joint_bodies()) {
+            if let Some(reading) = values.get(&body.joint) {
+                *value = *reading;
+            }
+        }
+        Ok(configuration)
+    }
+}
+
+/// The points of a patch with frame C at `X_RC`.
+fn points(patch: &ContactPatch, X_RC: &Isometry3<f64>) -> Vec<Point3<f64>> {
+    match patch.kind {
+        PatchKind::Point { .. } => vec![Point3::from(X_RC.translation.vector)],
+        PatchKind::Area => patch
+            .polygon
+            .iter()
+            .map(|p| X_RC * Point3::new(p.x, p.y, 0.0))
+            .collect(),
+    }
+}

@@ -1,0 +1,15 @@
+//! Where a sensor sits on a robot: stances and frames → mount, its file, its report.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `stances_file.rs` | the table of stances: a frame and joint readings a row |
+//! | `feet.rs` | the feet of a robot as points of a link's frame |
+//! | `identify.rs` | stances and frames → the mount |
+//! | `extrinsics.rs` | the file of a mount |
+//! | `table.rs` | the disagreement of every stance, for the terminal and as CSV |
+
+pub mod extrinsics;
+pub mod feet;
+pub mod identify;
+pub mod stances_file;
+pub mod table;
