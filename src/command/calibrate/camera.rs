@@ -4,13 +4,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use nalgebra::Isometry3;
 
 use crate::argument::{self, SensorFlag};
 use crate::cli::Global;
 use crate::config::Config;
-use crate::environment::sensor_options;
-use crate::environment_flags::source;
 use crate::mount::extrinsics::Extrinsics;
 use crate::mount::feet::Feet;
 use crate::mount::identify;
@@ -24,6 +21,8 @@ use crate::status::Status;
 
 /// Endings of the frames that are looked for.
 const ENDINGS: [&str; 3] = ["png", "pcd", "ply"];
+/// The sensor where only its intrinsics are given.
+const UNNAMED: &str = "generic";
 
 /// Flags of `calibrate camera`.
 #[derive(Debug, clap::Args)]
@@ -37,8 +36,8 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     frames: PathBuf,
     /// Sensor of the frames: NAME, fx,fy,cx,cy[,depth_scale_m] or NAME:fx,fy,cx,cy[,depth_scale_m]
-    #[arg(long, value_name = "SENSOR", value_parser = argument::sensor, allow_hyphen_values = true)]
-    sensor: Option<SensorFlag>,
+    #[arg(long, value_name = "SENSOR", value_parser = argument::sensor, default_value = "kinect_v1")]
+    sensor: SensorFlag,
     /// The link that the sensor is on (default: the floating base)
     #[arg(long, value_name = "LINK")]
     link: Option<String>,
@@ -78,10 +77,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
 
     // Frames → where the sensor saw it.
     let frames = frames(&args.frames, &rows).with_context(|| name.clone())?;
-    let Some(first) = frames.first() else {
-        bail!("{name}: no stance");
-    };
-    let sensor = sensor_options(&source(first, args.sensor.as_ref(), &Isometry3::identity()));
+    let sensor = args.sensor.options(UNNAMED);
     let measured = identify::measure(
         &poses,
         &frames,
