@@ -17,17 +17,25 @@ pub(crate) struct Airborne {
     heights: (f64, f64),
     /// Distance from the nearer end, m.
     from_end: f64,
-    /// The patch's normal.
+    /// The patch's normal; of a ball, which has none, that of the surfaces.
     normal: Vector3<f64>,
 }
 
 impl Airborne {
     pub fn new(setting: &Setting, swing: &Swing, X_WC: &Isometry3<f64>) -> Self {
         let p = X_WC.translation.vector;
+        let surfaces = &setting.environment.surfaces;
+        let radius = setting.robot.patches[swing.patch].point_radius_m();
+        // What touches of a ball is a radius below its centre.
         let height = |surface: Option<usize>| {
             surface.map_or(f64::INFINITY, |s| {
-                setting.environment.surfaces[s].height_of(&Point3::from(p))
+                surfaces[s].height_of(&Point3::from(p)) - radius.unwrap_or(0.0)
             })
+        };
+        let ends = [swing.leaves, swing.lands].into_iter().flatten();
+        let normal = match radius {
+            Some(_) => ends.map(|s| surfaces[s].normal_W()).sum::<Vector3<f64>>(),
+            None => X_WC.rotation * Vector3::z(),
         };
         let distance = |end: &Isometry3<f64>| (p - end.translation.vector).norm();
         let zone = 2.0 * setting.config.straight_m;
@@ -38,7 +46,7 @@ impl Airborne {
             lands: swing.lands.filter(|_| near(&swing.to)),
             heights: (height(swing.leaves), height(swing.lands)),
             from_end: distance(&swing.from).min(distance(&swing.to)),
-            normal: X_WC.rotation * Vector3::z(),
+            normal: normal.try_normalize(1e-3).unwrap_or_else(Vector3::z),
         }
     }
 

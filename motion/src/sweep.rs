@@ -1,7 +1,9 @@
-//! The swept link alone against the environment: the cheap test of a way before the whole body.
+//! The swept link alone against the environment: the cheap test of a way before the whole body. Of a
+//! leg that ends in a ball it is the ball alone.
 #![allow(non_snake_case)]
 
-use robot_model::collision::{Shape, closest};
+use nalgebra::Isometry3;
+use robot_model::collision::{Shape, ShapeGeometry, closest};
 
 use crate::airborne::Airborne;
 use crate::problem::{Setting, Task};
@@ -27,13 +29,21 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
     let robot = setting.robot;
     let patch = &robot.patches[swing.patch];
     let to_body = patch.X_BC.inverse();
-    let shapes: Vec<_> = robot
+    let own: Vec<_> = robot
         .collision
         .shapes()
         .iter()
         .enumerate()
         .filter(|(_, shape)| shape.body == patch.body)
         .collect();
+    // A ball's way does not say how its link is turned: only the ball itself is known.
+    let ball = patch
+        .point_radius_m()
+        .map(|radius_m| (ShapeGeometry::Sphere { radius_m }, patch.X_BC));
+    let swept: Vec<(&ShapeGeometry, &Isometry3<f64>)> = match &ball {
+        Some((sphere, X_BG)) => vec![(sphere, X_BG)],
+        None => own.iter().map(|(_, s)| (&s.geometry, &s.X_BG)).collect(),
+    };
     // What the closed contacts hold in place stands like the environment does.
     let collision = &robot.collision;
     let watched = |a: usize, b: usize| {
@@ -45,8 +55,8 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
         let patch = &robot.patches[closed.patch];
         let X_WB = closed.X_WC * patch.X_BC.inverse();
         for (b, shape) in collision.shapes().iter().enumerate() {
-            let swept = |a: &(usize, &Shape)| watched(a.0, b);
-            if shape.body == patch.body && shapes.iter().any(swept) {
+            let meets = |a: &(usize, &Shape)| watched(a.0, b);
+            if shape.body == patch.body && own.iter().any(meets) {
                 standing.push((shape, X_WB * shape.X_BG));
             }
         }
@@ -57,14 +67,14 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
         let X_WC = way.pose(u);
         let air = Airborne::new(setting, swing, &X_WC);
         let X_WB = X_WC * to_body;
-        for (_, shape) in &shapes {
-            let X_WG = X_WB * shape.X_BG;
+        for &(geometry, X_BG) in &swept {
+            let X_WG = X_WB * X_BG;
             for (o, obstacle) in setting.environment.world.obstacles().iter().enumerate() {
                 if air.touches(setting, o) {
                     continue;
                 }
                 let found = closest(
-                    &shape.geometry,
+                    geometry,
                     &X_WG,
                     obstacle.geometry(),
                     obstacle.pose(),
@@ -78,8 +88,7 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
                 }
             }
             for (other, X_WO) in &standing {
-                let (a, b) = (&shape.geometry, &other.geometry);
-                let Some(found) = closest(a, &X_WG, b, X_WO, LOOK_M) else {
+                let Some(found) = closest(geometry, &X_WG, &other.geometry, X_WO, LOOK_M) else {
                     continue;
                 };
                 let short = setting.posture.self_clearance_m - found.distance;

@@ -66,10 +66,12 @@ impl Playback {
                     Vector3::from(contact.X_WC.p).into(),
                     UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
                 );
-                let polygon = &robot.patches[patch].polygon;
-                let points_W = motion::force_points(polygon, com_margin_m)
+                let shape = &robot.patches[patch];
+                // On the plane that is touched: of a ball, a radius below its centre.
+                let touched = shape.touched_W(&X_WC);
+                let points_W = motion::force_points(&shape.polygon, com_margin_m)
                     .iter()
-                    .map(|p| X_WC.rotation * Vector3::new(p.x, p.y, 0.0) + X_WC.translation.vector)
+                    .map(|p| X_WC.rotation * Vector3::new(p.x, p.y, 0.0) + touched)
                     .collect();
                 contacts.push(PlayedContact {
                     patch,

@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use motion::record::{Motion, Phase};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix4, Vector3};
 use planner::plan::StanceContact;
 use robot_model::ContactPatch;
 use surfaces::Surface;
@@ -233,25 +233,33 @@ fn touches<'a>(
 ) -> Vec<Touch<'a>> {
     let touch = |contact: &Closed<'a>| {
         let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
-        let vertices = contact.patch.polygon.iter();
         Touch {
             stated: contact.stated,
             patch: contact.patch,
             surface: contact.surface,
+            vertices_W: touching_W(contact, &X_WC),
             X_WC,
-            vertices_W: vertices
-                .map(|v| point(&X_WC, &Vector3::new(v.x, v.y, 0.0)))
-                .collect(),
         }
     };
     let near = swung.iter().map(touch).filter(|touch| {
         let X_WS = touch.surface.X_WS.to_homogeneous();
-        let height = inverse_point(&X_WS, &column(&touch.X_WC, 3)).z;
+        let radius = touch.patch.point_radius_m().unwrap_or(0.0);
+        let height = inverse_point(&X_WS, &column(&touch.X_WC, 3)).z - radius;
         let place = Vector3::from(touch.stated.X_WC.p);
         height < scene.options.motion_touch_m
             && (column(&touch.X_WC, 3) - place).norm() < 2.0 * scene.options.motion_touch_m
     });
     closed.iter().map(touch).chain(near).collect()
+}
+
+/// The patch's vertices in W; of a ball its point that is nearest to the surface.
+fn touching_W(contact: &Closed, X_WC: &Matrix4<f64>) -> Vec<Vector3<f64>> {
+    let normal = column(&contact.surface.X_WS.to_homogeneous(), 2);
+    let below = normal * -contact.patch.point_radius_m().unwrap_or(0.0);
+    let vertices = contact.patch.polygon.iter();
+    vertices
+        .map(|v| point(X_WC, &Vector3::new(v.x, v.y, 0.0)) + below)
+        .collect()
 }
 
 /// Forces can be found from nothing but the closed contacts.
@@ -268,12 +276,7 @@ fn equilibrium(
             let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
             let X_WS = contact.surface.X_WS.to_homogeneous();
             Support {
-                vertices: contact
-                    .patch
-                    .polygon
-                    .iter()
-                    .map(|v| point(&X_WC, &Vector3::new(v.x, v.y, 0.0)))
-                    .collect(),
+                vertices: touching_W(contact, &X_WC),
                 axes: Matrix3::from_columns(&[0, 1, 2].map(|k| column(&X_WS, k))),
                 friction: contact.stated.friction * scene.plan.required.friction_use,
             }
