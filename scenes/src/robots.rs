@@ -33,7 +33,7 @@ impl BuiltinRobot {
     }
 }
 
-static ROBOTS: [BuiltinRobot; 2] = [
+static ROBOTS: [BuiltinRobot; 3] = [
     BuiltinRobot {
         name: "hrp2",
         urdf: include_str!("../robots/hrp2/hrp2.urdf"),
@@ -45,6 +45,12 @@ static ROBOTS: [BuiltinRobot; 2] = [
         urdf: include_str!("../robots/hexapod/hexapod.urdf"),
         srdf: include_str!("../robots/hexapod/hexapod.srdf"),
         contacts: include_str!("../robots/hexapod/contacts.toml"),
+    },
+    BuiltinRobot {
+        name: "quadruped",
+        urdf: include_str!("../robots/quadruped/quadruped.urdf"),
+        srdf: include_str!("../robots/quadruped/quadruped.srdf"),
+        contacts: include_str!("../robots/quadruped/contacts.toml"),
     },
 ];
 

@@ -5,6 +5,8 @@
 mod facts;
 #[path = "../examples/make_hexapod/files.rs"]
 mod files;
+#[path = "../examples/legged/mod.rs"]
+mod legged;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use robot_model::{Kinematics, PatchKind, Robot};

@@ -1,5 +1,7 @@
 //! What is known or estimated of the robot. Units: m, kg, rad, N·m.
 
+use crate::legged::Joint;
+
 /// Distance of the hips from the body's middle.
 pub const HIP_RADIUS: f64 = 0.208;
 /// Distance of the feet from the body's middle while it stands.
@@ -15,6 +17,8 @@ pub const THIGH: f64 = 0.45;
 pub const SHANK: f64 = 0.55;
 /// Radius of the foot's ball; an estimate.
 pub const FOOT_RADIUS: f64 = 0.03;
+/// Friction of the feet on the ground; an estimate.
+pub const FRICTION: f64 = 0.6;
 
 /// Mass of the body.
 pub const BODY_KG: f64 = 140.0;
@@ -31,19 +35,8 @@ pub const LEGS: [(&str, f64); 6] = [
     ("front_right", -30.0),
 ];
 
-/// A joint of a leg: name, axis in the leg's frame (x outward, z up), limits, torque and why,
-/// speed.
-pub struct Joint {
-    pub name: &'static str,
-    pub axis: &'static str,
-    pub lower: f64,
-    pub upper: f64,
-    pub effort: f64,
-    pub reason: &'static str,
-    pub velocity: f64,
-}
-
-/// Positive thigh and knee angles lift; the knee bends down only.
+/// In the leg's frame (x outward, z up): positive thigh and knee angles lift; the knee bends down
+/// only.
 pub const JOINTS: [Joint; 3] = [
     Joint {
         name: "coxa",

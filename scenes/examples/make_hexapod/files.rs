@@ -1,18 +1,20 @@
 //! The three files: URDF, SRDF and contacts.
 
-use std::f64::consts::FRAC_PI_2;
-use std::fmt::Write;
-
 use crate::facts::{
-    BODY_KG, COXA, FOOT_RADIUS, HIP_RADIUS, JOINTS, LEG_KG, LEGS, SHANK, THIGH, standing,
+    BODY_KG, COXA, FOOT_RADIUS, FRICTION, HIP_RADIUS, JOINTS, LEG_KG, LEGS, SHANK, THIGH, standing,
 };
+use crate::legged::{self, Shape, frame, joint, link};
 
 /// Name and text of every file.
 pub fn all() -> Vec<(&'static str, String)> {
+    let legs = LEGS.map(|(leg, _)| leg);
+    let links = ["coxa", "thigh", "shank"];
+    let srdf = legged::srdf("hexapod", &legs, &JOINTS, standing(), links);
+    let contacts = legged::contacts("hexapod", &legs, FOOT_RADIUS, FRICTION);
     vec![
         ("hexapod.urdf", urdf()),
-        ("hexapod.srdf", srdf()),
-        ("contacts.toml", contacts()),
+        ("hexapod.srdf", srdf),
+        ("contacts.toml", contacts),
     ]
 }
 
@@ -28,13 +30,6 @@ const URDF_HEADER: &str = r#"<?xml version="1.0"?>
      Leg frames: x outward, z up. Units: m, kg, rad, N m. -->
 <robot name="hexapod">
 "#;
-
-/// A shape of a link: a box or a cylinder along x, or a ball, with its middle.
-enum Shape {
-    Box([f64; 3], [f64; 3]),
-    AlongX([f64; 3], f64, f64),
-    Ball([f64; 3], f64),
-}
 
 fn urdf() -> String {
     let mut out = URDF_HEADER.to_string();
@@ -61,7 +56,7 @@ fn urdf() -> String {
         let widths = [0.09, 0.08, 0.06];
         for i in 0..3 {
             let parent = if i == 0 { "body" } else { &links[i - 1] };
-            joint(&mut out, leg, i, parent, &links[i], at[i]);
+            joint(&mut out, leg, &JOINTS[i], parent, &links[i], at[i]);
             let middle = [0.5 * lengths[i], 0.0, 0.0];
             let edges = [lengths[i], widths[i], widths[i]];
             // Links are drawn short of the joint beyond them, where the next one turns.
@@ -76,144 +71,9 @@ fn urdf() -> String {
             }
             link(&mut out, &links[i], LEG_KG[i], middle, edges, &shapes);
         }
-        let _ = writeln!(
-            out,
-            "\n  <joint name=\"{leg}_foot_mount\" type=\"fixed\">\n    <parent link=\"{}\"/>\n    <child link=\"{leg}_foot\"/>\n    <origin xyz=\"{} 0 0\" rpy=\"0 0 0\"/>\n  </joint>\n  <link name=\"{leg}_foot\"/>",
-            links[2],
-            number(SHANK)
-        );
+        let (mount, foot) = (format!("{leg}_foot_mount"), format!("{leg}_foot"));
+        frame(&mut out, &mount, &links[2], &foot, [SHANK, 0.0, 0.0]);
     }
     out.push_str("</robot>\n");
     out
-}
-
-fn link(out: &mut String, name: &str, mass: f64, com: [f64; 3], edges: [f64; 3], shapes: &[Shape]) {
-    let [x, y, z] = edges.map(|e| e * e);
-    let [xx, yy, zz] = [y + z, x + z, x + y].map(|sum| number(mass / 12.0 * sum));
-    let _ = writeln!(
-        out,
-        "\n  <link name=\"{name}\">\n    <inertial>\n      <origin xyz=\"{}\" rpy=\"0 0 0\"/>\n      <mass value=\"{}\"/>\n      <inertia ixx=\"{xx}\" ixy=\"0\" ixz=\"0\" iyy=\"{yy}\" iyz=\"0\" izz=\"{zz}\"/>\n    </inertial>",
-        vector(com),
-        number(mass)
-    );
-    for tag in ["visual", "collision"] {
-        for shape in shapes {
-            let (middle, pitch, geometry) = match shape {
-                Shape::Box(middle, size) => {
-                    (middle, 0.0, format!("<box size=\"{}\"/>", vector(*size)))
-                }
-                Shape::AlongX(middle, length, radius) => (
-                    middle,
-                    FRAC_PI_2,
-                    format!(
-                        "<cylinder radius=\"{}\" length=\"{}\"/>",
-                        number(*radius),
-                        number(*length)
-                    ),
-                ),
-                Shape::Ball(middle, radius) => (
-                    middle,
-                    0.0,
-                    format!("<sphere radius=\"{}\"/>", number(*radius)),
-                ),
-            };
-            let _ = writeln!(
-                out,
-                "    <{tag}>\n      <origin xyz=\"{}\" rpy=\"0 {} 0\"/>\n      <geometry>{geometry}</geometry>\n    </{tag}>",
-                vector(*middle),
-                number(pitch)
-            );
-        }
-    }
-    out.push_str("  </link>\n");
-}
-
-fn joint(
-    out: &mut String,
-    leg: &str,
-    i: usize,
-    parent: &str,
-    child: &str,
-    (xyz, yaw): ([f64; 3], f64),
-) {
-    let joint = &JOINTS[i];
-    let _ = writeln!(
-        out,
-        "\n  <joint name=\"{leg}_{}\" type=\"revolute\">\n    <parent link=\"{parent}\"/>\n    <child link=\"{child}\"/>\n    <origin xyz=\"{}\" rpy=\"0 0 {}\"/>\n    <axis xyz=\"{}\"/>\n    <!-- torque: {} -->\n    <limit lower=\"{}\" upper=\"{}\" effort=\"{}\" velocity=\"{}\"/>\n  </joint>",
-        joint.name,
-        vector(xyz),
-        number(yaw),
-        joint.axis,
-        joint.reason,
-        number(joint.lower),
-        number(joint.upper),
-        number(joint.effort),
-        number(joint.velocity),
-    );
-}
-
-fn srdf() -> String {
-    let mut out = String::from(
-        "<?xml version=\"1.0\"?>\n<!-- Named postures and pairs that are never checked, for hexapod.urdf. Generated by the example\n     make_hexapod of the crate scenes. -->\n<robot name=\"hexapod\">\n  <virtual_joint name=\"floating_base\" type=\"floating\" parent_frame=\"world\" child_link=\"body\"/>\n  <group name=\"all\">\n",
-    );
-    for (leg, _) in LEGS {
-        for joint in &JOINTS {
-            let _ = writeln!(out, "    <joint name=\"{leg}_{}\"/>", joint.name);
-        }
-    }
-    out.push_str("  </group>\n  <group_state name=\"standing\" group=\"all\">\n");
-    for (leg, _) in LEGS {
-        for (joint, value) in JOINTS.iter().zip(standing()) {
-            let _ = writeln!(
-                out,
-                "    <joint name=\"{leg}_{}\" value=\"{}\"/>",
-                joint.name,
-                number(value)
-            );
-        }
-    }
-    out.push_str("  </group_state>\n");
-    for (leg, _) in LEGS {
-        for (a, b) in [
-            ("body".to_string(), format!("{leg}_coxa")),
-            (format!("{leg}_coxa"), format!("{leg}_thigh")),
-            (format!("{leg}_thigh"), format!("{leg}_shank")),
-        ] {
-            let _ = writeln!(
-                out,
-                "  <disable_collisions link1=\"{a}\" link2=\"{b}\" reason=\"Adjacent\"/>"
-            );
-        }
-    }
-    out.push_str("</robot>\n");
-    out
-}
-
-fn contacts() -> String {
-    let mut out = String::from(
-        "# Contact patches of hexapod.urdf: the balls at the ends of the shanks.\n\
-         # Generated by `cargo run -p scenes --example make_hexapod`.\n",
-    );
-    for (leg, _) in LEGS {
-        let _ = write!(
-            out,
-            "\n[[patch]]\nname = \"{leg}\"\nlink = \"{leg}_foot\"\nkind = \"point\"\nradius_m = {FOOT_RADIUS}\nroles = [\"foot\"]\nfriction = 0.6\n"
-        );
-    }
-    out
-}
-
-fn vector(v: [f64; 3]) -> String {
-    v.map(number).join(" ")
-}
-
-/// A decimal with at most ten places and no trailing zeros.
-fn number(value: f64) -> String {
-    let text = format!("{value:.10}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" {
-        "0".into()
-    } else {
-        text.into()
-    }
 }

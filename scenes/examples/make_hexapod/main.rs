@@ -8,6 +8,8 @@ use std::path::Path;
 
 mod facts;
 mod files;
+#[path = "../legged/mod.rs"]
+mod legged;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/hexapod");
