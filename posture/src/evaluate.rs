@@ -1,6 +1,6 @@
 //! The final evaluation: every margin from the variables alone, joints that were held included.
 
-use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use crate::constraint::Scratch;
 use crate::iterate::{Context, Iterate};
@@ -95,8 +95,12 @@ pub(crate) fn posture(
         }
         let mut X_WC = it.kinematics.X_WB[model.body] * robot.patches[contact.patch].X_BC;
         if model.radius.is_some() {
-            let axes = Rotation3::from_matrix_unchecked(model.axes);
-            X_WC.rotation = UnitQuaternion::from_rotation_matrix(&axes);
+            X_WC.rotation = match &contact.place {
+                Place::Fixed { X_WC, .. } => X_WC.rotation,
+                Place::OnSurface { surface, .. } => {
+                    ctx.problem.environment.surfaces[*surface].X_WS.rotation
+                }
+            };
         }
         contacts.push(ContactState {
             X_WC,

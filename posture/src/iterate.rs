@@ -117,6 +117,11 @@ impl ContactModel {
                 .to_rotation_matrix()
                 .into_inner(),
         };
+        // How a ball is turned does not matter.
+        let axes = match patch.point_radius_m() {
+            Some(_) => robot_model::pyramid_axes_W(&axes),
+            None => axes,
+        };
         Ok(Self {
             body: patch.body,
             radius: patch.point_radius_m(),

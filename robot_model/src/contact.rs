@@ -1,7 +1,7 @@
 //! Where a robot may touch the world.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Point2, Point3, Translation3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, Translation3, Vector3};
 
 /// A patch of a robot's link that may bear contact.
 ///
@@ -76,5 +76,53 @@ impl ContactPatch {
     /// Whether the patch may take this role.
     pub fn has_role(&self, role: &str) -> bool {
         self.roles.iter().any(|r| r == role)
+    }
+}
+
+/// Faces nearer to level than this have no fall line, sine of the angle.
+const LEVEL: f64 = 1e-3;
+
+/// The axes of the friction pyramid |f_x|, |f_y| ≤ μ/√2 f_z of a point contact: z is the normal, and
+/// where the face leans, the pyramid's edges, which lie on the cone, are along its fall line and
+/// across it. A weight on the face may then use the whole cone.
+///
+///   x = (t − s)/√2,   y = (t + s)/√2,   t down the fall line,   s = z × t
+///
+/// On level faces the axes are `level`'s.  Frames: all in W.
+pub fn pyramid_axes_W(level: &Matrix3<f64>) -> Matrix3<f64> {
+    let z = level.column(2).into_owned();
+    let Some(t) = (z * z.z - Vector3::z()).try_normalize(LEVEL) else {
+        return *level;
+    };
+    let s = z.cross(&t);
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    Matrix3::from_columns(&[(t - s) * half, (t + s) * half, z])
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Rotation3;
+
+    use super::*;
+
+    #[test]
+    fn a_weight_on_a_slope_may_use_the_whole_cone() {
+        let turn = Rotation3::from_euler_angles(0.3, -0.2, 1.1);
+        let axes = pyramid_axes_W(turn.matrix());
+        assert!((axes.transpose() * axes - Matrix3::identity()).amax() < 1e-12);
+        assert!((axes.determinant() - 1.0).abs() < 1e-12);
+        assert!((axes.column(2) - turn.matrix().column(2)).amax() < 1e-12);
+        let f = axes.transpose() * Vector3::z();
+        let steepness = f.xy().norm() / f.z;
+        // The pyramid's bound on either axis is μ/√2.
+        let bound = steepness * std::f64::consts::FRAC_1_SQRT_2;
+        assert!((f.x.abs() / f.z - bound).abs() < 1e-12);
+        assert!((f.y.abs() / f.z - bound).abs() < 1e-12);
+    }
+
+    #[test]
+    fn level_faces_keep_their_axes() {
+        let turn = Rotation3::from_euler_angles(0.0, 0.0, 0.7);
+        assert_eq!(pyramid_axes_W(turn.matrix()), *turn.matrix());
     }
 }

@@ -23,7 +23,7 @@ pub mod robot;
 pub use body::{Body, Frame, JointKind};
 pub use config::Config;
 pub use configuration::Configuration;
-pub use contact::{ContactPatch, PatchKind};
+pub use contact::{ContactPatch, PatchKind, pyramid_axes_W};
 pub use error::Error;
 pub use kinematics::Kinematics;
 pub use load::{RobotFiles, load, load_from_strings};

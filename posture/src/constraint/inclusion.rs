@@ -3,7 +3,8 @@
 //!
 //!   n·p − b ≤ −margin        (p in S's plane)
 //!
-//! Of a ball, p is the point that touches; it moves as the ball's centre does.
+//! Of a ball, p is the point that touches; it moves as the ball's centre does, and the ball's radius
+//! adds to the margin: the ball is over the surface as a whole, clear of what rises at its edge.
 //!
 //! Source: [brossette2013] Algorithm 1, with unit edge normals so that the value is a distance.
 
@@ -35,7 +36,8 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
             (ctx.carried_point_W(it, contact, v), p_S)
         })
         .collect();
-    let margin = ctx.config.patch_margin_m;
+    let radius = ctx.contacts[contact].radius.unwrap_or(0.0);
+    let margin = ctx.config.patch_margin_m + radius;
     for edge in polygon.half_planes() {
         let n_W = X_WS.rotation * Vector3::new(edge.n.x, edge.n.y, 0.0);
         for (carried_W, p_S) in &vertices {

@@ -15,8 +15,9 @@ pub const COXA: f64 = 0.10;
 pub const THIGH: f64 = 0.45;
 /// Length of the shank, from the knee to the middle of the foot's ball.
 pub const SHANK: f64 = 0.55;
-/// Radius of the foot's ball; an estimate.
-pub const FOOT_RADIUS: f64 = 0.03;
+/// Radius of the foot's ball; an estimate. The real feet tilt on a joint and do not roll: the ball is
+/// small, so that it rolls little.
+pub const FOOT_RADIUS: f64 = 0.02;
 /// Friction of the feet on the ground; an estimate.
 pub const FRICTION: f64 = 0.6;
 

@@ -12,7 +12,7 @@ pub const THIGH: f64 = 0.33;
 /// Length of the shank, from the knee to the middle of the foot's ball.
 pub const SHANK: f64 = 0.33;
 /// Radius of the foot's ball.
-pub const FOOT_RADIUS: f64 = 0.025;
+pub const FOOT_RADIUS: f64 = 0.015;
 /// Friction of rubber feet on dry wood, concrete or carpet.
 pub const FRICTION: f64 = 0.9;
 /// Height of the abduction axes over the ground while it stands.
