@@ -62,10 +62,8 @@ fn ground(stance: [f64; 3]) -> Plane {
 
 #[test]
 fn six_equations_give_the_mount_that_minimises_the_papers_function() {
-    let pairs = EQUATIONS.map(|(stance, measured, _)| PlanePair {
-        robot: ground(stance),
-        sensor: in_V(measured),
-    });
+    let pairs =
+        EQUATIONS.map(|(stance, measured, _)| PlanePair::new(ground(stance), in_V(measured)));
     let found = PaperParameters::of_mount(&closed_form(&pairs).unwrap());
     // Computed from the same six equations by a numerical minimiser of Eq. 31, not by this code.
     let expected = [-0.527, -37.415, -3.122, 525.4, 364.8, -39.5];
@@ -100,10 +98,7 @@ fn predicted_planes_are_those_of_table_3() {
             angle < 0.1 && distance < 0.002,
             "{stance:?}: {angle}°, {distance} m"
         );
-        let pair = PlanePair {
-            robot,
-            sensor: in_V(measured),
-        };
+        let pair = PlanePair::new(robot, in_V(measured));
         let agreement = Agreement::of(&pair, &X_RV, 1.0);
         // Fig. 17's greatest angle, 0.52°, and Fig. 18's greatest distance, 3.24 mm.
         assert!(agreement.theta_rad.to_degrees() < 0.53, "{agreement:?}");
@@ -118,10 +113,7 @@ fn the_52_poses_observe_all_six_parameters() {
         .iter()
         .map(|stance| {
             let robot = ground(*stance);
-            PlanePair {
-                robot,
-                sensor: robot.seen_from(&X_RV),
-            }
+            PlanePair::new(robot, robot.seen_from(&X_RV))
         })
         .collect();
     let told = Observability::of(&pairs, 0.017).at(&pairs, &X_RV);

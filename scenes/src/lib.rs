@@ -5,13 +5,15 @@
 //! * [`SceneFile`]: the scene file's fields, for the scenes that ship and for a user's own.
 //! * [`truth`] and [`worlds`]: what really stands there, to judge the surfaces by and to simulate.
 //! * [`simulator`]: the depth camera.
-//! * [`stances`]: poses of a body over flat ground, to find a sensor's mount from.
+//! * [`stances`], [`camera_set`]: poses of a body over flat ground, with the joint readings and
+//!   frames of a robot that takes them, to find a sensor's mount from.
 //! * [`contact_sets`]: posture problems drawn from a seed, and the format of their files.
 //!
 //! Scans are made again with `cargo run -p scenes --example make_scans`, robots with
-//! `cargo run -p scenes --example make_hrp2` and `make_hexapod`.
+//! `cargo run -p scenes --example make_hrp2`, `make_hexapod` and the like.
 
 mod builtin;
+pub mod camera_set;
 pub mod contact_sets;
 mod error;
 mod robots;

@@ -33,7 +33,7 @@ impl BuiltinRobot {
     }
 }
 
-static ROBOTS: [BuiltinRobot; 3] = [
+static ROBOTS: [BuiltinRobot; 4] = [
     BuiltinRobot {
         name: "hrp2",
         urdf: include_str!("../robots/hrp2/hrp2.urdf"),
@@ -45,6 +45,12 @@ static ROBOTS: [BuiltinRobot; 3] = [
         urdf: include_str!("../robots/hexapod/hexapod.urdf"),
         srdf: include_str!("../robots/hexapod/hexapod.srdf"),
         contacts: include_str!("../robots/hexapod/contacts.toml"),
+    },
+    BuiltinRobot {
+        name: "hexapod_urp",
+        urdf: include_str!("../robots/hexapod_urp/hexapod_urp.urdf"),
+        srdf: include_str!("../robots/hexapod_urp/hexapod_urp.srdf"),
+        contacts: include_str!("../robots/hexapod_urp/contacts.toml"),
     },
     BuiltinRobot {
         name: "quadruped",

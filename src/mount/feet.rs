@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Result, anyhow, bail};
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use robot_model::{Configuration, ContactPatch, Kinematics, PatchKind, Robot};
 
 /// The patches that stand on the ground and the link that the sensor is on.
@@ -72,9 +72,15 @@ impl Feet {
             .collect()
     }
 
-    /// Number of feet.
-    pub fn count(&self) -> usize {
-        self.patches.len()
+    /// The same points as points of bodies: the body, and the place in it, m.
+    pub fn points(&self, robot: &Robot) -> Vec<(usize, Vector3<f64>)> {
+        self.all(robot)
+            .flat_map(|patch| {
+                points(patch, &patch.X_BC)
+                    .into_iter()
+                    .map(|p_B| (patch.body, p_B.coords))
+            })
+            .collect()
     }
 
     fn all<'a>(&'a self, robot: &'a Robot) -> impl Iterator<Item = &'a ContactPatch> {

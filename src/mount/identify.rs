@@ -13,6 +13,7 @@ use perception::SensorOptions;
 use robot_model::Robot;
 
 use super::feet::Feet;
+use super::next::{Footholds, View};
 use super::stances_file::{Reading, StanceRow};
 use crate::provenance::Inputs;
 use crate::report::Stages;
@@ -30,28 +31,34 @@ pub struct Measured {
     pub ground: Ground,
     /// Both planes.
     pub pair: PlanePair,
+    /// The sensor's image, where the frame is one.
+    pub view: Option<View>,
 }
 
-/// The poses of the link over the ground, and by how much the feet miss their places in each, m.
+/// The stances over the ground.
+pub struct Stances {
+    /// Pose of the link R in G of each, and root mean square by which the feet miss their places,
+    /// m; 0 for a pose that was given.
+    pub poses: Vec<(Isometry3<f64>, f64)>,
+    /// Where the feet stand, where joints were read.
+    pub footholds: Option<Footholds>,
+}
+
+/// The poses of the link over the ground.
 ///
 /// # Errors
 /// Readings that miss joints; feet that do not fit.
-pub fn stances(
-    robot: &Robot,
-    feet: &Feet,
-    rows: &[StanceRow],
-    config: &Config,
-) -> Result<Vec<(Isometry3<f64>, f64)>> {
+pub fn stances(robot: &Robot, feet: &Feet, rows: &[StanceRow], config: &Config) -> Result<Stances> {
     let mut postures = Vec::new();
+    let mut near = None;
     let mut given = Vec::new();
     for row in rows {
         match &row.reading {
             Reading::Joints(values) => {
-                let points = feet
-                    .configuration(robot, values)
-                    .and_then(|configuration| feet.in_R(robot, &configuration))
-                    .with_context(|| format!("line {}", row.line))?;
-                postures.push(points);
+                let line = || format!("line {}", row.line);
+                let configuration = feet.configuration(robot, values).with_context(line)?;
+                postures.push(feet.in_R(robot, &configuration).with_context(line)?);
+                near.get_or_insert(configuration);
             }
             Reading::Pose {
                 height_m,
@@ -63,11 +70,20 @@ pub fn stances(
             )),
         }
     }
-    if postures.is_empty() {
-        return Ok(given.into_iter().map(|pose| (pose, 0.0)).collect());
-    }
+    let Some(near) = near else {
+        return Ok(Stances {
+            poses: given.into_iter().map(|pose| (pose, 0.0)).collect(),
+            footholds: None,
+        });
+    };
     let found = footprint(&postures, &feet.heights_m(robot), &config.stance)?;
-    Ok(found.X_GR.into_iter().zip(found.error_m).collect())
+    Ok(Stances {
+        poses: found.X_GR.into_iter().zip(found.error_m).collect(),
+        footholds: Some(Footholds {
+            feet_G: found.feet_G,
+            near,
+        }),
+    })
 }
 
 /// The ground of every stance, as the feet and as the frames have it.
@@ -100,11 +116,13 @@ pub fn measure(
                     .map_or(name, |file| file.to_string_lossy().into_owned()),
                 X_GR: *X_GR,
                 foot_error_m: *foot_error_m,
-                ground: seen,
                 pair: PlanePair {
                     robot: robot_plane(X_GR, config),
                     sensor: seen.plane,
+                    common: seen.common.clone(),
                 },
+                ground: seen,
+                view: View::of(&scan),
             })
         })
         .collect()
@@ -125,6 +143,6 @@ pub fn robot_plane(X_GR: &Isometry3<f64>, config: &Config) -> Plane {
 /// # Errors
 /// As [`calibration::camera::identify`].
 pub fn mount(measured: &[Measured], config: &Config) -> Result<Identification> {
-    let pairs: Vec<PlanePair> = measured.iter().map(|one| one.pair).collect();
+    let pairs: Vec<PlanePair> = measured.iter().map(|one| one.pair.clone()).collect();
     identify(&pairs, &config.camera).map_err(|error| anyhow!(error))
 }

@@ -6,10 +6,15 @@
 //! | `feet.rs` | the feet of a robot as points of a link's frame |
 //! | `identify.rs` | stances and frames → the mount |
 //! | `extrinsics.rs` | the file of a mount |
+//! | `next.rs` | which stance to add |
+//! | `page.rs`, `plot.rs` | the report as one HTML page with charts |
 //! | `table.rs` | the disagreement of every stance, for the terminal and as CSV |
 
 pub mod extrinsics;
 pub mod feet;
 pub mod identify;
+pub mod next;
+pub mod page;
+pub mod plot;
 pub mod stances_file;
 pub mod table;

@@ -69,10 +69,7 @@ pub fn next_pose(
 ) -> Option<NextPose> {
     let known = information(pairs, X_RV);
     let after = |candidate: &Candidate| {
-        let pair = PlanePair {
-            robot: candidate.robot,
-            sensor: candidate.sensor,
-        };
+        let pair = PlanePair::new(candidate.robot, candidate.sensor);
         criterion(&(known + information_of(&pair, X_RV)), config.reach_m)
     };
     let before = criterion(&known, config.reach_m);
@@ -100,7 +97,7 @@ mod tests {
             covariance: Matrix3::identity() * 1e-7,
             ..robot.seen_from(&mount())
         };
-        (X_GR, PlanePair { robot, sensor })
+        (X_GR, PlanePair::new(robot, sensor))
     }
 
     #[test]

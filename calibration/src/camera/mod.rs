@@ -7,7 +7,9 @@
 //!
 //! where Tᵢ are the tangents of n_V, ρ is Huber's loss, and Σᵢ is what the sensor's noise *and* the
 //! robot's pose noise make of e: a tilt of the body turns the normal and, over the lever p_RV,
-//! moves the distance, and the two errors are weighted as the pair they are.
+//! moves the distance, and the two errors are weighted as the pair they are. The device's
+//! distortion, which all frames share, is estimated along: unknowns c of unit variance that move
+//! eᵢ by Cᵢ c.
 //!
 //! * [`paper`]: the six parameters as [chai2015] writes them.
 //! * [`observability`]: what a set of poses can tell, and the names of those that cannot.
@@ -36,15 +38,29 @@ pub use paper::PaperParameters;
 
 use nalgebra::{Isometry3, Matrix6};
 
+use crate::ground::CellEffect;
 use crate::{Error, Plane};
 
 /// The ground of one posture, twice.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PlanePair {
     /// In R, from the robot's feet; its covariance is the robot's pose noise.
     pub robot: Plane,
-    /// In V, from the scan; its covariance is the sensor's noise.
+    /// In V, from the scan; its covariance is the sensor's noise, drawn anew in each frame.
     pub sensor: Plane,
+    /// What the device's distortion, which all frames share, does to `sensor`.
+    pub common: Vec<CellEffect>,
+}
+
+impl PlanePair {
+    /// A pair without errors that frames share.
+    pub fn new(robot: Plane, sensor: Plane) -> Self {
+        Self {
+            robot,
+            sensor,
+            common: Vec::new(),
+        }
+    }
 }
 
 /// A mount, and how well it is known.

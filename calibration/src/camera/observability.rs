@@ -186,10 +186,7 @@ mod tests {
             let height = 0.6 + 0.01 * (i % 7) as f64;
             let X_GR = stance(roll.to_radians(), pitch.to_radians(), height);
             let robot = Plane::ground(&X_GR, Matrix3::identity() * 1e-6);
-            PlanePair {
-                robot,
-                sensor: robot.seen_from(&mount()),
-            }
+            PlanePair::new(robot, robot.seen_from(&mount()))
         };
         tilts_deg.iter().enumerate().map(pair).collect()
     }

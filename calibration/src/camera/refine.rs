@@ -1,6 +1,8 @@
 //! Levenberg–Marquardt on the joint weighted problem.
 
-use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
+use std::collections::BTreeSet;
+
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Matrix6, Vector3, Vector6};
 
 use super::residual::{Residual, step};
 use super::{CameraConfig, PlanePair};
@@ -16,27 +18,52 @@ const DAMPING: [f64; 2] = [1e-4, 1e10];
 /// The refined mount.
 pub(super) struct Refined {
     pub X_RV: Isometry3<f64>,
-    /// (Σ w Jᵀ Σᵢ⁻¹ J)⁻¹, with what a common error of height adds.
+    /// (Σ w Jᵀ Σᵢ⁻¹ J)⁻¹ with the distortion left out of it, and what a common error of height adds.
     pub covariance: Matrix6<f64>,
-    /// Σ w eᵀ Σᵢ⁻¹ e.
+    /// Σ w (e − C c)ᵀ Σᵢ⁻¹ (e − C c) + cᵀ c.
     pub chi2: f64,
     /// Huber's weight of every pair, in (0, 1].
     pub weights: Vec<f64>,
     pub iterations: usize,
 }
 
-/// Normal equations at one mount.
+/// A mount and the distortion c of the device's cells, in standard deviations.
+#[derive(Clone)]
+struct Estimate {
+    X_RV: Isometry3<f64>,
+    distortion: DVector<f64>,
+}
+
+impl Estimate {
+    fn step(&self, delta: &DVector<f64>) -> Self {
+        let head = Vector6::from_iterator(delta.iter().take(6).copied());
+        let tail = delta.rows(6, self.distortion.len());
+        Self {
+            X_RV: step(&self.X_RV, &head),
+            distortion: &self.distortion + tail,
+        }
+    }
+}
+
+/// Normal equations at one estimate.
 struct System {
     cost: f64,
     chi2: f64,
-    information: Matrix6<f64>,
-    gradient: Vector6<f64>,
-    /// Σ w Jᵀ Σᵢ⁻¹ e_d: what an error of height of all poses pulls at.
-    height: Vector6<f64>,
+    information: DMatrix<f64>,
+    gradient: DVector<f64>,
+    /// Σ w Jᵀ Σᵢ⁻¹ (0, 0, 1): what an error of height of all poses pulls at.
+    height: DVector<f64>,
     weights: Vec<f64>,
 }
 
-/// Minimises Σ ρ(√(eᵀ Σᵢ⁻¹ e)) from `start`.
+/// The problem: pairs, and the columns of their distortions among the unknowns.
+struct Problem<'a> {
+    pairs: &'a [PlanePair],
+    cells: Vec<u32>,
+    huber: f64,
+}
+
+/// Minimises Σ ρ(√((e − C c)ᵀ Σᵢ⁻¹ (e − C c))) + ½ cᵀ c over mount and distortion from `start`.
 ///
 /// Σᵢ depends on the mount through its lever only; it is taken at the last accepted mount. ρ is
 /// Huber's: ½s² up to the threshold k, k s − ½k² beyond, the weight min(1, k/s).
@@ -49,29 +76,41 @@ pub(super) fn refine(
     start: &Isometry3<f64>,
     config: &CameraConfig,
 ) -> Result<Refined, Error> {
-    let not_converged = Error::NotConverged {
+    let not_converged = || Error::NotConverged {
         iterations: config.iterations_max,
     };
-    let mut X_RV = *start;
+    let cells: BTreeSet<u32> = pairs
+        .iter()
+        .flat_map(|pair| pair.common.iter().map(|common| common.cell))
+        .collect();
+    let problem = Problem {
+        pairs,
+        cells: cells.into_iter().collect(),
+        huber: config.huber,
+    };
+    let mut at = Estimate {
+        X_RV: *start,
+        distortion: DVector::zeros(problem.cells.len()),
+    };
     let mut damping = DAMPING[0];
     for iteration in 0..config.iterations_max {
         // 1. Weights at this mount, held while it is compared with the next one.
-        let weights = whitenings(pairs, &X_RV);
-        let here = system(pairs, &weights, &X_RV, config.huber);
+        let weights = problem.whitenings(&at.X_RV);
+        let here = problem.system(&weights, &at);
         // 2. A damped step that gains, or the end.
         let done = loop {
-            let mut damped = here.information;
-            for k in 0..6 {
+            let mut damped = here.information.clone();
+            for k in 0..damped.nrows() {
                 damped[(k, k)] *= 1.0 + damping;
             }
-            let Some(cholesky) = damped.cholesky() else {
-                return Err(not_converged);
-            };
-            let delta = cholesky.solve(&here.gradient);
-            let next = step(&X_RV, &delta);
+            let delta = damped
+                .cholesky()
+                .ok_or_else(not_converged)?
+                .solve(&here.gradient);
+            let next = at.step(&delta);
             let small = delta.amax() < STEP_MIN;
-            if small || system(pairs, &weights, &next, config.huber).cost <= here.cost {
-                X_RV = next;
+            if small || problem.system(&weights, &next).cost <= here.cost {
+                at = next;
                 damping = (damping * 0.1).max(1e-12);
                 break small;
             }
@@ -82,27 +121,20 @@ pub(super) fn refine(
         };
         // 3. The covariance where it ended.
         if done {
-            let at = system(pairs, &whitenings(pairs, &X_RV), &X_RV, config.huber);
-            let covariance = at.information.try_inverse().ok_or(not_converged)?;
-            let common = covariance * at.height * config.common_height_sigma_m;
+            let end = problem.system(&problem.whitenings(&at.X_RV), &at);
+            let covariance = end.information.try_inverse().ok_or_else(not_converged)?;
+            let height = &covariance * end.height * config.common_height_sigma_m;
+            let all = covariance + &height * height.transpose();
             return Ok(Refined {
-                X_RV,
-                covariance: covariance + common * common.transpose(),
-                chi2: at.chi2,
-                weights: at.weights,
+                X_RV: at.X_RV,
+                covariance: all.fixed_view::<6, 6>(0, 0).into_owned(),
+                chi2: end.chi2,
+                weights: end.weights,
                 iterations: iteration + 1,
             });
         }
     }
-    Err(not_converged)
-}
-
-/// W with Wᵀ W = Σᵢ⁻¹ for every pair.
-fn whitenings(pairs: &[PlanePair], X_RV: &Isometry3<f64>) -> Vec<Matrix3<f64>> {
-    pairs
-        .iter()
-        .map(|pair| whitening(&Residual::of(pair, X_RV).covariance))
-        .collect()
+    Err(not_converged())
 }
 
 /// W with Wᵀ W = Σ⁻¹.
@@ -118,36 +150,61 @@ pub(super) fn whitening(covariance: &Matrix3<f64>) -> Matrix3<f64> {
         .unwrap_or_else(diagonal)
 }
 
-fn system(
-    pairs: &[PlanePair],
-    whitenings: &[Matrix3<f64>],
-    X_RV: &Isometry3<f64>,
-    huber: f64,
-) -> System {
-    let mut system = System {
-        cost: 0.0,
-        chi2: 0.0,
-        information: Matrix6::zeros(),
-        gradient: Vector6::zeros(),
-        height: Vector6::zeros(),
-        weights: Vec::with_capacity(pairs.len()),
-    };
-    for (pair, W) in pairs.iter().zip(whitenings) {
-        let residual = Residual::of(pair, X_RV);
-        let e = W * residual.value;
-        let J = W * residual.jacobian;
-        let s = e.norm();
-        let (weight, cost) = if s <= huber {
-            (1.0, 0.5 * s * s)
-        } else {
-            (huber / s, huber * s - 0.5 * huber * huber)
-        };
-        system.cost += cost;
-        system.chi2 += weight * s * s;
-        system.information += J.transpose() * J * weight;
-        system.gradient += J.transpose() * e * weight;
-        system.height += J.transpose() * (W * Vector3::z()) * weight;
-        system.weights.push(weight);
+impl Problem<'_> {
+    /// W with Wᵀ W = Σᵢ⁻¹ for every pair.
+    fn whitenings(&self, X_RV: &Isometry3<f64>) -> Vec<Matrix3<f64>> {
+        self.pairs
+            .iter()
+            .map(|pair| whitening(&Residual::of(pair, X_RV).covariance))
+            .collect()
     }
-    system
+
+    fn system(&self, whitenings: &[Matrix3<f64>], at: &Estimate) -> System {
+        let n = 6 + self.cells.len();
+        let prior = at.distortion.norm_squared();
+        let mut system = System {
+            cost: 0.5 * prior,
+            chi2: prior,
+            information: DMatrix::zeros(n, n),
+            gradient: DVector::zeros(n),
+            height: DVector::zeros(n),
+            weights: Vec::with_capacity(self.pairs.len()),
+        };
+        for k in 6..n {
+            system.information[(k, k)] = 1.0;
+            system.gradient[k] = -at.distortion[k - 6];
+        }
+        let mut J = DMatrix::zeros(3, n);
+        for (pair, W) in self.pairs.iter().zip(whitenings) {
+            // 1. The residual, the distortion taken off, and its derivatives; white.
+            let residual = Residual::of(pair, &at.X_RV);
+            J.fill(0.0);
+            J.columns_mut(0, 6).copy_from(&(W * residual.jacobian));
+            let mut e = residual.value;
+            for common in &pair.common {
+                if let Ok(k) = self.cells.binary_search(&common.cell) {
+                    e -= common.effect * at.distortion[k];
+                    J.column_mut(6 + k).copy_from(&(W * common.effect));
+                }
+            }
+            let e = W * e;
+            // 2. Huber's weight, and the sums.
+            let s = e.norm();
+            let (weight, cost) = if s <= self.huber {
+                (1.0, 0.5 * s * s)
+            } else {
+                (
+                    self.huber / s,
+                    self.huber * s - 0.5 * self.huber * self.huber,
+                )
+            };
+            system.cost += cost;
+            system.chi2 += weight * s * s;
+            system.information.gemm_tr(weight, &J, &J, 1.0);
+            system.gradient.gemv_tr(weight, &J, &e, 1.0);
+            system.height.gemv_tr(weight, &J, &(W * Vector3::z()), 1.0);
+            system.weights.push(weight);
+        }
+        system
+    }
 }

@@ -92,7 +92,7 @@ pub(super) mod tests {
         let robot = Plane::ground(&stance(0.2, -0.1, 0.7), Matrix3::identity());
         // Not the plane that the mount predicts: the residual must not vanish.
         let sensor = Plane::ground(&stance(0.1, 0.9, 1.1), Matrix3::identity());
-        let pair = PlanePair { robot, sensor };
+        let pair = PlanePair::new(robot, sensor);
         let at = Residual::of(&pair, &X_RV);
         for k in 0..6 {
             let h = 1e-6;
@@ -122,7 +122,7 @@ pub(super) mod tests {
                 covariance: P,
                 ..exact
             };
-            let predicted = Residual::of(&PlanePair { robot, sensor }, &X_RV).covariance;
+            let predicted = Residual::of(&PlanePair::new(robot, sensor), &X_RV).covariance;
             // The same error, made.
             let h = 1e-6;
             let mut moved = exact;
@@ -132,15 +132,7 @@ pub(super) mod tests {
             } else {
                 moved.distance_m += h;
             }
-            let made = Residual::of(
-                &PlanePair {
-                    robot: moved,
-                    sensor,
-                },
-                &X_RV,
-            )
-            .value
-                / h;
+            let made = Residual::of(&PlanePair::new(moved, sensor), &X_RV).value / h;
             let error = (made * made.transpose() - predicted).norm();
             assert!(error < 1e-5, "component {k}: {error}");
         }

@@ -34,6 +34,12 @@ pub struct GroundConfig {
     pub inliers_min: usize,
     /// Most iterations of the trimming.
     pub iterations_max: usize,
+    /// Root mean square of the slowly varying depth error as a ratio of depth; the sensor's own
+    /// where absent, 0 for a sensor of which the depth has been undistorted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distortion_ratio: Option<f64>,
+    /// Share of that error's variance that is the same in all frames: a pattern of the device.
+    pub distortion_shared: f64,
     /// Planes that are drawn for the start.
     pub draws: usize,
     /// Seed of the draws.
@@ -50,6 +56,9 @@ impl Default for GroundConfig {
             range_max_m: 4.0,
             inliers_min: 500,
             iterations_max: 50,
+            distortion_ratio: None,
+            // The residuals of [chai2015] leave no room for an error that changes from frame to frame.
+            distortion_shared: 1.0,
             draws: 100,
             seed: 0,
         }
@@ -87,6 +96,20 @@ impl GroundConfig {
             self.iterations_max as f64,
             [1.0, 1e6],
             count,
+        )?;
+        if let Some(ratio) = self.distortion_ratio {
+            within(
+                "distortion_ratio",
+                ratio,
+                [0.0, 1.0],
+                "must be a ratio below 1",
+            )?;
+        }
+        within(
+            "distortion_shared",
+            self.distortion_shared,
+            [0.0, 1.0],
+            "must be a share between 0 and 1",
         )?;
         within("draws", self.draws as f64, [1.0, 1e6], count)
     }

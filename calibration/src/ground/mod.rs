@@ -10,17 +10,23 @@
 //! correlation length s repeats itself, so that correlated noise is not taken for independent. The
 //! weights are those of perception's planes.
 //!
+//! The slowly varying error is mostly a pattern of the device: the same in all frames, where the
+//! noise is drawn anew in each. Averaging over frames does not remove it, so its part of Cov m is
+//! kept apart ([`Ground::common`]).
+//!
 //! * [`samples`](Samples): the rays, from an image or a cloud.
 //! * [`consensus`]: where to start when not all that is seen is ground.
 //! * [`trimming`]: the iterations, in the converging form and as [chai2015] prints them.
 
 mod config;
 mod consensus;
+mod pattern;
 mod samples;
 mod total;
 mod trimming;
 
 pub use config::{GroundConfig, GroundForm};
+pub use pattern::CellEffect;
 pub use samples::Samples;
 
 use nalgebra::{Matrix3, Unit, Vector3};
@@ -30,10 +36,13 @@ use crate::plane::tangents;
 use crate::{Error, Plane};
 
 /// The ground's plane in V, and how it was found.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Ground {
-    /// The plane, its normal toward the sensor.
+    /// The plane, its normal toward the sensor; its covariance is that of the errors that are
+    /// drawn anew in each frame.
     pub plane: Plane,
+    /// What the device's distortion does to it, which all frames share.
+    pub common: Vec<CellEffect>,
     /// Samples within range.
     pub samples: usize,
     /// Samples that the plane was fitted to in the end.
@@ -62,11 +71,11 @@ pub fn ground(scan: &Scan, config: &GroundConfig) -> Result<Ground, Error> {
     }
 }
 
-/// n, d and their covariance from m = −n/d and the covariance of m.
+/// The plane of m = −n/d, and what errors of m do to its (η₁, η₂, d).
 ///
-///   δn = −d (1 − n nᵀ) δm,   δd = d² n·δm
+///   δη = −d Tᵀ δm,   δd = d² n·δm
 #[allow(non_snake_case)]
-fn plane_of(m: &Vector3<f64>, covariance: &Matrix3<f64>) -> Option<Plane> {
+fn plane_of(m: &Vector3<f64>) -> Option<(Plane, Matrix3<f64>)> {
     let distance_m = 1.0 / m.norm();
     let normal = Unit::try_new(-m, 1e-12)?;
     let mut J = Matrix3::zeros();
@@ -74,14 +83,14 @@ fn plane_of(m: &Vector3<f64>, covariance: &Matrix3<f64>) -> Option<Plane> {
         .copy_from(&(tangents(&normal).transpose() * -distance_m));
     J.fixed_rows_mut::<1>(2)
         .copy_from(&(normal.transpose() * (distance_m * distance_m)));
-    let covariance = J * covariance * J.transpose();
-    let plane = Plane {
-        normal,
-        distance_m,
-        covariance: (covariance + covariance.transpose()) * 0.5,
-    };
-    let finite = distance_m.is_finite() && plane.covariance.iter().all(|x| x.is_finite());
-    finite.then_some(plane)
+    distance_m
+        .is_finite()
+        .then(|| (Plane::exact(normal, distance_m), J))
+}
+
+/// The two parts of a symmetric matrix that rounding has made different, as one.
+fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
+    (matrix + matrix.transpose()) * 0.5
 }
 
 fn no_ground(found: usize, samples: &Samples, config: &GroundConfig) -> Error {

@@ -27,14 +27,31 @@ pub struct Samples {
     pub sharpness: Vec<f32>,
     /// ω: weight in the fit, correlation counted, m².
     pub weight: Vec<f32>,
+    /// Share of 1/ω that is drawn anew in each frame.
+    pub anew: Vec<f32>,
+    /// Cell of the device's distortion.
+    pub cells: Vec<u32>,
+    /// Standard deviation of that distortion: of w as a ratio of w, the same in all frames.
+    pub pattern_ratio: f64,
+}
+
+/// How samples are weighed.
+struct Weighing<'a> {
+    noise: &'a Noise,
+    /// Samples over which the pixel's noise and the slowly varying error repeat themselves.
+    areas: [f64; 2],
+    /// Share of the latter's variance that all frames have in common.
+    shared: f64,
 }
 
 impl Samples {
     /// The samples of a scan: of its image where it has one, else of its cloud.
     pub fn of(scan: &Scan, config: &GroundConfig) -> Self {
+        let mut noise = scan.noise;
+        noise.systematic_ratio = config.distortion_ratio.unwrap_or(noise.systematic_ratio);
         match &scan.depth {
-            Some(image) => Self::of_image(image, &scan.noise, config),
-            None => Self::of_cloud(&scan.cloud, &scan.eye_V, &scan.noise, config),
+            Some(image) => Self::of_image(image, &noise, config),
+            None => Self::of_cloud(&scan.cloud, &scan.eye_V, &noise, config),
         }
     }
 
@@ -58,9 +75,16 @@ impl Samples {
             [noise.correlation_px, noise.systematic_scale_px].map(|s| 4.0 * PI * s * s);
         let stride = ((area_noise / STRIDE_AREA).sqrt().floor() as usize).max(1);
         let per_sample = (stride * stride) as f64;
-        let areas = [area_noise, area_slow].map(|area| (area / per_sample).max(1.0));
+        let weighing = Weighing {
+            noise,
+            areas: [area_noise, area_slow].map(|area| (area / per_sample).max(1.0)),
+            shared: config.distortion_shared,
+        };
         let k = &image.intrinsics;
-        let mut samples = Self::default();
+        let mut samples = Self::patterned(noise, config);
+        // Cells of the area over which the slow error repeats itself.
+        let edge = area_slow.sqrt().max(1.0);
+        let columns = (image.width as f64 / edge) as u32 + 1;
         let room = image.z_m.len() / (stride * stride) + 1;
         samples.reserve(room);
         let near = config.range_min_m.max(1e-3);
@@ -71,13 +95,15 @@ impl Samples {
             .step_by(stride)
         {
             let y = (v as f64 - k.cy) / k.fy;
+            let row_of_cells = (v as f64 / edge) as u32 * columns;
             for (u, z) in row.iter().enumerate().step_by(stride) {
                 let z = f64::from(*z);
                 let x = (u as f64 - k.cx) / k.fx;
                 // The range along the ray, so that image and cloud keep the same points.
                 let square = z * z * (x * x + y * y + 1.0);
                 if square >= near * near && square <= config.range_max_m * config.range_max_m {
-                    samples.push([x, y, 1.0], 1.0 / z, noise.sigma_inverse(z), noise, areas);
+                    let cell = row_of_cells + (u as f64 / edge) as u32;
+                    samples.push([x, y, 1.0], z, cell, &weighing);
                 }
             }
         }
@@ -100,23 +126,29 @@ impl Samples {
             .collect();
         // Samples within one correlated patch: density × 4π s², s as an angle.
         let density = seen.len() as f64 / solid_angle(seen.iter().map(|(p, _)| p)).max(1e-9);
-        let areas = [noise.correlation_px, noise.systematic_scale_px].map(|s| {
-            let angle = s * PIXEL_RAD;
-            (density * 4.0 * PI * angle * angle).max(1.0)
-        });
-        let mut samples = Self::default();
+        let angles = [noise.correlation_px, noise.systematic_scale_px]
+            .map(|s| (4.0 * PI).sqrt() * s * PIXEL_RAD);
+        let weighing = Weighing {
+            noise,
+            areas: angles.map(|angle| (density * angle * angle).max(1.0)),
+            shared: config.distortion_shared,
+        };
+        let mut samples = Self::patterned(noise, config);
         samples.reserve(seen.len());
+        let cells = (2.0 / angles[1].max(1e-2)).round().clamp(1.0, 200.0);
         for (p, range) in &seen {
-            let ray = p / *range;
-            samples.push(
-                ray.into(),
-                1.0 / range,
-                noise.sigma_inverse(*range),
-                noise,
-                areas,
-            );
+            let [side, i, j] = cube_cell(p, cells);
+            let cell = (side * cells as u32 + i) * cells as u32 + j;
+            samples.push((p / *range).into(), *range, cell, &weighing);
         }
         samples
+    }
+
+    fn patterned(noise: &Noise, config: &GroundConfig) -> Self {
+        Self {
+            pattern_ratio: noise.systematic_ratio * config.distortion_shared.sqrt(),
+            ..Self::default()
+        }
     }
 
     fn reserve(&mut self, room: usize) {
@@ -124,46 +156,51 @@ impl Samples {
         self.inverse.reserve(room);
         self.sharpness.reserve(room);
         self.weight.reserve(room);
+        self.anew.reserve(room);
+        self.cells.reserve(room);
     }
 
-    fn push(
-        &mut self,
-        ray: [f64; 3],
-        inverse: f64,
-        sigma: f64,
-        noise: &Noise,
-        [area_noise, area_slow]: [f64; 2],
-    ) {
-        let slow = noise.systematic_ratio * inverse;
+    /// Adds the point at `depth_m` along `ray`.
+    fn push(&mut self, ray: [f64; 3], depth_m: f64, cell: u32, weighing: &Weighing) {
+        let inverse = 1.0 / depth_m;
+        let sigma = weighing.noise.sigma_inverse(depth_m);
+        let slow = weighing.noise.systematic_ratio * inverse;
         let (white, slow) = (sigma * sigma, slow * slow);
         self.rays.push(ray.map(|x| x as f32));
         self.inverse.push(inverse as f32);
         self.sharpness.push((1.0 / (white + slow).sqrt()) as f32);
-        self.weight
-            .push((1.0 / (area_noise * white + area_slow * slow)) as f32);
+        let [area_noise, area_slow] = weighing.areas;
+        let (white, slow) = (area_noise * white, area_slow * slow);
+        self.weight.push((1.0 / (white + slow)) as f32);
+        self.anew
+            .push(((white + (1.0 - weighing.shared) * slow) / (white + slow)) as f32);
+        self.cells.push(cell);
     }
+}
+
+/// Side of the cube that a direction meets (0–5), and the cell there of `cells` a row and column.
+fn cube_cell(direction: &Vector3<f64>, cells: f64) -> [u32; 3] {
+    let axis = direction.iamax();
+    let depth = direction[axis];
+    let cell = |other: usize| {
+        let at = (direction[other % 3] / depth + 1.0) * 0.5 * cells;
+        at.clamp(0.0, cells - 1.0) as u32
+    };
+    let side = 2 * axis as u32 + u32::from(depth > 0.0);
+    [side, cell(axis + 1), cell(axis + 2)]
 }
 
 /// Solid angle that the directions cover, sr: cells of a cube's sides with a direction in them.
 fn solid_angle<'a>(directions: impl Iterator<Item = &'a Vector3<f64>>) -> f64 {
-    let mut cells = BTreeSet::new();
-    for direction in directions {
-        let side = direction.iamax();
-        let depth = direction[side];
-        let cell = |axis: usize| ((direction[axis] / depth + 1.0) * 0.5 * CUBE_CELLS) as i32;
-        cells.insert((
-            side,
-            depth > 0.0,
-            cell((side + 1) % 3),
-            cell((side + 2) % 3),
-        ));
-    }
+    let cells: BTreeSet<[u32; 3]> = directions
+        .map(|direction| cube_cell(direction, CUBE_CELLS))
+        .collect();
     // A cell of edge 2/n at (a, b) of the side covers (2/n)² / (1 + a² + b²)^1.5.
     let edge = 2.0 / CUBE_CELLS;
     cells
         .iter()
-        .map(|(_, _, i, j)| {
-            let centre = |k: &i32| (f64::from(*k) + 0.5) * edge - 1.0;
+        .map(|[_, i, j]| {
+            let centre = |k: &u32| (f64::from(*k) + 0.5) * edge - 1.0;
             let (a, b) = (centre(i), centre(j));
             edge * edge / (1.0 + a * a + b * b).powf(1.5)
         })

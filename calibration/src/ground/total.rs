@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Unit, Vector3};
 
-use super::{Ground, GroundConfig, GroundForm, Samples, no_ground};
+use super::pattern::CellEffect;
+use super::{Ground, GroundConfig, GroundForm, Samples, no_ground, pattern, symmetric};
 use crate::plane::tangents;
 use crate::{Error, Plane};
 
@@ -55,11 +56,13 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
         .iter()
         .map(|i| (found.normal.dot(&samples.point(*i)) + found.distance_m).powi(2))
         .sum();
+    let (anew, common) = covariance(samples, &left, &found);
     Ok(Ground {
         plane: Plane {
-            covariance: covariance(samples, &left, &found),
+            covariance: symmetric(&anew),
             ..found
         },
+        common,
         samples: samples.len(),
         inliers: left.len(),
         residual: (square / left.len() as f64).sqrt(),
@@ -92,25 +95,32 @@ fn fit(samples: &Samples, left: &[usize]) -> Option<Plane> {
     Some(Plane::exact(normal, -normal.dot(&mean)))
 }
 
-/// Covariance of the unweighted fit under the stated noise, correlation counted.
+/// Covariance of the unweighted fit under the stated noise that is drawn anew in each frame,
+/// correlation counted, and what the device's distortion does.
 ///
 ///   H⁻¹ (Σ g gᵀ v) H⁻¹,   H = Σ g gᵀ,   g = (e₁·p, e₂·p, 1)
 ///
 /// v is the variance of a point's distance times the samples that share its error: a point on ray r
 /// moves by d/w along the normal for an error of w, so v = (d/w)²/ω.
 #[allow(non_snake_case)]
-fn covariance(samples: &Samples, left: &[usize], plane: &Plane) -> Matrix3<f64> {
+fn covariance(samples: &Samples, left: &[usize], plane: &Plane) -> (Matrix3<f64>, Vec<CellEffect>) {
     let e = tangents(&plane.normal);
+    let row = |i: usize| {
+        let p = samples.point(i);
+        Vector3::new(e.column(0).dot(&p), e.column(1).dot(&p), 1.0)
+    };
+    let lever = |i: usize| plane.distance_m / f64::from(samples.inverse[i]);
     let mut H = Matrix3::zeros();
     let mut noise = Matrix3::zeros();
     for &i in left {
-        let p = samples.point(i);
-        let g = Vector3::new(e.column(0).dot(&p), e.column(1).dot(&p), 1.0);
-        let lever = plane.distance_m / f64::from(samples.inverse[i]);
-        let variance = lever * lever / f64::from(samples.weight[i]);
+        let g = row(i);
+        let anew = f64::from(samples.anew[i]) / f64::from(samples.weight[i]);
         H += g * g.transpose();
-        noise += g * g.transpose() * variance;
+        noise += g * g.transpose() * (lever(i) * lever(i) * anew);
     }
-    H.try_inverse()
-        .map_or(Matrix3::zeros(), |inverse| inverse * noise * inverse)
+    let inverse = H.try_inverse().unwrap_or_else(Matrix3::zeros);
+    // A point that is measured δw too near is (d/w) δw off the plane, which turns after it.
+    let pull = |i: usize| -row(i) * lever(i);
+    let common = pattern::effects(samples, left.iter().copied(), pull, &inverse);
+    (inverse * noise * inverse, common)
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Ground, GroundConfig, Samples, consensus, no_ground, plane_of};
+use super::{Ground, GroundConfig, Samples, consensus, no_ground, pattern, plane_of, symmetric};
 use crate::Error;
 
 /// Sums over the samples that are kept.
@@ -13,17 +13,14 @@ struct Sums {
     rr: [f64; 6],
     /// Σ ω r w.
     rw: [f64; 3],
+    /// Σ a ω r rᵀ, a the share that is drawn anew in each frame.
+    anew: [f64; 6],
     /// Σ s and Σ s² of the residuals of the plane that chose the samples.
     s: f64,
     ss: f64,
 }
 
 impl Sums {
-    fn information(&self) -> Matrix3<f64> {
-        let [xx, xy, xz, yy, yz, zz] = self.rr;
-        Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
-    }
-
     /// Mean and standard deviation of the residuals.
     fn spread(&self) -> (f64, f64) {
         let n = self.n.max(1) as f64;
@@ -47,23 +44,35 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
         if chosen.n < config.inliers_min {
             return Err(no_ground(chosen.n, samples, config));
         }
-        let information = chosen.information();
+        let information = matrix(&chosen.rr);
         let cholesky = information
             .cholesky()
             .ok_or_else(|| no_ground(chosen.n, samples, config))?;
         let next = cholesky.solve(&Vector3::from(chosen.rw));
         let (mean, sigma) = chosen.spread();
+        let (by, [low, high]) = (m, bounds);
         bounds = [-1.0, 1.0].map(|side| mean + side * config.trim_sigmas * sigma);
         let still = chosen.n == kept && (next - m).norm() <= 1e-9 * m.norm();
         kept = chosen.n;
         m = next;
         if still || iteration == config.iterations_max {
+            let (mut plane, to_plane) =
+                plane_of(&m).ok_or_else(|| no_ground(kept, samples, config))?;
+            // Cov m = H⁻¹ in two parts: H⁻¹ (Σ a ω r rᵀ) H⁻¹, and what the device's pattern does.
+            let inverse = to_plane * cholesky.inverse();
+            let anew = matrix(&chosen.anew);
+            let is_fitted = |i: &usize| (low..=high).contains(&residual(samples, &by, *i));
+            let pull = |i: usize| {
+                Vector3::from(samples.rays[i].map(f64::from)) * f64::from(samples.weight[i])
+            };
+            let fitted = (0..samples.len()).filter(is_fitted);
+            let common = pattern::effects(samples, fitted, pull, &inverse);
             // Rougher ground than the noise explains is known less well.
-            let covariance = cholesky.inverse() * sigma.max(1.0).powi(2);
-            let plane =
-                plane_of(&m, &covariance).ok_or_else(|| no_ground(kept, samples, config))?;
+            let rougher = sigma.max(1.0).powi(2);
+            plane.covariance = symmetric(&(inverse * anew * inverse.transpose())) * rougher;
             return Ok(Ground {
                 plane,
+                common,
                 samples: samples.len(),
                 inliers: kept,
                 residual: sigma,
@@ -75,17 +84,29 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
     Err(no_ground(kept, samples, config))
 }
 
+/// s of sample i.
+fn residual(samples: &Samples, m: &Vector3<f64>, i: usize) -> f64 {
+    let ray = Vector3::from(samples.rays[i].map(f64::from));
+    (m.dot(&ray) - f64::from(samples.inverse[i])) * f64::from(samples.sharpness[i])
+}
+
+/// The symmetric matrix of xx, xy, xz, yy, yz, zz.
+fn matrix([xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> Matrix3<f64> {
+    Matrix3::new(*xx, *xy, *xz, *xy, *yy, *yz, *xz, *yz, *zz)
+}
+
 /// The sums over the samples with residuals s = (m·r − w)/σ within the bounds.
 fn sums(samples: &Samples, m: &Vector3<f64>, [low, high]: [f64; 2]) -> Sums {
     let mut sums = Sums::default();
     let m = [m.x as f32, m.y as f32, m.z as f32];
     let (low, high) = (low as f32, high as f32);
-    for (((ray, w), sharpness), weight) in samples
+    for ((((ray, w), sharpness), weight), anew) in samples
         .rays
         .iter()
         .zip(&samples.inverse)
         .zip(&samples.sharpness)
         .zip(&samples.weight)
+        .zip(&samples.anew)
     {
         let s = (m[0] * ray[0] + m[1] * ray[1] + m[2] * ray[2] - w) * sharpness;
         if s < low || s > high {
@@ -96,12 +117,12 @@ fn sums(samples: &Samples, m: &Vector3<f64>, [low, high]: [f64; 2]) -> Sums {
         let (wx, wy, wz) = (weight * x, weight * y, weight * z);
         let w = f64::from(*w);
         sums.n += 1;
-        sums.rr[0] += wx * x;
-        sums.rr[1] += wx * y;
-        sums.rr[2] += wx * z;
-        sums.rr[3] += wy * y;
-        sums.rr[4] += wy * z;
-        sums.rr[5] += wz * z;
+        let products = [wx * x, wx * y, wx * z, wy * y, wy * z, wz * z];
+        let anew = f64::from(*anew);
+        for (k, product) in products.iter().enumerate() {
+            sums.rr[k] += product;
+            sums.anew[k] += anew * product;
+        }
         sums.rw[0] += wx * w;
         sums.rw[1] += wy * w;
         sums.rw[2] += wz * w;

@@ -7,6 +7,9 @@
 
 mod gravity;
 mod jacobian;
+mod reach;
+
+pub use reach::{PointTarget, reach};
 
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 

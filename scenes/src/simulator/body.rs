@@ -52,6 +52,9 @@ impl ConvexBody {
             } else if gap < 0.0 {
                 return None;
             }
+            if entry.0 > exit {
+                return None;
+            }
         }
         entry
             .1

@@ -31,7 +31,32 @@ pub const XTION: Pinhole = Pinhole {
     cy: 239.5,
 };
 
+/// The depth image of a Kinect v1: 640×480, 58° × 45°.
+pub const KINECT: Pinhole = Pinhole {
+    width: 640,
+    height: 480,
+    fx: 575.8,
+    fy: 575.8,
+    cx: 314.5,
+    cy: 235.5,
+};
+
 impl Pinhole {
+    /// The same view on an image `n` times smaller both ways.
+    #[must_use]
+    pub fn smaller(&self, n: usize) -> Self {
+        let scale = 1.0 / n as f64;
+        Self {
+            width: self.width / n,
+            height: self.height / n,
+            fx: self.fx * scale,
+            fy: self.fy * scale,
+            // Pixel centres are at integers.
+            cx: (self.cx + 0.5) * scale - 0.5,
+            cy: (self.cy + 0.5) * scale - 0.5,
+        }
+    }
+
     /// Direction of a (possibly fractional) pixel in V, its z component 1: the parameter along the
     /// ray is the depth.
     pub fn ray(&self, u: f64, v: f64) -> Vector3<f64> {

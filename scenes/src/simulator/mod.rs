@@ -17,7 +17,7 @@ pub mod rng;
 mod scan;
 
 pub use body::{ConvexBody, HalfSpace, Hit, World};
-pub use camera::{Pinhole, XTION};
+pub use camera::{KINECT, Pinhole, XTION};
 pub use field::Field;
 pub use noise::DepthNoise;
-pub use scan::{Scan, scan};
+pub use scan::{Scan, distortion, scan, scan_distorted};

@@ -49,6 +49,27 @@ pub fn scan(
     noise: &DepthNoise,
     seed: u64,
 ) -> Scan {
+    let distortion = distortion(camera, noise, seed);
+    scan_distorted(world, camera, X_WV, noise, &distortion, seed)
+}
+
+/// The slowly varying error of a device, as a field of RMS 1 to be scaled by
+/// [`DepthNoise::distortion`].
+pub fn distortion(camera: &Pinhole, noise: &DepthNoise, seed: u64) -> Field {
+    let stream = Stream::new(seed, Source::Distortion as u64);
+    Field::smooth(camera.width, camera.height, noise.distortion_px, stream)
+}
+
+/// As [`scan`], by a device with this [`distortion`]: the same in all its images.
+#[allow(non_snake_case)]
+pub fn scan_distorted(
+    world: &World,
+    camera: &Pinhole,
+    X_WV: &Isometry3<f64>,
+    noise: &DepthNoise,
+    distortion: &Field,
+    seed: u64,
+) -> Scan {
     let stream = |source: Source| Stream::new(seed, source as u64);
     let smooth =
         |sigma_px, source| Field::smooth(camera.width, camera.height, sigma_px, stream(source));
@@ -71,7 +92,6 @@ pub fn scan(
 
     // 2. Depth with distortion, correlated noise and quantised disparity.
     let n = smooth(noise.correlation_px, Source::Depth);
-    let distortion = smooth(noise.distortion_px, Source::Distortion);
     let measured: Vec<Option<f64>> = (0..camera.pixels())
         .map(|i| {
             let hit = seen[i]?;

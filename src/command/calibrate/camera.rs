@@ -4,6 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use calibration::camera::NextPose;
+use nalgebra::Isometry3;
 
 use crate::argument::{self, SensorFlag};
 use crate::cli::Global;
@@ -12,7 +14,7 @@ use crate::mount::extrinsics::Extrinsics;
 use crate::mount::feet::Feet;
 use crate::mount::identify;
 use crate::mount::stances_file::{self, StanceRow};
-use crate::mount::table;
+use crate::mount::{next, page, table};
 use crate::output;
 use crate::provenance::Inputs;
 use crate::report::Stages;
@@ -49,7 +51,7 @@ pub struct Args {
     output: PathBuf,
 }
 
-/// Identifies the mount, prints it and writes `camera.toml` and `stances.csv`.
+/// Identifies the mount, prints it and writes `camera.toml`, `stances.csv` and `report.html`.
 ///
 /// # Errors
 /// A file that cannot be read, with its name and the cause; stances that do not determine the
@@ -69,7 +71,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         .with_context(|| format!("{name}: not a text file"))?;
     let joints: Vec<&str> = robot.joint_names().collect();
     let rows = stances_file::parse(&text, &joints).with_context(|| name.clone())?;
-    let poses = stages
+    let stances = stages
         .measure("stances", || {
             identify::stances(&robot, &feet, &rows, calibration)
         })
@@ -79,7 +81,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let frames = frames(&args.frames, &rows).with_context(|| name.clone())?;
     let sensor = args.sensor.options(UNNAMED);
     let measured = identify::measure(
-        &poses,
+        &stances.poses,
         &frames,
         &sensor,
         calibration,
@@ -89,13 +91,31 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
 
     // Both → the mount.
     let found = stages.measure("identification", || identify::mount(&measured, calibration))?;
+    let next = stages.measure("next stance", || {
+        next::next(
+            &robot,
+            &feet,
+            stances.footholds.as_ref(),
+            measured.first().and_then(|one| one.view.as_ref()),
+            &measured,
+            &found,
+            calibration,
+        )
+    });
+    let advice = next.map(|(pose, next)| advice(&pose, &next, calibration.camera.design.reach_m));
     let written = Extrinsics::of(&found, &robot.name, &feet.link, inputs.into_list());
     table::print(&found, &written, out)?;
+    if let Some(advice) = &advice {
+        writeln!(out, "{advice}")?;
+    }
 
     let toml = args.output.join("camera.toml");
     output::write(&toml, written.to_toml()?.as_bytes())?;
     let csv = args.output.join("stances.csv");
     output::write(&csv, table::csv(&measured, &found).as_bytes())?;
+    let page = args.output.join("report.html");
+    let html = page::html(&measured, &found, &written, advice.as_deref());
+    output::write(&page, html.as_bytes())?;
     let times: Vec<String> = stages
         .ms
         .iter()
@@ -108,8 +128,27 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         1e-3 * stages.ms.values().sum::<f64>(),
         times.join(", ")
     )?;
-    writeln!(out, "written: {}, {}", toml.display(), csv.display())?;
+    writeln!(
+        out,
+        "written: {}, {}, {}",
+        toml.display(),
+        csv.display(),
+        page.display()
+    )?;
     Ok(Status::Done)
+}
+
+/// The stance to add, in words.
+fn advice(pose: &Isometry3<f64>, next: &NextPose, reach_m: f64) -> String {
+    let (roll, pitch, _) = pose.rotation.euler_angles();
+    let [before, after] = next.error_m.map(|error| 1e3 * error);
+    format!(
+        "the stance that would help most: roll {:.0}°, pitch {:.0}°, {:.3} m high; a point seen {reach_m} m \
+         ahead would then be known to {after:.2} mm, now {before:.2} mm",
+        roll.to_degrees(),
+        pitch.to_degrees(),
+        pose.translation.z
+    )
 }
 
 /// The frame of every stance: the named ones, or those of the folder by name.

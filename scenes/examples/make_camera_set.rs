@@ -1,0 +1,75 @@
+//! Simulates the 52 poses of [chai2015] Table A1: writes `poses.csv` (joint readings) and a frame a
+//! pose, as `scandent calibrate camera` reads them, and prints the true mount.
+//!
+//! ```sh
+//! cargo run --release -p scenes --example make_camera_set -- FOLDER [ROBOT [SEED]]
+//! scandent calibrate camera --robot builtin:hexapod --poses FOLDER/poses.csv --frames FOLDER
+//! ```
+
+use std::path::{Path, PathBuf};
+
+use scenes::camera_set::{PoseNoise, frame, published_mount, readings, table};
+use scenes::simulator::{DepthNoise, KINECT, distortion};
+use scenes::{stances, worlds};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let folder = PathBuf::from(arguments.next().ok_or("which folder?")?);
+    let name = arguments.next().unwrap_or_else(|| "hexapod".to_owned());
+    let seed: u64 = arguments.next().map_or(Ok(1), |text| text.parse())?;
+    let robot = scenes::builtin_robot(&name)
+        .ok_or("no such robot ships")?
+        .load(&robot_model::Config::default())?;
+    std::fs::create_dir_all(&folder)?;
+
+    let (world, mount) = (worlds::ground::truth(None, seed).world(), published_mount());
+    let noise = DepthNoise::default();
+    let distortion = distortion(&KINECT, &noise, seed);
+    let mut configurations = Vec::new();
+    let mut frames = Vec::new();
+    for (i, stance) in stances::TABLE_A1.iter().enumerate() {
+        let said = stances::X_GR(*stance);
+        configurations.push(readings(&robot, "standing", &said)?);
+        let pose = PoseNoise::published().disturb(&said, seed, i as u64);
+        let shot_seed = seed * 1000 + i as u64;
+        let shot = frame(
+            &world,
+            &KINECT,
+            &pose,
+            &mount,
+            &noise,
+            &distortion,
+            shot_seed,
+        );
+        let name = format!("pose_{:02}.png", i + 1);
+        write_png(&folder.join(&name), &shot)?;
+        frames.push(name);
+    }
+    std::fs::write(
+        folder.join("poses.csv"),
+        table(&robot, &configurations, &frames),
+    )?;
+    let (p, q) = (mount.translation.vector, mount.rotation.coords);
+    println!("{} poses in {}", frames.len(), folder.display());
+    println!(
+        "true mount: p = {:?}, quat_xyzw = {:?}",
+        p.as_slice(),
+        q.as_slice()
+    );
+    Ok(())
+}
+
+/// Writes the depth as a 16-bit grey image, mm.
+fn write_png(
+    path: &Path,
+    scan: &scenes::simulator::Scan,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let file = std::io::BufWriter::new(std::fs::File::create(path)?);
+    let (width, height) = (scan.camera.width, scan.camera.height);
+    let mut encoder = png::Encoder::new(file, u32::try_from(width)?, u32::try_from(height)?);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    let bytes: Vec<u8> = scan.depth_mm.iter().flat_map(|v| v.to_be_bytes()).collect();
+    encoder.write_header()?.write_image_data(&bytes)?;
+    Ok(())
+}
