@@ -9,6 +9,7 @@ use crate::Error;
 use crate::config::{Config, Controller, Servo};
 use crate::course::{Course, Wanted};
 use crate::criteria::{Criterion, Unit};
+use crate::footing::Footing;
 use crate::monitor::{Monitor, Peak, Seen};
 use crate::perturbation::Perturbation;
 use crate::plant::{Plant, Touch};
@@ -93,6 +94,7 @@ pub fn execute(
     let world = perturbation.applied(world);
     let mut plant = Plant::new(robot, &world, physics, &servo, &perturbation.scales())?;
     let mut controller = WholeBodyController::new(robot, &config.whole_body, physics)?;
+    let mut footing = Footing::new(robot);
 
     let mut wanted = Wanted::at_rest(robot.neutral());
     course.at(0.0, &mut wanted);
@@ -119,16 +121,23 @@ pub fn execute(
         let t_s = step as f64 * physics.dt_s;
         if step % period == 0 {
             course.at(t_s, &mut wanted);
-            let found = match config.controller {
-                Controller::WholeBody => controller.torques(&state, &v, &wanted, touching.now())?,
+            let (found, followed) = match config.controller {
+                Controller::WholeBody => {
+                    let dt_s = period as f64 * physics.dt_s;
+                    let followed = footing.followed(&state, &wanted, touching.now(), dt_s);
+                    let found = controller.torques(&state, &v, &followed, touching.now())?;
+                    (found, followed)
+                }
                 Controller::Servo => {
-                    controller.torques(&wanted.configuration, &wanted.v, &wanted, touching.all())?
+                    let (q, v) = (&wanted.configuration, &wanted.v);
+                    let found = controller.torques(q, v, &wanted, touching.all())?;
+                    (found, wanted.clone())
                 }
             };
             torques.copy_from_slice(found);
             plant.command(
-                wanted.configuration.joints.as_slice(),
-                &wanted.v.as_slice()[6..],
+                followed.configuration.joints.as_slice(),
+                &followed.v.as_slice()[6..],
                 &torques,
             );
         }

@@ -67,6 +67,7 @@ pub fn hold(
         .map(|contact| Closure {
             patch: contact.patch,
             place_W: contact.X_WC.translation.vector,
+            normal_W: contact.X_WC.rotation * Vector3::z(),
             start_s: 0.0,
             end_s: f64::INFINITY,
             loaded_from_s: (contact.normal_n() > bounds.contact_n).then_some(0.0),

@@ -33,6 +33,7 @@ pub mod world;
 #[cfg(feature = "mujoco")]
 pub mod execution;
 #[cfg(feature = "mujoco")]
+mod footing;
 pub mod hold;
 #[cfg(feature = "mujoco")]
 mod monitor;

@@ -63,6 +63,8 @@ pub(crate) struct Monitor<'a> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Track {
     anchor: Option<Isometry3<f64>>,
+    /// How far a ball has slid since then, m.
+    slid_W: Vector3<f64>,
     /// Largest distance from where it first bore load, m.
     pub slip_m: f64,
     /// When it first bore load, s.
@@ -281,11 +283,14 @@ impl<'a> Monitor<'a> {
             let patch = &self.robot.patches[closure.patch];
             let X_WC = self.kinematics.X_WC(patch);
             let anchor = track.anchor.get_or_insert(X_WC);
-            let moved = X_WC.translation.vector - anchor.translation.vector;
-            if patch.point_radius_m().is_some() {
-                // A ball rolls: only what it slides beyond rolling would be slip, and rolling is
-                // bounded by the deviations of the course.
-                continue;
+            let mut moved = X_WC.translation.vector - anchor.translation.vector;
+            if let Some(radius) = patch.point_radius_m() {
+                // A ball rolls: what it slides beyond rolling, from one state to the next.
+                //   s += Δp − r Δθ × n
+                let turn = (X_WC.rotation * anchor.rotation.inverse()).scaled_axis();
+                track.slid_W += moved - radius * turn.cross(&closure.normal_W);
+                *anchor = X_WC;
+                moved = track.slid_W;
             }
             track.slip_m = track.slip_m.max(moved.norm());
         }

@@ -359,12 +359,12 @@ fn chain_acceleration(
 /// The axes in which a contact's friction pyramid stands: those of the patch, or of the planned
 /// contact where the patch is a ball.
 fn contact_axes(X_WC: &Isometry3<f64>, contact: &WantedContact, is_point: bool) -> Matrix3<f64> {
-    let rotation = if is_point {
-        contact.X_WC.rotation
+    let axes = |X: &Isometry3<f64>| X.rotation.to_rotation_matrix().into_inner();
+    if is_point {
+        robot_model::pyramid_axes_W(&axes(&contact.X_WC))
     } else {
-        X_WC.rotation
-    };
-    rotation.to_rotation_matrix().into_inner()
+        axes(X_WC)
+    }
 }
 
 /// Weighted rows √w (A v̇ − b), written block by block.
