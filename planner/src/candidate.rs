@@ -5,12 +5,12 @@
 //! equilibrium without c while c still touches. One posture then belongs to both contact sets.
 //! Source: [escande2013]; design: transitions.
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3};
 use posture::{Contact, Outcome, Place, Problem};
-use robot_model::Configuration;
 
+use crate::comfort::comfortable;
 use crate::node::{Node, aside, fixed};
-use crate::request::{FootState, Prepared};
+use crate::request::{FootState, Prepared, hindmost};
 
 /// A change to a node's contact set that has passed the cheap tests.
 #[derive(Clone, Debug)]
@@ -50,6 +50,13 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
         .filter(|c| !prepared.feet.contains(&c.patch))
         .count();
 
+    // With a foot in the air that stood before, only that foot.
+    let aloft = |patch: usize| {
+        let stood = prepared.feet.contains(&patch) && node.last[patch].is_some();
+        stood && !node.holds(patch)
+    };
+    let any_aloft = prepared.config.land_first && prepared.feet.iter().any(|&p| aloft(p));
+
     // Release: at least one foot stays, and three points where forces may act, which a foot with an
     // area has: over two the centre of mass has no room.
     for held in &node.contacts {
@@ -65,7 +72,7 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
             .filter(|c| c.patch != patch)
             .map(|c| prepared.request.robot.patches[c.patch].polygon.len())
             .sum();
-        if !stays || points < 3 {
+        if !stays || points < 3 || any_aloft {
             continue;
         }
         let mut after = feet.clone();
@@ -83,23 +90,24 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
 
     // Touch: a patch that is free, on a surface it may touch, within reach.
     for patch in 0..prepared.request.robot.patches.len() {
-        if !prepared.used[patch] || node.holds(patch) {
+        if !prepared.used[patch] || node.holds(patch) || (any_aloft && !aloft(patch)) {
             continue;
         }
         let is_foot = prepared.feet.contains(&patch);
         for &surface in &prepared.request.usable[patch] {
-            let Some((toward, yaw_rad)) = wanted_place(prepared, node, &feet, patch, surface)
-            else {
+            let Some(wanted) = wanted_place(prepared, node, &feet, patch, surface) else {
                 continue;
             };
+            let (toward, yaw_rad) = (wanted.place, wanted.yaw_rad);
+            let mut over_m = 0.0;
             let mut after = feet.clone();
             if let Some(i) = prepared.feet.iter().position(|&p| p == patch) {
+                let guide = &prepared.request.guide;
+                let progress = guide.foot_progress(&toward.coords, &prepared.offset[patch]);
+                over_m = (progress.along_m - wanted.along_m).max(0.0);
                 after[i] = FootState {
-                    along_m: prepared
-                        .request
-                        .guide
-                        .foot_progress(&toward.coords, &prepared.offset[patch])
-                        .along_m,
+                    // More than a stride is worth no more than a stride.
+                    along_m: progress.along_m - over_m,
                     aside_m: aside(prepared, patch, &toward.coords),
                     in_air: false,
                 };
@@ -113,7 +121,10 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
                     toward,
                     yaw_rad,
                 },
-                priority: made + greed * prepared.estimate(&after) + extras(extra),
+                priority: made
+                    + greed * prepared.estimate(&after)
+                    + extras(extra)
+                    + prepared.config.aside_price_per_m * over_m,
                 again: false,
             });
         }
@@ -121,9 +132,18 @@ pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Ca
     children
 }
 
+/// Where a patch would like to touch a surface.
+struct Wish {
+    place: Point3<f64>,
+    /// Heading of a foot.
+    yaw_rad: Option<f64>,
+    /// Progress along the guide path that was aimed at, m.
+    along_m: f64,
+}
+
 /// The place on a surface that a patch would like best, if it is within reach at all: a stride
-/// ahead of the hindmost of the feet that stand (of the foremost for a hand), along the guide path, at the patch's usual offset, moved onto the
-/// surface.
+/// ahead of the hindmost of the other feet (for a hand, of the foremost that stands), along the
+/// guide path, at the patch's usual offset, moved onto the surface.
 #[allow(non_snake_case)]
 fn wanted_place(
     prepared: &Prepared,
@@ -131,24 +151,30 @@ fn wanted_place(
     feet: &[FootState],
     patch: usize,
     surface: usize,
-) -> Option<(Point3<f64>, Option<f64>)> {
+) -> Option<Wish> {
     let request = prepared.request;
     let guide = &request.guide;
-    let standing = || feet.iter().filter(|f| !f.in_air).map(|f| f.along_m);
-    let support = if prepared.feet.contains(&patch) {
-        standing().min_by(f64::total_cmp)
-    } else {
-        standing().max_by(f64::total_cmp)
+    let support = match prepared.feet.iter().position(|&foot| foot == patch) {
+        Some(i) => hindmost(feet, i),
+        None => feet
+            .iter()
+            .filter(|f| !f.in_air)
+            .map(|f| f.along_m)
+            .max_by(f64::total_cmp)
+            .unwrap_or(f64::NEG_INFINITY),
     };
-    let support = support.unwrap_or(f64::NEG_INFINITY);
-    let along = (support + prepared.config.stride_m).min(guide.length_m());
+    let along = (support + prepared.stride_m).min(guide.length_m());
     let wanted = guide.foot_at(along, &prepared.offset[patch]);
     let (_, heading) = guide.at(along);
 
-    // Moved onto the surface, the patch's middle at least its half width from the edge.
+    // Moved onto the surface, the patch's middle at least its half width from the edge, a ball's at
+    // least its radius.
     let polygon = request.environment.effective[surface].as_ref()?;
     let X_WS = &request.environment.surfaces[surface].X_WS;
-    let half_width = half_width(&request.robot.patches[patch].polygon);
+    let shape = &request.robot.patches[patch];
+    let half_width = shape
+        .point_radius_m()
+        .unwrap_or_else(|| half_width(&shape.polygon));
     let room = polygon.inset(half_width)?;
     let p_S = X_WS.inverse_transform_point(&Point3::from(wanted)).xy();
     let place_S = nearest_inside(room.vertices(), &p_S);
@@ -169,7 +195,11 @@ fn wanted_place(
     }
     // A foot looks along the path; how a hand lies does not matter.
     let yaw_rad = prepared.feet.contains(&patch).then_some(heading);
-    Some((place, yaw_rad))
+    Some(Wish {
+        place,
+        yaw_rad,
+        along_m: along,
+    })
 }
 
 /// Distance of a contact from the nearest point of a polygon, m.
@@ -281,41 +311,4 @@ pub(crate) fn solve(
     let outcome = posture::solve(&problem, config)?;
     let contacts = problem.contacts;
     Ok((contacts, outcome))
-}
-
-/// The comfortable posture with its base where the contacts would have it: the mean of the
-/// places less the usual offsets, heading along the guide path.
-pub(crate) fn comfortable(prepared: &Prepared, contacts: &[Contact]) -> Configuration {
-    let request = prepared.request;
-    let places: Vec<(usize, Vector3<f64>)> = contacts
-        .iter()
-        .filter_map(|c| {
-            let place = match &c.place {
-                Place::Fixed { X_WC, .. } => request.robot.patches[c.patch].touched_W(X_WC),
-                Place::OnSurface { toward, .. } => toward.as_ref()?.coords,
-            };
-            prepared.feet.contains(&c.patch).then_some((c.patch, place))
-        })
-        .collect();
-    let n = places.len().max(1) as f64;
-    let along = places
-        .iter()
-        .map(|(patch, p)| {
-            request
-                .guide
-                .foot_progress(p, &prepared.offset[*patch])
-                .along_m
-        })
-        .sum::<f64>()
-        / n;
-    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), request.guide.at(along).1);
-    let base = places
-        .iter()
-        .map(|(patch, p)| p - heading * prepared.offset[*patch])
-        .sum::<Vector3<f64>>()
-        / n;
-    request
-        .reference
-        .clone()
-        .with_base(&Isometry3::from_parts(Translation3::from(base), heading))
 }

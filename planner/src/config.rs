@@ -10,7 +10,8 @@ pub struct Config {
     pub nodes_max: usize,
     /// Largest number of posture problems solved.
     pub candidates_max: usize,
-    /// How far a foot is put ahead of the others along the guide path, m.
+    /// How far a foot is put ahead of the others along the guide path, m; at most half the distance
+    /// of feet that follow each other, so that legs one behind the other do not meet.
     pub stride_m: f64,
     /// Weight of the estimated number of contacts to the goal against those made: 1 for few
     /// contacts, more for a quick answer.
@@ -29,6 +30,9 @@ pub struct Config {
     pub posture_optimality: f64,
     /// Contacts of one patch on one surface nearer than this count as the same, m.
     pub same_place_m: f64,
+    /// Whether a foot that has left its place lands before any other contact changes: nothing else
+    /// is done on fewer feet than must be.
+    pub land_first: bool,
     /// Patches that are not used, by name or role.
     pub exclude: Vec<String>,
 }
@@ -46,6 +50,7 @@ impl Default for Config {
             again_price: 3.0,
             posture_optimality: 5e-3,
             same_place_m: 0.06,
+            land_first: true,
             exclude: Vec::new(),
         }
     }

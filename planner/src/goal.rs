@@ -6,7 +6,7 @@ use posture::{BaseGoal, Contact, Outcome, Posture, Problem};
 
 use crate::Error;
 use crate::answer::Blocked;
-use crate::candidate::comfortable;
+use crate::comfort::comfortable;
 use crate::grow::held;
 use crate::node::{Node, fixed};
 use crate::plan::Change;

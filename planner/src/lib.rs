@@ -11,6 +11,8 @@
 //! | what is asked | [`request`] |
 //! | how far along the guide path | [`guide`] |
 //! | which contact changes could be made, and at what price | `candidate` |
+//! | the posture that a stance would like best | `comfort` |
+//! | ways that nothing can hold the robot on | `steepness` |
 //! | the tree and its order | [`search`](mod@search) |
 //! | which contacts the way can do without | `shorten` |
 //! | what is done with a way that reaches the goal | `conclude` |
@@ -19,6 +21,7 @@
 
 pub mod answer;
 mod candidate;
+mod comfort;
 mod conclude;
 mod config;
 mod error;
@@ -32,6 +35,7 @@ pub mod record;
 pub mod request;
 pub mod search;
 mod shorten;
+mod steepness;
 
 pub use answer::{Answer, Blocked, PathStance, Progress, Stage, Status};
 pub use config::Config;

@@ -55,6 +55,8 @@ pub(crate) struct Prepared<'a> {
     pub reach_m: Vec<f64>,
     /// Patches whose progress counts: those in contact at the start.
     pub feet: Vec<usize>,
+    /// How far a foot is put ahead of the others, m.
+    pub stride_m: f64,
     /// Patches that are used at all.
     pub used: Vec<bool>,
 }
@@ -89,7 +91,7 @@ impl<'a> Prepared<'a> {
         let mut upright = Configuration::zero(robot.nj());
         upright.joints.copy_from(&request.reference.joints);
         let kinematics = Kinematics::new(robot, &upright);
-        let offset = robot
+        let offset: Vec<Vector3<f64>> = robot
             .patches
             .iter()
             .map(|patch| {
@@ -123,11 +125,13 @@ impl<'a> Prepared<'a> {
         let mut feet: Vec<usize> = request.start.contacts.iter().map(|c| c.0).collect();
         feet.sort_unstable();
         feet.dedup();
+        let stride_m = config.stride_m.min(0.5 * following_m(&offset, &feet));
         Ok(Self {
             request,
             config,
             offset,
             reach_m,
+            stride_m,
             feet,
             used,
         })
@@ -136,24 +140,19 @@ impl<'a> Prepared<'a> {
     /// Estimated number of contact changes to the goal, given each foot's last place and whether
     /// it is in the air.
     ///
-    /// A foot in the air lands a stride ahead of the hindmost that stands. Of two feet each then
+    /// A foot in the air lands a stride ahead of the hindmost of the others. Of two feet each then
     /// passes the other, and one on the ground must leave and land once for every two strides that
     /// it is behind; more feet catch up with each other, once for every stride.
     pub fn estimate(&self, feet: &[FootState]) -> f64 {
         let end = self.request.guide.length_m();
-        let stride = self.config.stride_m;
-        let hindmost = feet
-            .iter()
-            .filter(|f| !f.in_air)
-            .map(|f| f.along_m)
-            .min_by(f64::total_cmp)
-            .unwrap_or(f64::NEG_INFINITY);
+        let stride = self.stride_m;
         let advance = if feet.len() > 2 { stride } else { 2.0 * stride };
         let tolerance = 0.5 * self.request.goal.base.tolerance_m;
         feet.iter()
-            .map(|foot| {
+            .enumerate()
+            .map(|(i, foot)| {
                 let (along, landing) = if foot.in_air {
-                    (foot.along_m.max(hindmost + stride), 1.0)
+                    (foot.along_m.max(hindmost(feet, i) + stride), 1.0)
                 } else {
                     (foot.along_m, 0.0)
                 };
@@ -162,6 +161,28 @@ impl<'a> Prepared<'a> {
             })
             .sum()
     }
+}
+
+/// The least distance along the way of feet that follow each other, m: of those that are farther
+/// apart along it than across. Infinite where no foot follows another.
+fn following_m(offset: &[Vector3<f64>], feet: &[usize]) -> f64 {
+    let pairs = feet
+        .iter()
+        .flat_map(|&a| feet.iter().map(move |&b| offset[b] - offset[a]));
+    pairs
+        .filter(|apart| apart.x > apart.y.abs())
+        .map(|apart| apart.x)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Progress of the hindmost foot beside the one of that index, m: of those in the air, too, which
+/// would otherwise be left behind without a price.
+pub(crate) fn hindmost(feet: &[FootState], but: usize) -> f64 {
+    let others = feet.iter().enumerate().filter(|(i, _)| *i != but);
+    others
+        .map(|(_, foot)| foot.along_m)
+        .min_by(f64::total_cmp)
+        .unwrap_or(f64::NEG_INFINITY)
 }
 
 /// A foot as the estimate sees it.

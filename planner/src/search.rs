@@ -20,6 +20,7 @@ use crate::motions::Motions;
 use crate::node::{Node, key};
 use crate::plan::SearchSummary;
 use crate::request::{Prepared, Request};
+use crate::steepness::too_steep;
 use crate::{Config, Error};
 
 /// Order of the frontier: priority, then the number of the candidate.
@@ -89,6 +90,11 @@ pub fn search(
         solved: 0,
     };
     let root = grow::root(&search.prepared, posture_config)?;
+    if let Some(blocked) = too_steep(&search.prepared, posture_config.friction_use) {
+        search.nodes.push(root);
+        search.blocked.push(blocked);
+        return Ok(search.give_up(Status::NoPlan));
+    }
     if let Some(last) = search.admit(root)?
         && let Some(answer) = search.conclude(0, last, progress)?
     {

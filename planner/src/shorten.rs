@@ -9,7 +9,7 @@ use std::sync::Arc;
 use posture::{Contact, Outcome, Problem};
 
 use crate::Error;
-use crate::candidate::comfortable;
+use crate::comfort::comfortable;
 use crate::node::{Held, Node, fixed};
 use crate::plan::Change;
 use crate::request::Prepared;

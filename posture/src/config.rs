@@ -20,7 +20,8 @@ pub struct Config {
     /// the distance of the centre of mass from the edge of the support region. On balls alone, on
     /// faces of less than 45°, every one bears what it takes for the same distance.
     pub com_margin_m: f64,
-    /// Distance of the patch from the edge of the effective surface polygon, m.
+    /// Distance of the patch (of a ball: of its whole shadow) from the edge of the effective surface
+    /// polygon, m.
     pub patch_margin_m: f64,
     /// Largest violation of a constraint that still counts as fulfilled: m for lengths, the
     /// limit's part for torques, the weight's part for forces; angles count times 0.1 m.

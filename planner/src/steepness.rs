@@ -1,0 +1,168 @@
+//! Ways on which nothing in reach can hold the robot.
+//!
+//! Wherever the base is on its way, the contacts that it may have there must be able to carry the
+//! weight. With the friction cones K_i of all faces in reach
+//!
+//!   ẑ ∈ K_1 + K_2 + …
+//!
+//! is necessary whatever the posture; for one face it says that it is no steeper than atan μ. Where
+//! it fails there is a w with w·ẑ > 0 and w·k ≤ 0 on every cone (Farkas), which is the proof. It costs
+//! microseconds, and says the angle where the search would try every stance before it.
+#![allow(non_snake_case)]
+
+use nalgebra::{Point3, Vector3};
+
+use crate::answer::Blocked;
+use crate::plan::Change;
+use crate::request::Prepared;
+
+/// Cosine that a ray may have with the separating direction and still count as behind it.
+const BEHIND: f64 = 1e-9;
+/// Steps toward the vertical before the cones are taken to hold it.
+const STEPS: usize = 500;
+/// A rest of the vertical shorter than this is none.
+const REACHED: f64 = 1e-3;
+
+/// A face in reach, with the friction that plans may use on it.
+struct Hold {
+    surface: usize,
+    normal: Vector3<f64>,
+    mu: f64,
+}
+
+impl Hold {
+    /// How steep the face is and how steep it may be, rad.
+    fn angles(&self) -> (f64, f64) {
+        (self.normal.z.clamp(-1.0, 1.0).acos(), self.mu.atan())
+    }
+
+    /// The unit ray of the cone that is farthest along w.
+    fn farthest(&self, w: &Vector3<f64>) -> Vector3<f64> {
+        let across = w - self.normal * self.normal.dot(w);
+        let across = across.try_normalize(1e-12).unwrap_or_else(Vector3::zeros);
+        let along = self.normal.dot(w);
+        // Inside the cone, w itself.
+        if along > 0.0 && (w - self.normal * along).norm() <= self.mu * along {
+            return w.normalize();
+        }
+        (self.normal + across * self.mu).normalize()
+    }
+}
+
+/// Where on the guide path nothing can hold the robot, and why.
+pub(crate) fn too_steep(prepared: &Prepared, friction_use: f64) -> Option<Blocked> {
+    let guide = &prepared.request.guide;
+    let length = guide.length_m();
+    let parts = (length / prepared.stride_m).ceil().max(1.0) as usize;
+    (0..=parts).find_map(|i| {
+        let along = length * i as f64 / parts as f64;
+        let holds = in_reach(prepared, &guide.at(along).0, friction_use);
+        if holds.is_empty() || carries(&holds) {
+            return None;
+        }
+        let least = holds
+            .iter()
+            .min_by(|a, b| a.angles().0.total_cmp(&b.angles().0))?;
+        let (slope, allowed) = least.angles();
+        Some(Blocked {
+            change: Change::Goal,
+            held: String::new(),
+            reason: format!(
+                "{} is too steep: it slopes by {:.1}°, and friction {:.2}, of which plans use {:.0} %, \
+                 holds up to {:.1}°",
+                prepared.request.environment.surfaces[least.surface].id,
+                slope.to_degrees(),
+                least.mu / friction_use,
+                1e2 * friction_use,
+                allowed.to_degrees()
+            ),
+            distance_m: length - along,
+        })
+    })
+}
+
+/// The faces that the robot may touch with its base at a place of the guide path.
+fn in_reach(prepared: &Prepared, base: &Vector3<f64>, friction_use: f64) -> Vec<Hold> {
+    let request = prepared.request;
+    let environment = request.environment;
+    let mut holds: Vec<Hold> = Vec::new();
+    for (patch, shape) in request.robot.patches.iter().enumerate() {
+        if !prepared.used[patch] {
+            continue;
+        }
+        let mu = shape.friction * friction_use;
+        for &surface in &request.usable[patch] {
+            let Some(polygon) = &environment.effective[surface] else {
+                continue;
+            };
+            let face = &environment.surfaces[surface];
+            let p = face.X_WS.inverse_transform_point(&Point3::from(*base));
+            let beside = polygon.signed_distance(&p.xy()).max(0.0);
+            if beside.hypot(p.z) <= prepared.reach_m[patch] {
+                let normal = face.normal_W();
+                match holds.iter_mut().find(|hold| hold.surface == surface) {
+                    Some(known) => known.mu = known.mu.max(mu),
+                    None => holds.push(Hold {
+                        surface,
+                        normal,
+                        mu,
+                    }),
+                }
+            }
+        }
+    }
+    holds
+}
+
+/// Whether the cones together hold the vertical: false only with a proof.
+///
+/// The rest of the vertical is shortened along the ray that is farthest along it, until none is.
+fn carries(holds: &[Hold]) -> bool {
+    let mut w = Vector3::z();
+    for _ in 0..STEPS {
+        let rays = holds.iter().map(|hold| hold.farthest(&w));
+        let Some(ray) = rays.max_by(|a, b| a.dot(&w).total_cmp(&b.dot(&w))) else {
+            return false;
+        };
+        let along = ray.dot(&w);
+        if along <= BEHIND {
+            return w.z <= REACHED;
+        }
+        w -= ray * along;
+        if w.norm() < REACHED {
+            return true;
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hold(degrees: f64, mu: f64) -> Hold {
+        let (sin, cos) = f64::to_radians(degrees).sin_cos();
+        Hold {
+            surface: 0,
+            normal: Vector3::new(-sin, 0.0, cos),
+            mu,
+        }
+    }
+
+    #[test]
+    fn one_face_carries_up_to_the_angle_of_its_friction() {
+        let mu = 0.5_f64;
+        let most = mu.atan().to_degrees();
+        assert!(carries(&[hold(0.0, mu)]) && carries(&[hold(most - 0.1, mu)]));
+        assert!(!carries(&[hold(most + 0.1, mu)]) && !carries(&[hold(80.0, mu)]));
+    }
+
+    #[test]
+    fn two_faces_that_lean_on_each_other_carry_where_none_does_alone() {
+        assert!(carries(&[hold(50.0, 0.5), hold(-50.0, 0.5)]));
+        // Both of one side do not.
+        assert!(!carries(&[hold(50.0, 0.5), hold(60.0, 0.5)]));
+        // Nor two walls without friction.
+        assert!(!carries(&[hold(90.0, 1e-6), hold(-90.0, 1e-6)]));
+    }
+}

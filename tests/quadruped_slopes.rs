@@ -1,0 +1,113 @@
+//! The quadruped walks up slopes from exactly known surfaces, straight and at an angle to the fall
+//! line; the verifier agrees with every stance and every sample of the motion, and physics with the
+//! whole.
+#![allow(non_snake_case)]
+
+#[path = "support/walk.rs"]
+mod walk;
+
+use nalgebra::{Rotation3, Vector3};
+use planner::Status;
+use surfaces::SurfaceSet;
+use walk::{Walk, Walked, face, robot};
+
+/// Where the slope starts on the robot's way: the front feet stand at 0.33 m.
+const START_M: f64 = 0.8;
+/// Length of the slope's face, m.
+const LENGTH_M: f64 = 3.0;
+/// How far up the slope the base goes along its way, m, measured level.
+const UP_M: f64 = 1.0;
+
+/// Ground, and a slope of `delta_deg` whose fall line is turned by `turn_deg` from the way ahead.
+fn slope(delta_deg: f64, turn_deg: f64) -> (SurfaceSet, Vec<Vector3<f64>>) {
+    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), turn_deg.to_radians());
+    let (sin, cos) = delta_deg.to_radians().sin_cos();
+    let level = turn * Vector3::x();
+    let across = turn * Vector3::y();
+    let up = level * cos + Vector3::z() * sin;
+    let start = Vector3::new(START_M, 0.0, 0.0);
+    let half = 0.5 * LENGTH_M;
+    // The ground ends at the start line: beyond it the slope stands on it.
+    let ground = start - level * half;
+    let set = SurfaceSet {
+        surfaces: vec![
+            face("ground", ground, level, across, [half, 2.0]),
+            face("slope", start + up * half, up, across, [half, 2.0]),
+        ],
+        obstacles: Vec::new(),
+    };
+    // Straight ahead; the base keeps its height over the ground, then over the slope.
+    let rise = UP_M * turn_deg.to_radians().cos() * sin / cos;
+    let way = vec![
+        Vector3::new(START_M, 0.0, 0.0),
+        Vector3::new(START_M + UP_M, 0.0, rise),
+    ];
+    (set, way)
+}
+
+fn walked(delta_deg: f64, turn_deg: f64) -> Walked {
+    let (set, way) = slope(delta_deg, turn_deg);
+    let walk = Walk {
+        robot: robot("quadruped"),
+        set,
+        way,
+        tolerance_m: 0.1,
+        goal_surface: Some(1),
+        usable: vec![0, 1],
+        planner: planner::Config::default(),
+        posture: posture::Config::default(),
+    };
+    walk.plan()
+}
+
+fn climbs(delta_deg: f64, turn_deg: f64) {
+    let walked = walked(delta_deg, turn_deg);
+    assert_eq!(
+        walked.answer.status,
+        Status::Found,
+        "{:?}",
+        walked.answer.blocked
+    );
+    walked.show(&format!("quadruped-{delta_deg}-{turn_deg}"));
+    let certificate = walked.certify();
+    assert!(certificate.pass, "{}", certificate.table());
+    #[cfg(feature = "mujoco")]
+    walked.assert_executed();
+}
+
+#[test]
+fn up_10_5_degrees_straight() {
+    climbs(10.5, 0.0);
+}
+
+#[test]
+fn up_10_5_degrees_at_30() {
+    climbs(10.5, 30.0);
+}
+
+#[test]
+fn up_23_8_degrees_straight() {
+    climbs(23.8, 0.0);
+}
+
+#[test]
+fn up_23_8_degrees_at_30() {
+    climbs(23.8, 30.0);
+}
+
+/// With friction 0.9, of which plans use 80 %, feet hold on up to 35.8°.
+#[test]
+fn what_friction_does_not_hold_is_refused_with_the_number() {
+    let walked = walked(38.0, 0.0);
+    assert_eq!(walked.answer.status, Status::NoPlan);
+    let [blocked] = &walked.answer.blocked[..] else {
+        panic!("{:?}", walked.answer.blocked);
+    };
+    assert!(
+        blocked.reason.contains("slopes by 38.0°") && blocked.reason.contains("up to 35.8°"),
+        "{}",
+        blocked.reason
+    );
+    // Without a search.
+    assert_eq!(walked.plan.search.candidates_solved, 0);
+}
