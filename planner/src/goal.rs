@@ -38,7 +38,9 @@ pub(crate) fn try_goal(
         .contacts
         .iter()
         .all(|&(p, s)| node.contacts.iter().any(|c| c.patch == p && c.surface == s));
-    if !has_patches || !has_contacts || !near_goal(prepared, node, &goal.base) {
+    // The feet have to come along: a body that leans over to its goal is not there.
+    let behind = node.distance_m(prepared) > 0.5 * prepared.stride_m + goal.base.tolerance_m;
+    if !has_patches || !has_contacts || behind || !near_goal(prepared, node, &goal.base) {
         return Ok(Attempt::TooEarly);
     }
     let contacts: Vec<Contact> = node
