@@ -34,6 +34,7 @@ pub mod world;
 pub mod execution;
 #[cfg(feature = "mujoco")]
 mod footing;
+#[cfg(feature = "mujoco")]
 pub mod hold;
 #[cfg(feature = "mujoco")]
 mod monitor;
