@@ -6,7 +6,7 @@
 #[path = "support/walk.rs"]
 mod walk;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use planner::Status;
 use surfaces::SurfaceSet;
 use walk::{Walk, Walked, face, robot};
@@ -110,4 +110,30 @@ fn what_friction_does_not_hold_is_refused_with_the_number() {
     );
     // Without a search.
     assert_eq!(walked.plan.search.candidates_solved, 0);
+}
+
+/// The steeper, the shorter the steps, the nearer the body to the slope and the more it pitches:
+/// stances, distance of the base from the face, pitch.
+#[test]
+fn steps_height_and_pitch_follow_the_slope() {
+    let measured = [0.0, 10.5, 23.8].map(|delta_deg: f64| {
+        let walked = walked(delta_deg, 0.0);
+        assert_eq!(walked.answer.status, Status::Found);
+        let stances = &walked.plan.stances;
+        // The last one before the goal's, whose place is the goal's.
+        let q = &stances[stances.len() - 2].q;
+        let (sin, cos) = delta_deg.to_radians().sin_cos();
+        let height = (q[2] * cos) - (q[0] - START_M) * sin;
+        let [x, y, z, w] = [3, 4, 5, 6].map(|i| q[i]);
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+        let pitch = (turn * Vector3::x()).z.asin();
+        (stances.len(), height, pitch.to_degrees())
+    });
+    let [level, gentle, steep] = measured;
+    assert!(level.0 <= gentle.0 && gentle.0 < steep.0, "{measured:?}");
+    assert!(level.1 > gentle.1 && gentle.1 > steep.1, "{measured:?}");
+    // To what it sways by from step to step.
+    for ((_, _, pitch), wanted) in [(level, 0.0), (gentle, 10.5), (steep, 23.8)] {
+        assert!((pitch - wanted).abs() < 6.0, "{pitch}° on {wanted}°");
+    }
 }

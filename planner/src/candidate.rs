@@ -163,7 +163,10 @@ fn wanted_place(
             .max_by(f64::total_cmp)
             .unwrap_or(f64::NEG_INFINITY),
     };
-    let along = (support + prepared.stride_m).min(guide.length_m());
+    let (_, heading) = guide.at(support);
+    let normal = request.environment.surfaces[surface].normal_W();
+    let stride_m = prepared.stride_on(patch, &normal, heading);
+    let along = (support + stride_m).min(guide.length_m());
     let wanted = guide.foot_at(along, &prepared.offset[patch]);
     let (_, heading) = guide.at(along);
 

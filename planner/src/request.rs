@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 use posture::{BaseGoal, Environment};
-use robot_model::{Configuration, Kinematics, Robot};
+use robot_model::{Configuration, ContactPatch, Kinematics, Robot};
 
+use crate::comfort::LEANING_MIN;
 use crate::guide::Guide;
 use crate::{Config, Error};
 
@@ -55,8 +56,10 @@ pub(crate) struct Prepared<'a> {
     pub reach_m: Vec<f64>,
     /// Patches whose progress counts: those in contact at the start.
     pub feet: Vec<usize>,
-    /// How far a foot is put ahead of the others, m.
+    /// How far a foot is put ahead of the others on level ground, m.
     pub stride_m: f64,
+    /// For each patch, the leg that carries it.
+    leg: Vec<Leg>,
     /// Patches that are used at all.
     pub used: Vec<bool>,
 }
@@ -126,15 +129,38 @@ impl<'a> Prepared<'a> {
         feet.sort_unstable();
         feet.dedup();
         let stride_m = config.stride_m.min(0.5 * following_m(&offset, &feet));
+        let leg = robot
+            .patches
+            .iter()
+            .map(|p| Leg::new(robot, &kinematics, p));
+        let leg = leg.collect();
         Ok(Self {
             request,
             config,
+            leg,
             offset,
             reach_m,
             stride_m,
             feet,
             used,
         })
+    }
+
+    /// How far a foot is put ahead of the others on a face, m: where it leans along the way by δ, as
+    /// much less as the legs that are left behind on it reach less far down,
+    ///
+    ///   s(δ) / s(0) = range(δ) / range(0),   tan δ = |n·h| / n_z   with the heading h.
+    ///
+    /// Friction limits where one can stand, not how far one steps: forces are plumb. A robot on two
+    /// feet strides as it is set to.
+    pub fn stride_on(&self, patch: usize, normal: &Vector3<f64>, heading: f64) -> f64 {
+        let along = normal.x * heading.cos() + normal.y * heading.sin();
+        let level = self.leg[patch].range_m(0.0);
+        if self.feet.len() < LEANING_MIN || along.abs() < 1e-6 || normal.z <= 0.0 || level <= 0.0 {
+            return self.stride_m;
+        }
+        let delta = (along.abs() / normal.z).atan();
+        self.stride_m * self.leg[patch].range_m(delta) / level
     }
 
     /// Estimated number of contact changes to the goal, given each foot's last place and whether
@@ -160,6 +186,41 @@ impl<'a> Prepared<'a> {
                 landing + 2.0 * behind / advance + self.config.aside_price_per_m * foot.aside_m
             })
             .sum()
+    }
+}
+
+/// A leg, from its first joint to its patch.
+#[derive(Clone, Copy, Debug)]
+struct Leg {
+    /// Length stretched out, m.
+    length_m: f64,
+    /// Height of the first joint over the patch in the reference posture, m.
+    height_m: f64,
+}
+
+impl Leg {
+    fn new(robot: &Robot, kinematics: &Kinematics, patch: &ContactPatch) -> Self {
+        let mut length_m = patch.X_BC.translation.vector.norm();
+        let mut body = patch.body;
+        while let Some(parent) = robot.bodies[body].parent.filter(|&p| p != 0) {
+            length_m += robot.bodies[body].X_PJ.translation.vector.norm();
+            body = parent;
+        }
+        let foot = kinematics.X_WC(patch).translation.vector;
+        Self {
+            length_m,
+            height_m: (kinematics.origin_W[body].z - foot.z).max(0.0),
+        }
+    }
+
+    /// How far down a slope of `delta` the foot reaches from below the first joint, at the usual
+    /// height over it, m.
+    ///
+    ///   ‖(s cos δ, h + s sin δ)‖ = L   ⇒   s = √(L² − h² cos² δ) − h sin δ
+    fn range_m(&self, delta: f64) -> f64 {
+        let (sin, cos) = delta.sin_cos();
+        let (l, h) = (self.length_m, self.height_m);
+        ((l * l - h * h * cos * cos).max(0.0).sqrt() - h * sin).max(0.0)
     }
 }
 
