@@ -64,7 +64,8 @@ fn source(file: &Path, sensor: Option<&SensorFlag>, pose: &Isometry3<f64>) -> Sc
         cx: value(2),
         cy: value(3),
         depth_scale_m: flag.depth_scale_m,
-        position_m: pose.translation.vector.into(),
-        quat_xyzw: pose.rotation.coords.into(),
+        position_m: Some(pose.translation.vector.into()),
+        quat_xyzw: Some(pose.rotation.coords.into()),
+        extrinsics: None,
     }
 }

@@ -49,6 +49,10 @@ pub fn write(folder: &Path, planned: &Planned) -> Result<()> {
             ("contacts.yaml", Format::MccYaml),
             ("plan.csv", Format::Csv),
         ] {
+            // That controller knows no contact of a ball.
+            if format == Format::MccYaml && touches_with_balls(planned) {
+                continue;
+            }
             let text = export::export(plan, &planned.robot, format, &planned.config.export)?;
             output::write(&folder.join(name), text.as_bytes())?;
         }
@@ -67,6 +71,13 @@ pub fn write(folder: &Path, planned: &Planned) -> Result<()> {
     })?;
     output::write(&folder.join("view.html"), page.as_bytes())?;
     output::write_json(&folder.join("report.json"), &planned.report)
+}
+
+/// Whether the plan touches anything with a point patch.
+fn touches_with_balls(planned: &Planned) -> bool {
+    let contacts = planned.plan.stances.iter().flat_map(|s| &s.contacts);
+    let mut patches = contacts.filter_map(|c| planned.robot.patch(&c.patch).ok());
+    patches.any(|patch| patch.point_radius_m().is_some())
 }
 
 fn remove(path: &Path) -> Result<()> {

@@ -165,6 +165,7 @@ fn settings(file: &SceneFile) -> Table {
     }
     let tables = [
         ("perception", &file.perception),
+        ("ground", &file.ground),
         ("surfaces", &surfaces),
         ("posture", &file.posture),
         ("planner", &file.planner),
@@ -191,6 +192,9 @@ mod tests {
                 for scan in scans {
                     let file = scan.depth.as_ref().or(scan.cloud.as_ref()).unwrap();
                     scene.files.read("scan", file, &mut inputs).unwrap();
+                    if let Some(mount) = &scan.extrinsics {
+                        scene.files.read("extrinsics", mount, &mut inputs).unwrap();
+                    }
                 }
             }
             crate::config::Config::layered(Some((name, &scene.settings)), &Default::default())

@@ -1,4 +1,4 @@
-//! The plans of the scenes that ship pass the verifier as the program writes them, and fail it
+//! The plans of the humanoid's scenes pass the verifier as the program writes them, and fail it
 //! broken in every way of the table.
 
 #[path = "support/mutations.rs"]
@@ -10,12 +10,12 @@ use planner::plan::Plan;
 use scandent::verify::{Options, verify};
 
 #[test]
-fn the_plan_of_every_scene_passes_and_every_broken_one_fails() {
+fn the_plan_of_each_scene_passes_and_every_broken_one_fails() {
     let robot = scenes::builtin_robot("hrp2")
         .expect("the robot ships")
         .load(&robot_model::Config::default())
         .expect("the robot loads");
-    for scene in scenes::names() {
+    for scene in ["irregular-stairs", "slope-and-hand"] {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let output = Command::new(env!("CARGO_BIN_EXE_scandent"))
             .args(["plan", scene, "-o"])

@@ -8,7 +8,7 @@
 use std::path::PathBuf;
 
 use scenes::SceneFile;
-use scenes::simulator::{DepthNoise, Scan, XTION, scan};
+use scenes::simulator::{DepthNoise, KINECT, Scan, XTION, scan};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes"));
@@ -21,10 +21,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let world = (scene.truth)().world();
         for source in SceneFile::parse(scene.toml)?.scan {
             let Some(name) = &source.depth else { continue };
+            let camera = match source.sensor.as_deref() {
+                Some("kinect_v1") => &KINECT,
+                _ => &XTION,
+            };
             let scan = scan(
                 &world,
-                &XTION,
-                &source.X_WV(),
+                camera,
+                &scene.sensor.map_or_else(|| source.X_WV(), |pose| pose()),
                 &DepthNoise::default(),
                 seed.unwrap_or(scene.seed),
             );

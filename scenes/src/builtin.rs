@@ -1,5 +1,7 @@
 //! The scenes that ship: scene file, scan and true world, embedded in the program.
 
+use nalgebra::Isometry3;
+
 use crate::truth::Truth;
 use crate::worlds;
 
@@ -16,9 +18,11 @@ pub struct Builtin {
     pub truth: fn() -> Truth,
     /// Seed of the scan's noise.
     pub seed: u64,
+    /// The sensor's true pose in W, where the scene file takes it from an identified mount.
+    pub sensor: Option<fn() -> Isometry3<f64>>,
 }
 
-static SCENES: [Builtin; 2] = [
+static SCENES: [Builtin; 3] = [
     Builtin {
         name: "irregular-stairs",
         toml: include_str!("../scenes/irregular-stairs.toml"),
@@ -28,6 +32,7 @@ static SCENES: [Builtin; 2] = [
         )],
         truth: worlds::irregular_stairs::truth,
         seed: 1,
+        sensor: None,
     },
     Builtin {
         name: "slope-and-hand",
@@ -38,6 +43,24 @@ static SCENES: [Builtin; 2] = [
         )],
         truth: worlds::slope_and_hand::truth,
         seed: 2,
+        sensor: None,
+    },
+    Builtin {
+        name: "hexapod-obstacles",
+        toml: include_str!("../scenes/hexapod-obstacles.toml"),
+        files: &[
+            (
+                "hexapod-obstacles_depth.png",
+                include_bytes!("../scenes/hexapod-obstacles_depth.png"),
+            ),
+            (
+                "hexapod-obstacles_camera.toml",
+                include_bytes!("../scenes/hexapod-obstacles_camera.toml"),
+            ),
+        ],
+        truth: worlds::hexapod_obstacles::truth,
+        seed: 1,
+        sensor: Some(worlds::hexapod_obstacles::X_WV),
     },
 ];
 

@@ -49,6 +49,9 @@ pub struct SceneFile {
     /// Overrides of the perception's configuration.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub perception: toml::Table,
+    /// Overrides of the settings of the ground under the feet.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub ground: toml::Table,
     /// Overrides of the surfaces' configuration.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub surfaces: toml::Table,
@@ -89,9 +92,15 @@ pub struct ScanSource {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth_scale_m: Option<f64>,
     /// Position of the sensor's frame V (optical: x right, y down, z forward) in W, m.
-    pub position_m: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<[f64; 3]>,
     /// Orientation of V in W.
-    pub quat_xyzw: [f64; 4],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quat_xyzw: Option<[f64; 4]>,
+    /// In the place of both: the file of the sensor's mount on the robot, which stands as at the
+    /// start (`scandent calibrate` writes such files).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extrinsics: Option<String>,
 }
 
 /// The robot: `urdf = "builtin:NAME"`, or files.
@@ -220,12 +229,21 @@ impl SceneFile {
 }
 
 impl ScanSource {
-    /// Pose of the sensor's optical frame in W.
+    /// Pose of the sensor's optical frame in W; the identity where nothing states it.
     #[allow(non_snake_case)]
     pub fn X_WV(&self) -> Isometry3<f64> {
-        let [x, y, z, w] = self.quat_xyzw;
+        let [x, y, z, w] = self.quat_xyzw.unwrap_or([0.0, 0.0, 0.0, 1.0]);
         let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-        Isometry3::from_parts(Translation3::from(Vector3::from(self.position_m)), rotation)
+        let position = Vector3::from(self.position_m.unwrap_or_default());
+        Isometry3::from_parts(Translation3::from(position), rotation)
+    }
+
+    /// Puts the sensor's optical frame at `X_WV`, whatever was said of it before.
+    #[allow(non_snake_case)]
+    pub fn place(&mut self, X_WV: &Isometry3<f64>) {
+        self.position_m = Some(X_WV.translation.vector.into());
+        self.quat_xyzw = Some(X_WV.rotation.coords.into());
+        self.extrinsics = None;
     }
 
     fn check(&self, field: &str) -> Result<(), Error> {
@@ -256,9 +274,17 @@ impl ScanSource {
                 ));
             }
         }
-        finite(&format!("{field}.position_m"), &self.position_m)?;
-        finite(&format!("{field}.quat_xyzw"), &self.quat_xyzw)?;
-        let norm = self.quat_xyzw.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let (position_m, quat_xyzw) = match (&self.position_m, &self.quat_xyzw, &self.extrinsics) {
+            (Some(position_m), Some(quat_xyzw), None) => (position_m, quat_xyzw),
+            (None, None, Some(_)) => return Ok(()),
+            _ => {
+                let reason = "needs position_m and quat_xyzw, or `extrinsics` in their place";
+                return Err(Error::field(field, reason));
+            }
+        };
+        finite(&format!("{field}.position_m"), position_m)?;
+        finite(&format!("{field}.quat_xyzw"), quat_xyzw)?;
+        let norm = quat_xyzw.iter().map(|v| v * v).sum::<f64>().sqrt();
         if (norm - 1.0).abs() > QUATERNION_TOLERANCE {
             let reason = format!("has length {norm}, not 1");
             return Err(Error::field(format!("{field}.quat_xyzw"), reason));

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use scenes::simulator::{DepthNoise, Scan, XTION, scan};
+use scenes::simulator::{DepthNoise, KINECT, Pinhole, Scan, XTION, scan};
 use scenes::{Builtin, SceneFile};
 
 fn all() -> impl Iterator<Item = &'static Builtin> {
@@ -16,11 +16,26 @@ fn only_scan(scene: &Builtin) -> scenes::scene_file::ScanSource {
     scans.into_iter().next().unwrap()
 }
 
+fn camera(scene: &Builtin) -> &'static Pinhole {
+    match only_scan(scene).sensor.as_deref() {
+        Some("kinect_v1") => &KINECT,
+        _ => &XTION,
+    }
+}
+
+/// Where the sensor really was.
+#[allow(non_snake_case)]
+fn X_WV(scene: &Builtin) -> Isometry3<f64> {
+    scene
+        .sensor
+        .map_or_else(|| only_scan(scene).X_WV(), |pose| pose())
+}
+
 fn simulate(scene: &Builtin, noise: &DepthNoise) -> Scan {
     scan(
         &(scene.truth)().world(),
-        &XTION,
-        &only_scan(scene).X_WV(),
+        camera(scene),
+        &X_WV(scene),
         noise,
         scene.seed,
     )
@@ -66,6 +81,9 @@ fn scans_are_taken_from_the_robots_head() {
     let document = roxmltree::Document::parse(urdf).unwrap();
     for scene in all() {
         let file = SceneFile::parse(scene.toml).unwrap();
+        if file.robot.urdf != "builtin:hrp2" {
+            continue;
+        }
         let X_WV = only_scan(scene).X_WV();
         let start = &file.start;
         let [roll, pitch, yaw] = start.base_rpy_rad;
@@ -142,7 +160,7 @@ fn depth_errors_have_the_modelled_size() {
             if !inner || measured == 0.0 || !neighbours(i).into_iter().all(same) {
                 continue;
             }
-            let quantum = z * z * noise.disparity_step_px / (525.0 * noise.baseline_m);
+            let quantum = z * z * noise.disparity_step_px / (camera(scene).fx * noise.baseline_m);
             let variance = noise.sigma_m(z).powi(2)
                 + (noise.distortion * z).powi(2)
                 + (quantum * quantum + 1e-6) / 12.0;

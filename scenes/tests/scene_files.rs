@@ -13,7 +13,7 @@ fn stairs() -> &'static str {
 fn shipped_scenes_name_only_what_ships() {
     assert_eq!(
         scenes::names().collect::<Vec<_>>(),
-        ["irregular-stairs", "slope-and-hand"]
+        ["irregular-stairs", "slope-and-hand", "hexapod-obstacles"]
     );
     for scene in scenes::names().filter_map(scenes::builtin) {
         let file = SceneFile::parse(scene.toml).unwrap();
@@ -22,7 +22,8 @@ fn shipped_scenes_name_only_what_ships() {
         let named: Vec<&str> = file
             .scan
             .iter()
-            .filter_map(|s| s.depth.as_deref())
+            .flat_map(|s| [s.depth.as_deref(), s.extrinsics.as_deref()])
+            .flatten()
             .collect();
         assert_eq!(named, scene.files.iter().map(|f| f.0).collect::<Vec<_>>());
         let robot = file.robot.urdf.strip_prefix("builtin:").unwrap();
@@ -42,7 +43,11 @@ fn shipped_scenes_name_only_what_ships() {
                 .srdf
                 .contains(&format!("group_state name=\"{}\"", file.start.posture))
         );
-        assert_eq!(file.goal.base_position_m.as_deref(), Some(&[2.0, 0.0][..]));
+        let ahead = if scene.sensor.is_some() { 1.0 } else { 2.0 };
+        assert_eq!(
+            file.goal.base_position_m.as_deref(),
+            Some(&[ahead, 0.0][..])
+        );
     }
     assert!(scenes::builtin("no such scene").is_none());
     assert!(scenes::builtin_robot("no such robot").is_none());

@@ -10,6 +10,7 @@ use super::run::plan_and_write;
 use crate::argument::{self, GoalContactFlag, GoalFlag, StartFlag};
 use crate::cli::Global;
 use crate::environment_flags::ScanFlags;
+use crate::mount::placement;
 use crate::provenance::Inputs;
 use crate::robot_files::RobotFiles;
 use crate::scene::{Environment, Files, Scene, Start};
@@ -36,6 +37,10 @@ pub struct Args {
     mesh: Option<PathBuf>,
     #[command(flatten)]
     how: ScanFlags,
+    /// Take the sensor's place from this file, as `calibrate` writes it: the robot stands as at the
+    /// start
+    #[arg(long, value_name = "MOUNT.toml", conflicts_with = "pose")]
+    extrinsics: Option<PathBuf>,
     /// The robot: a URDF file, or builtin:NAME (default: builtin:hrp2)
     #[arg(long, value_name = "URDF")]
     robot: Option<String>,
@@ -78,10 +83,11 @@ pub struct Args {
 /// As [`super::run::run`]; [`UsageError`] where something needed is not said.
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let mut inputs = Inputs::default();
-    let scene = match &args.scene {
+    let mut scene = match &args.scene {
         Some(name) => args.over(Scene::open(name, &mut inputs)?)?,
         None => args.over(args.bare()?)?,
     };
+    placement::place(&mut scene, args.extrinsics.as_deref(), global, &mut inputs)?;
     plan_and_write(&scene, inputs, &args.output, global, out)
 }
 

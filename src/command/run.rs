@@ -8,6 +8,7 @@ use planner::Status as Ended;
 
 use crate::cli::Global;
 use crate::config::Config;
+use crate::mount::placement;
 use crate::pipeline::{self, Manner, Planned};
 use crate::progress::ProgressLine;
 use crate::provenance::Inputs;
@@ -25,6 +26,9 @@ const DEFAULT_OUTPUT: &str = "out";
 pub struct Args {
     /// A scene that ships (see `scandent scenes`) or a scene.toml; default: irregular-stairs
     scene: Option<String>,
+    /// Take the sensor's place from this file, as `calibrate` writes it, instead of the scene's
+    #[arg(long, value_name = "MOUNT.toml")]
+    extrinsics: Option<PathBuf>,
     /// Folder of the results; each scene gets a folder in it (default: out)
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
@@ -36,7 +40,8 @@ pub struct Args {
 /// As [`pipeline::plan`]; a plan that does not pass the verifier; a file that cannot be written.
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let mut inputs = Inputs::default();
-    let scene = Scene::open(args.scene.as_deref().unwrap_or(DEFAULT_SCENE), &mut inputs)?;
+    let mut scene = Scene::open(args.scene.as_deref().unwrap_or(DEFAULT_SCENE), &mut inputs)?;
+    placement::place(&mut scene, args.extrinsics.as_deref(), global, &mut inputs)?;
     let output = args.output.clone().unwrap_or_else(|| DEFAULT_OUTPUT.into());
     let folder = output.join(&scene.name);
     plan_and_write(&scene, inputs, &folder, global, out)

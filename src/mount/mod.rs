@@ -7,6 +7,7 @@
 //! | `identify.rs` | stances and frames → the mount |
 //! | `extrinsics.rs` | the file of a mount |
 //! | `next.rs` | which stance to add |
+//! | `placement.rs` | a mount → the pose of a scene's scans |
 //! | `page.rs`, `plot.rs` | the report as one HTML page with charts |
 //! | `table.rs` | the disagreement of every stance, for the terminal and as CSV |
 
@@ -15,6 +16,7 @@ pub mod feet;
 pub mod identify;
 pub mod next;
 pub mod page;
+pub mod placement;
 pub mod plot;
 pub mod stances_file;
 pub mod table;

@@ -1,6 +1,7 @@
 //! The true geometry of the scenes that ship, each built from the numbers at the top of its file.
 
 pub mod ground;
+pub mod hexapod_obstacles;
 pub mod irregular_stairs;
 pub mod slope_and_hand;
 

@@ -1,0 +1,202 @@
+//! The hexapod sees low blocks through a camera of which the place was identified from the ground
+//! alone, and steps onto and between them.
+//!
+//! Pass criteria: the mount that ships is within its own covariance of the true one; every top that
+//! is seen through it lies within 10 mm and 1° of the truth, and through a mount that is 2° and
+//! 20 mm off it does not; the plan passes the verifier and ends on the goal.
+#![allow(non_snake_case)]
+
+use std::path::Path;
+use std::process::Command;
+
+use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
+use scandent::cli::Global;
+use scandent::config::Config;
+use scandent::environment::perceive;
+use scandent::mount::extrinsics::Extrinsics;
+use scandent::mount::placement::place;
+use scandent::provenance::Inputs;
+use scandent::report::Stages;
+use scandent::scene::Scene;
+use scenes::camera_set::published_mount;
+use surfaces::Surface;
+
+const SCENE: &str = "hexapod-obstacles";
+
+fn shipped() -> Extrinsics {
+    let scene = scenes::builtin(SCENE).expect("it ships");
+    let bytes = scene
+        .file("hexapod-obstacles_camera.toml")
+        .expect("its mount");
+    Extrinsics::parse(std::str::from_utf8(bytes).expect("text")).expect("a mount")
+}
+
+#[test]
+fn the_mount_that_ships_is_as_good_as_it_says() {
+    let mount = shipped();
+    let (found, truth) = (mount.X_RV(), published_mount());
+    let turn = (found.rotation * truth.rotation.inverse()).scaled_axis();
+    let shift = found.translation.vector - truth.translation.vector;
+    let error = Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
+    let rows = mount.covariance.expect("a covariance");
+    let covariance = Matrix6::from_fn(|i, j| rows[i][j]);
+    let square = error.dot(&(covariance.try_inverse().expect("regular") * error));
+    println!(
+        "turn {:.3}°, shift {:.2} mm, eᵀΣ⁻¹e = {square:.1}",
+        turn.norm().to_degrees(),
+        1e3 * shift.norm()
+    );
+    // χ² of six: 99 % are below 16.8.
+    assert!(square < 16.8, "{square}");
+}
+
+/// Surfaces that the scene shows through a mount.
+fn surfaces(mount: Option<&Path>) -> Vec<Surface> {
+    let mut inputs = Inputs::default();
+    let mut scene = Scene::open(SCENE, &mut inputs).expect("it ships");
+    let global = Global::default();
+    place(&mut scene, mount, &global, &mut inputs).expect("a mount on this robot");
+    let config = Config::layered(Some((SCENE, &scene.settings)), &global).expect("settings");
+    let mut stages = Stages::default();
+    perceive(
+        &scene.environment,
+        &scene.files,
+        &config,
+        &mut stages,
+        &mut inputs,
+    )
+    .expect("the scan is there")
+    .set
+    .surfaces
+}
+
+/// Greatest error of the tops and the floor in height (m) and tilt (rad), and how many of the true
+/// tops were found at all: a surface whose middle is over the top and nearer than 60 mm to it.
+fn errors(surfaces: &[Surface]) -> (f64, f64, usize) {
+    let truth = (scenes::builtin(SCENE).expect("it ships").truth)();
+    let mut worst = (0.0_f64, 0.0_f64, 0);
+    for body in &truth.boxes {
+        let top = body.top();
+        let to_body = body.X_WO().inverse();
+        let half = Vector3::from(body.size_m) / 2.0;
+        let over = |surface: &&Surface| {
+            let centre = Point3::from(surface.X_WS.translation.vector);
+            let p = to_body * centre;
+            let on_top = p.x.abs() < half.x && p.y.abs() < half.y;
+            let covered = truth.boxes.iter().skip(1).any(|other| {
+                let q = other.X_WO().inverse() * centre;
+                body.name == "floor"
+                    && q.x.abs() < other.size_m[0] / 2.0
+                    && q.y.abs() < other.size_m[1] / 2.0
+            });
+            on_top && !covered && (p.z - half.z).abs() < 0.06 && surface.normal_W().z > 0.9
+        };
+        let mut found = false;
+        for surface in surfaces.iter().filter(over) {
+            found = true;
+            for vertex in surface.vertices_W() {
+                let height = top.normal_W.dot(&vertex.coords) - top.offset_m;
+                worst.0 = worst.0.max(height.abs());
+            }
+            let cosine = surface.normal_W().dot(&top.normal_W).clamp(-1.0, 1.0);
+            worst.1 = worst.1.max(cosine.acos());
+        }
+        worst.2 += usize::from(found);
+    }
+    worst
+}
+
+#[test]
+fn a_mount_that_is_off_puts_the_obstacles_elsewhere() {
+    let bodies = (scenes::builtin(SCENE).expect("it ships").truth)()
+        .boxes
+        .len();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, error: &Isometry3<f64>| {
+        let right = shipped();
+        let moved = error * right.X_RV();
+        let mount = Extrinsics {
+            position_m: moved.translation.vector.into(),
+            quat_xyzw: moved.rotation.coords.into(),
+            ..right
+        };
+        let path = folder.path().join(name);
+        std::fs::write(&path, mount.to_toml().expect("TOML")).expect("written");
+        path
+    };
+    let (height, tilt, found) = errors(&surfaces(None));
+    println!("mount                      tops found   height error mm   tilt error °");
+    println!(
+        "identified                 {found} of {bodies}       {:>8.1}        {:>8.2}",
+        1e3 * height,
+        tilt.to_degrees()
+    );
+    assert_eq!(found, bodies);
+    assert!(
+        height < 0.010 && tilt < 1.0_f64.to_radians(),
+        "{height} m, {tilt} rad"
+    );
+    // Two degrees about y (pitch), 20 mm up.
+    let off = Isometry3::from_parts(
+        Translation3::new(0.0, 0.0, 0.02),
+        UnitQuaternion::from_euler_angles(0.0, 2.0_f64.to_radians(), 0.0),
+    );
+    let path = write("off.toml", &off);
+    let (height, tilt, found) = errors(&surfaces(Some(&path)));
+    println!(
+        "2° and 20 mm off           {found} of {bodies}       {:>8.1}        {:>8.2}",
+        1e3 * height,
+        tilt.to_degrees()
+    );
+    // It would tread 30 mm beside a height, or not see the obstacle where it is at all.
+    assert!(
+        height > 0.030 || found < bodies,
+        "{height} m, {found} found"
+    );
+}
+
+#[test]
+fn the_plan_through_the_identified_camera_is_verified() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = Command::new(env!("CARGO_BIN_EXE_scandent"))
+        .args(["run", SCENE, "-o"])
+        .arg(folder.path())
+        .output()
+        .expect("the program starts");
+    let said = String::from_utf8_lossy(&output.stdout);
+    let complained = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}{complained}");
+    assert!(said.contains("verified"), "{said}");
+    let text =
+        std::fs::read_to_string(folder.path().join(SCENE).join("plan.json")).expect("a plan");
+    let plan: planner::plan::Plan = serde_json::from_str(&text).expect("a plan");
+    // It steps onto something that is higher than the floor.
+    let up = plan
+        .stances
+        .iter()
+        .flat_map(|stance| &stance.contacts)
+        .filter_map(|contact| plan.surfaces.iter().find(|s| s.id == contact.surface))
+        .any(|surface| surface.X_WS.translation.z > 0.04);
+    assert!(up, "{said}");
+    let last = plan.stances.last().expect("a stance");
+    // The goal's tolerance holds along each axis.
+    let off = (last.q[0] - 1.0).abs().max(last.q[1].abs());
+    assert!(off <= 0.1 + 1e-6, "{:?}", last.q);
+}
+
+#[test]
+fn a_mount_on_another_robot_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("mount.toml");
+    std::fs::write(&path, shipped().to_toml().expect("TOML")).expect("written");
+    let output = Command::new(env!("CARGO_BIN_EXE_scandent"))
+        .args(["run", "irregular-stairs", "--extrinsics"])
+        .arg(&path)
+        .arg("-o")
+        .arg(folder.path())
+        .output()
+        .expect("the program starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("hexapod") && said.contains("hrp2"), "{said}");
+}
