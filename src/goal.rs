@@ -127,6 +127,12 @@ pub fn guide(
                     .iter()
                     .map(|[x, y, z, _]| Vector3::new(*x, *y, *z)),
             );
+            // Places to pass lead on to the goal.
+            if let ([Some(x), Some(y), _], Some(last)) = (goal.base.position_m, points.last())
+                && (x - last.x).hypot(y - last.y) > goal.base.tolerance_m
+            {
+                points.push(end(goal, &start, set, standing_on));
+            }
         }
         None => points.push(end(goal, &start, set, standing_on)),
     }

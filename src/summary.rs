@@ -121,10 +121,14 @@ fn blocked(blocked: &[Blocked], out: &mut dyn Write) -> std::io::Result<()> {
     for one in blocked {
         let what = describe(&one.change);
         if said.len() < REASONS && said.insert(what.clone()) {
+            let held = match one.held.as_str() {
+                "" => String::new(),
+                held => format!("holding {held}; "),
+            };
             writeln!(
                 out,
-                "  {what}: {} (holding {}; {:.2} m to go)",
-                one.reason, one.held, one.distance_m
+                "  {what}: {} ({held}{:.2} m to go)",
+                one.reason, one.distance_m
             )?;
         }
     }

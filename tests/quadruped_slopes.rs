@@ -137,3 +137,37 @@ fn steps_height_and_pitch_follow_the_slope() {
         assert!((pitch - wanted).abs() < 6.0, "{pitch}° on {wanted}°");
     }
 }
+
+/// The program ends well with a plan on balls: files of the formats that know of them.
+#[test]
+fn the_program_plans_and_verifies_and_refuses() {
+    use std::process::Command;
+
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (set, _) = slope(23.8, 0.0);
+    let surfaces = folder.path().join("surfaces.json");
+    std::fs::write(&surfaces, set.to_json().expect("JSON")).expect("writable");
+    let plan = |out: &str, friction: &str| {
+        Command::new(env!("CARGO_BIN_EXE_scandent"))
+            .current_dir(folder.path())
+            .args(["plan", "--surfaces", "surfaces.json"])
+            .args(["--robot", "builtin:quadruped", "--goal", "1.8,0"])
+            .args(["--guide", "0.8,0,0.55", "--friction", friction, "-o", out])
+            .output()
+            .expect("the program starts")
+    };
+    let found = plan("found", "0.9");
+    assert_eq!(found.status.code(), Some(0), "{found:?}");
+    for (name, written) in [
+        ("plan.json", true),
+        ("plan.csv", true),
+        ("contacts.yaml", false),
+    ] {
+        let file = folder.path().join("found").join(name);
+        assert_eq!(file.exists(), written, "{name}");
+    }
+    let refused = plan("refused", "0.5");
+    assert_eq!(refused.status.code(), Some(3), "{refused:?}");
+    let said = String::from_utf8_lossy(&refused.stdout);
+    assert!(said.contains("holds up to 21.8°"), "{said}");
+}
