@@ -1,4 +1,5 @@
-//! A structured-light depth camera, simulated: ray casting plus the errors that such a sensor makes.
+//! A structured-light depth camera, simulated: ray casting plus the errors that such a sensor makes;
+//! and, in [`lidar`], a spinning range finder.
 //!
 //! ```text
 //! bodies ──cast──▶ true depth ──noise──▶ measured depth ──dropouts──▶ image in mm
@@ -12,6 +13,7 @@ mod body;
 mod camera;
 mod dropout;
 mod field;
+pub mod lidar;
 mod noise;
 pub mod rng;
 mod scan;

@@ -3,6 +3,7 @@
 pub mod ground;
 pub mod hexapod_obstacles;
 pub mod irregular_stairs;
+pub mod slope;
 pub mod slope_and_hand;
 
 use nalgebra::{Rotation3, Vector3};
