@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::chain::ChainConfig;
 use crate::error::within;
+use crate::lidar::LidarConfig;
 use crate::organised::OrganisedConfig;
 
 /// Which path a scan takes.
@@ -32,6 +33,8 @@ pub struct Config {
     pub organised: OrganisedConfig,
     /// Parameters of the chain.
     pub chain: ChainConfig,
+    /// Parameters of the LiDAR chain.
+    pub lidar: LidarConfig,
 }
 
 impl Default for Config {
@@ -41,6 +44,7 @@ impl Default for Config {
             range_max_m: 5.0,
             organised: OrganisedConfig::default(),
             chain: ChainConfig::default(),
+            lidar: LidarConfig::default(),
         }
     }
 }
@@ -59,6 +63,7 @@ impl Config {
             "must be a positive distance",
         )?;
         self.organised.check()?;
-        self.chain.check(self.range_max_m)
+        self.chain.check(self.range_max_m)?;
+        self.lidar.check()
     }
 }

@@ -35,7 +35,7 @@ pub enum Error {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// Neither the extension nor the first bytes name a known format.
-    #[error("{}: unknown scan format; known are depth PNG (16 bit), PCD and PLY", path.display())]
+    #[error("{}: unknown scan format; known are depth PNG (16 bit), PCD and PLY, and pcap of a LiDAR", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
@@ -71,6 +71,34 @@ pub enum Error {
     /// The organised path was asked for on a cloud that has no image behind it.
     #[error("method \"organised\" needs a depth image, or an organised cloud in its optical frame")]
     NotOrganised,
+    /// A LiDAR's calibration holds a value that makes no sense.
+    #[error("calibration: {field} {cause}")]
+    Calibration {
+        /// The field.
+        field: &'static str,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// A LiDAR's cloud has too few points in view, or none that is not isolated.
+    #[error(
+        "{left} points are left of {points} ({invalid} more are invalid) in view, in range and not isolated; a plane needs 3"
+    )]
+    FewPoints {
+        /// Points left.
+        left: usize,
+        /// Valid points of the cloud.
+        points: usize,
+        /// Invalid ones beside them.
+        invalid: usize,
+    },
+    /// No plane under the sensor is about level, and no calibration says where the ground is.
+    #[error(
+        "no ground: none of the planes through {points} points is about level under the sensor; a calibration would tell where it is"
+    )]
+    NoGround {
+        /// Points that were looked at.
+        points: usize,
+    },
     /// A parameter is outside its range.
     #[error("{key} = {value}: {cause}")]
     Config {

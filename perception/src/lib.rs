@@ -24,6 +24,7 @@ mod chain;
 mod config;
 mod error;
 mod extraction;
+pub mod lidar;
 mod organised;
 mod readers;
 mod scan;
@@ -39,7 +40,7 @@ pub use extraction::{Extraction, Segmentation, Statistics};
 pub use organised::{
     CoverConfig, GrowthConfig, MaskConfig, MergeConfig, OrganisedConfig, OutlineConfig,
 };
-pub use readers::{SensorOptions, parse_scan, read_scan};
+pub use readers::{LidarScan, SensorOptions, parse_lidar, parse_scan, read_lidar, read_scan};
 pub use scan::{DepthImage, Intrinsics, PointCloud, Scan};
 pub use sensor::{Noise, SENSORS, Sensor};
 

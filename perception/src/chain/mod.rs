@@ -16,7 +16,9 @@ use surfaces::{Source, Surface};
 
 pub use hull::HullConfig;
 pub use normals::NormalsConfig;
+pub(crate) use normals::{neighbours, normals};
 pub use plane_extraction::PlaneExtractionConfig;
+pub(crate) use random::Stream;
 pub use region_growing::RegionGrowingConfig;
 pub use voxel_grid::VoxelGridConfig;
 

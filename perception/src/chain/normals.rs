@@ -37,7 +37,7 @@ impl NormalsConfig {
 }
 
 /// The k nearest neighbours of every point, nearest first, the point itself among them.
-pub(super) struct Neighbours {
+pub(crate) struct Neighbours {
     k: usize,
     items: Vec<u32>,
 }
@@ -53,7 +53,7 @@ impl Neighbours {
 ///
 /// # Errors
 /// [`Error::Neighbours`] when the search tree refuses the points.
-pub(super) fn neighbours(points: &[Point3<f64>], k: usize) -> Result<Neighbours, Error> {
+pub(crate) fn neighbours(points: &[Point3<f64>], k: usize) -> Result<Neighbours, Error> {
     let flat: Vec<[f64; 3]> = points.iter().map(|p| [p.x, p.y, p.z]).collect();
     let k = k.min(flat.len());
     let Some(count) = NonZero::new(k) else {
@@ -80,7 +80,7 @@ pub(super) fn neighbours(points: &[Point3<f64>], k: usize) -> Result<Neighbours,
 }
 
 /// Normal and curvature of every point.
-pub(super) struct Normals {
+pub(crate) struct Normals {
     /// Unit normals, toward the sensor.
     pub normals: Vec<Vector3<f64>>,
     /// λ₀ / (λ₀ + λ₁ + λ₂) of the neighbours' scatter: 0 on a plane, ⅓ for a ball.
@@ -89,7 +89,7 @@ pub(super) struct Normals {
 
 /// The direction of least scatter of every point's `count` nearest neighbours, turned to the sensor.
 #[allow(non_snake_case)]
-pub(super) fn normals(
+pub(crate) fn normals(
     points: &[Point3<f64>],
     neighbours: &Neighbours,
     count: usize,

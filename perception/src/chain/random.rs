@@ -5,7 +5,7 @@
 ///
 /// Source: the mixing function of splitmix64 [steele2014].
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stream(u64);
+pub(crate) struct Stream(u64);
 
 impl Stream {
     /// Stream number `stream` of `seed`.

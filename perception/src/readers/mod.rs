@@ -4,16 +4,21 @@
 //! of bytes that are there before anything is allocated, so that a lying header is an error and
 //! neither a panic nor a gigabyte.
 
+mod capture;
 mod depth_png;
 mod pcd;
 mod ply;
+mod vlp16;
 
 use std::path::Path;
 
 use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
 
+pub use vlp16::LidarScan;
+
 use crate::Error;
+use crate::lidar::LidarCloud;
 use crate::scan::{DepthImage, Intrinsics, PointCloud, Scan};
 use crate::sensor::Sensor;
 
@@ -101,6 +106,63 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
         eye_V: Vector3::from(eye),
         noise: sensor.noise,
     })
+}
+
+/// The points of a LiDAR's file: a capture of a VLP-16's packets (pcap, pcapng), PCD, or PLY.
+///
+/// `sweep` picks one of a capture's sweeps; without it the first whole one is taken.
+///
+/// # Errors
+/// [`Error::Io`] when the file cannot be read; else as [`parse_lidar`].
+pub fn read_lidar(path: &Path, sweep: Option<usize>) -> Result<LidarScan, Error> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Io {
+        path: path.to_owned(),
+        source,
+    })?;
+    parse_lidar(path, &bytes, sweep)
+}
+
+/// The LiDAR's points in `bytes`; `path` is for the messages and the extension only.
+///
+/// # Errors
+/// [`Error::UnknownFormat`]; [`Error::Field`] or [`Error::Parse`] for a file that contradicts its
+/// format; [`Error::Empty`] when no valid point is left.
+pub fn parse_lidar(path: &Path, bytes: &[u8], sweep: Option<usize>) -> Result<LidarScan, Error> {
+    let whole = |cloud| LidarScan {
+        cloud,
+        sweeps: 1,
+        notes: Vec::new(),
+    };
+    let scan = if capture::is_capture(bytes) {
+        vlp16::parse(path, bytes, sweep)?
+    } else {
+        match format_of(path, bytes) {
+            Some(Format::Pcd) => whole(pcd::parse_lidar(path, bytes)?),
+            Some(Format::Ply) => {
+                let points = ply::parse(path, bytes)?;
+                let mut cloud = LidarCloud::from_points(points.points.iter().copied());
+                // Those that the reader dropped.
+                cloud.invalid = cloud.invalid.max(points.invalid);
+                whole(cloud)
+            }
+            Some(Format::Png) => {
+                let cause = "is a depth image, not the cloud of a LiDAR";
+                return Err(Error::field(path, "format", cause));
+            }
+            None => {
+                return Err(Error::UnknownFormat {
+                    path: path.to_owned(),
+                });
+            }
+        }
+    };
+    if scan.cloud.is_empty() {
+        return Err(Error::Empty {
+            path: path.to_owned(),
+            total: scan.cloud.invalid,
+        });
+    }
+    Ok(scan)
 }
 
 enum Format {

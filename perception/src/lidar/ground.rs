@@ -1,0 +1,231 @@
+//! The plane that the robot stands on.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::field::Field;
+use super::plane::{Plane, RangeErrors};
+use super::prosac::{ConsensusConfig, Ordered, consensus};
+use crate::Error;
+use crate::error::within;
+
+/// What counts as ground.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GroundConfig {
+    /// Without a calibration: most that the sensor may lean, rad.
+    pub tilt_max_rad: f64,
+    /// With one: most that the ground may lean to the calibrated one, rad.
+    pub lean_max_rad: f64,
+    /// With one: most that the ground under the sensor may be off the calibrated one, m.
+    pub height_off_max_m: f64,
+    /// Least height of the sensor over the ground, m.
+    pub height_min_m: f64,
+    /// Most height of the sensor over the ground, m.
+    pub height_max_m: f64,
+    /// Fewest points.
+    pub points_min: usize,
+    /// Least area that the points stand for, m².
+    pub area_min_m2: f64,
+}
+
+impl Default for GroundConfig {
+    fn default() -> Self {
+        Self {
+            tilt_max_rad: 0.61,
+            lean_max_rad: 0.12,
+            height_off_max_m: 0.15,
+            height_min_m: 0.10,
+            height_max_m: 3.0,
+            points_min: 100,
+            area_min_m2: 0.3,
+        }
+    }
+}
+
+impl GroundConfig {
+    pub(super) fn check(&self) -> Result<(), Error> {
+        for (key, value) in [
+            ("ground.tilt_max_rad", self.tilt_max_rad),
+            ("ground.lean_max_rad", self.lean_max_rad),
+        ] {
+            within(key, value, 1e-3, 1.5, "must be in [0.001, 1.5] rad")?;
+        }
+        let off = self.height_off_max_m;
+        within(
+            "ground.height_off_max_m",
+            off,
+            1e-3,
+            10.0,
+            "must be in [0.001, 10] m",
+        )?;
+        within(
+            "ground.height_min_m",
+            self.height_min_m,
+            0.0,
+            1e3,
+            "must not be negative",
+        )?;
+        let high = self.height_max_m;
+        within(
+            "ground.height_max_m",
+            high,
+            self.height_min_m,
+            1e3,
+            "must not be below height_min_m",
+        )?;
+        within(
+            "ground.area_min_m2",
+            self.area_min_m2,
+            0.0,
+            1e6,
+            "must not be negative",
+        )
+    }
+}
+
+/// Most planes that are tried for the ground.
+const TRIES: u64 = 4;
+/// Solid angle of a beam: the steps of a VLP-16 at 10 Hz do for a comparison.
+const STEP: f64 = 0.0035 * 0.035;
+/// Edge of the cells that area is counted in where there are no rings, m.
+const CELL_M: f64 = 0.1;
+/// Normals of points on a plane differ from its own by less than this, rad.
+const NORMAL_RAD: f64 = 0.35;
+
+/// The ground in V; `None` where nothing is ground.
+///
+/// With a calibrated ground the plane is looked for near it. Without one, it is of the planes that
+/// are about level under the sensor the one of which the most area is seen: a ramp that is nearer
+/// shows more points than the ground, but less of itself.
+pub(super) fn ground(
+    field: &Field,
+    calibrated: Option<&Plane>,
+    config: &GroundConfig,
+    search: &ConsensusConfig,
+    errors: &RangeErrors,
+) -> Option<Plane> {
+    let up = calibrated.map_or(Vector3::z(), |plane| plane.normal);
+    let lean = calibrated.map_or(config.tilt_max_rad, |_| config.lean_max_rad);
+    let gate = |plane: &Plane| {
+        let height = calibrated.map_or(
+            (config.height_min_m..=config.height_max_m).contains(&plane.offset_m),
+            |known| (plane.offset_m - known.offset_m).abs() <= config.height_off_max_m,
+        );
+        height && plane.normal.dot(&up) >= lean.cos()
+    };
+    // Candidates: points under the sensor whose surroundings lie about level, the most even first.
+    let least = (lean + NORMAL_RAD).min(1.5).cos() as f32;
+    let up32 = up.map(|c| c as f32);
+    let mut left: Vec<u32> = (0..field.len() as u32)
+        .filter(|&i| {
+            let i = i as usize;
+            let n = Vector3::from(field.normal[i]);
+            let below = Vector3::from(field.points[i]).dot(&up32) < 0.0;
+            let near = calibrated.is_none_or(|plane| {
+                plane.distance(&field.point(i)).abs()
+                    <= config.height_off_max_m + lean.tan() * f64::from(field.range[i])
+            });
+            below && near && n.dot(&up32) >= least
+        })
+        .collect();
+    left.sort_by(|&a, &b| {
+        let (qa, qb) = (field.coherence[a as usize], field.coherence[b as usize]);
+        qb.total_cmp(&qa).then(a.cmp(&b))
+    });
+    let mut best: Option<(Plane, f64)> = None;
+    for number in 0..TRIES {
+        if left.len() < config.points_min {
+            break;
+        }
+        let mut ordered = Ordered::default();
+        left.iter()
+            .for_each(|&i| ordered.push(field.points[i as usize], field.normal[i as usize]));
+        let Some((plane, _)) = consensus(&ordered, search, number, gate) else {
+            break;
+        };
+        let plane = refined(field, plane, &left, search.distance_m, errors)
+            .filter(&gate)
+            .unwrap_or(plane);
+        let on = |i: &u32| on_plane(field, *i as usize, &plane, search.distance_m);
+        let members: Vec<u32> = left.iter().copied().filter(on).collect();
+        let area = seen_area(field, &members, &plane);
+        if members.len() >= config.points_min
+            && area >= config.area_min_m2
+            && best.is_none_or(|(_, most)| area > most)
+        {
+            best = Some((plane, area));
+        }
+        if members.is_empty() {
+            break;
+        }
+        left.retain(|&i| plane.distance(&field.point(i as usize)).abs() > 2.0 * search.distance_m);
+    }
+    best.map(|(plane, _)| plane)
+}
+
+/// Whether a point lies on a plane and its surroundings do not say otherwise.
+pub(super) fn on_plane(field: &Field, i: usize, plane: &Plane, distance_m: f64) -> bool {
+    plane.distance(&field.point(i)).abs() <= distance_m
+        && field
+            .normal(i)
+            .is_none_or(|n| n.dot(&plane.normal) > NORMAL_RAD.cos() - 0.1)
+}
+
+/// The plane fitted to its points, weighted by their errors, twice.
+pub(super) fn refined(
+    field: &Field,
+    plane: Plane,
+    members: &[u32],
+    distance_m: f64,
+    errors: &RangeErrors,
+) -> Option<Plane> {
+    use super::joint_fit::{BiasPrior, Observation, joint_fit};
+    let mut plane = plane;
+    let none = BiasPrior {
+        mean_m: Vec::new(),
+        sigma_m: Vec::new(),
+    };
+    for _ in 0..2 {
+        let observations: Vec<Observation> = members
+            .iter()
+            .filter(|&&i| on_plane(field, i as usize, &plane, distance_m))
+            .map(|&i| Observation {
+                plane: 0,
+                ring: None,
+                p: field.point(i as usize),
+            })
+            .collect();
+        plane = *joint_fit(&observations, &[plane], &none, errors)?
+            .planes
+            .first()?;
+    }
+    Some(plane)
+}
+
+/// The area of a plane that points stand for, m²: on rings of each its share of the solid angle, at
+/// most a tenth of a square metre where the plane is seen at a flat angle; else the cells of the
+/// plane that hold a point.
+fn seen_area(field: &Field, members: &[u32], plane: &Plane) -> f64 {
+    if field.ring.is_empty() {
+        let [a, b] = plane.tangents();
+        let cell = |x: f64| (x / CELL_M).floor() as i64;
+        let cells: BTreeSet<(i64, i64)> = members
+            .iter()
+            .map(|&i| field.point(i as usize))
+            .map(|p| (cell(a.dot(&p)), cell(b.dot(&p))))
+            .collect();
+        return cells.len() as f64 * CELL_M * CELL_M;
+    }
+    members
+        .iter()
+        .map(|&i| {
+            let p = field.point(i as usize);
+            let r = p.norm();
+            let cosine = (plane.normal.dot(&p) / r).abs().max(1e-3);
+            (r * r * STEP / cosine).min(0.1)
+        })
+        .sum()
+}

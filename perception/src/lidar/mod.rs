@@ -1,0 +1,56 @@
+//! Slopes from a spinning multi-beam range finder.
+//!
+//! ```text
+//! cloud ─ crop, ring errors ─▶ statistical filter ─▶ normals ─▶ ground ─▶ slopes ─▶ joint fit ─▶ description
+//! ```
+//!
+//! | step | where |
+//! |---|---|
+//! | points with ring, azimuth and time; the crop | [`LidarCloud`] |
+//! | rings in order of azimuth | `rings` |
+//! | D ≤ μ + κσ | `outliers` |
+//! | normals, links | `field` |
+//! | progressive sample consensus | `prosac` |
+//! | the ground, the slopes on it | `ground`, `slopes` |
+//! | planes and ring errors together | `joint_fit`, `refine` |
+//! | p₁, p₂, l, ψ, δ, stepping angle | [`Description`], `edges` |
+//! | all planes, the rings' errors from them | [`survey`], [`adjust`] |
+//! | convex surfaces | `surface` |
+//! | from V to W | [`levelled`], [`LidarCalibration`] |
+//!
+//! Frames: V is the LiDAR's (x forward, y left, z up), W the world (z up, its origin on the ground
+//! below the sensor).
+//! Source: [meng], with its formulas corrected where they are wrong; each file says where.
+
+/// Name of the sensor in scene files and on the command line.
+pub const SENSOR: &str = "vlp16";
+
+mod calibration;
+mod cloud;
+mod description;
+mod detect;
+mod edges;
+mod field;
+mod ground;
+mod joint_fit;
+mod outliers;
+mod plane;
+mod prosac;
+mod refine;
+mod rings;
+mod slopes;
+mod surface;
+mod survey;
+mod world;
+
+pub use calibration::{CALIBRATION_FORMAT, LidarCalibration};
+pub use cloud::LidarCloud;
+pub use description::Description;
+pub use detect::{Ground, LidarConfig, LidarCounts, Slope, SlopeScan, detect};
+pub use ground::GroundConfig;
+pub use outliers::{Normalisation, OutlierConfig};
+pub use plane::{Plane, RangeErrors};
+pub use prosac::{ConsensusConfig, Sampling};
+pub use slopes::SlopeConfig;
+pub use survey::{Adjustment, Survey, SurveyedPlane, adjust, survey};
+pub use world::levelled;

@@ -1,0 +1,315 @@
+//! The slopes that stand on the ground.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::field::{Field, NONE};
+use super::ground::{on_plane, refined};
+use super::plane::{Plane, RangeErrors};
+use super::prosac::{ConsensusConfig, Ordered, consensus};
+use crate::Error;
+use crate::error::within;
+
+/// What counts as a slope.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SlopeConfig {
+    /// Least angle to the ground, rad.
+    pub inclination_min_rad: f64,
+    /// Most angle to the ground, rad.
+    pub inclination_max_rad: f64,
+    /// Fewest points.
+    pub points_min: usize,
+    /// Fewest rings that see it.
+    pub rings_min: usize,
+    /// Least extent in every direction, m.
+    pub extent_min_m: f64,
+    /// Most height of its lowest point over the ground, m: rings leave its foot unseen.
+    pub foot_max_m: f64,
+    /// Least part of the points between its edges that lie on it, 0…1.
+    pub filled_min: f64,
+    /// Most slopes.
+    pub count_max: usize,
+}
+
+impl Default for SlopeConfig {
+    fn default() -> Self {
+        Self {
+            inclination_min_rad: 0.07,
+            inclination_max_rad: 0.80,
+            points_min: 80,
+            rings_min: 3,
+            extent_min_m: 0.35,
+            foot_max_m: 0.25,
+            filled_min: 0.75,
+            count_max: 8,
+        }
+    }
+}
+
+impl SlopeConfig {
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let (low, high) = (self.inclination_min_rad, self.inclination_max_rad);
+        within(
+            "slope.inclination_min_rad",
+            low,
+            0.0,
+            1.5,
+            "must be in [0, 1.5] rad",
+        )?;
+        within(
+            "slope.inclination_max_rad",
+            high,
+            low,
+            1.5,
+            "must be in [inclination_min_rad, 1.5]",
+        )?;
+        within(
+            "slope.extent_min_m",
+            self.extent_min_m,
+            0.0,
+            1e3,
+            "must not be negative",
+        )?;
+        within(
+            "slope.foot_max_m",
+            self.foot_max_m,
+            0.0,
+            1e3,
+            "must not be negative",
+        )?;
+        within(
+            "slope.filled_min",
+            self.filled_min,
+            0.0,
+            1.0,
+            "must be in [0, 1]",
+        )
+    }
+}
+
+/// A plane patch in V: its plane, and the points on it that hang together.
+pub(super) struct Patch {
+    /// The plane.
+    pub plane: Plane,
+    /// Indices into the field, ascending.
+    pub members: Vec<u32>,
+}
+
+/// A point's own normal may be off by this, rad: rings are few on a slope, and their biases tilt it.
+const LOCAL_RAD: f64 = 0.14;
+/// Planes that are tried for every slope that is found, and as many at first.
+const TRIES: u64 = 4;
+
+/// The slopes of a field over its ground, the largest consensus set first.
+///
+/// The ground is removed first, and what stands steeper than a slope: a consensus search by itself
+/// settles on the ground or a wall. Of a plane's consensus set only what hangs together is a slope;
+/// where that does not qualify, its points are set aside and the search goes on.
+pub(super) fn slopes(
+    field: &Field,
+    ground: &Plane,
+    config: &SlopeConfig,
+    search: &ConsensusConfig,
+    errors: &RangeErrors,
+) -> Vec<Patch> {
+    let inclination = |n: &Vector3<f64>| n.dot(&ground.normal).clamp(-1.0, 1.0).acos();
+    let (low, high) = (config.inclination_min_rad, config.inclination_max_rad);
+    let gate = |plane: &Plane| (low..=high).contains(&inclination(&plane.normal));
+
+    // What is not ground, and of that what may lie on a slope by its own surroundings.
+    let mut free: Vec<bool> = (0..field.len())
+        .map(|i| ground.distance(&field.point(i)).abs() > search.distance_m)
+        .collect();
+    let wanted = PatchSearch {
+        points_min: config.points_min,
+        count_max: config.count_max,
+        tries: TRIES,
+    };
+    let near = |n: &Vector3<f64>| {
+        let angle = inclination(n);
+        angle >= low - LOCAL_RAD && angle <= high + LOCAL_RAD
+    };
+    let is_slope = |patch: &Patch| gate(&patch.plane) && qualifies(field, patch, ground, config);
+    patches(
+        field, &mut free, &wanted, search, errors, near, gate, is_slope,
+    )
+}
+
+/// How many patches are wanted, and of what size.
+pub(super) struct PatchSearch {
+    /// Fewest points.
+    pub points_min: usize,
+    /// Most patches.
+    pub count_max: usize,
+    /// Planes that are tried for every patch that is found, and as many at first.
+    pub tries: u64,
+}
+
+/// The patches among the free points, one after the other: `near` says of a point's normal whether
+/// it may begin one, `gate` of a plane, `is_wanted` of the whole patch. Their points are free no more.
+#[allow(clippy::too_many_arguments)]
+pub(super) fn patches(
+    field: &Field,
+    free: &mut [bool],
+    wanted: &PatchSearch,
+    search: &ConsensusConfig,
+    errors: &RangeErrors,
+    near: impl Fn(&Vector3<f64>) -> bool,
+    gate: impl Fn(&Plane) -> bool,
+    is_wanted: impl Fn(&Patch) -> bool,
+) -> Vec<Patch> {
+    let mut left: Vec<u32> = (0..field.len() as u32)
+        .filter(|&i| free[i as usize] && field.normal(i as usize).is_some_and(|n| near(&n)))
+        .collect();
+    left.sort_by(|&a, &b| {
+        let (qa, qb) = (field.coherence[a as usize], field.coherence[b as usize]);
+        qb.total_cmp(&qa).then(a.cmp(&b))
+    });
+    let mut found: Vec<Patch> = Vec::new();
+    let mut tries = 0;
+    while found.len() < wanted.count_max
+        && left.len() >= wanted.points_min
+        && tries < wanted.tries * (found.len() as u64 + 1)
+    {
+        tries += 1;
+        let mut ordered = Ordered::default();
+        left.iter()
+            .for_each(|&i| ordered.push(field.points[i as usize], field.normal[i as usize]));
+        let Some((plane, count)) = consensus(&ordered, search, 100 + tries, &gate) else {
+            break;
+        };
+        if count < wanted.points_min {
+            break;
+        }
+        let Some(patch) = grown(field, plane, &left, free, wanted, search, errors) else {
+            // Too little of it hangs together: its points lead to nothing else either.
+            left.retain(|&i| plane.distance(&field.point(i as usize)).abs() > search.distance_m);
+            continue;
+        };
+        let keep = is_wanted(&patch);
+        for &i in &patch.members {
+            free[i as usize] = false;
+        }
+        left.retain(|&i| free[i as usize]);
+        if keep {
+            found.push(patch);
+        }
+    }
+    found
+}
+
+/// The largest connected part of a plane's points, its plane fitted to it; twice, so that the part is
+/// that of its own plane.
+fn grown(
+    field: &Field,
+    plane: Plane,
+    seeds: &[u32],
+    free: &[bool],
+    wanted: &PatchSearch,
+    search: &ConsensusConfig,
+    errors: &RangeErrors,
+) -> Option<Patch> {
+    let mut plane = plane;
+    let mut members = Vec::new();
+    for pass in 0..3 {
+        let mut on = vec![false; field.len()];
+        if pass == 0 {
+            // Candidates only: the rest of the cloud meets the plane in lines.
+            for &i in seeds {
+                on[i as usize] = on_plane(field, i as usize, &plane, search.distance_m);
+            }
+        } else {
+            for (i, free) in free.iter().enumerate() {
+                on[i] = *free && on_plane(field, i, &plane, search.distance_m);
+            }
+        }
+        members = largest_part(field, &on);
+        if members.len() < wanted.points_min {
+            return None;
+        }
+        plane = refined(field, plane, &members, search.distance_m, errors)?;
+    }
+    Some(Patch { plane, members })
+}
+
+/// The largest set of marked points that are linked with each other, in ascending order.
+pub(super) fn largest_part(field: &Field, on: &[bool]) -> Vec<u32> {
+    // Union by the least index, with path halving.
+    let mut root: Vec<u32> = (0..field.len() as u32).collect();
+    fn find(root: &mut [u32], mut i: u32) -> u32 {
+        while root[i as usize] != i {
+            root[i as usize] = root[root[i as usize] as usize];
+            i = root[i as usize];
+        }
+        i
+    }
+    for i in (0..field.len()).filter(|&i| on[i]) {
+        for &j in &field.links[field.per_point * i..field.per_point * (i + 1)] {
+            if j != NONE && on[j as usize] {
+                let (a, b) = (find(&mut root, i as u32), find(&mut root, j));
+                root[a.max(b) as usize] = a.min(b);
+            }
+        }
+    }
+    let mut sizes = vec![0_u32; field.len()];
+    for i in (0..field.len()).filter(|&i| on[i]) {
+        sizes[find(&mut root, i as u32) as usize] += 1;
+    }
+    // The first of the largest.
+    let Some(best) = (0..field.len()).max_by_key(|&i| (sizes[i], std::cmp::Reverse(i))) else {
+        return Vec::new();
+    };
+    (0..field.len() as u32)
+        .filter(|&i| on[i as usize] && find(&mut root, i) == best as u32)
+        .collect()
+}
+
+/// Whether a patch is large, full and low enough for a slope.
+fn qualifies(field: &Field, patch: &Patch, ground: &Plane, config: &SlopeConfig) -> bool {
+    let members = &patch.members;
+    if members.len() < config.points_min {
+        return false;
+    }
+    // Seen by enough rings, and nothing but the slope between its edges on them.
+    if !field.ring.is_empty() {
+        let (mut rings, mut between, mut from) = (0, 0, 0);
+        for at in 1..=members.len() {
+            let ring = |k: usize| field.ring[members[k] as usize];
+            if at == members.len() || ring(at) != ring(at - 1) {
+                rings += 1;
+                between += (members[at - 1] - members[from] + 1) as usize;
+                from = at;
+            }
+        }
+        let filled = members.len() as f64 / between as f64;
+        if rings < config.rings_min || filled < config.filled_min {
+            return false;
+        }
+    }
+    // Wide enough both ways, its foot near the ground.
+    let up = patch.plane.normal.cross(&ground.normal).normalize();
+    let along = [up, patch.plane.normal.cross(&up)];
+    let wide = along.iter().all(|direction| {
+        let values = members
+            .iter()
+            .map(|&i| direction.dot(&field.point(i as usize)));
+        let (low, high) = spread(values.collect());
+        high - low >= config.extent_min_m
+    });
+    let heights = members
+        .iter()
+        .map(|&i| ground.distance(&field.point(i as usize)));
+    let (low, high) = spread(heights.collect());
+    wide && low.abs().min(high.abs()) <= config.foot_max_m
+}
+
+/// The values between which all but one in fifty lie on either side.
+fn spread(mut values: Vec<f64>) -> (f64, f64) {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    match n {
+        0 => (0.0, 0.0),
+        _ => (values[n / 50], values[n - 1 - n / 50]),
+    }
+}
