@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::camera::CameraConfig;
 use crate::ground::GroundConfig;
+use crate::lidar::LidarMountConfig;
 use crate::stance::StanceConfig;
 
 /// Parameters of the calibration.
@@ -17,6 +18,8 @@ pub struct Config {
     pub stance: StanceConfig,
     /// The mount from the planes.
     pub camera: CameraConfig,
+    /// A LiDAR over the ground.
+    pub lidar: LidarMountConfig,
 }
 
 impl Config {
@@ -27,6 +30,7 @@ impl Config {
     pub fn check(&self) -> Result<(), Error> {
         self.ground.check()?;
         self.stance.check()?;
-        self.camera.check()
+        self.camera.check()?;
+        self.lidar.check()
     }
 }

@@ -34,6 +34,20 @@ pub enum Error {
         /// What is wrong with them.
         cause: String,
     },
+    /// What a LiDAR saw does not determine its mount.
+    #[error("{cause}")]
+    Lidar {
+        /// Why not.
+        cause: String,
+    },
+    /// A cloud of a LiDAR cannot be used.
+    #[error("{source}")]
+    Cloud {
+        /// Its number among those given, from 0.
+        number: usize,
+        /// Why not.
+        source: perception::Error,
+    },
     /// The poses do not determine the mount.
     #[error("the poses do not determine the mount: {0}")]
     Degenerate(Degeneracy),

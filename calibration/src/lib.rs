@@ -15,6 +15,7 @@
 //!
 //! * [`ground`]: the ground's plane in one scan, by iterated trimming, with its covariance.
 //! * [`stance`]: the robot's pose over the ground, from the places of its feet.
+//! * [`lidar`]: a spinning LiDAR over the ground, its heading by poles, its rings' range errors.
 //! * [`camera`]: the mount from the planes of all postures, how well they determine it, and which
 //!   posture would add most.
 //!
@@ -26,6 +27,7 @@ pub mod camera;
 mod config;
 mod error;
 pub mod ground;
+pub mod lidar;
 mod plane;
 mod registration;
 pub mod stance;

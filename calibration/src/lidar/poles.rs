@@ -1,0 +1,109 @@
+//! Thin upright things in a cloud.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Point3, Vector2, Vector3};
+use perception::lidar::Survey;
+
+use super::LidarMountConfig;
+
+/// A pole in the levelled frame R below the sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(non_snake_case)]
+pub struct Pole {
+    /// Its axis: x and y in R, m.
+    pub p_R: Vector2<f64>,
+    /// Points on it.
+    pub points: usize,
+    /// Height over which it is seen, m.
+    pub height_m: f64,
+}
+
+/// Edge of the cells that points are gathered in, m; points in neighbouring cells belong together.
+const CELL_M: f64 = 0.08;
+/// Mean depth of a cylinder's visible side before its axis, in radii: ∫ cos² / ∫ cos = π/4.
+const VISIBLE: f64 = std::f64::consts::FRAC_PI_4;
+
+/// The poles among the points on no plane, by bearing from the right to the left.
+///
+/// Points of one column of the ground plan that hang together are a pole where they are thin, high
+/// enough, and enough. Rings' errors are taken away first.
+#[allow(non_snake_case)]
+pub fn poles(
+    survey: &Survey,
+    X_RV: &Isometry3<f64>,
+    ring_bias_m: &[f64],
+    config: &LidarMountConfig,
+) -> Vec<Pole> {
+    // 1. Free points in R over the ground, in cells of the plan.
+    let mut cells: BTreeMap<(i64, i64), Vec<Vector3<f64>>> = BTreeMap::new();
+    for &i in &survey.free {
+        let p_V = Vector3::from(survey.points_V[i as usize].map(f64::from));
+        let ring = survey.ring.get(i as usize).map(|r| usize::from(*r));
+        let bias = ring
+            .and_then(|r| ring_bias_m.get(r))
+            .copied()
+            .unwrap_or(0.0);
+        let p = (X_RV * Point3::from(p_V * (1.0 - bias / p_V.norm()))).coords;
+        let cell = |x: f64| (x / CELL_M).floor() as i64;
+        cells.entry((cell(p.x), cell(p.y))).or_default().push(p);
+    }
+    // 2. Cells that touch.
+    let mut found = Vec::new();
+    while let Some((first, points)) = cells.pop_first() {
+        let (mut group, mut open) = (points, vec![first]);
+        while let Some((x, y)) = open.pop() {
+            for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
+                let beside = (x + dx, y + dy);
+                if let Some(more) = cells.remove(&beside) {
+                    group.extend(more);
+                    open.push(beside);
+                }
+            }
+        }
+        // 3. Thin, high and many.
+        if let Some(pole) = pole(&group, config) {
+            found.push(pole);
+        }
+    }
+    found.sort_by(|a, b| {
+        let bearing = |pole: &Pole| pole.p_R.y.atan2(pole.p_R.x);
+        bearing(a).total_cmp(&bearing(b))
+    });
+    found
+}
+
+fn pole(points: &[Vector3<f64>], config: &LidarMountConfig) -> Option<Pole> {
+    if points.len() < config.pole_points_min {
+        return None;
+    }
+    // The median is not moved by the strays that were gathered too.
+    let median = |axis: usize| {
+        let mut values: Vec<f64> = points.iter().map(|p| p[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let middle = Vector2::new(median(0), median(1));
+    let near: Vec<&Vector3<f64>> = points
+        .iter()
+        .filter(|p| (p.xy() - middle).norm() <= config.pole_radius_max_m)
+        .collect();
+    // A group that is mostly wider is no pole.
+    if near.len() * 10 < points.len() * 8 || near.len() < config.pole_points_min {
+        return None;
+    }
+    let low = near.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    let high = near.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+    if high - low < config.pole_height_min_m {
+        return None;
+    }
+    // Bearing and distance apart: the range is noisier.
+    let n = near.len() as f64;
+    let mean: Vector2<f64> = near.iter().map(|p| p.xy()).sum::<Vector2<f64>>() / n;
+    let ahead = mean.try_normalize(1e-6)?;
+    Some(Pole {
+        p_R: mean + ahead * (VISIBLE * config.pole_diameter_m / 2.0),
+        points: near.len(),
+        height_m: high - low,
+    })
+}
