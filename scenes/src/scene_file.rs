@@ -91,7 +91,12 @@ pub struct ScanSource {
     /// Depth of one unit of the image, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth_scale_m: Option<f64>,
-    /// Position of the sensor's frame V (optical: x right, y down, z forward) in W, m.
+    /// Calibration of a `vlp16` (as `calibrate lidar` writes it); the pose below is then that of the
+    /// calibration's world.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<String>,
+    /// Position of the sensor's frame V (optical: x right, y down, z forward; of a `vlp16`: x forward,
+    /// y left, z up) in W, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_m: Option<[f64; 3]>,
     /// Orientation of V in W.
@@ -229,7 +234,7 @@ impl SceneFile {
 }
 
 impl ScanSource {
-    /// Pose of the sensor's optical frame in W; the identity where nothing states it.
+    /// Pose of the sensor's frame V in W; the identity where nothing states it.
     #[allow(non_snake_case)]
     pub fn X_WV(&self) -> Isometry3<f64> {
         let [x, y, z, w] = self.quat_xyzw.unwrap_or([0.0, 0.0, 0.0, 1.0]);

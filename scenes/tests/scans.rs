@@ -6,8 +6,11 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use scenes::simulator::{DepthNoise, KINECT, Pinhole, Scan, XTION, scan};
 use scenes::{Builtin, SceneFile};
 
+/// The scenes that a depth camera shows.
 fn all() -> impl Iterator<Item = &'static Builtin> {
-    scenes::names().filter_map(scenes::builtin)
+    scenes::names()
+        .filter_map(scenes::builtin)
+        .filter(|scene| scene.sweep.is_none())
 }
 
 fn only_scan(scene: &Builtin) -> scenes::scene_file::ScanSource {
@@ -43,7 +46,7 @@ fn simulate(scene: &Builtin, noise: &DepthNoise) -> Scan {
 
 fn embedded(scene: &Builtin) -> Vec<u16> {
     let bytes = scene.file(&only_scan(scene).depth.unwrap()).unwrap();
-    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes[..]))
         .read_info()
         .unwrap();
     let mut raw = vec![0; reader.output_buffer_size().unwrap()];

@@ -13,7 +13,18 @@ fn stairs() -> &'static str {
 fn shipped_scenes_name_only_what_ships() {
     assert_eq!(
         scenes::names().collect::<Vec<_>>(),
-        ["irregular-stairs", "slope-and-hand", "hexapod-obstacles"]
+        [
+            "irregular-stairs",
+            "slope-and-hand",
+            "hexapod-obstacles",
+            "slope-10.5",
+            "slope-13.5",
+            "slope-15.3",
+            "slope-17.4",
+            "slope-19.7",
+            "slope-22",
+            "slope-23.8"
+        ]
     );
     for scene in scenes::names().filter_map(scenes::builtin) {
         let file = SceneFile::parse(scene.toml).unwrap();
@@ -22,10 +33,17 @@ fn shipped_scenes_name_only_what_ships() {
         let named: Vec<&str> = file
             .scan
             .iter()
-            .flat_map(|s| [s.depth.as_deref(), s.extrinsics.as_deref()])
+            .flat_map(|s| [s.depth.as_deref(), s.cloud.as_deref(), s.extrinsics.as_deref()])
             .flatten()
             .collect();
-        assert_eq!(named, scene.files.iter().map(|f| f.0).collect::<Vec<_>>());
+        let shipped = scene.files.iter().map(|f| f.0).chain(scene.sweep);
+        assert_eq!(named, shipped.collect::<Vec<_>>());
+        for name in named {
+            assert!(
+                scene.file(name).is_some_and(|bytes| !bytes.is_empty()),
+                "{name}"
+            );
+        }
         let robot = file.robot.urdf.strip_prefix("builtin:").unwrap();
         let robot = scenes::builtin_robot(robot).unwrap();
         let contacts: toml::Table = robot.contacts.parse().unwrap();
@@ -43,12 +61,20 @@ fn shipped_scenes_name_only_what_ships() {
                 .srdf
                 .contains(&format!("group_state name=\"{}\"", file.start.posture))
         );
-        let ahead = if scene.sensor.is_some() { 1.0 } else { 2.0 };
+        let ahead = match (scene.sensor, scene.sweep) {
+            (Some(_), _) => 1.0,
+            (None, Some(_)) => 2.9,
+            (None, None) => 2.0,
+        };
         assert_eq!(
             file.goal.base_position_m.as_deref(),
             Some(&[ahead, 0.0][..])
         );
     }
+    let degrees = |name: &str| scenes::builtin(name).map(|scene| scene.name);
+    assert_eq!(degrees("slope-15"), Some("slope-15.3"));
+    assert_eq!(degrees("slope-16"), None);
+    assert_eq!(degrees("irregular-stair"), None);
     assert!(scenes::builtin("no such scene").is_none());
     assert!(scenes::builtin_robot("no such robot").is_none());
 }
