@@ -63,6 +63,8 @@ pub enum Command {
     Scenes(command::scenes::Args),
     /// Extract the surfaces of scans or of a mesh
     Surfaces(command::surfaces::Args),
+    /// Find the slopes that a LiDAR sees: start line, orientation, angle
+    Slope(command::slope::Args),
     /// Solve a file of independent posture problems
     Posture(command::posture::Args),
     /// Draw posture problems from a seed, to measure solvers with
@@ -118,6 +120,7 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::Run(args)) => command::run::run(args, global, out),
         Some(Command::Scenes(args)) => command::scenes::run(args, out),
         Some(Command::Surfaces(args)) => command::surfaces::run(args, global, out),
+        Some(Command::Slope(args)) => command::slope::run(args, global, out),
         Some(Command::Posture(args)) => command::posture::run(args, global, out),
         Some(Command::PostureSets(args)) => command::posture_sets::run(args, global, out),
         Some(Command::Plan(args)) => command::plan::run(args, global, out),

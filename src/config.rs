@@ -126,11 +126,12 @@ impl Config {
         let mut config = layers.resolve()?;
         if let Some(seed) = global.seed {
             config.perception.chain.plane_extraction.seed = seed;
+            config.perception.lidar.consensus.seed = seed;
         }
         Ok(config)
     }
 
-    /// Seed of the random streams: only the paper's perception chain draws samples.
+    /// Seed of the random streams: only the perception's chains draw samples.
     pub fn seed(&self) -> u64 {
         self.perception.chain.plane_extraction.seed
     }

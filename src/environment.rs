@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Matrix4, Point3, Vector4};
+use perception::lidar::{LidarCalibration, LidarCloud};
 use perception::{Intrinsics, Scan, SensorOptions};
 use scenes::scene_file::ScanSource;
 use surfaces::{SurfaceSet, TriangleMesh};
@@ -12,6 +13,7 @@ use crate::config::Config;
 use crate::provenance::Inputs;
 use crate::report::Stages;
 use crate::scene::{Environment, Files};
+use crate::slope::calibration_file;
 
 /// The environment, and the points that it was seen by.
 #[allow(non_snake_case)]
@@ -87,6 +89,16 @@ pub fn points_W(environment: &Environment, files: &Files) -> Result<Vec<[f32; 3]
     };
     let mut cloud_W = Vec::new();
     for source in sources {
+        if is_lidar(source) {
+            let (mut stages, mut inputs) = (Stages::default(), Inputs::default());
+            let (cloud, _) = read_lidar(source, files, &mut stages, &mut inputs)?;
+            let X_WV = mount(source, files, &mut inputs)?.X_WV();
+            cloud_W.extend(cloud.points_V.iter().map(|p| -> [f32; 3] {
+                let p_W = X_WV * Point3::from(p.map(f64::from));
+                p_W.coords.map(|x| x as f32).into()
+            }));
+            continue;
+        }
         let (scan, X_WV, _) = read_scan(
             source,
             files,
@@ -110,6 +122,9 @@ fn extract(
     inputs: &mut Inputs,
     perceived: &mut Perceived,
 ) -> Result<()> {
+    if is_lidar(source) {
+        return detect(source, prefix, files, config, stages, inputs, perceived);
+    }
     let (scan, X_WV, name) = read_scan(source, files, stages, inputs)?;
     let extraction = stages
         .measure("perception", || {
@@ -134,6 +149,95 @@ fn extract(
         }));
     Ok(())
 }
+
+/// Whether a scan is a spinning LiDAR's.
+fn is_lidar(source: &ScanSource) -> bool {
+    source.sensor.as_deref() == Some(perception::lidar::SENSOR)
+}
+
+/// Adds ground and slopes that a LiDAR's cloud shows, the sensor at the scan's pose.
+#[allow(non_snake_case)]
+fn detect(
+    source: &ScanSource,
+    prefix: &str,
+    files: &Files,
+    config: &Config,
+    stages: &mut Stages,
+    inputs: &mut Inputs,
+    perceived: &mut Perceived,
+) -> Result<()> {
+    let (cloud, name) = read_lidar(source, files, stages, inputs)?;
+    let mount = mount(source, files, inputs)?;
+    let scan = stages
+        .measure("perception", || {
+            perception::lidar::detect(&cloud, Some(&mount), &config.perception.lidar)
+        })
+        .with_context(|| name.to_owned())?;
+    let counts = &scan.counts;
+    perceived.notes.push(format!(
+        "{name}: {} points, {} in view, {} not isolated, {} on the ground",
+        counts.points, counts.in_view, counts.kept, counts.ground
+    ));
+    for (number, slope) in scan.slopes.iter().enumerate() {
+        let d = &slope.description;
+        perceived.notes.push(format!(
+            "slope {number}: {:.2}° ± {:.2}°, from ({:.3}, {:.3}) to ({:.3}, {:.3}) m",
+            d.delta_rad.to_degrees(),
+            slope.delta_sigma_rad.to_degrees(),
+            d.p1_W.x,
+            d.p1_W.y,
+            d.p2_W.x,
+            d.p2_W.y
+        ));
+    }
+    perceived
+        .set
+        .surfaces
+        .extend(scan.surfaces().into_iter().map(|mut surface| {
+            surface.id.insert_str(0, prefix);
+            if let Some(face) = &mut surface.face {
+                face.insert_str(0, prefix);
+            }
+            surface
+        }));
+    perceived.cloud_W.extend(scan.points_W);
+    Ok(())
+}
+
+/// What is known of a LiDAR's mount: its calibration at the scan's pose, or the pose alone, which is
+/// known as well as a calibration would tell it.
+fn mount(source: &ScanSource, files: &Files, inputs: &mut Inputs) -> Result<LidarCalibration> {
+    if let Some(name) = &source.calibration {
+        let bytes = files.read("calibration", name, inputs)?;
+        let calibration = calibration_file::parse(&bytes).with_context(|| name.clone())?;
+        return Ok(calibration.placed(&source.X_WV()));
+    }
+    let tilt = MOUNT_RAD * MOUNT_RAD;
+    let known = Matrix4::from_diagonal(&Vector4::new(tilt, tilt, tilt, MOUNT_M * MOUNT_M));
+    Ok(LidarCalibration::from_pose(&source.X_WV(), &known))
+}
+
+/// A LiDAR's cloud and its name.
+fn read_lidar<'a>(
+    source: &'a ScanSource,
+    files: &Files,
+    stages: &mut Stages,
+    inputs: &mut Inputs,
+) -> Result<(LidarCloud, &'a str)> {
+    let name = source
+        .cloud
+        .as_ref()
+        .context("a LiDAR's scan has no cloud")?;
+    let bytes = files.read("scan", name, inputs)?;
+    let read = stages.measure("reading", || {
+        perception::parse_lidar(Path::new(name), &bytes, None)
+    })?;
+    Ok((read.cloud, name))
+}
+
+/// Standard deviations of a mount's angles (rad) and height (m) where a scene gives the pose.
+const MOUNT_RAD: f64 = 0.002;
+const MOUNT_M: f64 = 0.005;
 
 /// A scan, the pose of its frame V in W, and its name.
 #[allow(non_snake_case)]

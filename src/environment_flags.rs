@@ -19,6 +19,10 @@ pub struct ScanFlags {
     /// the scans: x,y,z,qx,qy,qz,qw or x,y,z,roll,pitch,yaw; default: what the file states
     #[arg(long, value_name = "POSE", value_parser = argument::pose, allow_hyphen_values = true)]
     pub pose: Vec<Isometry3<f64>>,
+    /// Calibration of the VLP-16 that took the scans, as `calibrate lidar` writes it; a --pose is then
+    /// that of the calibration's world
+    #[arg(long, value_name = "FILE.toml")]
+    pub calibration: Option<PathBuf>,
 }
 
 impl ScanFlags {
@@ -40,7 +44,14 @@ impl ScanFlags {
                 .get(i)
                 .copied()
                 .unwrap_or_else(Isometry3::identity);
-            source(file, self.sensor.as_ref(), &pose)
+            let mut source = source(file, self.sensor.as_ref(), &pose);
+            if let Some(path) = &self.calibration {
+                source.calibration = Some(path.display().to_string());
+                source
+                    .sensor
+                    .get_or_insert_with(|| perception::lidar::SENSOR.to_owned());
+            }
+            source
         };
         Ok(Environment::Scans(
             files.iter().enumerate().map(scan).collect(),
@@ -64,6 +75,7 @@ fn source(file: &Path, sensor: Option<&SensorFlag>, pose: &Isometry3<f64>) -> Sc
         cx: value(2),
         cy: value(3),
         depth_scale_m: flag.depth_scale_m,
+        calibration: None,
         position_m: Some(pose.translation.vector.into()),
         quat_xyzw: Some(pose.rotation.coords.into()),
         extrinsics: None,

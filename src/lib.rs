@@ -26,6 +26,7 @@ pub mod roles;
 pub mod scene;
 #[cfg(feature = "mujoco")]
 pub mod simulate;
+pub mod slope;
 pub mod start;
 pub mod status;
 pub mod summary;

@@ -150,8 +150,8 @@ impl Files {
                 let bytes = scene
                     .file(name)
                     .ok_or_else(|| anyhow!("builtin:{}: no file {name:?}", scene.name))?;
-                inputs.note(role, &format!("builtin:{name}"), bytes);
-                Ok(bytes.to_vec())
+                inputs.note(role, &format!("builtin:{name}"), &bytes);
+                Ok(bytes.into_owned())
             }
         }
     }

@@ -11,6 +11,7 @@ pub mod robot;
 pub mod run;
 pub mod scenes;
 pub mod simulate;
+pub mod slope;
 pub mod surfaces;
 pub mod verify;
 pub mod view;

@@ -1,6 +1,7 @@
 //! `scandent calibrate WHAT`: where a sensor sits on a robot.
 
 pub mod camera;
+pub mod lidar;
 
 use std::io::Write;
 
@@ -21,6 +22,8 @@ pub struct Args {
 enum What {
     /// A depth camera on a legged robot, from the ground that it sees in several stances
     Camera(Box<camera::Args>),
+    /// A LiDAR over the ground: roll, pitch, height, heading by poles, and its rings' range errors
+    Lidar(lidar::Args),
 }
 
 /// Runs the calibration that was asked for.
@@ -30,5 +33,6 @@ enum What {
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     match &args.what {
         What::Camera(args) => camera::run(args, global, out),
+        What::Lidar(args) => lidar::run(args, global, out),
     }
 }
