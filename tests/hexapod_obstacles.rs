@@ -28,7 +28,7 @@ fn shipped() -> Extrinsics {
     let bytes = scene
         .file("hexapod-obstacles_camera.toml")
         .expect("its mount");
-    Extrinsics::parse(std::str::from_utf8(bytes).expect("text")).expect("a mount")
+    Extrinsics::parse(std::str::from_utf8(&bytes).expect("text")).expect("a mount")
 }
 
 #[test]

@@ -33,7 +33,13 @@ fn shipped_scenes_name_only_what_ships() {
         let named: Vec<&str> = file
             .scan
             .iter()
-            .flat_map(|s| [s.depth.as_deref(), s.cloud.as_deref(), s.extrinsics.as_deref()])
+            .flat_map(|s| {
+                [
+                    s.depth.as_deref(),
+                    s.cloud.as_deref(),
+                    s.extrinsics.as_deref(),
+                ]
+            })
             .flatten()
             .collect();
         let shipped = scene.files.iter().map(|f| f.0).chain(scene.sweep);
