@@ -106,24 +106,29 @@ fn errors(surfaces: &[Surface]) -> (f64, f64, usize) {
     worst
 }
 
+/// The mount that ships, pitched by 2° and 20 mm too high.
+fn moved_mount() -> Extrinsics {
+    let off = Isometry3::from_parts(
+        Translation3::new(0.0, 0.0, 0.02),
+        UnitQuaternion::from_euler_angles(0.0, 2.0_f64.to_radians(), 0.0),
+    );
+    let right = shipped();
+    let moved = off * right.X_RV();
+    Extrinsics {
+        position_m: moved.translation.vector.into(),
+        quat_xyzw: moved.rotation.coords.into(),
+        ..right
+    }
+}
+
 #[test]
 fn a_mount_that_is_off_puts_the_obstacles_elsewhere() {
     let bodies = (scenes::builtin(SCENE).expect("it ships").truth)()
         .boxes
         .len();
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let write = |name: &str, error: &Isometry3<f64>| {
-        let right = shipped();
-        let moved = error * right.X_RV();
-        let mount = Extrinsics {
-            position_m: moved.translation.vector.into(),
-            quat_xyzw: moved.rotation.coords.into(),
-            ..right
-        };
-        let path = folder.path().join(name);
-        std::fs::write(&path, mount.to_toml().expect("TOML")).expect("written");
-        path
-    };
+    let path = folder.path().join("off.toml");
+    std::fs::write(&path, moved_mount().to_toml().expect("TOML")).expect("written");
     let (height, tilt, found) = errors(&surfaces(None));
     println!("mount                      tops found   height error mm   tilt error °");
     println!(
@@ -136,12 +141,6 @@ fn a_mount_that_is_off_puts_the_obstacles_elsewhere() {
         height < 0.010 && tilt < 1.0_f64.to_radians(),
         "{height} m, {tilt} rad"
     );
-    // Two degrees about y (pitch), 20 mm up.
-    let off = Isometry3::from_parts(
-        Translation3::new(0.0, 0.0, 0.02),
-        UnitQuaternion::from_euler_angles(0.0, 2.0_f64.to_radians(), 0.0),
-    );
-    let path = write("off.toml", &off);
     let (height, tilt, found) = errors(&surfaces(Some(&path)));
     println!(
         "2° and 20 mm off           {found} of {bodies}       {:>8.1}        {:>8.2}",
@@ -155,21 +154,55 @@ fn a_mount_that_is_off_puts_the_obstacles_elsewhere() {
     );
 }
 
+/// The plan of a run through a mount, and what the program said.
+fn plan(folder: &Path, mount: Option<&Path>) -> (planner::plan::Plan, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_scandent"));
+    command.args(["run", SCENE, "-o"]).arg(folder);
+    if let Some(mount) = mount {
+        command.arg("--extrinsics").arg(mount);
+    }
+    let output = command.output().expect("the program starts");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let complained = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}{complained}");
+    let text = std::fs::read_to_string(folder.join(SCENE).join("plan.json")).expect("a plan");
+    (serde_json::from_str(&text).expect("a plan"), said)
+}
+
+/// The greatest height between a foothold of the plan and what really is below it, m.
+fn foothold_error_m(plan: &planner::plan::Plan) -> f64 {
+    let robot = scenes::builtin_robot("hexapod")
+        .expect("it ships")
+        .load(&robot_model::Config::default())
+        .expect("it loads");
+    let boxes = (scenes::builtin(SCENE).expect("it ships").truth)().boxes;
+    let height = |x: f64, y: f64| {
+        let over = boxes.iter().filter(|b| {
+            let p = b.X_WO().inverse() * Point3::new(x, y, 0.0);
+            p.x.abs() <= b.size_m[0] / 2.0 && p.y.abs() <= b.size_m[1] / 2.0
+        });
+        over.map(|b| b.top().vertices_W[0].z)
+            .fold(f64::NEG_INFINITY, f64::max)
+    };
+    let mut worst = 0.0_f64;
+    for stance in &plan.stances {
+        let q = robot.configuration(&stance.q).expect("a configuration");
+        let kinematics = robot_model::Kinematics::new(&robot, &q);
+        for contact in &stance.contacts {
+            let patch = robot.patch(&contact.patch).expect("a patch");
+            let ball = kinematics.X_WC(patch).translation.vector;
+            let radius = patch.point_radius_m().expect("a ball");
+            worst = worst.max((ball.z - radius - height(ball.x, ball.y)).abs());
+        }
+    }
+    worst
+}
+
 #[test]
 fn the_plan_through_the_identified_camera_is_verified() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let output = Command::new(env!("CARGO_BIN_EXE_scandent"))
-        .args(["run", SCENE, "-o"])
-        .arg(folder.path())
-        .output()
-        .expect("the program starts");
-    let said = String::from_utf8_lossy(&output.stdout);
-    let complained = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}{complained}");
+    let (plan, said) = self::plan(folder.path(), None);
     assert!(said.contains("verified"), "{said}");
-    let text =
-        std::fs::read_to_string(folder.path().join(SCENE).join("plan.json")).expect("a plan");
-    let plan: planner::plan::Plan = serde_json::from_str(&text).expect("a plan");
     // It steps onto something that is higher than the floor.
     let up = plan
         .stances
@@ -182,6 +215,17 @@ fn the_plan_through_the_identified_camera_is_verified() {
     // The goal's tolerance holds along each axis.
     let off = (last.q[0] - 1.0).abs().max(last.q[1].abs());
     assert!(off <= 0.1 + 1e-6, "{:?}", last.q);
+    // Its feet come down where something is; through a mount that is off they would not.
+    let right = foothold_error_m(&plan);
+    let path = folder.path().join("off.toml");
+    std::fs::write(&path, moved_mount().to_toml().expect("TOML")).expect("written");
+    let wrong = foothold_error_m(&self::plan(folder.path(), Some(&path)).0);
+    println!(
+        "greatest error of a foothold's height: identified {:.1} mm, 2° and 20 mm off {:.1} mm",
+        1e3 * right,
+        1e3 * wrong
+    );
+    assert!(right < 0.012 && wrong > 0.020, "{right} m, {wrong} m");
 }
 
 #[test]
