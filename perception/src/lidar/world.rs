@@ -35,12 +35,13 @@ mod tests {
     proptest! {
         /// Also where A < 0, where the printed arccos has the wrong sign.
         #[test]
-        fn the_ground_is_level_and_x_stays_ahead(roll in -0.6f64..0.6, pitch in -0.6f64..0.6, h in 0.1f64..2.0) {
+        fn the_ground_is_level_and_x_stays_in_the_xz_plane(roll in -0.6f64..0.6, pitch in -0.6f64..0.6, h in 0.1f64..2.0) {
             let R_WV = Rotation3::from_euler_angles(roll, pitch, 0.0);
             let n = R_WV.inverse() * Vector3::z();
             let X = levelled(&Plane { normal: n, offset_m: h });
             prop_assert!((X.rotation * n - Vector3::z()).norm() < 1e-12);
-            let x = X.rotation * Vector3::x();
+            // x_R, in V: in the XZ plane, ahead.
+            let x = X.rotation.inverse() * Vector3::x();
             prop_assert!(x.y.abs() < 1e-12 && x.x > 0.0);
             prop_assert_eq!(X.translation.vector, Vector3::new(0.0, 0.0, h));
         }
