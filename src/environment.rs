@@ -7,13 +7,16 @@ use nalgebra::{Isometry3, Matrix4, Point3, Vector4};
 use perception::lidar::{LidarCalibration, LidarCloud};
 use perception::{Intrinsics, Scan, SensorOptions};
 use scenes::scene_file::ScanSource;
-use surfaces::{SurfaceSet, TriangleMesh};
+use surfaces::{SurfaceSet, TriangleMesh, rim};
 
 use crate::config::Config;
 use crate::provenance::Inputs;
 use crate::report::Stages;
 use crate::scene::{Environment, Files};
 use crate::slope::calibration_file;
+
+/// Of so many points of a scan one tells what is free behind a wall.
+const SEEN_STEP: usize = 16;
 
 /// The environment, and the points that it was seen by.
 #[allow(non_snake_case)]
@@ -57,6 +60,13 @@ pub fn perceive(
                     &mut perceived,
                 )?;
             }
+            // What may be there beside what can be touched.
+            let seen = perceived.cloud_W.iter().step_by(SEEN_STEP);
+            let free: Vec<Point3<f64>> = seen.map(|p| Point3::from(p.map(f64::from))).collect();
+            let set = &mut perceived.set;
+            let (body, rim) = (&config.surfaces.body, &config.surfaces.rim);
+            let rims = rim::widen(&mut set.surfaces, &free, body, rim);
+            set.obstacles.extend(rims);
             Ok(perceived)
         }
         Environment::Surfaces(name) => {
@@ -137,6 +147,11 @@ fn extract(
         counts.valid, counts.points, counts.used, counts.assigned, counts.planes
     ));
     perceived.cloud_W.extend(in_W(&scan, &X_WV));
+    let beyond = extraction.obstacles.into_iter().map(|mut obstacle| {
+        obstacle.id.insert_str(0, prefix);
+        obstacle
+    });
+    perceived.set.obstacles.extend(beyond);
     perceived
         .set
         .surfaces

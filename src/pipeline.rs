@@ -16,7 +16,7 @@ use crate::environment::{self, Perceived};
 use crate::provenance::{self, Inputs};
 use crate::report::{Clock, Report, Stages, peak_memory_mb};
 use crate::scene::Scene;
-use crate::start::{self, ground};
+use crate::start::{self, assumed, ground};
 use crate::verify::{self, Certificate};
 use crate::{goal, roles, threads};
 
@@ -112,10 +112,18 @@ pub fn plan(
             &stand.patches,
             &config.ground,
         )?;
-        anyhow::Ok((set, stand, ground))
+        let clearance_m = config.posture.clearance_m;
+        let refuted = assumed::drop_refuted(&mut set, &robot, &stand.configuration, clearance_m);
+        anyhow::Ok((set, stand, ground, refuted))
     });
-    let (set, stand, ground) = begin?;
+    let (set, stand, ground, refuted) = begin?;
     notes.extend(ground.notes);
+    if !refuted.is_empty() {
+        notes.push(format!(
+            "the robot stands where these would go on beyond the view: {}",
+            refuted.join(", ")
+        ));
+    }
 
     // Start, goal, guide, roles → request.
     let standing_on: Vec<usize> = ground.contacts.iter().map(|c| c.1).collect();

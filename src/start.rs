@@ -1,5 +1,6 @@
 //! The start: the robot's configuration before its first step, and which patches bear.
 
+pub mod assumed;
 pub mod ground;
 
 use anyhow::{Context, Result, bail};

@@ -47,6 +47,7 @@ fn field() -> SurfaceSet {
             id: id.clone(),
             points_W,
             surface: Some(id),
+            assumed: false,
         });
     }
     SurfaceSet {

@@ -17,6 +17,10 @@ use crate::way::{self, Way};
 /// Waypoints nearer to another key than this would be passed at a jerk, part of the way.
 const APART_MIN: f64 = 0.12;
 
+/// How often a phase is made slower whose samples are too fast, and what they may be faster by.
+const SLOWER_MAX: usize = 2;
+const SPEED_TOLERANCE: f64 = 0.1;
+
 /// The samples of a task, or the worst violation on the best way.
 ///
 /// # Errors
@@ -121,7 +125,16 @@ fn attempt(
         evades,
     };
     let mut route = router.solve()?;
-    let steps = track::steps(setting, task, way, &mut route);
+    let mut steps = track::steps(setting, task, way, &mut route);
+    // The samples close their contacts once more and may be faster than what the time was set by.
+    for _ in 0..SLOWER_MAX {
+        let track = track::sample(setting, task, way, &mut route, steps)?;
+        let over = track::speed_use(setting, &track) / setting.config.joint_speed_use;
+        if over <= 1.0 + SPEED_TOLERANCE {
+            return Ok(track);
+        }
+        steps = (steps as f64 * over).ceil() as usize;
+    }
     track::sample(setting, task, way, &mut route, steps)
 }
 

@@ -13,8 +13,9 @@ use crate::problem::{Closed, Setting, Task};
 /// Largest unbalanced part of the weight (moments over 1 m): what the postures are solved to, with
 /// a digit to spare.
 const BALANCE: f64 = 1e-4;
-/// Rounding of a convex combination.
-const ROUNDING: f64 = 1e-6;
+/// Part of the weight by which a force may leave its cone: what the postures are solved to, and
+/// rounding.
+const SLIP: f64 = 1.5e-5;
 
 /// The force points of the closed contacts, and sums over them.
 pub(crate) struct Statics<'a> {
@@ -76,7 +77,7 @@ impl<'a> Statics<'a> {
             for f in forces {
                 let normal = f.dot(&n);
                 let over = (f - n * normal).norm() - use_max * normal;
-                if over > ROUNDING * weight {
+                if over > SLIP * weight {
                     let name = patch_name(self.setting, closed.patch);
                     report(Reason::Friction { patch: name }, over / weight);
                 }

@@ -44,6 +44,14 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
         Some((sphere, X_BG)) => vec![(sphere, X_BG)],
         None => own.iter().map(|(_, s)| (&s.geometry, &s.X_BG)).collect(),
     };
+    // A ball around each, for what is far away.
+    let balls: Vec<_> = swept
+        .iter()
+        .map(|(geometry, _)| {
+            let (centre, half) = geometry.bounds();
+            (centre, half.norm())
+        })
+        .collect();
     // What the closed contacts hold in place stands like the environment does.
     let collision = &robot.collision;
     let watched = |a: usize, b: usize| {
@@ -67,10 +75,11 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
         let X_WC = way.pose(u);
         let air = Airborne::new(setting, swing, &X_WC);
         let X_WB = X_WC * to_body;
-        for &(geometry, X_BG) in &swept {
+        for (&(geometry, X_BG), &(centre, radius)) in swept.iter().zip(&balls) {
             let X_WG = X_WB * X_BG;
             for (o, obstacle) in setting.environment.world.obstacles().iter().enumerate() {
-                if air.touches(setting, o) {
+                let middle = X_WG * centre;
+                if obstacle.is_beyond(&middle, radius + LOOK_M) || air.touches(setting, o) {
                     continue;
                 }
                 let found = closest(

@@ -14,8 +14,10 @@ use crate::statics::Statics;
 use crate::time_scaling::{RATE_MAX, quintic};
 use crate::way::Way;
 
+/// Numbers of a configuration that belong to the base: position and quaternion.
+const BASE: usize = 7;
 /// Instants at which rates are looked at before the duration is set.
-const INSTANTS: usize = 50;
+const INSTANTS: usize = 200;
 /// How far a joint may be inside its margin, rad. The postures at the ends may be on their bounds,
 /// and a C² curve cannot follow a bound and leave it: it strays by less than a tenth of a degree,
 /// 5 % of the margin.
@@ -123,6 +125,21 @@ pub(crate) fn sample(
         Some(failure) => Err(failure),
         None => Ok(Track { samples }),
     }
+}
+
+/// Largest part of the joints' speed limits between two samples.
+pub(crate) fn speed_use(setting: &Setting, track: &Track) -> f64 {
+    let limits = || setting.robot.joint_bodies().iter().map(|b| b.velocity);
+    let dt_s = setting.config.dt_s;
+    let pairs = track.samples.windows(2);
+    let joints = |sample: &Instance| sample.q[BASE..].to_vec();
+    pairs
+        .flat_map(|pair| {
+            let (a, b) = (joints(&pair[0]), joints(&pair[1]));
+            let parts = a.into_iter().zip(b).zip(limits());
+            parts.map(move |((a, b), limit)| (b - a).abs() / (dt_s * limit))
+        })
+        .fold(0.0, f64::max)
 }
 
 /// Closed contacts are closed; the patch in the air is on its way.

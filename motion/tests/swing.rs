@@ -270,6 +270,7 @@ fn a_wall_in_the_way_is_the_reason() {
         id: "plate".to_owned(),
         points_W: plate(0.175, [0.0, 1.5], [0.02, 0.75]),
         surface: None,
+        assumed: false,
     });
     let walled = Environment::new(&set, 0.03).unwrap();
     let (posture, config) = (posture::Config::default(), Config::default());

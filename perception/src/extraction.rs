@@ -2,13 +2,15 @@
 
 use nalgebra::Vector3;
 use serde::Serialize;
-use surfaces::Surface;
+use surfaces::{Obstacle, Surface};
 
 /// The surfaces of one scan, and how they came about.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Extraction {
     /// The surfaces in W, by falling area; ids s0, s1, …
     pub surfaces: Vec<Surface>,
+    /// Bodies in W where faces may go on that the image's border cuts; depth images only.
+    pub obstacles: Vec<Obstacle>,
     /// Counts along the way.
     pub statistics: Statistics,
     /// Which pixel belongs to which plane; depth images only.

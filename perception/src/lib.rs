@@ -38,7 +38,8 @@ pub use config::{Config, Method};
 pub use error::Error;
 pub use extraction::{Extraction, Segmentation, Statistics};
 pub use organised::{
-    CoverConfig, GrowthConfig, MaskConfig, MergeConfig, OrganisedConfig, OutlineConfig,
+    BeyondConfig, CoverConfig, GrowthConfig, MaskConfig, MergeConfig, OrganisedConfig,
+    OutlineConfig,
 };
 pub use readers::{LidarScan, SensorOptions, parse_lidar, parse_scan, read_lidar, read_scan};
 pub use scan::{DepthImage, Intrinsics, PointCloud, Scan};

@@ -35,21 +35,33 @@ impl<'a> Motions<'a> {
     /// # Errors
     /// [`Error::Motion`] where stances do not follow on each other.
     pub fn along(&mut self, path: &[PathStance]) -> Result<Option<(usize, Failure)>, Error> {
-        let missing: Vec<&[PathStance]> = path
-            .windows(2)
-            .filter(|pair| !self.known.contains_key(&key(pair)))
-            .collect();
+        let pairs: Vec<&[PathStance]> = path.windows(2).collect();
         let setting = &self.setting;
         let solve = |pair: &&[PathStance]| {
             motion::segment(setting, end(&pair[0]), end(&pair[1]))
                 .map(|edge| (key(pair), (pair[0].clone(), pair[1].clone(), edge)))
         };
-        let solved: Vec<_> = if missing.len() > 1 && rayon::current_num_threads() > 1 {
-            missing.par_iter().map(solve).collect::<Result<_, _>>()
-        } else {
-            missing.iter().map(solve).collect::<Result<_, _>>()
-        }?;
-        self.known.extend(solved);
+        // As many at a time as there are threads: what lies beyond a missing motion may never be
+        // asked for.
+        for batch in pairs.chunks(rayon::current_num_threads()) {
+            let unknown = batch
+                .iter()
+                .filter(|pair| !self.known.contains_key(&key(pair)));
+            let unknown: Vec<_> = unknown.collect();
+            let solved: Vec<_> = unknown
+                .into_par_iter()
+                .map(solve)
+                .collect::<Result<_, _>>()?;
+            self.known.extend(solved);
+            let known = |pair: &&[PathStance]| self.known.get(&key(pair));
+            if batch
+                .iter()
+                .filter_map(known)
+                .any(|(.., edge)| edge.is_err())
+            {
+                break;
+            }
+        }
         Ok(path.windows(2).enumerate().find_map(|(i, pair)| {
             let (.., edge) = self.known.get(&key(pair))?;
             Some((i + 1, edge.as_ref().err()?.clone()))

@@ -47,6 +47,9 @@ pub struct Config {
     pub weight_base: f64,
     /// Weight of the contact forces over the robot's weight.
     pub weight_forces: f64,
+    /// Weight of the used part of the friction, squared, at each force point, over the normal
+    /// force's: forces keep to the middle of their cones where something else can bear.
+    pub weight_friction: f64,
     /// Weight of the distance of a free contact from its wanted place, 1/m².
     pub weight_placement: f64,
     /// Weight of the heading of a free contact, where one is wanted, 1/rad².
@@ -87,6 +90,7 @@ impl Default for Config {
             weight_posture: 0.1,
             weight_base: 0.5,
             weight_forces: 1e-2,
+            weight_friction: 0.01,
             weight_placement: 5.0,
             weight_heading: 1.0,
             engine: Engine::ActiveSet,

@@ -1,6 +1,6 @@
 //! What makes one posture better than another:
 //!
-//!   ½ w_q Σ (q_j − q_j*)²  +  ½ w_B ‖log R_WB R*ᵀ‖²  +  ½ w_f Σ ‖φ_i‖²  +  ½ w_p ‖p_C − p*‖²  +  …
+//!   ½ w_q Σ (q_j − q_j*)²  +  ½ w_B ‖log R_WB R*ᵀ‖²  +  ½ w_f Σ ‖φ_i‖²  +  ½ w_μ Σ ‖φ_t‖²/μ²  +  ½ w_p ‖p_C − p*‖²  +  …
 //!
 //! all of them squares, so that the Gauss–Newton matrix is positive definite and exact but for
 //! the curvature of p_C.
@@ -16,6 +16,9 @@ const WEIGHT_POSITION: f64 = 1e-3;
 /// Weight that draws a contact to a place it need not reach, 1/m²: more than comfort, less than
 /// any constraint.
 const WEIGHT_DRAWN: f64 = 5.0;
+
+/// Less friction than this counts as this: a contact without any would cost without bound.
+const MU_MIN: f64 = 0.05;
 
 /// Value, gradient (n) and Gauss–Newton matrix (n × n, lower triangle used) at the iterate.
 pub(crate) fn quadratic(
@@ -44,10 +47,11 @@ pub(crate) fn quadratic(
         gradient[column] += config.weight_posture * error;
         hessian[(column, column)] += config.weight_posture.max(1e-4);
     }
-    for (k, f) in it.force.iter().enumerate() {
-        value += 0.5 * config.weight_forces * f * f;
-        gradient[ctx.layout.nq + k] += config.weight_forces * f;
-        hessian[(ctx.layout.nq + k, ctx.layout.nq + k)] += config.weight_forces;
+    for (column, weight) in force_weights(ctx) {
+        let f = it.force[column - ctx.layout.nq];
+        value += 0.5 * weight * f * f;
+        gradient[column] += weight * f;
+        hessian[(column, column)] += weight;
     }
     let mut row = vec![0.0; ctx.layout.n];
     squares(ctx, it, |error, weight, body, direction, point| {
@@ -80,11 +84,27 @@ pub(crate) fn value(ctx: &Context, it: &Iterate) -> f64 {
             value += 0.5 * config.weight_posture * error * error;
         }
     }
-    value += 0.5 * config.weight_forces * it.force.iter().map(|f| f * f).sum::<f64>();
+    for (column, weight) in force_weights(ctx) {
+        let f = it.force[column - ctx.layout.nq];
+        value += 0.5 * weight * f * f;
+    }
     squares(ctx, it, |error, weight, _, _, _| {
         value += 0.5 * weight * error * error
     });
     value
+}
+
+/// Column and weight of every component of a force: tangential ones cost the friction they use.
+fn force_weights<'a>(ctx: &'a Context) -> impl Iterator<Item = (usize, f64)> + 'a {
+    let config = ctx.config;
+    let contacts = ctx.layout.force.iter().zip(&ctx.contacts);
+    contacts.flat_map(move |(columns, model)| {
+        let slip = config.weight_friction / model.mu_axis.max(MU_MIN).powi(2);
+        let (along, across) = (config.weight_forces, config.weight_forces + slip);
+        columns
+            .iter()
+            .flat_map(move |&c| [(c, across), (c + 1, across), (c + 2, along)])
+    })
 }
 
 fn base_turn(ctx: &Context, it: &Iterate) -> Vector3<f64> {

@@ -107,6 +107,9 @@ pub struct WholeBody {
     pub base: Task,
     /// The patch in the air follows its reference, position and orientation.
     pub swing: Task,
+    /// Weight with which patches that are in the air and on their way to nothing follow their
+    /// reference, with the gains of `swing`.
+    pub aloft_weight: f64,
     /// The joints follow their reference.
     pub posture: Task,
     /// Weight of contacts that do not accelerate.
@@ -147,14 +150,15 @@ impl Default for WholeBody {
             com: task(20.0, 60.0, 15.0),
             base: task(10.0, 80.0, 18.0),
             swing: task(200.0, 300.0, 35.0),
+            aloft_weight: 20.0,
             posture: task(1.0, 60.0, 12.0),
             contact_weight: 1e4,
             contact_damping: 20.0,
             force_weight: 1e-4,
             friction_use: 0.8,
             corner_inset_m: 0.01,
-            search_speed_m_s: 0.05,
-            touch_n: 5.0,
+            search_speed_m_s: 0.08,
+            touch_n: 3.0,
         }
     }
 }
@@ -277,6 +281,8 @@ pub struct Spread {
     pub push_s: f64,
     /// Time in which one push falls, s.
     pub push_every_s: f64,
+    /// Part of the runs that must end with the robot standing.
+    pub standing_min: f64,
 }
 
 impl Default for Spread {
@@ -288,6 +294,7 @@ impl Default for Spread {
             push_n: 60.0,
             push_s: 0.2,
             push_every_s: 10.0,
+            standing_min: 0.9,
         }
     }
 }

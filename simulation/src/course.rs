@@ -25,6 +25,8 @@ pub struct Wanted {
     pub contacts: Vec<WantedContact>,
     /// The patch that moves through the air.
     pub swing: Option<usize>,
+    /// Where that patch is to touch, bearing nothing yet.
+    pub landing: Option<WantedContact>,
 }
 
 /// A closed contact and what it bears.
@@ -84,6 +86,7 @@ impl Wanted {
             a: DVector::zeros(nv),
             contacts: Vec::new(),
             swing: None,
+            landing: None,
         }
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::{Config, Controller, Servo};
-use crate::course::{Course, Wanted};
+use crate::course::{Course, Wanted, WantedContact};
 use crate::criteria::{Criterion, Unit};
 use crate::footing::Footing;
 use crate::monitor::{Monitor, Peak, Seen};
@@ -24,6 +24,8 @@ pub struct Executed {
     pub criteria: Vec<Criterion>,
     /// Whether all hold.
     pub pass: bool,
+    /// Whether it stands at the end: it did not fall, and its last contacts bear it.
+    pub stands: bool,
     /// When the robot fell, s.
     pub fell_s: Option<f64>,
     /// The first thing that went wrong, in words.
@@ -111,6 +113,7 @@ pub fn execute(
     let mut state = wanted.configuration.clone();
     let mut v = DVector::zeros(robot.nv());
     let mut torques = vec![0.0; robot.nj()];
+    let (mut joints, mut rates) = (torques.clone(), torques.clone());
     let mut touches: Vec<Touch> = Vec::new();
     let period = ((config.whole_body.period_s / physics.dt_s).round() as usize).max(1);
     let duration_s = course.duration_s() + bounds.rest_s;
@@ -135,11 +138,19 @@ pub fn execute(
                 }
             };
             torques.copy_from_slice(found);
-            plant.command(
-                followed.configuration.joints.as_slice(),
-                &followed.v.as_slice()[6..],
-                &torques,
-            );
+            joints.copy_from_slice(followed.configuration.joints.as_slice());
+            rates.copy_from_slice(&followed.v.as_slice()[6..]);
+            if config.controller == Controller::WholeBody {
+                // A limb that searches for its place beyond the reference is not held back.
+                let searching = |c: &&WantedContact| !touching.now()[c.patch];
+                for contact in wanted.contacts.iter().filter(searching) {
+                    let body = robot.patches[contact.patch].body;
+                    for j in (0..joints.len()).filter(|j| robot.supports(j + 1, body)) {
+                        (joints[j], rates[j]) = (state.joints[j], v[6 + j]);
+                    }
+                }
+            }
+            plant.command(&joints, &rates, &torques);
         }
         plant.push(&perturbation.force_W(t_s));
         let stable = plant.step();
@@ -152,7 +163,8 @@ pub fn execute(
             touches: &touches,
             torques: plant.torques(),
         });
-        touching.update(&monitor.normal_n, &wanted, physics.dt_s);
+        let lands = monitor.nears_landing(&wanted);
+        touching.update(&monitor.normal_n, &wanted, lands, physics.dt_s);
         if !stable || monitor.com_error_m.is_nan() || monitor.com_error_m > bounds.fall_m {
             fell_s = Some(t_s);
             break;
@@ -166,6 +178,7 @@ pub fn execute(
     let criteria = judge(robot, config, &monitor, fell_s, simulated_s);
     Ok(Executed {
         pass: criteria.iter().all(|c| c.pass),
+        stands: fell_s.is_none() && stands(&wanted, &monitor, bounds.contact_n),
         cause: cause(&criteria, fell_s),
         criteria,
         fell_s,
@@ -174,11 +187,20 @@ pub fn execute(
     })
 }
 
+/// Whether every contact that is to bear does.
+fn stands(wanted: &Wanted, monitor: &Monitor, contact_n: f64) -> bool {
+    let borne = |c: &WantedContact| monitor.normal_n[c.patch] >= contact_n;
+    let mut loaded = wanted.contacts.iter().filter(|c| c.normal_n() >= contact_n);
+    loaded.all(borne)
+}
+
 /// Which patches touch, as force sensors tell, with some patience against chatter.
 struct Touching {
     now: Vec<bool>,
     all: Vec<bool>,
     unloaded_s: Vec<f64>,
+    /// Which patches in the air have left what they stood on.
+    left: Vec<bool>,
     touch_n: f64,
 }
 
@@ -194,6 +216,7 @@ impl Touching {
         Self {
             all: vec![true; now.len()],
             unloaded_s: vec![0.0; now.len()],
+            left: vec![false; now.len()],
             now,
             touch_n,
         }
@@ -207,7 +230,8 @@ impl Touching {
         &self.all
     }
 
-    fn update(&mut self, normal_n: &[f64], wanted: &Wanted, dt_s: f64) {
+    /// `lands` says whether the patch in the air is near the place where it is to touch.
+    fn update(&mut self, normal_n: &[f64], wanted: &Wanted, lands: bool, dt_s: f64) {
         for (patch, &force) in normal_n.iter().enumerate() {
             let planned = wanted.contacts.iter().any(|c| c.patch == patch);
             self.unloaded_s[patch] = if force > 0.0 {
@@ -215,7 +239,10 @@ impl Touching {
             } else {
                 self.unloaded_s[patch] + dt_s
             };
-            if !planned || self.unloaded_s[patch] > LOST_AFTER_S {
+            let lost = self.unloaded_s[patch] > LOST_AFTER_S;
+            self.left[patch] = !planned && (self.left[patch] || lost);
+            let early = self.left[patch] && lands && wanted.swing == Some(patch);
+            if lost || !(planned || early) {
                 self.now[patch] = false;
             } else if force >= self.touch_n {
                 self.now[patch] = true;

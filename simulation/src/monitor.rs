@@ -304,6 +304,14 @@ impl<'a> Monitor<'a> {
         }
     }
 
+    /// Whether the patch in the air is near the place where it is to touch.
+    pub fn nears_landing(&self, wanted: &Wanted) -> bool {
+        wanted.landing.as_ref().is_some_and(|landing| {
+            let X_WC = self.kinematics.X_WC(&self.robot.patches[landing.patch]);
+            (X_WC.translation.vector - landing.X_WC.translation.vector).norm() <= LANDING_M
+        })
+    }
+
     /// Speed of all joints, rad/s.
     pub fn joint_speed(v: &DVector<f64>) -> f64 {
         v.rows(6, v.len() - 6).norm()

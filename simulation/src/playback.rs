@@ -20,6 +20,7 @@ pub struct Playback {
 struct PlayedPhase {
     contacts: Vec<PlayedContact>,
     swing: Option<usize>,
+    landing: Option<WantedContact>,
 }
 
 #[derive(Clone, Debug)]
@@ -81,7 +82,18 @@ impl Playback {
                 });
             }
             let swing = phase.swing.as_deref().map(named).transpose()?;
-            phases.push(PlayedPhase { contacts, swing });
+            phases.push(PlayedPhase {
+                contacts,
+                swing,
+                landing: None,
+            });
+        }
+        for index in 1..phases.len() {
+            let (before, after) = phases.split_at_mut(index);
+            let swing = before[index - 1].swing;
+            let lands = after[0].contacts.iter().find(|c| Some(c.patch) == swing);
+            before[index - 1].landing =
+                lands.map(|c| WantedContact::new(c.patch, c.X_WC, c.friction, &[], &[]));
         }
         Ok(Self {
             curve,
@@ -133,12 +145,14 @@ impl Course for Playback {
         wanted.a = instant.a;
         wanted.contacts.clear();
         wanted.swing = None;
+        wanted.landing = None;
         let time = t_s.clamp(0.0, self.duration_s());
         let Some(index) = self.motion.phase_at(time) else {
             return;
         };
         let phase = &self.phases[index];
         wanted.swing = phase.swing;
+        wanted.landing.clone_from(&phase.landing);
         for (number, contact) in phase.contacts.iter().enumerate() {
             let forces: Vec<Vector3<f64>> = (0..contact.points_W.len())
                 .map(|point| self.force_W(index, number, point, time))

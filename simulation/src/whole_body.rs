@@ -9,8 +9,10 @@
 //! patch fells the robot. Torques follow as τ = M_a v̇ + h_a − J_aᵀ f.
 #![allow(non_snake_case)]
 
+mod tasks;
+
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Vector3};
-use robot_model::{Configuration, JointKind, Robot};
+use robot_model::{Configuration, Robot};
 
 use crate::Error;
 use crate::config::{Physics, Task, WholeBody};
@@ -18,6 +20,7 @@ use crate::corners::Corners;
 use crate::course::{Wanted, WantedContact};
 use crate::dynamics::Dynamics;
 use crate::qp::{RowSet, Solver};
+use tasks::{Offset, Stack, follow};
 
 /// Forces enter the program in this unit, N: it is of the size of accelerations then.
 const FORCE_UNIT_N: f64 = 100.0;
@@ -37,6 +40,8 @@ pub struct WholeBodyController<'a> {
     gradient: DVector<f64>,
     rows: RowSet,
     torques: Vec<f64>,
+    /// How far each patch was off its reference when it was last closed.
+    offsets: Vec<Offset>,
 }
 
 /// How a patch is treated.
@@ -45,8 +50,9 @@ enum Role<'w> {
     Closed(&'w WantedContact),
     /// It should touch and does not yet: on toward the surface.
     Searching(&'w WantedContact),
-    /// It follows its reference through the air.
+    /// It follows its reference through the air, on its way to a place or not.
     Swinging,
+    Aloft,
 }
 
 impl<'a> WholeBodyController<'a> {
@@ -73,6 +79,7 @@ impl<'a> WholeBodyController<'a> {
             gradient: DVector::zeros(0),
             rows: RowSet::default(),
             torques: vec![0.0; robot.nj()],
+            offsets: vec![Offset::default(); robot.patches.len()],
         })
     }
 
@@ -97,14 +104,16 @@ impl<'a> WholeBodyController<'a> {
             self.now.M[(j, j)] += self.physics.armature;
             self.now.h[j] += self.physics.damping * v[j];
         }
+        // A patch that lands early bears from then on.
         let closed: Vec<&WantedContact> = wanted
             .contacts
             .iter()
+            .chain(&wanted.landing)
             .filter(|c| touching[c.patch])
             .collect();
         let J = self.corner_jacobian(&closed);
         let n = nv + J.nrows();
-        self.cost(configuration, v, wanted, touching, &closed, n);
+        self.cost(configuration, v, wanted, &closed, n);
         self.constraints(&closed, &J);
         let x = self
             .solver
@@ -143,7 +152,6 @@ impl<'a> WholeBodyController<'a> {
         configuration: &Configuration,
         v: &DVector<f64>,
         wanted: &Wanted,
-        touching: &[bool],
         closed: &[&WantedContact],
         n: usize,
     ) {
@@ -173,17 +181,20 @@ impl<'a> WholeBodyController<'a> {
             + (wanted.v.fixed_rows::<3>(3) - v.fixed_rows::<3>(3)) * config.base.kd;
         stack.close(config.base.weight, &a_base);
 
-        // Patches: closed ones stay, the one in the air follows its reference; what else does not
-        // touch is the posture's business.
+        // Patches: closed ones stay, those in the air follow their reference.
         for (index, patch) in robot.patches.iter().enumerate() {
-            let contact = wanted.contacts.iter().find(|c| c.patch == index);
-            let role = match contact {
-                Some(contact) if touching[index] => Role::Closed(contact),
-                Some(contact) => Role::Searching(contact),
-                None if wanted.swing == Some(index) => Role::Swinging,
-                None => continue,
+            let planned = wanted.contacts.iter().find(|c| c.patch == index);
+            let role = match (planned, closed.iter().find(|c| c.patch == index)) {
+                (_, Some(contact)) => Role::Closed(contact),
+                (Some(contact), None) => Role::Searching(contact),
+                (None, None) if wanted.swing == Some(index) => Role::Swinging,
+                (None, None) => Role::Aloft,
             };
             let X_WC = now.kinematics.X_WC(patch);
+            let X_ref = reference.kinematics.X_WC(patch);
+            if let Role::Closed(_) = role {
+                self.offsets[index] = Offset::of(&X_WC, &X_ref);
+            }
             let is_point = patch.point_radius_m().is_some();
             let p_W = match role {
                 // A ball rolls: it is the touching point that stays.
@@ -209,13 +220,18 @@ impl<'a> WholeBodyController<'a> {
                         turn * config.swing.kp - omega * config.swing.kd,
                     )
                 }
-                Role::Swinging => follow(&config.swing, robot, index, now, reference, &wanted.a),
+                Role::Swinging | Role::Aloft => {
+                    let X_to = self.offsets[index].applied(&X_ref, config.period_s);
+                    let states = (now, reference);
+                    follow(&config.swing, robot, index, &X_to, states, &wanted.a)
+                }
             };
             linear -= now.point_bias(patch.body, &p_W);
             angular -= now.bias_alpha_W[patch.body];
             let weight = match role {
                 Role::Closed(_) => config.contact_weight,
                 Role::Searching(_) | Role::Swinging => config.swing.weight,
+                Role::Aloft => config.aloft_weight,
             };
             let J = stack.block();
             now.kinematics.point_jacobian(robot, patch.body, &p_W, J);
@@ -303,59 +319,6 @@ impl<'a> WholeBodyController<'a> {
     }
 }
 
-/// Accelerations, linear and angular, with which a patch follows its reference.
-fn follow(
-    task: &Task,
-    robot: &Robot,
-    index: usize,
-    now: &Dynamics,
-    reference: &Dynamics,
-    a_ref: &DVector<f64>,
-) -> (Vector3<f64>, Vector3<f64>) {
-    let patch = &robot.patches[index];
-    let (X, X_ref) = (now.kinematics.X_WC(patch), reference.kinematics.X_WC(patch));
-    let (p, p_ref) = (X.translation.vector, X_ref.translation.vector);
-    let (alpha_ref, acceleration_ref) =
-        chain_acceleration(robot, patch.body, &p_ref, reference, a_ref);
-    let linear = acceleration_ref
-        + (p_ref - p) * task.kp
-        + (reference.point_velocity(patch.body, &p_ref) - now.point_velocity(patch.body, &p))
-            * task.kd;
-    let turn = (X_ref.rotation * X.rotation.inverse()).scaled_axis();
-    let angular = alpha_ref
-        + turn * task.kp
-        + (reference.omega_W[patch.body] - now.omega_W[patch.body]) * task.kd;
-    (linear, angular)
-}
-
-/// Angular acceleration of a body and acceleration of a point on it: J a + J̇v.
-fn chain_acceleration(
-    robot: &Robot,
-    body: usize,
-    p_W: &Vector3<f64>,
-    dynamics: &Dynamics,
-    a: &DVector<f64>,
-) -> (Vector3<f64>, Vector3<f64>) {
-    let kinematics = &dynamics.kinematics;
-    let base = Vector3::new(a[3], a[4], a[5]);
-    let mut alpha = dynamics.bias_alpha_W[body] + base;
-    let mut linear = dynamics.point_bias(body, p_W)
-        + Vector3::new(a[0], a[1], a[2])
-        + base.cross(&(p_W - kinematics.origin_W[0]));
-    let mut i = body;
-    while let Some(parent) = robot.bodies[i].parent {
-        let along = kinematics.axis_W[i] * a[5 + i];
-        if robot.bodies[i].kind == JointKind::Prismatic {
-            linear += along;
-        } else {
-            alpha += along;
-            linear += along.cross(&(p_W - kinematics.origin_W[i]));
-        }
-        i = parent;
-    }
-    (alpha, linear)
-}
-
 /// The axes in which a contact's friction pyramid stands: those of the patch, or of the planned
 /// contact where the patch is a ball.
 fn contact_axes(X_WC: &Isometry3<f64>, contact: &WantedContact, is_point: bool) -> Matrix3<f64> {
@@ -367,92 +330,5 @@ fn contact_axes(X_WC: &Isometry3<f64>, contact: &WantedContact, is_point: bool) 
     }
 }
 
-/// Weighted rows √w (A v̇ − b), written block by block.
-struct Stack {
-    A: DMatrix<f64>,
-    b: DVector<f64>,
-    block: DMatrix<f64>,
-    filled: usize,
-}
-
-impl Stack {
-    fn new(nv: usize, rows: usize) -> Self {
-        Self {
-            A: DMatrix::zeros(rows, nv),
-            b: DVector::zeros(rows),
-            block: DMatrix::zeros(3, nv),
-            filled: 0,
-        }
-    }
-
-    /// Room for the next block's Jacobian.
-    fn block(&mut self) -> &mut DMatrix<f64> {
-        &mut self.block
-    }
-
-    /// Adds the block with its right-hand side.
-    fn close(&mut self, weight: f64, right: &Vector3<f64>) {
-        let root = weight.sqrt();
-        self.A
-            .rows_mut(self.filled, 3)
-            .copy_from(&(&self.block * root));
-        self.b.rows_mut(self.filled, 3).copy_from(&(right * root));
-        self.filled += 3;
-    }
-
-    fn finish(self) -> (DMatrix<f64>, DVector<f64>) {
-        let filled = self.filled;
-        (
-            self.A.rows(0, filled).into_owned(),
-            self.b.rows(0, filled).into_owned(),
-        )
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::course::Standing;
-    use crate::statics::holding_torques;
-    use crate::testing::{half_sitting, hrp2, standing};
-
-    fn torques(stance: &Standing, v: &DVector<f64>) -> Vec<f64> {
-        let robot = hrp2();
-        let mut controller =
-            WholeBodyController::new(&robot, &WholeBody::default(), &Physics::default()).unwrap();
-        let wanted = stance.wanted();
-        let touching = vec![true; robot.patches.len()];
-        let found = controller.torques(&wanted.configuration, v, wanted, &touching);
-        found.unwrap().to_vec()
-    }
-
-    #[test]
-    fn at_rest_the_torques_are_those_that_hold() {
-        let robot = hrp2();
-        let stance = standing(&robot, half_sitting(&robot), &["left_foot", "right_foot"]);
-        let found = torques(&stance, &DVector::zeros(robot.nv()));
-        let expected = holding_torques(&robot, stance.wanted());
-        for (j, (a, b)) in found.iter().zip(&expected).enumerate() {
-            // Forces are a task of little weight, so they come out a little off the plan's.
-            assert!((a - b).abs() < 0.5, "joint {j}: {a} N·m, {b} N·m");
-        }
-    }
-
-    #[test]
-    fn a_robot_that_drifts_is_pulled_back() {
-        let robot = hrp2();
-        let stance = standing(&robot, half_sitting(&robot), &["left_foot", "right_foot"]);
-        let mut v = DVector::zeros(robot.nv());
-        // The base moves forward: both ankles push the toes down.
-        v[0] = 0.2;
-        let ankles = ["LLEG_JOINT4", "RLEG_JOINT4"];
-        let (at_rest, drifting) = (
-            torques(&stance, &DVector::zeros(robot.nv())),
-            torques(&stance, &v),
-        );
-        for name in ankles {
-            let joint = robot.joint_index(name).unwrap();
-            assert!(drifting[joint] > at_rest[joint] + 1.0, "{name}");
-        }
-    }
-}
+mod tests;

@@ -42,6 +42,9 @@ pub struct Args {
     /// Draw the executed motion into a folder, 25 pictures a second (needs the feature `render`)
     #[arg(long, value_name = "DIR")]
     frames: Option<PathBuf>,
+    /// Make a video of the executed motion (needs the feature `render`, and ffmpeg)
+    #[arg(long, value_name = "FILE.mp4", conflicts_with = "hold")]
+    video: Option<PathBuf>,
 }
 
 /// Which bodies stand in the simulated world.
@@ -119,10 +122,12 @@ mod simulated {
     /// Time between two rows of the trace, s.
     const TRACE_EVERY_S: f64 = 0.01;
     /// Time between two pictures, s.
-    #[cfg(feature = "render")]
     const FRAME_EVERY_S: f64 = 0.04;
 
     pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+        if let Some(file) = &args.video {
+            simulate::video::check(file).context("--video")?;
+        }
         let plan = plan_file::open(&args.plan)?;
         let mut robot = args.robot.load(&plan)?;
         simulate::stance::apply_friction(&mut robot, &plan)?;
@@ -141,6 +146,7 @@ mod simulated {
             stances: Vec::new(),
             execution: None,
             robust: Vec::new(),
+            standing: None,
             pass: true,
         };
         writeln!(
@@ -168,14 +174,7 @@ mod simulated {
             report.motion_sha256 = Some(sha256);
             let playback = Playback::new(&robot, motion, plan.required.com_m)?;
             let trace_file = output.with_extension("csv");
-            let executed = plain(
-                &robot,
-                &world,
-                &playback,
-                &config,
-                args.frames.as_deref(),
-                &trace_file,
-            )?;
+            let executed = plain(&robot, &world, &playback, &config, args, &trace_file)?;
             let title = "executed as planned";
             write!(out, "{}", table::of_run(title, &executed.criteria))?;
             report.pass &= executed.pass;
@@ -186,7 +185,9 @@ mod simulated {
                     robust_runs(&robot, &world, &playback, &config, kinds, args.runs, seed)
                 })?;
                 write!(out, "{}", table::of_robust(&report.robust))?;
-                report.pass &= report.robust.iter().all(|run| run.pass);
+                let standing = table::standing(&report.robust, &config.perturbation);
+                report.pass &= standing.pass;
+                report.standing = Some(standing);
             }
         }
         output::write_json(&output, &report)?;
@@ -204,17 +205,26 @@ mod simulated {
         world: &[WorldBody],
         playback: &Playback,
         config: &simulation::Config,
-        frames: Option<&Path>,
+        args: &Args,
         trace_file: &Path,
     ) -> Result<Executed> {
         let mut trace = Trace::new(robot, TRACE_EVERY_S);
         let undisturbed = Perturbation::default();
-        let executed = match frames {
-            None => execute(robot, world, playback, config, &undisturbed, &mut trace)?,
-            Some(folder) => {
-                drawn(robot, world, playback, config, folder, &mut trace).context("--frames")?
-            }
+        // Pictures that only the video is made of are not kept.
+        let passing = tempfile::tempdir()?;
+        let folder = match (&args.frames, &args.video) {
+            (Some(folder), _) => Some(folder.as_path()),
+            (None, Some(_)) => Some(passing.path()),
+            (None, None) => None,
         };
+        let executed = match folder {
+            None => execute(robot, world, playback, config, &undisturbed, &mut trace)?,
+            Some(folder) => drawn(robot, world, playback, config, folder, &mut trace)
+                .context("pictures of the motion")?,
+        };
+        if let (Some(file), Some(folder)) = (&args.video, folder) {
+            simulate::video::encode(folder, FRAME_EVERY_S, file).context("--video")?;
+        }
         output::write(trace_file, trace.text().as_bytes())?;
         Ok(executed)
     }

@@ -6,4 +6,5 @@ pub mod report;
 pub mod stance;
 pub mod table;
 pub mod trace;
+pub mod video;
 pub mod world;

@@ -2,6 +2,7 @@
 
 use planner::plan::Program;
 use serde::Serialize;
+use simulation::criteria::Criterion;
 use simulation::execution::Executed;
 
 use super::hold::HeldStance;
@@ -32,6 +33,8 @@ pub struct Report {
     pub execution: Option<Executed>,
     /// The motion perturbed, run by run.
     pub robust: Vec<Executed>,
+    /// How many of those end standing.
+    pub standing: Option<Criterion>,
     /// Whether every criterion holds.
     pub pass: bool,
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use planner::plan::Change;
-use simulation::criteria::{Criterion, Sense};
+use simulation::config::Spread;
+use simulation::criteria::{Criterion, Sense, Unit};
 use simulation::execution::Executed;
 
 use super::hold::HeldStance;
@@ -76,11 +77,13 @@ fn change(change: &Change) -> String {
 
 /// How many perturbed runs pass, and why the others do not.
 pub fn of_robust(runs: &[Executed]) -> String {
-    let passed = runs.iter().filter(|run| run.pass).count();
-    let fell = runs.iter().filter(|run| run.fell_s.is_some()).count();
+    let count = |is: fn(&Executed) -> bool| runs.iter().filter(|run| is(run)).count();
     let mut text = format!(
-        "perturbed: {passed} of {} runs pass, {fell} fall\n",
-        runs.len()
+        "perturbed: {} of {} runs end standing, {} fall; {} meet every criterion\n",
+        count(|run| run.stands),
+        runs.len(),
+        count(|run| run.fell_s.is_some()),
+        count(|run| run.pass),
     );
     let mut causes: BTreeMap<&str, usize> = BTreeMap::new();
     for criterion in runs
@@ -108,6 +111,14 @@ pub fn of_robust(runs: &[Executed]) -> String {
         text.push_str(&row(criterion, Some(&place)));
     }
     text
+}
+
+/// Whether enough of the perturbed runs end standing.
+pub fn standing(runs: &[Executed], spread: &Spread) -> Criterion {
+    let stand = runs.iter().filter(|run| run.stands).count();
+    let part = stand as f64 / runs.len().max(1) as f64;
+    let name = "runs that end standing";
+    Criterion::at_least(name, part, spread.standing_min, Unit::Plain(""))
 }
 
 /// The criteria of one run.

@@ -5,6 +5,7 @@ use anyhow::{Result, bail};
 use nalgebra::Vector3;
 use planner::plan::Plan;
 use simulation::world::{WorldBody, WorldShape};
+use surfaces::Surface;
 
 use crate::command::simulate::World;
 
@@ -40,22 +41,27 @@ fn body(solid: &scenes::OrientedBox) -> WorldBody {
     }
 }
 
-/// The bodies behind the surfaces, where no obstacle already is one, and the obstacles.
+/// The bodies behind the surfaces, where no obstacle already is one, and the obstacles that were
+/// seen.
 fn planned(plan: &Plan) -> Vec<WorldBody> {
-    let has_body = |id: &str| {
-        plan.obstacles
-            .iter()
-            .any(|o| o.surface.as_deref() == Some(id))
-    };
+    let seen = || plan.obstacles.iter().filter(|o| !o.assumed);
+    let has_body = |id: &str| seen().any(|o| o.surface.as_deref() == Some(id));
     let thin = plan
         .surfaces
         .iter()
         .filter(|surface| !has_body(&surface.id))
-        .map(|surface| WorldBody {
-            name: surface.id.clone(),
-            shape: WorldShape::Hull(surface.thin_body(plan.thin_body_m).points_W),
+        .map(|surface| {
+            let surface = Surface {
+                edge_m: 0.0,
+                depth_m: 0.0,
+                ..surface.clone()
+            };
+            WorldBody {
+                shape: WorldShape::Hull(surface.thin_body(plan.thin_body_m).points_W),
+                name: surface.id,
+            }
         });
-    let obstacles = plan.obstacles.iter().map(|obstacle| WorldBody {
+    let obstacles = seen().map(|obstacle| WorldBody {
         name: obstacle.id.clone(),
         shape: WorldShape::Hull(obstacle.points_W.clone()),
     });

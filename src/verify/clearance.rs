@@ -1,7 +1,7 @@
 //! Nothing but contacts is near the environment, contacts do not sink in, and the robot's parts
 //! are apart.
 
-use nalgebra::{Matrix4, Vector3};
+use nalgebra::{Matrix4, Point2, Vector3};
 use planner::plan::Plan;
 use robot_model::collision::ShapeGeometry;
 
@@ -42,9 +42,11 @@ impl Surroundings {
         };
         for surface in &plan.surfaces {
             let pose = surface.X_WS.to_homogeneous();
-            let points = [0.0, -plan.thin_body_m].into_iter().flat_map(|z| {
-                let vertices = surface.polygon.vertices().iter();
-                vertices.map(move |v| point(&pose, &Vector3::new(v.x, v.y, z)))
+            let depth = plan.thin_body_m.max(surface.depth_m);
+            let points = [0.0, -depth].into_iter().flat_map(|z| {
+                let ring = widened(surface.polygon.vertices(), surface.edge_m);
+                ring.into_iter()
+                    .map(move |(x, y)| point(&pose, &Vector3::new(x, y, z)))
             });
             let points = points.collect();
             add(
@@ -63,6 +65,20 @@ impl Surroundings {
         }
         Self { bodies }
     }
+}
+
+/// The corners of a convex ring whose edges have moved out by `by`, m; corners are cut off.
+fn widened(ring: &[Point2<f64>], by: f64) -> Vec<(f64, f64)> {
+    let next = ring.iter().cycle().skip(1);
+    let edges = ring.iter().zip(next);
+    edges
+        .flat_map(|(a, b)| {
+            let (dx, dy) = (b.x - a.x, b.y - a.y);
+            let scale = by / dx.hypot(dy);
+            let (ox, oy) = (dy * scale, -dx * scale);
+            [(a.x + ox, a.y + oy), (b.x + ox, b.y + oy)]
+        })
+        .collect()
 }
 
 impl Body {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{level, mesh, role, thin_body};
+use crate::{level, mesh, rim, role, thin_body};
 
 /// Every setting of the crate; the defaults work.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -14,6 +14,8 @@ pub struct Config {
     pub level: level::Config,
     /// How a mesh is taken apart.
     pub mesh: mesh::Config,
+    /// How far the bodies of scanned faces go beyond what can be touched.
+    pub rim: rim::Config,
     /// Which surfaces serve which role.
     pub roles: role::Config,
 }

@@ -116,6 +116,15 @@ pub fn cover(region: &Region, config: &Config) -> Cover {
     }
 }
 
+/// The area of a polygon that none of the others covers, m².
+pub fn area_outside(polygon: &ConvexPolygon, others: &[ConvexPolygon]) -> f64 {
+    let mut rest = Fragments::new(std::iter::once(polygon.vertices().to_vec()));
+    for other in others {
+        rest.subtract(other);
+    }
+    rest.area()
+}
+
 /// The largest triangles, each also shrunk to its centre, which leaves the piece free to turn.
 fn seeds(triangles: &[[Point2<f64>; 3]]) -> Vec<Vec<Point2<f64>>> {
     let mut largest: Vec<_> = triangles.iter().collect();

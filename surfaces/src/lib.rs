@@ -17,6 +17,7 @@
 //! | σ² = gᵀ Σ g | from a plane's covariance to an inset | [`covariance`] |
 //! | Σ Hᵀ S⁻¹ h | what "it is level" adds to a plane | [`level`] |
 //! | p − t z_S | the body behind a surface and how deep it can be | [`thin_body`] |
+//! | F ⊕ disc | the bodies that surely cover a scanned face | [`rim`] |
 //! | acos(z_S · u) | which surface serves a foot, a hand | [`role`] |
 //! | ∪ P_i ⊂ F | a face with holes as few large convex pieces | [`cover`] |
 //! | | from a mesh of the environment to surfaces and bodies | [`mesh`] |
@@ -34,6 +35,7 @@ pub mod mesh;
 mod obstacle;
 pub mod polygon;
 pub mod pose;
+pub mod rim;
 pub mod role;
 mod set;
 mod surface;

@@ -17,6 +17,9 @@ pub struct Obstacle {
     /// The surface whose body this is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<String>,
+    /// Whether something may be there and was not seen: it is kept away from, and nothing else.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub assumed: bool,
 }
 
 impl Obstacle {
@@ -55,6 +58,7 @@ impl From<ThinBody> for Obstacle {
             id: format!("{}/body", body.surface),
             points_W: body.points_W,
             surface: Some(body.surface),
+            assumed: false,
         }
     }
 }

@@ -6,6 +6,7 @@
 //!   { p : n_l · p ≤ b_l, l = 0 … m−1 }.
 
 mod clip;
+mod grow;
 mod hull;
 mod inset;
 mod simplify;

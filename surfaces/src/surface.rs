@@ -41,6 +41,12 @@ pub struct Surface {
     pub outline: Vec<Vec<[f64; 2]>>,
     /// Distance by which uncertainty shrinks the polygon, m.
     pub inset_m: f64,
+    /// Distance by which the face may go on beyond the polygon, m: the body behind it is wider by
+    /// that.
+    pub edge_m: f64,
+    /// Depth that the body behind the face may have, m, where it is more than every body is taken
+    /// to have: nothing was seen of what lies there.
+    pub depth_m: f64,
     /// Number of points the plane was fitted to; 0 when it was not fitted.
     pub inliers: usize,
     /// Root mean square distance of those points from the plane, m.
@@ -54,6 +60,9 @@ pub struct Surface {
     pub face: Option<String>,
 }
 
+/// Corners of two outlines nearer than this are one, m: pieces of a face are moved one by one.
+const SAME_CORNER_M: f64 = 0.005;
+
 impl Surface {
     /// A surface known exactly: no inset, no points, no covariance, source [`Source::File`].
     #[allow(non_snake_case)]
@@ -64,6 +73,8 @@ impl Surface {
             polygon,
             outline: Vec::new(),
             inset_m: 0.0,
+            edge_m: 0.0,
+            depth_m: 0.0,
             inliers: 0,
             rms_m: 0.0,
             plane_covariance: None,
@@ -113,9 +124,26 @@ impl Surface {
         points_W.iter().all(|p| self.height_of(p) <= tol_m)
     }
 
-    /// The polygon extruded by `thickness_m` against the normal.
+    /// Whether both are convex pieces of one connected part of a face: of one outline.
+    pub fn shares_outline(&self, other: &Self) -> bool {
+        let corner = |s: &Self| {
+            let [x, y] = *s.outline.first()?.first()?;
+            Some(s.point_W(&Point2::new(x, y)))
+        };
+        let sizes = |s: &Self| s.outline.iter().map(Vec::len).collect::<Vec<_>>();
+        let near = |a: Point3<f64>, b: Point3<f64>| (a - b).norm() < SAME_CORNER_M;
+        self.face.is_some()
+            && self.face == other.face
+            && sizes(self) == sizes(other)
+            && corner(self)
+                .zip(corner(other))
+                .is_some_and(|(a, b)| near(a, b))
+    }
+
+    /// The polygon, widened by [`Self::edge_m`], extruded against the normal by `thickness_m` or by
+    /// [`Self::depth_m`] where that is more.
     pub fn thin_body(&self, thickness_m: f64) -> ThinBody {
-        ThinBody::new(self, thickness_m)
+        ThinBody::new(self, thickness_m.max(self.depth_m))
     }
 
     /// Checks everything that a polygon does not check by itself.
@@ -132,7 +160,12 @@ impl Surface {
 
     fn check(&self) -> Result<(), Error> {
         Isometry3::try_from(PoseRecord::from(&self.X_WS))?;
-        for (field, value) in [("inset_m", self.inset_m), ("rms_m", self.rms_m)] {
+        for (field, value) in [
+            ("inset_m", self.inset_m),
+            ("edge_m", self.edge_m),
+            ("depth_m", self.depth_m),
+            ("rms_m", self.rms_m),
+        ] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(Error::BadNumber {
                     field: field.into(),
@@ -194,6 +227,11 @@ fn check_covariance(rows: &[[f64; 3]; 3]) -> Result<(), Error> {
     Ok(())
 }
 
+/// Whether a number that is left out of files is.
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
+}
+
 /// A surface as it stands in a file, not yet checked.
 #[allow(non_snake_case)]
 #[derive(Serialize, Deserialize)]
@@ -206,6 +244,10 @@ struct SurfaceRecord {
     outline: Vec<Vec<[f64; 2]>>,
     #[serde(default)]
     inset_m: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    edge_m: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    depth_m: f64,
     #[serde(default)]
     inliers: usize,
     #[serde(default)]
@@ -232,6 +274,8 @@ impl TryFrom<SurfaceRecord> for Surface {
             id: record.id,
             outline: record.outline,
             inset_m: record.inset_m,
+            edge_m: record.edge_m,
+            depth_m: record.depth_m,
             inliers: record.inliers,
             rms_m: record.rms_m,
             plane_covariance: record.plane_covariance,
@@ -251,6 +295,8 @@ impl From<Surface> for SurfaceRecord {
             id: surface.id,
             outline: surface.outline,
             inset_m: surface.inset_m,
+            edge_m: surface.edge_m,
+            depth_m: surface.depth_m,
             inliers: surface.inliers,
             rms_m: surface.rms_m,
             plane_covariance: surface.plane_covariance,

@@ -25,14 +25,20 @@ pub struct ThinBody {
 impl ThinBody {
     /// The prism of depth `thickness_m` behind the surface.
     ///
-    ///   { p_W − t z_S : p in the polygon, 0 ≤ t ≤ thickness }
+    ///   { p_W − t z_S : p in the polygon ⊕ edge, 0 ≤ t ≤ thickness }
     ///
     /// Shapes: 2n points.  Units: m.  Frames: W.
-    /// Source: `brossette2013` section IV-B.
+    /// Source: `brossette2013` section IV-B, widened by what the face may go on beyond its polygon.
     #[allow(non_snake_case)]
     pub fn new(surface: &Surface, thickness_m: f64) -> Self {
         let inward: Vector3<f64> = -surface.normal_W() * thickness_m;
-        let front = surface.vertices_W();
+        let front: Vec<Point3<f64>> = surface
+            .polygon
+            .grown(surface.edge_m)
+            .vertices()
+            .iter()
+            .map(|v| surface.point_W(v))
+            .collect();
         let back = front.iter().map(|p| p + inward);
         Self {
             surface: surface.id.clone(),

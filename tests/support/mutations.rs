@@ -163,7 +163,14 @@ pub fn mutations() -> Vec<Mutation> {
         "contact moved between stances",
         contact_moved,
         Kept,
-        &[Inclusion, Closure, Goal, Clearance, StatedMargin],
+        &[
+            Inclusion,
+            Closure,
+            Goal,
+            Clearance,
+            ContactDepth,
+            StatedMargin,
+        ],
     );
     add(
         "two contacts changed at once",
@@ -457,6 +464,7 @@ fn obstacle(plan: &mut Plan, centre: [f64; 3], half: f64, surface: Option<String
         id: "planted".to_owned(),
         points_W,
         surface,
+        assumed: false,
     });
 }
 

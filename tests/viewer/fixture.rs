@@ -108,6 +108,7 @@ pub fn plan() -> Plan {
                 })
                 .collect(),
             surface: None,
+            assumed: false,
         }],
         thin_body_m: 0.1,
         required: RequiredMargins {

@@ -130,6 +130,7 @@ pub(crate) fn extract(
     };
     Ok(Extraction {
         surfaces,
+        obstacles: Vec::new(),
         statistics,
         segmentation: None,
     })

@@ -4,6 +4,7 @@
 //! noise is nearly constant for sensors that triangulate. So sums over cells of pixels add up to
 //! a near maximum-likelihood plane of any union of cells: no normals, no eigenvalues, no search.
 
+mod beyond;
 mod contour;
 mod cover;
 mod face;
@@ -20,6 +21,7 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use surfaces::{Source, Surface};
 
+pub use beyond::BeyondConfig;
 pub use cover::CoverConfig;
 pub use growth::GrowthConfig;
 pub use mask::MaskConfig;
@@ -45,6 +47,8 @@ pub struct OrganisedConfig {
     pub mask: MaskConfig,
     /// From faces to outlines and convex polygons.
     pub outline: OutlineConfig,
+    /// Where faces may go on beyond the image.
+    pub beyond: BeyondConfig,
 }
 
 impl OrganisedConfig {
@@ -52,7 +56,8 @@ impl OrganisedConfig {
         self.growth.check()?;
         self.merge.check()?;
         self.mask.check()?;
-        self.outline.check()
+        self.outline.check()?;
+        self.beyond.check()
     }
 }
 
@@ -142,6 +147,8 @@ pub(crate) fn extract(
             ..Surface::new(format!("s{i}"), X_WV * piece.X_VS, piece.polygon.clone())
         });
     }
+    // 9. What the image's border cuts may go on beyond it.
+    let obstacles = beyond::bodies(depth, &surfaces, X_WV, &config.beyond);
     let statistics = Statistics {
         points: depth.z_m.len(),
         valid: depth.z_m.iter().filter(|z| **z > 0.0).count(),
@@ -162,6 +169,7 @@ pub(crate) fn extract(
     };
     Extraction {
         surfaces,
+        obstacles,
         statistics,
         segmentation: Some(segmentation),
     }

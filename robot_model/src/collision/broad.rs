@@ -30,6 +30,12 @@ impl Bounds {
         }
     }
 
+    /// Whether no point of the box is within `distance_m` of a point of W.
+    pub(crate) fn is_beyond(&self, point: &Point3<f64>, distance_m: f64) -> bool {
+        let outside = self.axes.tr_mul(&(point - self.centre)).abs() - self.half;
+        outside.map(|x| x.max(0.0)).norm_squared() > distance_m.powi(2)
+    }
+
     /// Whether no point of the one is within `distance_m` of a point of the other, as far as
     /// boxes can tell: along W's axes first, then along the axes of either box.
     pub(crate) fn is_farther_than(&self, other: &Self, distance_m: f64) -> bool {

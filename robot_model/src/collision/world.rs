@@ -40,6 +40,12 @@ impl Obstacle {
         &self.pose
     }
 
+    /// Whether every point of the obstacle is farther than `distance_m` from a point of W, as far as
+    /// its box can tell.
+    pub fn is_beyond(&self, point: &Point3<f64>, distance_m: f64) -> bool {
+        self.bounds.is_beyond(point, distance_m)
+    }
+
     /// The obstacle's shape.
     pub fn geometry(&self) -> &ShapeGeometry {
         &self.geometry

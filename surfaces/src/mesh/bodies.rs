@@ -98,6 +98,7 @@ fn solid(mesh: &Welded, part: &[usize], id: String) -> Obstacle {
         id,
         points_W,
         surface: None,
+        assumed: false,
     }
 }
 
@@ -143,6 +144,7 @@ fn frustum(piece: &Surface, depth_m: f64, id: String) -> Obstacle {
         id,
         points_W,
         surface: None,
+        assumed: false,
     }
 }
 
@@ -154,6 +156,7 @@ fn prism(mesh: &Welded, t: usize, thickness_m: f64) -> Obstacle {
         id: format!("mesh/triangle{t}"),
         points_W: front.into_iter().chain(front.map(|p| p + inward)).collect(),
         surface: None,
+        assumed: false,
     }
 }
 

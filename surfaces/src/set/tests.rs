@@ -178,6 +178,7 @@ fn surfaces_without_an_obstacle_get_a_body() {
         id: "wedge".into(),
         points_W: surface("a").thin_body(0.1).points_W,
         surface: Some("a".into()),
+        assumed: false,
     };
     let mut b = surface("b");
     b.X_WS.translation.x = 3.0;

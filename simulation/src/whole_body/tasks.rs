@@ -1,0 +1,141 @@
+//! Tasks of the whole-body controller: how a patch follows its reference, and the rows of least
+//! squares they are written in.
+#![allow(non_snake_case)]
+
+use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
+use robot_model::{JointKind, Robot};
+
+use crate::config::Task;
+use crate::dynamics::Dynamics;
+
+/// Time over which a patch in the air comes from where it was to where it was planned to be, s.
+const FADE_S: f64 = 0.8;
+
+/// How far a closed patch is off its reference: the world is not quite what was planned in. A patch
+/// that leaves keeps this and loses it on the way.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Offset {
+    shift_W: Vector3<f64>,
+    turn_W: Vector3<f64>,
+    since_s: f64,
+}
+
+impl Offset {
+    /// That of a patch that is closed now.
+    pub fn of(X_WC: &Isometry3<f64>, reference: &Isometry3<f64>) -> Self {
+        Self {
+            shift_W: X_WC.translation.vector - reference.translation.vector,
+            turn_W: (X_WC.rotation * reference.rotation.inverse()).scaled_axis(),
+            since_s: 0.0,
+        }
+    }
+
+    /// The reference of a patch that has been in the air for some time, and `dt_s` longer from now.
+    pub fn applied(&mut self, reference: &Isometry3<f64>, dt_s: f64) -> Isometry3<f64> {
+        let s = (self.since_s / FADE_S).min(1.0);
+        self.since_s += dt_s;
+        // At rest and unaccelerated at both ends.
+        let left = 1.0 - s * s * s * (10.0 + s * (6.0 * s - 15.0));
+        let rotation = UnitQuaternion::from_scaled_axis(self.turn_W * left) * reference.rotation;
+        let p = reference.translation.vector + self.shift_W * left;
+        Isometry3::from_parts(p.into(), rotation)
+    }
+}
+
+/// Accelerations, linear and angular, with which a patch follows its reference.
+///
+/// `X_to` is where it is to be: the reference's pose, or that one displaced.
+pub(super) fn follow(
+    task: &Task,
+    robot: &Robot,
+    index: usize,
+    X_to: &Isometry3<f64>,
+    (now, reference): (&Dynamics, &Dynamics),
+    a_ref: &DVector<f64>,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let patch = &robot.patches[index];
+    let X = now.kinematics.X_WC(patch);
+    let p = X.translation.vector;
+    let p_ref = reference.kinematics.X_WC(patch).translation.vector;
+    let (alpha_ref, acceleration_ref) =
+        chain_acceleration(robot, patch.body, &p_ref, reference, a_ref);
+    let linear = acceleration_ref
+        + (X_to.translation.vector - p) * task.kp
+        + (reference.point_velocity(patch.body, &p_ref) - now.point_velocity(patch.body, &p))
+            * task.kd;
+    let turn = (X_to.rotation * X.rotation.inverse()).scaled_axis();
+    let angular = alpha_ref
+        + turn * task.kp
+        + (reference.omega_W[patch.body] - now.omega_W[patch.body]) * task.kd;
+    (linear, angular)
+}
+
+/// Angular acceleration of a body and acceleration of a point on it: J a + J̇v.
+fn chain_acceleration(
+    robot: &Robot,
+    body: usize,
+    p_W: &Vector3<f64>,
+    dynamics: &Dynamics,
+    a: &DVector<f64>,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let kinematics = &dynamics.kinematics;
+    let base = Vector3::new(a[3], a[4], a[5]);
+    let mut alpha = dynamics.bias_alpha_W[body] + base;
+    let mut linear = dynamics.point_bias(body, p_W)
+        + Vector3::new(a[0], a[1], a[2])
+        + base.cross(&(p_W - kinematics.origin_W[0]));
+    let mut i = body;
+    while let Some(parent) = robot.bodies[i].parent {
+        let along = kinematics.axis_W[i] * a[5 + i];
+        if robot.bodies[i].kind == JointKind::Prismatic {
+            linear += along;
+        } else {
+            alpha += along;
+            linear += along.cross(&(p_W - kinematics.origin_W[i]));
+        }
+        i = parent;
+    }
+    (alpha, linear)
+}
+
+/// Weighted rows √w (A v̇ − b), written block by block.
+pub(super) struct Stack {
+    A: DMatrix<f64>,
+    b: DVector<f64>,
+    block: DMatrix<f64>,
+    filled: usize,
+}
+
+impl Stack {
+    pub fn new(nv: usize, rows: usize) -> Self {
+        Self {
+            A: DMatrix::zeros(rows, nv),
+            b: DVector::zeros(rows),
+            block: DMatrix::zeros(3, nv),
+            filled: 0,
+        }
+    }
+
+    /// Room for the next block's Jacobian.
+    pub fn block(&mut self) -> &mut DMatrix<f64> {
+        &mut self.block
+    }
+
+    /// Adds the block with its right-hand side.
+    pub fn close(&mut self, weight: f64, right: &Vector3<f64>) {
+        let root = weight.sqrt();
+        self.A
+            .rows_mut(self.filled, 3)
+            .copy_from(&(&self.block * root));
+        self.b.rows_mut(self.filled, 3).copy_from(&(right * root));
+        self.filled += 3;
+    }
+
+    pub fn finish(self) -> (DMatrix<f64>, DVector<f64>) {
+        let filled = self.filled;
+        (
+            self.A.rows(0, filled).into_owned(),
+            self.b.rows(0, filled).into_owned(),
+        )
+    }
+}

@@ -1,0 +1,44 @@
+//! Where the robot stands, nothing else is.
+#![allow(non_snake_case)]
+
+use robot_model::collision::World;
+use robot_model::{Configuration, Kinematics, Robot};
+use surfaces::{Obstacle, SurfaceSet};
+
+/// Drops the bodies beyond the view that the robot at its start would be too near to: what was
+/// assumed there cannot be. Returns their names.
+///
+/// Bodies of a face's rim stay: the face itself was seen.
+pub fn drop_refuted(
+    set: &mut SurfaceSet,
+    robot: &Robot,
+    configuration: &Configuration,
+    clearance_m: f64,
+) -> Vec<String> {
+    let kinematics = Kinematics::new(robot, configuration);
+    let meets = |obstacle: &Obstacle| {
+        let Ok(world) = World::new(&[&obstacle.points_W]) else {
+            return true;
+        };
+        let mut near = Vec::new();
+        let collision = &robot.collision;
+        collision.world_proximities(
+            robot,
+            &kinematics,
+            &world,
+            clearance_m,
+            &|_, _| false,
+            &mut near,
+        );
+        !near.is_empty()
+    };
+    let mut dropped = Vec::new();
+    set.obstacles.retain(|obstacle| {
+        let refuted = obstacle.assumed && obstacle.surface.is_none() && meets(obstacle);
+        if refuted {
+            dropped.push(obstacle.id.clone());
+        }
+        !refuted
+    });
+    dropped
+}
