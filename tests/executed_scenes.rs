@@ -50,28 +50,21 @@ fn execute(scene: &str) -> Vec<Criterion> {
         .collect()
 }
 
-fn assert_passes(criteria: &[Criterion], excepted: &[&str]) {
+fn assert_passes(criteria: &[Criterion]) {
     assert!(criteria.len() >= 10, "{} criteria", criteria.len());
     for c in criteria {
-        assert!(
-            c.pass || excepted.contains(&c.name.as_str()),
-            "{}: {} against {}",
-            c.name,
-            c.value,
-            c.bound
-        );
+        assert!(c.pass, "{}: {} against {}", c.name, c.value, c.bound);
     }
 }
 
 /// 0.71 m up, step by step; every criterion of a plain execution.
 #[test]
 fn irregular_stairs_are_climbed_in_the_true_world() {
-    assert_passes(&execute("irregular-stairs"), &[]);
+    assert_passes(&execute("irregular-stairs"));
 }
 
-/// The board, the hand on the cabinet, the table. The upper part of the shelf beside the table is
-/// outside the scan's field of view, so that a forearm may meet it.
+/// The board, the hand on the cabinet, the table, past a shelf whose upper part the scan cut off.
 #[test]
 fn the_slope_is_climbed_with_the_hand_in_the_true_world() {
-    assert_passes(&execute("slope-and-hand"), &["unplanned contacts"]);
+    assert_passes(&execute("slope-and-hand"));
 }

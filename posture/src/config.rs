@@ -90,7 +90,7 @@ impl Default for Config {
             weight_posture: 0.1,
             weight_base: 0.5,
             weight_forces: 1e-2,
-            weight_friction: 0.01,
+            weight_friction: 0.0,
             weight_placement: 5.0,
             weight_heading: 1.0,
             engine: Engine::ActiveSet,
@@ -125,6 +125,7 @@ impl Config {
             ("patch_margin_m", self.patch_margin_m),
             ("weight_posture", self.weight_posture),
             ("weight_base", self.weight_base),
+            ("weight_friction", self.weight_friction),
             ("weight_placement", self.weight_placement),
             ("weight_heading", self.weight_heading),
         ] {
