@@ -158,7 +158,7 @@ impl Default for WholeBody {
             friction_use: 0.8,
             corner_inset_m: 0.01,
             search_speed_m_s: 0.08,
-            touch_n: 3.0,
+            touch_n: 5.0,
         }
     }
 }

@@ -142,7 +142,7 @@ pub fn execute(
             rates.copy_from_slice(&followed.v.as_slice()[6..]);
             if config.controller == Controller::WholeBody {
                 // A limb that searches for its place beyond the reference is not held back.
-                let searching = |c: &&WantedContact| !touching.now()[c.patch];
+                let searching = |c: &&WantedContact| touching.searches(c.patch);
                 for contact in wanted.contacts.iter().filter(searching) {
                     let body = robot.patches[contact.patch].body;
                     for j in (0..joints.len()).filter(|j| robot.supports(j + 1, body)) {
@@ -201,11 +201,15 @@ struct Touching {
     unloaded_s: Vec<f64>,
     /// Which patches in the air have left what they stood on.
     left: Vec<bool>,
+    /// For how long each patch should have touched and has not, s.
+    missing_s: Vec<f64>,
     touch_n: f64,
 }
 
 /// A contact that bears nothing for this long is lost, s.
 const LOST_AFTER_S: f64 = 0.05;
+/// A patch that should touch for this long and does not is to search for its surface, s.
+const MISSING_AFTER_S: f64 = 0.1;
 
 impl Touching {
     fn new(robot: &Robot, start: &Wanted, touch_n: f64) -> Self {
@@ -217,6 +221,7 @@ impl Touching {
             all: vec![true; now.len()],
             unloaded_s: vec![0.0; now.len()],
             left: vec![false; now.len()],
+            missing_s: vec![0.0; now.len()],
             now,
             touch_n,
         }
@@ -230,7 +235,12 @@ impl Touching {
         &self.all
     }
 
-    /// `lands` says whether the patch in the air is near the place where it is to touch.
+    /// Whether a patch is not where its surface was planned to be.
+    fn searches(&self, patch: usize) -> bool {
+        self.missing_s[patch] > MISSING_AFTER_S
+    }
+
+    /// `lands` says whether the patch in the air would land early if it touched now.
     fn update(&mut self, normal_n: &[f64], wanted: &Wanted, lands: bool, dt_s: f64) {
         for (patch, &force) in normal_n.iter().enumerate() {
             let planned = wanted.contacts.iter().any(|c| c.patch == patch);
@@ -241,12 +251,19 @@ impl Touching {
             };
             let lost = self.unloaded_s[patch] > LOST_AFTER_S;
             self.left[patch] = !planned && (self.left[patch] || lost);
-            let early = self.left[patch] && lands && wanted.swing == Some(patch);
+            // Once down, it stays down.
+            let swings = self.left[patch] && wanted.swing == Some(patch);
+            let early = swings && (lands || self.now[patch]);
             if lost || !(planned || early) {
                 self.now[patch] = false;
             } else if force >= self.touch_n {
                 self.now[patch] = true;
             }
+            self.missing_s[patch] = if planned && !self.now[patch] {
+                self.missing_s[patch] + dt_s
+            } else {
+                0.0
+            };
         }
     }
 }

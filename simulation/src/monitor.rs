@@ -16,6 +16,8 @@ use crate::world::WorldBody;
 const NEAR_M: f64 = 0.010;
 /// A patch in the air that touches this near to where it is to be put down has landed early, m.
 const LANDING_M: f64 = 0.030;
+/// A patch whose reference is this near to its place lands in time, m.
+const EARLY_M: f64 = 0.003;
 /// Contacts that press less are not felt, N: parallel faces that graze come and go with rounding.
 const FELT_N: f64 = 1.0;
 /// And where the contact's normal is this near to the patch's, cos 20°; at a steeper angle it is
@@ -304,11 +306,14 @@ impl<'a> Monitor<'a> {
         }
     }
 
-    /// Whether the patch in the air is near the place where it is to touch.
+    /// Whether the patch in the air is near the place where it is to touch, while its reference is
+    /// still on the way.
     pub fn nears_landing(&self, wanted: &Wanted) -> bool {
         wanted.landing.as_ref().is_some_and(|landing| {
-            let X_WC = self.kinematics.X_WC(&self.robot.patches[landing.patch]);
-            (X_WC.translation.vector - landing.X_WC.translation.vector).norm() <= LANDING_M
+            let patch = &self.robot.patches[landing.patch];
+            let to = landing.X_WC.translation.vector;
+            let away = |k: &Kinematics| (k.X_WC(patch).translation.vector - to).norm();
+            away(&self.kinematics) <= LANDING_M && away(&self.reference) >= EARLY_M
         })
     }
 
