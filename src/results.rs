@@ -53,7 +53,13 @@ pub fn write(folder: &Path, planned: &Planned) -> Result<()> {
             if format == Format::MccYaml && touches_with_balls(planned) {
                 continue;
             }
-            let text = export::export(plan, &planned.robot, format, &planned.config.export)?;
+            let text = export::export(
+                plan,
+                planned.motion.as_ref(),
+                &planned.robot,
+                format,
+                &planned.config.export,
+            )?;
             output::write(&folder.join(name), text.as_bytes())?;
         }
     } else {
@@ -66,6 +72,7 @@ pub fn write(folder: &Path, planned: &Planned) -> Result<()> {
     }
     let page = view::page(&ViewInput {
         plan,
+        motion: planned.motion.as_ref(),
         robot: &planned.robot,
         cloud_W: &planned.cloud_W,
     })?;

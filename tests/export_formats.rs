@@ -16,7 +16,7 @@ use serde_json::Value;
 const ROUNDED: f64 = 3e-6;
 
 fn exported(format: Format, config: &Config) -> String {
-    export(&biped::plan(), &biped::robot(), format, config).unwrap()
+    export(&biped::plan(), None, &biped::robot(), format, config).unwrap()
 }
 
 fn yaml(config: &Config) -> Value {
@@ -213,7 +213,14 @@ fn a_tilted_contact_keeps_its_frame() {
             contact.X_WC.quat_xyzw = [q.x, q.y, q.z, q.w];
         }
     }
-    let text = export(&plan, &biped::robot(), Format::MccYaml, &Config::default()).unwrap();
+    let text = export(
+        &plan,
+        None,
+        &biped::robot(),
+        Format::MccYaml,
+        &Config::default(),
+    )
+    .unwrap();
     let document: Value = serde_saphyr::from_str(&text).unwrap();
     let steps = &document["states"]["MCC::ConfigMotion_"]["configs"]["stepCommandList"];
     let placed = pose(&steps[0]["pose"]);
@@ -239,9 +246,15 @@ fn names_and_friction_can_be_others() {
     assert_eq!(initial["Paw"]["type"], "Surface");
 
     let refused = |config: Config| {
-        export(&biped::plan(), &biped::robot(), Format::MccYaml, &config)
-            .unwrap_err()
-            .to_string()
+        export(
+            &biped::plan(),
+            None,
+            &biped::robot(),
+            Format::MccYaml,
+            &config,
+        )
+        .unwrap_err()
+        .to_string()
     };
     let same = BTreeMap::from([("left_foot".to_owned(), "RightFoot".to_owned())]);
     let text = refused(Config {
@@ -268,7 +281,14 @@ fn names_and_friction_can_be_others() {
 fn a_contact_that_goes_nowhere_is_taken_away() {
     let mut plan = biped::plan();
     plan.stances.truncate(2);
-    let text = export(&plan, &biped::robot(), Format::MccYaml, &Config::default()).unwrap();
+    let text = export(
+        &plan,
+        None,
+        &biped::robot(),
+        Format::MccYaml,
+        &Config::default(),
+    )
+    .unwrap();
     let document: Value = serde_saphyr::from_str(&text).unwrap();
     let steps = document["states"]["MCC::ConfigMotion_"]["configs"]["stepCommandList"].clone();
     assert_eq!(steps.as_array().unwrap().len(), 1);
@@ -364,7 +384,7 @@ fn plans_that_cannot_be_written_are_refused() {
         for format in Format::ALL {
             let mut plan = biped::plan();
             apply(&mut plan);
-            let refused = export(&plan, &biped::robot(), format, &Config::default());
+            let refused = export(&plan, None, &biped::robot(), format, &Config::default());
             let text = format!("{:#}", refused.unwrap_err());
             assert!(text.contains(cause), "{text}");
         }

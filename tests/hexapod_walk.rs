@@ -92,9 +92,10 @@ fn it_walks_onto_a_step_and_the_verifier_agrees() {
     // Written in the formats that know of balls, refused by the one that does not.
     let config = export::Config::default();
     for format in [Format::Json, Format::Csv] {
-        export::export(plan, robot, format, &config).expect("written");
+        export::export(plan, None, robot, format, &config).expect("written");
     }
-    let refused = export::export(plan, robot, Format::MccYaml, &config).expect_err("no balls");
+    let refused =
+        export::export(plan, None, robot, Format::MccYaml, &config).expect_err("no balls");
     assert!(
         format!("{refused:#}").contains("touches with"),
         "{refused:#}"

@@ -28,9 +28,15 @@ fn chromium() -> Option<PathBuf> {
 }
 
 fn fixture_page() -> String {
+    let motion = fixture::motion();
+    page_with(Some(&motion))
+}
+
+fn page_with(motion: Option<&motion::Motion>) -> String {
     let (plan, robot, cloud) = (fixture::plan(), fixture::robot(), fixture::cloud());
     page(&ViewInput {
         plan: &plan,
+        motion,
         robot: &robot,
         cloud_W: &cloud,
     })
@@ -48,6 +54,7 @@ fn check(chromium: &Path, html: &str) -> anyhow::Result<()> {
 fn the_page_shows_every_stance_without_a_complaint() {
     let Some(chromium) = chromium() else { return };
     check(&chromium, &fixture_page()).unwrap();
+    check(&chromium, &page_with(None)).unwrap();
 }
 
 /// The check itself: it must see what goes wrong in a page, wherever it happens.
@@ -58,6 +65,12 @@ fn a_broken_page_is_noticed() {
     let with_script =
         |script: &str| html.replacen("<body>", &format!("<body><script>{script}</script>"), 1);
     let breakages = [
+        (
+            "a motion that stands still",
+            html.replacen("part)", "0)", 0)
+                .replacen("this.frames-1)", "0)", 1),
+            "the motion stands still",
+        ),
         (
             "data that cannot be shown",
             html.replacen("\"stances\":[", "\"stanzas\":[", 1),

@@ -86,11 +86,26 @@ fn judge(scene: &str) {
     );
     let plan = results.join("plan.json");
     assert_done(&scandent(&["verify", path(&plan)]), "verify");
-    assert_done(
-        &scandent(&["export", path(&plan), "--format", "json"]),
-        "export",
-    );
+    let exported = scandent(&["export", path(&plan), "--format", "json"]);
+    assert_done(&exported, "export");
+    judge_times(&results, &exported.stdout);
     assert_done(&scandent(&["view", path(&plan)]), "view");
+}
+
+/// What is exported lands when the motion lands: 1 s later, as long as `export.start_s` is by default.
+fn judge_times(results: &Path, exported: &[u8]) {
+    let document: Value = serde_json::from_slice(exported).expect("JSON");
+    let motion: Value = serde_json::from_slice(&read(results, "motion.json")).expect("JSON");
+    let ends = |phases: &Value, patch: &str, end: &str, later: f64| -> Vec<(String, i64)> {
+        let phases = phases.as_array().expect("phases").iter();
+        phases
+            .filter_map(|p| Some((p[patch].as_str()?.to_owned(), p[end].as_f64()? + later)))
+            .map(|(patch, t)| (patch, (1e3 * t).round() as i64))
+            .collect()
+    };
+    let moved = ends(&motion["phases"], "swing", "t_end_s", 1.0);
+    assert!(!moved.is_empty());
+    assert_eq!(ends(&document["phases"], "patch", "end_s", 0.0), moved);
 }
 
 #[test]

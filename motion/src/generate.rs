@@ -17,6 +17,12 @@ use crate::way::{self, Way};
 /// Waypoints nearer to another key than this would be passed at a jerk, part of the way.
 const APART_MIN: f64 = 0.12;
 
+/// Ways on which there is no posture just after leaving or just before landing, after which others
+/// are not tried: that part all ways have in common.
+const STUCK_MAX: usize = 2;
+/// That part of a way.
+const STRAIGHT: f64 = 0.15;
+
 /// How often a phase is made slower whose samples are too fast, and what they may be faster by.
 const SLOWER_MAX: usize = 2;
 const SPEED_TOLERANCE: f64 = 0.1;
@@ -33,9 +39,9 @@ pub(crate) fn solve(setting: &Setting, task: &Task) -> Result<Result<Track, Fail
         return follow(setting, task, Some(&Way::straight(swing)));
     }
     let mut nearest: Option<Failure> = None;
-    let mut tried = 0;
+    let (mut tried, mut stuck) = (0, 0);
     for shape in way::shapes(setting.config) {
-        if tried == setting.config.ways_max {
+        if tried == setting.config.ways_max || stuck == STUCK_MAX {
             break;
         }
         let way = Way::new(setting.environment, setting.config, swing, shape);
@@ -57,6 +63,9 @@ pub(crate) fn solve(setting: &Setting, task: &Task) -> Result<Result<Track, Fail
             Ok(track) => return Ok(Ok(track)),
             Err(failure) => {
                 tracing::debug!("{shape:?}: {}", failure.describe());
+                let closure = matches!(failure.reason, Reason::Closure { .. });
+                stuck +=
+                    usize::from(closure && (failure.at < STRAIGHT || failure.at > 1.0 - STRAIGHT));
                 keep_least(&mut nearest, failure);
             }
         }

@@ -14,6 +14,7 @@
 //! | the motion at any time, with its rates | [`interpolation`] |
 //! | what is asked | [`problem`] |
 //! | which contacts stay closed, leave and land | [`segment`](mod@segment) |
+//! | whether a patch can leave its place or come to it | `raised` |
 //! | the way of a patch through the air | `way`; how near it may come to things: `airborne`, `sweep` |
 //! | forces, and the centre of mass | `blend` |
 //! | configurations | `projection` (with `inequalities`, `near`) at knots, joined by `route` |
@@ -39,6 +40,7 @@ pub mod interpolation;
 mod near;
 pub mod problem;
 mod projection;
+mod raised;
 pub mod record;
 mod route;
 pub mod segment;
@@ -56,5 +58,6 @@ pub use failure::{Failure, Reason};
 pub use force_points::force_points;
 pub use interpolation::{Instant, Interpolation};
 pub use problem::{End, Setting};
+pub use raised::raised;
 pub use record::{MOTION_FORMAT, Motion, Phase, PhaseContact, PhaseKind, Pose, Sample};
 pub use segment::{Segment, segment};

@@ -9,6 +9,7 @@ use crate::Config;
 use crate::failure::{Failure, Reason};
 
 /// What all segments of a plan share.
+#[derive(Clone, Copy)]
 pub struct Setting<'a> {
     /// The robot.
     pub robot: &'a Robot,

@@ -7,12 +7,14 @@ use motion::Failure;
 use posture::Posture;
 
 use crate::Error;
-use crate::answer::{Answer, Blocked, PathStance, Progress, Stage, Status};
-use crate::grow::held;
+use crate::answer::{Answer, PathStance, Progress, Stage, Status};
 use crate::node::Node;
 use crate::plan::Change;
 use crate::search::Search;
 use crate::shorten::shorten;
+
+/// Part of a swing from where on a failure is one of the place where it lands.
+const LANDING: f64 = 0.75;
 
 impl Search<'_> {
     /// The plan by way of a node that has the goal's posture; nothing where a motion is missing on
@@ -105,16 +107,16 @@ impl Search<'_> {
         let change = way
             .get(stance)
             .map_or(Change::Goal, |&i| self.nodes[i].change.clone());
-        let blocked = Blocked {
-            change,
-            held: held(&self.prepared, &self.nodes[parent]),
-            reason: format!("no motion: {}", failure.describe()),
-            distance_m: self.nodes[parent].distance_m(&self.prepared),
-        };
-        tracing::debug!("node {parent}: {:?}: {}", blocked.change, blocked.reason);
-        self.blocked.push(blocked);
+        self.block(parent, change, format!("no motion: {}", failure.describe()));
         match way.get(stance) {
-            Some(&node) => self.cut(node),
+            Some(&node) => {
+                self.cut(node);
+                // Where it is the place that is hard to come to, one beside it may do.
+                if failure.at > LANDING {
+                    let node = self.nodes[node].clone();
+                    self.beside(&node, parent);
+                }
+            }
             // The contact set stands; the goal is to be reached from those after it.
             None => self.branch(parent),
         }

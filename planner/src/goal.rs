@@ -57,7 +57,12 @@ pub(crate) fn try_goal(
         reference: &reference,
         guess: &node.posture.q,
     };
-    Ok(match posture::solve(&problem, config)? {
+    // The node's posture is near: what other starts would find is another way to the goal.
+    let config = posture::Config {
+        restarts: 0,
+        ..config.clone()
+    };
+    Ok(match posture::solve(&problem, &config)? {
         Outcome::Feasible(posture) => Attempt::Reached(posture),
         other => Attempt::Missed(Blocked {
             change: Change::Goal,

@@ -36,6 +36,7 @@ pub mod request;
 pub mod search;
 mod shorten;
 mod steepness;
+mod wish;
 
 pub use answer::{Answer, Blocked, PathStance, Progress, Stage, Status};
 pub use config::Config;

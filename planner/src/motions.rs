@@ -16,7 +16,7 @@ type Edge = Result<Segment, Failure>;
 /// A motion depends on its two stances alone, so the order and the number of threads in which they
 /// are computed do not matter.
 pub(crate) struct Motions<'a> {
-    setting: Setting<'a>,
+    pub setting: Setting<'a>,
     /// By the addresses of the two postures, which are kept alive beside the edge.
     known: BTreeMap<(usize, usize), (PathStance, PathStance, Edge)>,
 }
@@ -84,7 +84,8 @@ fn key(pair: &[PathStance]) -> (usize, usize) {
     (address(&pair[0]), address(&pair[1]))
 }
 
-fn end(stance: &PathStance) -> End<'_> {
+/// A stance as an end of a motion.
+pub(crate) fn end(stance: &PathStance) -> End<'_> {
     End {
         contacts: &stance.contacts,
         posture: &stance.posture,

@@ -33,6 +33,8 @@ pub(crate) struct Node {
     /// Contact changes from the root.
     pub depth: usize,
     pub change: Change,
+    /// Whether the contact is beside one that no motion leads to.
+    pub elsewhere: bool,
     /// The contact set, in the order of the patches.
     pub contacts: Vec<Held>,
     /// The contacts of the posture problem: the set, and the one just released, if any.
@@ -100,15 +102,16 @@ pub(crate) fn fixed(prepared: &Prepared, held: &Held, loaded: bool) -> Contact {
     }
 }
 
-/// What tells one contact set from another: patches, surfaces and places, to the cell.
-pub(crate) fn key(contacts: &[Held], cell_m: f64) -> Vec<(usize, usize, [i64; 3])> {
+/// What tells one contact set from another: patches, faces and places, to the cell.
+pub(crate) fn key(prepared: &Prepared, contacts: &[Held]) -> Vec<(usize, usize, [i64; 3])> {
+    let cell_m = prepared.config.same_place_m;
     contacts
         .iter()
         .map(|c| {
             let p = c.X_WC.translation.vector / cell_m;
             (
                 c.patch,
-                c.surface,
+                prepared.face.get(c.surface).copied().unwrap_or(c.surface),
                 [p.x, p.y, p.z].map(|x| x.round() as i64),
             )
         })

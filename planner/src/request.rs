@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use posture::{BaseGoal, Environment};
 use robot_model::{Configuration, ContactPatch, Kinematics, Robot};
+use surfaces::Surface;
 
 use crate::comfort::LEANING_MIN;
 use crate::guide::Guide;
@@ -62,6 +63,8 @@ pub(crate) struct Prepared<'a> {
     leg: Vec<Leg>,
     /// Patches that are used at all.
     pub used: Vec<bool>,
+    /// For each surface, the first that is a piece of the same face.
+    pub face: Vec<usize>,
 }
 
 impl<'a> Prepared<'a> {
@@ -134,7 +137,13 @@ impl<'a> Prepared<'a> {
             .iter()
             .map(|p| Leg::new(robot, &kinematics, p));
         let leg = leg.collect();
+        let surfaces = &request.environment.surfaces;
+        let face = surfaces.iter().enumerate().map(|(i, surface)| {
+            let same = |other: &Surface| other.face.is_some() && other.face == surface.face;
+            surfaces.iter().position(same).unwrap_or(i)
+        });
         Ok(Self {
+            face: face.collect(),
             request,
             config,
             leg,

@@ -9,18 +9,19 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use motion::Setting;
-use posture::{Contact, Outcome, Posture};
+use posture::Posture;
 use rayon::prelude::*;
 
 use crate::answer::{Answer, Blocked, Progress, Stage, Status};
-use crate::candidate::{self, Candidate};
+use crate::candidate::{self, Candidate, touch};
 use crate::goal::{Attempt, try_goal};
 use crate::grow;
 use crate::motions::Motions;
 use crate::node::{Node, key};
-use crate::plan::SearchSummary;
+use crate::plan::{Change, SearchSummary};
 use crate::request::{Prepared, Request};
 use crate::steepness::too_steep;
+use crate::wish::elsewhere;
 use crate::{Config, Error};
 
 /// Order of the frontier: priority, then the number of the candidate.
@@ -34,7 +35,7 @@ impl Rank {
     }
 }
 
-type Solved = Result<(Vec<Contact>, Outcome), posture::Error>;
+type Solved = Result<candidate::Solved, Error>;
 
 pub(crate) struct Search<'a> {
     pub prepared: Prepared<'a>,
@@ -112,10 +113,21 @@ pub fn search(
         };
         search.solved += 1;
         search.expanded.insert(candidate.node);
-        let (contacts, outcome) = solved?;
+        let solved = solved?;
         let parent = &search.nodes[candidate.node];
-        match grow::child(&search.prepared, &candidate, parent, &contacts, outcome) {
-            Ok(node) if search.is_new(&node) => {
+        let child = grow::child(
+            &search.prepared,
+            &candidate,
+            parent,
+            &solved.contacts,
+            solved.outcome,
+        );
+        match (child, solved.stuck) {
+            (Ok(node), Some(reason)) => {
+                search.block(candidate.node, node.change.clone(), reason);
+                search.beside(&node, candidate.node);
+            }
+            (Ok(node), None) if search.is_new(&node) => {
                 tracing::debug!(
                     "node {} from {}: {:?}",
                     search.nodes.len(),
@@ -129,8 +141,8 @@ pub fn search(
                     return Ok(answer);
                 }
             }
-            Ok(_) => {}
-            Err(blocked) if !candidate.again && config.posture_restarts > 0 => {
+            (Ok(_), None) => {}
+            (Err(blocked), _) if !candidate.again && config.posture_restarts > 0 => {
                 // The reason so far, should its second turn never come.
                 search.blocked.push(blocked);
                 search.put(Candidate {
@@ -139,7 +151,7 @@ pub fn search(
                     ..candidate
                 });
             }
-            Err(blocked) => {
+            (Err(blocked), _) => {
                 tracing::debug!(
                     "node {}: {:?}: {}",
                     candidate.node,
@@ -167,9 +179,9 @@ impl<'a> Search<'a> {
                 .take(threads)
                 .map(|(rank, (candidate, _))| (*rank, candidate.clone()))
                 .collect();
-            let (prepared, nodes, config) = (&self.prepared, &self.nodes, self.posture_config);
+            let (prepared, nodes, setting) = (&self.prepared, &self.nodes, &self.motions.setting);
             let solve = |candidate: &Candidate| {
-                candidate::solve(prepared, &nodes[candidate.node], candidate, config)
+                candidate::solve(prepared, setting, &nodes[candidate.node], candidate)
             };
             let results: Vec<(Rank, Solved)> = if due.len() > 1 {
                 due.par_iter().map(|(rank, c)| (*rank, solve(c))).collect()
@@ -193,7 +205,7 @@ impl<'a> Search<'a> {
     }
 
     fn state(&self, node: &Node) -> Vec<(usize, usize, [i64; 3])> {
-        let mut state = key(&node.contacts, self.prepared.config.same_place_m);
+        let mut state = key(&self.prepared, &node.contacts);
         state.sort();
         state
     }
@@ -221,6 +233,40 @@ impl<'a> Search<'a> {
         self.nodes.push(node);
         self.branch(index);
         Ok(None)
+    }
+
+    /// Notes what cannot be done at a node, and why.
+    pub fn block(&mut self, node: usize, change: Change, reason: String) {
+        tracing::debug!("node {node}: {change:?}: {reason}");
+        self.blocked.push(Blocked {
+            change,
+            held: grow::held(&self.prepared, &self.nodes[node]),
+            reason,
+            distance_m: self.nodes[node].distance_m(&self.prepared),
+        });
+    }
+
+    /// Adds candidates of the parent that touch beside where `node` does, which no motion leads to.
+    pub fn beside(&mut self, node: &Node, parent: usize) {
+        let before = &self.nodes[parent];
+        let made = node.contacts.iter().find(|c| !before.holds(c.patch));
+        let Some(made) = made.filter(|_| !node.elsewhere) else {
+            return;
+        };
+        let candidates: Vec<Candidate> = elsewhere(&self.prepared, made)
+            .iter()
+            .map(|wish| {
+                let (patch, surface) = (made.patch, made.surface);
+                let touch = touch(&self.prepared, parent, before, patch, surface, wish);
+                Candidate {
+                    elsewhere: true,
+                    ..touch
+                }
+            })
+            .collect();
+        for candidate in candidates {
+            self.put(candidate);
+        }
     }
 
     /// Adds a node's candidates to the frontier.

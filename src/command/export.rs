@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use crate::cli::Global;
 use crate::config::Config;
@@ -36,12 +36,8 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let config = Config::layered(None, global)?;
     let plan = plan_file::open(&args.plan)?;
     let robot = args.robot.load(&plan)?;
-    let text = if args.format == Format::MotionCsv {
-        let motion = plan_file::open_motion(&args.plan, &plan)?;
-        export::motion_csv(&motion.context("the plan has no motion")?, &robot)?
-    } else {
-        export::export(&plan, &robot, args.format, &config.export)?
-    };
+    let motion = plan_file::open_motion(&args.plan, &plan)?;
+    let text = export::export(&plan, motion.as_ref(), &robot, args.format, &config.export)?;
     match &args.output {
         Some(path) => {
             output::write(path, text.as_bytes())?;

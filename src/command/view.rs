@@ -38,12 +38,14 @@ pub struct Args {
 #[allow(non_snake_case)]
 pub fn run(args: &Args, out: &mut dyn Write) -> Result<Status> {
     let plan = plan_file::open(&args.plan)?;
+    let motion = plan_file::open_motion(&args.plan, &plan)?;
     let robot = args.robot.load(&plan)?;
     let source = args.how.scans(&args.scan)?;
     let files = Files::Folder(PathBuf::new());
     let cloud_W = environment::points_W(&source, &files)?;
     let page = view::page(&ViewInput {
         plan: &plan,
+        motion: motion.as_ref(),
         robot: &robot,
         cloud_W: &cloud_W,
     })?;

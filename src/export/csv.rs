@@ -9,9 +9,14 @@ use super::{Config, frames};
 
 /// The plan as a table: what changes and when the posture is reached, centre of mass, q, and for
 /// every patch whether it touches and its force (N) and moment about its frame's origin (N·m) in W.
-pub(super) fn write(plan: &Plan, robot: &Robot, config: &Config) -> Result<String> {
+pub(super) fn write(
+    plan: &Plan,
+    motion: Option<&motion::Motion>,
+    robot: &Robot,
+    config: &Config,
+) -> Result<String> {
     let mut text = header(robot).join(",") + "\n";
-    let phases = phases(plan, config);
+    let phases = phases(plan, motion, config);
     for (index, stance) in plan.stances.iter().enumerate() {
         let (kind, patch, surface) = match &stance.change {
             Change::Start => ("start", "", ""),

@@ -77,7 +77,12 @@ struct Contact<'a> {
 }
 
 /// The plan as a contact sequence with times.
-pub(super) fn write(plan: &Plan, robot: &Robot, config: &Config) -> Result<String> {
+pub(super) fn write(
+    plan: &Plan,
+    motion: Option<&motion::Motion>,
+    robot: &Robot,
+    config: &Config,
+) -> Result<String> {
     let limbs = Limbs::new(robot, config)?;
     let patches = robot
         .patches
@@ -94,7 +99,7 @@ pub(super) fn write(plan: &Plan, robot: &Robot, config: &Config) -> Result<Strin
             })
         })
         .collect::<Result<_>>()?;
-    let phases = phases(plan, config)
+    let phases = phases(plan, motion, config)
         .into_iter()
         .map(|phase| {
             let stance = plan.stances.get(phase.stance).context("no such stance")?;

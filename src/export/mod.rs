@@ -7,7 +7,7 @@
 //! | `csv` | spreadsheets and plots: one row a stance |
 //! | `motion-csv` | plots and players of trajectories: one row a sample of the motion |
 //!
-//! Times are those of the plan's motion; where it has none, the durations of [`Config`].
+//! Times are those of the plan's motion; where there is none, the durations of [`Config`].
 
 mod config;
 mod csv;
@@ -20,11 +20,11 @@ mod swing;
 pub mod timeline;
 
 pub use config::Config;
-pub use motion_csv::motion_csv;
 
 use std::str::FromStr;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
+use motion::Motion;
 use planner::plan::Plan;
 use robot_model::Robot;
 
@@ -81,19 +81,24 @@ impl FromStr for Format {
     }
 }
 
-/// The plan in the format, as text.
+/// The plan in the format, as text, with the times of its motion.
 ///
 /// # Errors
 /// A plan of another robot or with values that are no numbers; settings that make no sense; two
-/// patches with one limb's name.
-/// For [`Format::MotionCsv`] there is [`motion_csv`]: the samples are in no plan.
-pub fn export(plan: &Plan, robot: &Robot, format: Format, config: &Config) -> Result<String> {
+/// patches with one limb's name; [`Format::MotionCsv`] of a plan without a motion.
+pub fn export(
+    plan: &Plan,
+    motion: Option<&Motion>,
+    robot: &Robot,
+    format: Format,
+    config: &Config,
+) -> Result<String> {
     config.validate()?;
     frames::check(plan, robot)?;
     match format {
-        Format::MccYaml => mcc_yaml::write(plan, robot, config),
-        Format::Json => json::write(plan, robot, config),
-        Format::Csv => csv::write(plan, robot, config),
-        Format::MotionCsv => bail!("the plan alone does not hold the samples of its motion"),
+        Format::MccYaml => mcc_yaml::write(plan, motion, robot, config),
+        Format::Json => json::write(plan, motion, robot, config),
+        Format::Csv => csv::write(plan, motion, robot, config),
+        Format::MotionCsv => motion_csv::write(motion.context("the plan has no motion")?, robot),
     }
 }

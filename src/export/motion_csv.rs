@@ -11,7 +11,7 @@ use robot_model::Robot;
 ///
 /// # Errors
 /// A motion that contradicts itself or is another robot's.
-pub fn motion_csv(motion: &Motion, robot: &Robot) -> Result<String> {
+pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<String> {
     motion.validate()?;
     let wanted = 7 + robot.nj();
     if let Some(sample) = motion.samples.iter().find(|s| s.q.len() != wanted) {

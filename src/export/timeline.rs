@@ -1,5 +1,6 @@
 //! When what of a plan happens: stances have no times, a controller needs some.
 
+use motion::{Motion, PhaseKind};
 use planner::plan::{Change, Plan};
 
 use super::Config;
@@ -33,12 +34,52 @@ pub struct Phase {
     pub end_s: f64,
 }
 
-/// The phases in order, one after the other.
+/// The phases in order, one after the other: as the motion has them, after the export's time before
+/// the first movement; without a motion they last as long as the settings say.
+pub fn phases(plan: &Plan, motion: Option<&Motion>, config: &Config) -> Vec<Phase> {
+    match motion {
+        Some(motion) => moved(plan, motion, config),
+        None => assumed(plan, config),
+    }
+}
+
+/// The phases of the motion; those without movement belong to what comes after them, as a contact is
+/// made when its swing ends.
+fn moved(plan: &Plan, motion: &Motion, config: &Config) -> Vec<Phase> {
+    let mut phases: Vec<Phase> = Vec::new();
+    let mut start_s = config.start_s;
+    for phase in &motion.phases {
+        let change = |stance: usize| plan.stances.get(stance).map(|s| &s.change);
+        let lands = matches!(change(phase.to_stance), Some(Change::Add { patch, .. }) if Some(patch) == phase.swing.as_ref());
+        let left = matches!(change(phase.from_stance), Some(Change::Remove { patch, .. }) if Some(patch) == phase.swing.as_ref());
+        let (stance, kind) = match (phase.kind, lands, left) {
+            (PhaseKind::Hold, ..) => continue,
+            (PhaseKind::Shift, ..) => (phase.to_stance, Move::Shift),
+            (PhaseKind::Swing, true, true) => {
+                let from = phase.from_stance;
+                (phase.to_stance, Move::Step { from })
+            }
+            (PhaseKind::Swing, true, false) => (phase.to_stance, Move::Make),
+            (PhaseKind::Swing, false, _) => (phase.from_stance, Move::Release),
+        };
+        let end_s = config.start_s + phase.t_end_s;
+        phases.push(Phase {
+            stance,
+            kind,
+            start_s,
+            end_s,
+        });
+        start_s = end_s;
+    }
+    phases
+}
+
+/// The phases as they follow from the contacts alone.
 ///
 /// Before a contact leaves, the weight shifts with it still touching; a contact that leaves and
 /// is made in the next stance swings there, any other is taken away. A contact that is made needs
 /// no shift: the stance before already bears without it.
-pub fn phases(plan: &Plan, config: &Config) -> Vec<Phase> {
+fn assumed(plan: &Plan, config: &Config) -> Vec<Phase> {
     let mut phases: Vec<Phase> = Vec::new();
     let mut now = config.start_s;
     let mut push = |stance, kind, duration: f64| {

@@ -4,6 +4,8 @@ use std::collections::HashSet;
 
 use serde_json::{Value, json};
 
+use super::base64::base64;
+
 /// Edge of the first grid, m; each following one is wider by [`WIDENING`].
 const FIRST_CELL_M: f32 = 0.005;
 const WIDENING: f32 = 1.2;
@@ -57,44 +59,9 @@ pub(super) fn record(points: &[[f32; 3]], total: usize) -> Value {
     })
 }
 
-/// Base64 with padding, RFC 4648 §4.
-fn base64(bytes: &[u8]) -> String {
-    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let bits = (0..3).fold(0, |bits, k| {
-            bits << 8 | u32::from(group.get(k).copied().unwrap_or(0))
-        });
-        for k in 0..4 {
-            let sextet = bits >> (18 - 6 * k) & 63;
-            text.push(if k <= group.len() {
-                char::from(ALPHABET[sextet as usize])
-            } else {
-                '='
-            });
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn base64_is_that_of_rfc_4648() {
-        let vectors = [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foobar", "Zm9vYmFy"),
-        ];
-        for (bytes, text) in vectors {
-            assert_eq!(base64(bytes.as_bytes()), text);
-        }
-        assert_eq!(base64(&[0xfb, 0xff, 0xbf]), "+/+/");
-    }
 
     #[test]
     fn thinning_keeps_an_even_part_and_leaves_out_what_is_not_finite() {

@@ -11,13 +11,16 @@
 //!
 //! All that needs a model of the robot is computed here; the script only draws.
 
+mod base64;
 mod cloud;
+mod motion;
 mod number;
 mod robot;
 mod stance;
 mod support;
 mod surface;
 
+use ::motion::Motion;
 use anyhow::{Context, Result};
 use planner::plan::Plan;
 use robot_model::{GRAVITY_M_S2, Robot};
@@ -38,6 +41,8 @@ pub struct ViewInput<'a> {
     pub plan: &'a Plan,
     /// The plan's robot.
     pub robot: &'a Robot,
+    /// The motion between its stances.
+    pub motion: Option<&'a Motion>,
     /// The scan's points in W, m; thinned to [`CLOUD_POINTS_MAX`], points that are not finite are
     /// left out.
     pub cloud_W: &'a [[f32; 3]],
@@ -76,6 +81,7 @@ pub fn page(input: &ViewInput<'_>) -> Result<String> {
 fn data(input: &ViewInput<'_>) -> Result<Value> {
     let ViewInput {
         plan,
+        motion,
         robot,
         cloud_W,
     } = input;
@@ -107,6 +113,7 @@ fn data(input: &ViewInput<'_>) -> Result<Value> {
         "goal": plan.goal,
         "search": plan.search,
         "stances": stances,
+        "motion": motion::record(*motion, robot)?,
     }))
 }
 

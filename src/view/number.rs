@@ -8,6 +8,11 @@ pub(super) fn metres(x: f64) -> f64 {
     rounded(x, 1e4)
 }
 
+/// A time rounded to 1 ms.
+pub(super) fn seconds(x: f64) -> f64 {
+    rounded(x, 1e3)
+}
+
 /// A force rounded to 0.01 N.
 pub(super) fn newtons(x: f64) -> f64 {
     rounded(x, 1e2)

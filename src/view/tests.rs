@@ -9,8 +9,10 @@ mod fixture;
 
 fn fixture_page() -> String {
     let (plan, robot, cloud) = (fixture::plan(), fixture::robot(), fixture::cloud());
+    let motion = fixture::motion();
     page(&ViewInput {
         plan: &plan,
+        motion: Some(&motion),
         robot: &robot,
         cloud_W: &cloud,
     })
@@ -120,6 +122,7 @@ fn another_robot_or_a_stance_that_contradicts_itself_is_refused() {
         change(&mut plan);
         let error = page(&ViewInput {
             plan: &plan,
+            motion: None,
             robot: &robot,
             cloud_W: &[],
         })

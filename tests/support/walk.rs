@@ -182,6 +182,7 @@ impl Walked {
         std::fs::create_dir_all(&folder).unwrap();
         let page = scandent::view::page(&scandent::view::ViewInput {
             plan: &self.plan,
+            motion: self.answer.motion.as_ref(),
             robot: &self.robot,
             cloud_W: &[],
         });

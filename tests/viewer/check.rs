@@ -82,6 +82,26 @@ fn use_page(page: &mut Page, stances: usize) -> Result<()> {
     ensure!(playing == "false", "playing does not stop");
     quiet(page, "playing")?;
 
+    // Moments of the motion, where there is one.
+    let moves = page.evaluate(
+        "JSON.parse(document.querySelector('#scandent-data').textContent).motion !== null",
+    )?;
+    if moves == true {
+        let mut moment = |time: &str| -> Result<String> {
+            page.evaluate(&format!("location.hash = '#time={time}'"))?;
+            settle(page)?;
+            let said = page.evaluate("document.querySelector('#caption').innerText")?;
+            let said = said.as_str().unwrap_or_default().to_owned();
+            ensure!(
+                said.contains(&format!("{time} s of")),
+                "at {time} s the page says {said}"
+            );
+            picture(page)
+        };
+        ensure!(moment("1.3")? != moment("1.7")?, "the motion stands still");
+        quiet(page, "showing the motion")?;
+    }
+
     // Layers, views, themes, the address.
     let layers = page.evaluate(
         "(() => { const boxes = [...document.querySelectorAll('#layers input')];

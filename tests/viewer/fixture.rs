@@ -4,6 +4,7 @@
 
 mod walker;
 
+use motion::{MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
 use nalgebra::{Isometry3, Point2, Point3};
 use planner::plan::{
     Change, GoalRecord, Input, Margins, PLAN_FORMAT, Plan, Pose, Program, RequiredMargins,
@@ -133,6 +134,51 @@ pub fn plan() -> Plan {
             path_stances: stances.len(),
         },
         stances,
+    }
+}
+
+/// A second from each stance to the next, straight.
+pub fn motion() -> Motion {
+    const DT_S: f64 = 0.05;
+    let plan = plan();
+    let steps = (1.0 / DT_S).round() as usize;
+    let count = steps * (plan.stances.len() - 1);
+    let samples = (0..=count).map(|i| {
+        let from = (i / steps).min(plan.stances.len() - 2);
+        let part = i as f64 / steps as f64 - from as f64;
+        let (a, b) = (&plan.stances[from].q, &plan.stances[from + 1].q);
+        Sample {
+            t_s: i as f64 * DT_S,
+            q: a.iter().zip(b).map(|(a, b)| a + part * (b - a)).collect(),
+            com_W: plan.stances[from].com_W,
+            forces_W: Vec::new(),
+        }
+    });
+    let phases = plan.stances.windows(2).map(|pair| {
+        let swing = match &pair[1].change {
+            Change::Add { patch, .. } => Some(patch.clone()),
+            _ => None,
+        };
+        Phase {
+            kind: if swing.is_some() {
+                PhaseKind::Swing
+            } else {
+                PhaseKind::Shift
+            },
+            t_start_s: pair[0].index as f64,
+            t_end_s: pair[1].index as f64,
+            from_stance: pair[0].index,
+            to_stance: pair[1].index,
+            contacts: Vec::new(),
+            swing,
+        }
+    });
+    Motion {
+        format: MOTION_FORMAT.to_owned(),
+        robot: plan.robot.name.clone(),
+        dt_s: DT_S,
+        phases: phases.collect(),
+        samples: samples.collect(),
     }
 }
 

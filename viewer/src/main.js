@@ -11,6 +11,7 @@ import { goalLayer } from './goal.js';
 import { listenToKeys } from './keys.js';
 import { colourKey, layerSwitches } from './layers.js';
 import { obstaclesLayer } from './obstacles.js';
+import { Motion, describePhase } from './motion.js';
 import { Panel } from './panel.js';
 import { RobotLayer } from './robot.js';
 import { Stage } from './stage.js';
@@ -22,7 +23,7 @@ import { Transport } from './transport.js';
 const ROOMY_PX = 800;
 
 const $ = (id) => document.getElementById(id);
-/** `#stance=5&view=top&theme=dark` */
+/** `#stance=5&view=top&theme=dark`, or `#time=12.5` for a moment of the motion */
 const address = () => new URLSearchParams(location.hash.slice(1));
 
 function start() {
@@ -84,7 +85,8 @@ function start() {
   });
 
   // One stance at a time.
-  const transport = new Transport($('transport'), data.stances, (index) => {
+  const motion = data.motion ? new Motion(data.motion) : null;
+  const showStance = (index) => {
     const stance = data.stances[index];
     const before = data.stances[index - 1];
     RobotLayer.pose(robot.solid, stance.poses);
@@ -96,12 +98,23 @@ function start() {
     panel.show(stance);
     $('caption').replaceChildren(el('b', {}, `Stance ${index}`), describeChange(stance.change));
     stage.invalidate();
-  });
+  };
+  // Between stances the robot moves; what is said is of the stance that it comes to.
+  const showTime = (time, phase) => {
+    RobotLayer.pose(robot.solid, motion.at(time));
+    robot.ghost.visible = false;
+    const seconds = `${time.toFixed(1)} s of ${motion.duration.toFixed(1)} s`;
+    $('caption').replaceChildren(el('b', {}, seconds), `to stance ${phase.to}: ${describePhase(phase)}`);
+    stage.invalidate();
+  };
+  const transport = new Transport($('transport'), data.stances, motion, showStance, showTime);
   listenToKeys({ transport, viewpoint, canvas: $('view'), toggleTheme });
 
   const follow = () => {
     viewpoint.go(address().get('view'));
-    if (data.stances.length) transport.set(Number(address().get('stance')) || 0);
+    const time = address().get('time');
+    if (motion && time !== null) transport.seek(Number(time) || 0);
+    else if (data.stances.length) transport.set(Number(address().get('stance')) || 0);
     else for (const part of [robot.solid, ghost, balance.group]) part.visible = false;
     stage.draw();
   };

@@ -29,7 +29,12 @@ use document::*;
 mod document;
 
 /// The plan as a configuration of the controller.
-pub(super) fn write(plan: &Plan, robot: &Robot, config: &Config) -> Result<String> {
+pub(super) fn write(
+    plan: &Plan,
+    motion: Option<&motion::Motion>,
+    robot: &Robot,
+    config: &Config,
+) -> Result<String> {
     // Its tasks turn the limbs' frames, and its surface contacts need an area.
     if let Some(ball) = robot.patches.iter().find(|p| p.point_radius_m().is_some()) {
         bail!(
@@ -61,7 +66,7 @@ pub(super) fn write(plan: &Plan, robot: &Robot, config: &Config) -> Result<Strin
             },
             motion: State {
                 base: "MCC::ConfigMotion",
-                configs: motion(plan, &limbs, config)?,
+                configs: steps(plan, motion, &limbs, config)?,
             },
             main: Parallel {
                 base: "Parallel",
@@ -106,11 +111,16 @@ pub(super) fn write(plan: &Plan, robot: &Robot, config: &Config) -> Result<Strin
 }
 
 /// The step commands, and the centres of mass and postures that go with them.
-fn motion(plan: &Plan, limbs: &Limbs, config: &Config) -> Result<Motion> {
+fn steps(
+    plan: &Plan,
+    motion: Option<&motion::Motion>,
+    limbs: &Limbs,
+    config: &Config,
+) -> Result<Motion> {
     let mut steps = Vec::new();
     let mut poses: Vec<TimedPose> = Vec::new();
     let mut postures = Vec::new();
-    for phase in phases(plan, config) {
+    for phase in phases(plan, motion, config) {
         let stance = &plan.stances[phase.stance];
         let time = frames::rounded(phase.start_s);
         // A limb that is taken away leaves the posture as it is.
