@@ -30,6 +30,15 @@ pub fn numbers(text: &str, counts: &[usize]) -> Result<Vec<f64>, String> {
     }
 }
 
+/// A place: `x,y,z`, m.
+///
+/// # Errors
+/// As [`numbers`].
+pub fn place(text: &str) -> Result<[f64; 3], String> {
+    let values = numbers(text, &[3])?;
+    Ok([values[0], values[1], values[2]])
+}
+
 /// A pose: `x,y,z`, `x,y,z,roll,pitch,yaw` (fixed axes, rad) or `x,y,z,qx,qy,qz,qw`; m.
 ///
 /// # Errors

@@ -170,7 +170,7 @@ fn is_lidar(source: &ScanSource) -> bool {
     source.sensor.as_deref() == Some(perception::lidar::SENSOR)
 }
 
-/// Adds ground and slopes that a LiDAR's cloud shows, the sensor at the scan's pose.
+/// Adds ground, slopes, walls and things that a LiDAR's cloud shows, the sensor at the scan's pose.
 #[allow(non_snake_case)]
 fn detect(
     source: &ScanSource,
@@ -183,11 +183,12 @@ fn detect(
 ) -> Result<()> {
     let (cloud, name) = read_lidar(source, files, stages, inputs)?;
     let mount = mount(source, files, inputs)?;
-    let scan = stages
+    let seen = stages
         .measure("perception", || {
-            perception::lidar::detect(&cloud, Some(&mount), &config.perception.lidar)
+            perception::lidar::look_around(&cloud, Some(&mount), &config.perception.lidar)
         })
         .with_context(|| name.to_owned())?;
+    let scan = seen.scan.with_context(|| format!("{name}: no ground"))?;
     let counts = &scan.counts;
     perceived.notes.push(format!(
         "{name}: {} points, {} in view, {} not isolated, {} on the ground",
@@ -205,22 +206,36 @@ fn detect(
             d.p2_W.y
         ));
     }
-    perceived
-        .set
-        .surfaces
-        .extend(scan.surfaces().into_iter().map(|mut surface| {
-            surface.id.insert_str(0, prefix);
-            if let Some(face) = &mut surface.face {
-                face.insert_str(0, prefix);
-            }
-            surface
-        }));
+    let around = seen.around;
+    perceived.notes.push(format!(
+        "{} parts of walls, {} things around",
+        around.walls.len(),
+        around.things.len()
+    ));
+    let walls = around.surfaces().cloned();
+    let found = scan.surfaces().into_iter().chain(walls);
+    perceived.set.surfaces.extend(found.map(|mut surface| {
+        surface.id.insert_str(0, prefix);
+        if let Some(face) = &mut surface.face {
+            face.insert_str(0, prefix);
+        }
+        surface
+    }));
+    let kept_from = around.obstacles().cloned().map(|mut obstacle| {
+        obstacle.id.insert_str(0, prefix);
+        if let Some(surface) = &mut obstacle.surface {
+            surface.insert_str(0, prefix);
+        }
+        obstacle
+    });
+    perceived.set.obstacles.extend(kept_from);
     perceived.cloud_W.extend(scan.points_W);
     Ok(())
 }
 
 /// What is known of a LiDAR's mount: its calibration at the scan's pose, or the pose alone, which is
 /// known as well as a calibration would tell it.
+#[allow(non_snake_case)]
 fn mount(source: &ScanSource, files: &Files, inputs: &mut Inputs) -> Result<LidarCalibration> {
     if let Some(name) = &source.calibration {
         let bytes = files.read("calibration", name, inputs)?;
@@ -229,7 +244,9 @@ fn mount(source: &ScanSource, files: &Files, inputs: &mut Inputs) -> Result<Lida
     }
     let tilt = MOUNT_RAD * MOUNT_RAD;
     let known = Matrix4::from_diagonal(&Vector4::new(tilt, tilt, tilt, MOUNT_M * MOUNT_M));
-    Ok(LidarCalibration::from_pose(&source.X_WV(), &known))
+    let [x, y, z] = source.eye_m.unwrap_or_default();
+    let X_WV = source.X_WV() * Isometry3::translation(x, y, z);
+    Ok(LidarCalibration::from_pose(&X_WV, &known))
 }
 
 /// A LiDAR's cloud and its name.
@@ -247,7 +264,11 @@ fn read_lidar<'a>(
     let read = stages.measure("reading", || {
         perception::parse_lidar(Path::new(name), &bytes, None)
     })?;
-    Ok((read.cloud, name))
+    let cloud = match source.eye_m {
+        Some(eye_m) => read.cloud.seen_from(eye_m),
+        None => read.cloud,
+    };
+    Ok((cloud, name))
 }
 
 /// Standard deviations of a mount's angles (rad) and height (m) where a scene gives the pose.
@@ -291,7 +312,7 @@ fn sensor_options(source: &ScanSource) -> SensorOptions {
         sensor: source.sensor.clone().unwrap_or_else(|| unnamed.to_owned()),
         intrinsics,
         depth_scale_m: source.depth_scale_m,
-        eye_m: None,
+        eye_m: source.eye_m,
     }
 }
 

@@ -19,6 +19,10 @@ pub struct ScanFlags {
     /// the scans: x,y,z,qx,qy,qz,qw or x,y,z,roll,pitch,yaw; default: what the file states
     #[arg(long, value_name = "POSE", value_parser = argument::pose, allow_hyphen_values = true)]
     pub pose: Vec<Isometry3<f64>>,
+    /// Where the sensor stood in the frame of clouds that were moved after the scan: x,y,z in m. A
+    /// --pose is then that of the clouds' frame
+    #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true)]
+    pub eye: Option<[f64; 3]>,
     /// Calibration of the VLP-16 that took the scans, as `calibrate lidar` writes it; a --pose is then
     /// that of the calibration's world
     #[arg(long, value_name = "FILE.toml")]
@@ -45,6 +49,7 @@ impl ScanFlags {
                 .copied()
                 .unwrap_or_else(Isometry3::identity);
             let mut source = source(file, self.sensor.as_ref(), &pose);
+            source.eye_m = self.eye;
             if let Some(path) = &self.calibration {
                 source.calibration = Some(path.display().to_string());
                 source
@@ -75,6 +80,7 @@ fn source(file: &Path, sensor: Option<&SensorFlag>, pose: &Isometry3<f64>) -> Sc
         cx: value(2),
         cy: value(3),
         depth_scale_m: flag.depth_scale_m,
+        eye_m: None,
         calibration: None,
         position_m: Some(pose.translation.vector.into()),
         quat_xyzw: Some(pose.rotation.coords.into()),

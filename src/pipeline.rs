@@ -15,8 +15,8 @@ use crate::config::Config;
 use crate::environment::{self, Perceived};
 use crate::provenance::{self, Inputs};
 use crate::report::{Clock, Report, Stages, peak_memory_mb};
-use crate::scene::Scene;
-use crate::start::{self, assumed, ground};
+use crate::scene::{self, Scene};
+use crate::start::{self, agreement, assumed, ground};
 use crate::verify::{self, Certificate};
 use crate::{goal, roles, threads};
 
@@ -118,6 +118,16 @@ pub fn plan(
     });
     let (set, stand, ground, refuted) = begin?;
     notes.extend(ground.notes);
+    // The ground that is seen, against the one under the feet.
+    if let scene::Environment::Scans(scans) = &scene.environment
+        && let Some(feet) = ground.contacts.first().map(|c| &set.surfaces[c.1])
+    {
+        let (robot, config) = (&config.calibration.camera, &config.ground);
+        let mounts = &scene.mounts;
+        notes.extend(agreement::disagreements(
+            &extracted, scans, mounts, feet, robot, config,
+        ));
+    }
     if !refuted.is_empty() {
         notes.push(format!(
             "the robot stands where these would go on beyond the view: {}",

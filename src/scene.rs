@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Matrix6};
 use scenes::SceneFile;
 use scenes::scene_file::{Friction, Goal, Guide, ScanSource};
 use toml::{Table, Value};
@@ -18,6 +18,9 @@ pub struct Scene {
     pub name: String,
     /// Where the environment is known from.
     pub environment: Environment,
+    /// Covariance of the mount of each scan's sensor: rotation about and shift along W's axes, rad and
+    /// m; nothing where poses are given.
+    pub mounts: Vec<Option<Matrix6<f64>>>,
     /// The robot's files.
     pub robot: RobotFiles,
     /// Where the robot is.
@@ -123,6 +126,7 @@ impl Scene {
         Ok(Self {
             name: file.name,
             environment,
+            mounts: Vec::new(),
             robot: RobotFiles::in_folder(folder, &file.robot),
             start: Start::Posture {
                 name: Some(start.posture.clone()),

@@ -1,5 +1,6 @@
 //! The start: the robot's configuration before its first step, and which patches bear.
 
+pub mod agreement;
 pub mod assumed;
 pub mod ground;
 

@@ -134,6 +134,24 @@ static SCENES: [Builtin; 10] = [
         seed: 9,
         sensor: None,
     },
+    Builtin {
+        name: "slope-10.5-at-30",
+        toml: include_str!("../scenes/slope-10.5-at-30.toml"),
+        files: &[],
+        sweep: Some("slope-10.5-at-30.pcd"),
+        truth: worlds::slope::turned::<0>,
+        seed: 10,
+        sensor: None,
+    },
+    Builtin {
+        name: "slope-23.8-at-30",
+        toml: include_str!("../scenes/slope-23.8-at-30.toml"),
+        files: &[],
+        sweep: Some("slope-23.8-at-30.pcd"),
+        truth: worlds::slope::turned::<6>,
+        seed: 11,
+        sensor: None,
+    },
 ];
 
 /// The scene of this name; a slope's may leave its fraction out (`slope-15`).

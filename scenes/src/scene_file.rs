@@ -91,6 +91,10 @@ pub struct ScanSource {
     /// Depth of one unit of the image, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth_scale_m: Option<f64>,
+    /// Where the sensor stood in the frame of a cloud that was moved after the scan, m. The pose below
+    /// is then that of the cloud's frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub eye_m: Option<[f64; 3]>,
     /// Calibration of a `vlp16` (as `calibrate lidar` writes it); the pose below is then that of the
     /// calibration's world.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -23,7 +23,9 @@ fn shipped_scenes_name_only_what_ships() {
             "slope-17.4",
             "slope-19.7",
             "slope-22",
-            "slope-23.8"
+            "slope-23.8",
+            "slope-10.5-at-30",
+            "slope-23.8-at-30"
         ]
     );
     for scene in scenes::names().filter_map(scenes::builtin) {

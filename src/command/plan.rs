@@ -105,6 +105,7 @@ impl Args {
         Ok(Scene {
             name: NAME.to_owned(),
             environment: Environment::Scans(Vec::new()),
+            mounts: Vec::new(),
             robot: RobotFiles {
                 urdf: "builtin:hrp2".to_owned(),
                 srdf: None,

@@ -1,16 +1,21 @@
-//! `scandent slope CLOUD`: the slopes that a LiDAR sees, where they begin and how they rise.
+//! `scandent slope CLOUD`: the slopes that a LiDAR sees, where they begin and how they rise, and what
+//! else stands around.
 
 use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use nalgebra::Isometry3;
 use perception::lidar;
 
+use crate::argument;
 use crate::cli::Global;
 use crate::config::Config;
 use crate::output;
 use crate::provenance::Inputs;
-use crate::slope::record::{GroundRecord, SLOPE_FORMAT, SlopeFile, SlopeRecord};
+use crate::slope::record::{
+    GroundRecord, SLOPE_FORMAT, SlopeFile, SlopeRecord, ThingRecord, WallRecord,
+};
 use crate::slope::{calibration_file, table};
 use crate::status::Status;
 
@@ -27,6 +32,10 @@ pub struct Args {
     /// Sweep of a capture, counted from 0 (default: the first whole one)
     #[arg(long, value_name = "N")]
     sweep: Option<usize>,
+    /// Where the sensor stood in the frame of a cloud that was moved after the scan: x,y,z in m; the
+    /// cloud is taken to have the sensor's axes
+    #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true)]
+    eye: Option<[f64; 3]>,
     /// Headings to give the stepping angle for, degrees from x towards y
     #[arg(
         long,
@@ -58,28 +67,40 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     for note in &read.notes {
         writeln!(out, "{name}: {note}")?;
     }
-    let scan = lidar::detect(&read.cloud, calibration.as_ref(), &config.perception.lidar)
+    let cloud = match args.eye {
+        Some(eye_m) => read.cloud.seen_from(eye_m),
+        None => read.cloud,
+    };
+    let seen = lidar::look_around(&cloud, calibration.as_ref(), &config.perception.lidar)
         .with_context(|| name.to_string())?;
-    let slopes: Vec<SlopeRecord> = scan
-        .slopes
-        .iter()
-        .map(|slope| SlopeRecord::of(slope, &args.heading))
-        .collect();
-    table::print(&scan, &slopes, out)?;
+    let found = |scan: &lidar::SlopeScan| -> Vec<SlopeRecord> {
+        let record = |slope| SlopeRecord::of(slope, &args.heading);
+        scan.slopes.iter().map(record).collect()
+    };
+    let slopes = seen.scan.as_ref().map(found).unwrap_or_default();
+    let walls: Vec<WallRecord> = seen.around.walls.iter().map(WallRecord::of).collect();
+    let things: Vec<ThingRecord> = seen.around.things.iter().map(ThingRecord::of).collect();
+    table::print(&seen, &slopes, &walls, &things, out)?;
     if let Some(path) = &args.output {
-        let pose = scan.X_WV;
+        let scan = seen.scan.as_ref();
+        let pose = scan.map_or_else(Isometry3::identity, |scan| scan.X_WV);
+        let mut surfaces = scan.map(lidar::SlopeScan::surfaces).unwrap_or_default();
+        surfaces.extend(seen.around.surfaces().cloned());
         let file = SlopeFile {
             format: SLOPE_FORMAT,
             program: crate::program(),
             inputs: inputs.into_list(),
             config: serde_json::to_value(&config.perception.lidar).context("the settings")?,
             calibrated: calibration.is_some(),
+            eye_m: args.eye,
             sensor_position_m: pose.translation.vector.into(),
             sensor_quat_xyzw: pose.rotation.coords.into(),
-            counts: scan.counts,
-            ground: GroundRecord::of(&scan),
+            counts: seen.counts,
+            ground: scan.map(GroundRecord::of),
             slopes,
-            surfaces: scan.surfaces(),
+            walls,
+            things,
+            surfaces,
         };
         output::write_json(path, &file)?;
         writeln!(out, "written: {}", path.display())?;

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use nalgebra::{Isometry3, Matrix3, Matrix6};
 use robot_model::Kinematics;
 
 use super::extrinsics::Extrinsics;
@@ -47,7 +48,8 @@ pub fn place(
     let stand = start::stand(&robot, &scene.start, &config.posture)?;
     let kinematics = Kinematics::new(&robot, &stand.configuration);
     let mut placed = sources.clone();
-    for source in &mut placed {
+    let mut mounts = vec![None; placed.len()];
+    for (source, known) in placed.iter_mut().zip(&mut mounts) {
         let (name, bytes) = match (given, &source.extrinsics) {
             (Some(path), _) => (path.display().to_string(), inputs.read("extrinsics", path)?),
             (None, Some(name)) => (name.clone(), scene.files.read("extrinsics", name, inputs)?),
@@ -65,7 +67,18 @@ pub fn place(
         }
         let X_WL = kinematics.X_WL(&robot, &mount.link).context(name)?;
         source.place(&(X_WL * mount.X_RV()));
+        *known = mount.covariance.map(|rows| turned(&rows, &X_WL));
     }
+    scene.mounts = mounts;
     scene.environment = Environment::Scans(placed);
     Ok(())
+}
+
+/// The covariance of (δθ, δp) in the link, about and along W's axes.
+fn turned(rows: &[[f64; 6]; 6], X_WL: &Isometry3<f64>) -> Matrix6<f64> {
+    let R_WL: Matrix3<f64> = X_WL.rotation.to_rotation_matrix().into_inner();
+    let mut both = Matrix6::zeros();
+    both.fixed_view_mut::<3, 3>(0, 0).copy_from(&R_WL);
+    both.fixed_view_mut::<3, 3>(3, 3).copy_from(&R_WL);
+    both * Matrix6::from_fn(|i, j| rows[i][j]) * both.transpose()
 }

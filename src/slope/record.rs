@@ -1,7 +1,7 @@
 //! `slope.json`: what a LiDAR's cloud shows of ground and slopes.
 
-use nalgebra::Point3;
-use perception::lidar::{LidarCounts, Slope, SlopeScan};
+use nalgebra::{Point2, Point3};
+use perception::lidar::{LidarCounts, Slope, SlopeScan, Thing, Wall};
 use planner::plan::{Input, Program};
 use serde::Serialize;
 use surfaces::Surface;
@@ -22,17 +22,24 @@ pub struct SlopeFile {
     pub config: serde_json::Value,
     /// Whether W is a calibration's; else the ground gives it, and x is the sensor's.
     pub calibrated: bool,
+    /// Where the sensor stood in the frame of a cloud that was moved after the scan, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub eye_m: Option<[f64; 3]>,
     /// Position of the sensor in W, m.
     pub sensor_position_m: [f64; 3],
     /// Orientation of the sensor in W.
     pub sensor_quat_xyzw: [f64; 4],
     /// Points after each step.
     pub counts: LidarCounts,
-    /// The ground.
-    pub ground: GroundRecord,
+    /// The ground; `null` where nothing is ground: W is then the sensor's frame.
+    pub ground: Option<GroundRecord>,
     /// The slopes, the largest first.
     pub slopes: Vec<SlopeRecord>,
-    /// Slopes and ground as convex surfaces.
+    /// The walls, the largest first.
+    pub walls: Vec<WallRecord>,
+    /// What else stands over the ground, the nearest first.
+    pub things: Vec<ThingRecord>,
+    /// Slopes, ground and walls as convex surfaces.
     pub surfaces: Vec<Surface>,
 }
 
@@ -47,6 +54,38 @@ pub struct GroundRecord {
     pub sensor_height_m: f64,
     /// Root mean square distance of its points, m.
     pub rms_m: f64,
+}
+
+/// A wall, or the part of one between two openings.
+#[derive(Debug, Serialize)]
+pub struct WallRecord {
+    /// Unit normal, toward the sensor.
+    pub normal: [f64; 3],
+    /// Distance of its plane from the sensor, m.
+    pub distance_m: f64,
+    /// Its ends over the ground plan, from the right to the left as the sensor sees it: x and y, m.
+    pub ends_m: [[f64; 2]; 2],
+    /// Width, m.
+    pub width_m: f64,
+    /// Heights over the ground between which it was seen, m; over the sensor without ground.
+    pub heights_m: [f64; 2],
+    /// Points on it.
+    pub inliers: usize,
+    /// Root mean square distance of these, m.
+    pub rms_m: f64,
+}
+
+/// Something that is neither ground nor slope nor wall.
+#[derive(Debug, Serialize)]
+pub struct ThingRecord {
+    /// The middle of its points, m.
+    pub centre: [f64; 3],
+    /// Width across the ray, m.
+    pub width_m: f64,
+    /// Heights over the ground between which it was seen, m; over the sensor without ground.
+    pub heights_m: [f64; 2],
+    /// Its points.
+    pub points: usize,
 }
 
 /// A slope.
@@ -102,6 +141,41 @@ impl GroundRecord {
             normal: (scan.X_WV * plane.normal).into(),
             sensor_height_m: plane.offset_m,
             rms_m: scan.ground.rms_m,
+        }
+    }
+}
+
+impl WallRecord {
+    /// The record of a wall.
+    pub fn of(wall: &Wall) -> Self {
+        let surface = &wall.surface;
+        let vertices = surface.polygon.vertices();
+        let x = |best: fn(f64, f64) -> f64| vertices.iter().map(|p| p.x).reduce(best);
+        // x_S is level, to the sensor's right.
+        let ends = [x(f64::max), x(f64::min)].map(|x| {
+            let end = surface.point_W(&Point2::new(x.unwrap_or(0.0), 0.0));
+            [end.x, end.y]
+        });
+        Self {
+            normal: surface.normal_W().into(),
+            distance_m: wall.distance_m,
+            ends_m: ends,
+            width_m: wall.width_m,
+            heights_m: wall.heights_m,
+            inliers: surface.inliers,
+            rms_m: surface.rms_m,
+        }
+    }
+}
+
+impl ThingRecord {
+    /// The record of a thing.
+    pub fn of(thing: &Thing) -> Self {
+        Self {
+            centre: thing.centre_W.coords.into(),
+            width_m: thing.width_m,
+            heights_m: thing.heights_m,
+            points: thing.points,
         }
     }
 }

@@ -2,16 +2,22 @@
 
 use std::io::Write;
 
-use perception::lidar::SlopeScan;
+use perception::lidar::LookedAround;
 
-use super::record::SlopeRecord;
+use super::record::{SlopeRecord, ThingRecord, WallRecord};
 
 /// Prints what was found.
 ///
 /// # Errors
 /// When it cannot be printed.
-pub fn print(scan: &SlopeScan, slopes: &[SlopeRecord], out: &mut dyn Write) -> std::io::Result<()> {
-    let c = &scan.counts;
+pub fn print(
+    seen: &LookedAround,
+    slopes: &[SlopeRecord],
+    walls: &[WallRecord],
+    things: &[ThingRecord],
+    out: &mut dyn Write,
+) -> std::io::Result<()> {
+    let c = &seen.counts;
     writeln!(
         out,
         "{} points ({} invalid), {} in view, {} not isolated ({:.2} %), {} on the ground",
@@ -22,18 +28,29 @@ pub fn print(scan: &SlopeScan, slopes: &[SlopeRecord], out: &mut dyn Write) -> s
         100.0 * c.kept as f64 / c.in_view.max(1) as f64,
         c.ground
     )?;
-    let ground = &scan.ground;
-    writeln!(
-        out,
-        "ground: {}, {:.3} m below the sensor, rms {:.1} mm",
-        if ground.seen {
-            "seen"
-        } else {
-            "not seen, as calibrated"
-        },
-        ground.plane_V.offset_m,
-        1e3 * ground.rms_m
-    )?;
+    match &seen.scan {
+        Some(scan) => writeln!(
+            out,
+            "ground: {}, {:.3} m below the sensor, rms {:.1} mm",
+            if scan.ground.seen {
+                "seen"
+            } else {
+                "not seen, as calibrated"
+            },
+            scan.ground.plane_V.offset_m,
+            1e3 * scan.ground.rms_m
+        )?,
+        None => writeln!(
+            out,
+            "no ground: none of the planes is about level under the sensor; a calibration would tell \
+             where it is. What follows is in the sensor's frame"
+        )?,
+    }
+    print_slopes(slopes, out)?;
+    print_around(walls, things, out)
+}
+
+fn print_slopes(slopes: &[SlopeRecord], out: &mut dyn Write) -> std::io::Result<()> {
     if slopes.is_empty() {
         return writeln!(out, "no slope");
     }
@@ -65,6 +82,36 @@ pub fn print(scan: &SlopeScan, slopes: &[SlopeRecord], out: &mut dyn Write) -> s
                 step.heading_deg, step.delta_s_deg
             )?;
         }
+    }
+    Ok(())
+}
+
+fn print_around(
+    walls: &[WallRecord],
+    things: &[ThingRecord],
+    out: &mut dyn Write,
+) -> std::io::Result<()> {
+    for (number, w) in walls.iter().enumerate() {
+        let [[x1, y1], [x2, y2]] = w.ends_m;
+        let [low, high] = w.heights_m;
+        writeln!(
+            out,
+            "wall {number}: {:.2} m away, from ({x1:.2}, {y1:.2}) to ({x2:.2}, {y2:.2}) m, seen \
+             {low:.2} to {high:.2} m high, {} points, rms {:.1} mm",
+            w.distance_m,
+            w.inliers,
+            1e3 * w.rms_m
+        )?;
+    }
+    for (number, t) in things.iter().enumerate() {
+        let [x, y, _] = t.centre;
+        let [low, high] = t.heights_m;
+        writeln!(
+            out,
+            "thing {number}: at ({x:.2}, {y:.2}) m, {:.2} m wide, seen {low:.2} to {high:.2} m high, \
+             {} points",
+            t.width_m, t.points
+        )?;
     }
     Ok(())
 }

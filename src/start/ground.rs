@@ -25,6 +25,11 @@ pub struct Config {
     /// The largest unseen gap between the soles' border and such a surface that is taken for
     /// floor too, m.
     pub join_gap_m: f64,
+    /// A level surface of a scan is the ground under the feet, well or badly placed, where it is
+    /// below its sensor by the height of that ground up to this, m.
+    pub seen_height_m: f64,
+    /// Disagreement of the two, in standard deviations, from which on it is told.
+    pub seen_sigmas: f64,
 }
 
 impl Default for Config {
@@ -34,6 +39,8 @@ impl Default for Config {
             same_face_m: 5e-4,
             join_height_m: 0.010,
             join_gap_m: 0.30,
+            seen_height_m: 0.04,
+            seen_sigmas: 4.0,
         }
     }
 }

@@ -1,9 +1,7 @@
 //! Thin upright things in a cloud.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{Isometry3, Point3, Vector2, Vector3};
-use perception::lidar::Survey;
+use perception::lidar::{Survey, gathered};
 
 use super::LidarMountConfig;
 
@@ -35,37 +33,27 @@ pub fn poles(
     ring_bias_m: &[f64],
     config: &LidarMountConfig,
 ) -> Vec<Pole> {
-    // 1. Free points in R over the ground, in cells of the plan.
-    let mut cells: BTreeMap<(i64, i64), Vec<Vector3<f64>>> = BTreeMap::new();
-    for &i in &survey.free {
-        let p_V = Vector3::from(survey.points_V[i as usize].map(f64::from));
-        let ring = survey.ring.get(i as usize).map(|r| usize::from(*r));
-        let bias = ring
-            .and_then(|r| ring_bias_m.get(r))
-            .copied()
-            .unwrap_or(0.0);
-        let p = (X_RV * Point3::from(p_V * (1.0 - bias / p_V.norm()))).coords;
-        let cell = |x: f64| (x / CELL_M).floor() as i64;
-        cells.entry((cell(p.x), cell(p.y))).or_default().push(p);
-    }
-    // 2. Cells that touch.
-    let mut found = Vec::new();
-    while let Some((first, points)) = cells.pop_first() {
-        let (mut group, mut open) = (points, vec![first]);
-        while let Some((x, y)) = open.pop() {
-            for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
-                let beside = (x + dx, y + dy);
-                if let Some(more) = cells.remove(&beside) {
-                    group.extend(more);
-                    open.push(beside);
-                }
-            }
-        }
-        // 3. Thin, high and many.
-        if let Some(pole) = pole(&group, config) {
-            found.push(pole);
-        }
-    }
+    // 1. Free points in R over the ground.
+    let free: Vec<Vector3<f64>> = (survey.free.iter())
+        .map(|&i| {
+            let p_V = Vector3::from(survey.points_V[i as usize].map(f64::from));
+            let ring = survey.ring.get(i as usize).map(|r| usize::from(*r));
+            let bias = ring
+                .and_then(|r| ring_bias_m.get(r))
+                .copied()
+                .unwrap_or(0.0);
+            (X_RV * Point3::from(p_V * (1.0 - bias / p_V.norm()))).coords
+        })
+        .collect();
+    // 2. Gathered in the plan; thin, high and many.
+    let plan: Vec<Vector2<f64>> = free.iter().map(|p| p.xy()).collect();
+    let mut found: Vec<Pole> = gathered(&plan, CELL_M)
+        .into_iter()
+        .filter_map(|group| {
+            let points: Vec<Vector3<f64>> = group.iter().map(|&i| free[i as usize]).collect();
+            pole(&points, config)
+        })
+        .collect();
     found.sort_by(|a, b| {
         let bearing = |pole: &Pole| pole.p_R.y.atan2(pole.p_R.x);
         bearing(a).total_cmp(&bearing(b))

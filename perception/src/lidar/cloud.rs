@@ -61,6 +61,22 @@ impl LidarCloud {
         self.time_s.extend(time_s);
     }
 
+    /// The same points as they are seen from another place than the origin, for clouds that were moved
+    /// after the scan: V is then there, its axes those of the file.
+    #[allow(non_snake_case)]
+    pub fn seen_from(&self, eye_m: [f64; 3]) -> Self {
+        let mut cloud = Self {
+            invalid: self.invalid,
+            ..Self::default()
+        };
+        for (i, p) in self.points_V.iter().enumerate() {
+            let p_V = [0, 1, 2].map(|k| (f64::from(p[k]) - eye_m[k]) as f32);
+            let (ring, time) = (self.ring.get(i).copied(), self.time_s.get(i).copied());
+            cloud.push(p_V, ring, None, time);
+        }
+        cloud
+    }
+
     /// The part inside a horizontal field of view that is centred on V's x.
     ///
     /// # Errors
@@ -104,6 +120,17 @@ impl LidarCloud {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_cloud_is_seen_from_where_the_sensor_stood() {
+        let mut cloud = LidarCloud::default();
+        cloud.push([1.0, 2.0, 0.5], Some(3), Some(7.0), Some(0.1));
+        cloud.push([1.0, 1.0, 1.0], Some(4), None, Some(0.2));
+        let seen = cloud.seen_from([1.0, 1.0, 1.0]);
+        assert_eq!(seen.points_V, [[0.0, 1.0, -0.5]]);
+        assert_eq!((seen.ring.as_slice(), seen.invalid), (&[3][..], 1));
+        assert!((seen.azimuth_rad[0] - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+    }
 
     #[test]
     fn a_crop_keeps_what_lies_ahead_and_the_fields_beside_it() {

@@ -16,6 +16,7 @@
 //! | p₁, p₂, l, ψ, δ, stepping angle | [`Description`], `edges` |
 //! | all planes, the rings' errors from them | [`survey`], [`adjust`] |
 //! | convex surfaces | `surface` |
+//! | walls and things around, to keep away from | [`Surroundings`] |
 //! | from V to W | [`levelled`], [`LidarCalibration`] |
 //!
 //! Frames: V is the LiDAR's (x forward, y left, z up), W the world (z up, its origin on the ground
@@ -27,6 +28,8 @@ pub const SENSOR: &str = "vlp16";
 
 mod calibration;
 mod cloud;
+mod config;
+mod describe;
 mod description;
 mod detect;
 mod edges;
@@ -35,22 +38,28 @@ mod ground;
 mod joint_fit;
 mod outliers;
 mod plane;
+mod preparation;
 mod prosac;
 mod refine;
 mod rings;
+mod scan;
 mod slopes;
 mod surface;
+mod surroundings;
 mod survey;
 mod world;
 
 pub use calibration::{CALIBRATION_FORMAT, LidarCalibration};
 pub use cloud::LidarCloud;
+pub use config::LidarConfig;
 pub use description::Description;
-pub use detect::{Ground, LidarConfig, LidarCounts, Slope, SlopeScan, detect};
+pub use detect::{LookedAround, detect, look_around};
 pub use ground::GroundConfig;
 pub use outliers::{Normalisation, OutlierConfig};
 pub use plane::{Plane, RangeErrors};
 pub use prosac::{ConsensusConfig, Sampling};
+pub use scan::{Ground, LidarCounts, Slope, SlopeScan};
 pub use slopes::SlopeConfig;
+pub use surroundings::{Surroundings, SurroundingsConfig, Thing, Wall, gathered};
 pub use survey::{Adjustment, Survey, SurveyedPlane, adjust, survey};
 pub use world::levelled;

@@ -5,12 +5,12 @@ use nalgebra::{
 };
 use surfaces::{ConvexPolygon, HalfPlane, Source, Surface};
 
-use super::detect::{Slope, SlopeScan};
+use super::scan::{Slope, SlopeScan};
 
 /// Most corners of a polygon.
-const VERTICES_MAX: usize = 16;
+pub(super) const VERTICES_MAX: usize = 16;
 /// Half the footprint of a beam and half a step of it at 2 m: what an edge is off at least, m.
-const EDGE_M: f64 = 0.006;
+pub(super) const EDGE_M: f64 = 0.006;
 /// Standard deviations by which uncertainty shrinks a polygon.
 const SIGMAS: f64 = 2.0;
 /// The smallest piece of ground that is kept, m².

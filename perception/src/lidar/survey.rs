@@ -3,11 +3,13 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::cloud::LidarCloud;
-use super::detect::{LidarConfig, LidarCounts, prepared};
+use super::config::LidarConfig;
 use super::field::Field;
 use super::ground::ground;
 use super::joint_fit::{BiasPrior, Observation, joint_fit};
 use super::plane::{Plane, RangeErrors};
+use super::preparation::prepared;
+use super::scan::LidarCounts;
 use super::slopes::{PatchSearch, largest_part, patches};
 use crate::Error;
 
@@ -44,7 +46,7 @@ pub struct SurveyedPlane {
 const POINTS_MIN: usize = 120;
 /// Most planes beside the ground, and planes that are tried for each.
 const PLANES_MAX: usize = 24;
-const TRIES: u64 = 8;
+pub(super) const TRIES: u64 = 8;
 /// Points are of a plane up to this many standard deviations from it.
 const GATE_SIGMAS: f64 = 3.5;
 /// Cosine of the largest angle between their normals and its own.
@@ -96,17 +98,9 @@ pub fn survey(cloud: &LidarCloud, config: &LidarConfig) -> Result<Survey, Error>
     }
     let mut taken = vec![false; field.len()];
     for patch in found {
-        // The consensus set is cut off where rings with large errors have half their points.
-        let mut on = vec![false; field.len()];
-        for (i, on) in on.iter_mut().enumerate() {
-            *on = !taken[i]
-                && lies_on(&field, i, &patch.plane, errors)
-                && field
-                    .normal(i)
-                    .is_none_or(|n| n.dot(&patch.plane.normal) > AGREE)
-                && floor.is_none_or(|g| g.distance(&field.point(i)).abs() > search.distance_m);
-        }
-        let members = largest_part(&field, &on);
+        let members = extended(&field, &patch.plane, errors, |i| {
+            !taken[i] && floor.is_none_or(|g| g.distance(&field.point(i)).abs() > search.distance_m)
+        });
         if members.len() < POINTS_MIN {
             continue;
         }
@@ -146,6 +140,24 @@ pub fn survey(cloud: &LidarCloud, config: &LidarConfig) -> Result<Survey, Error>
         has_ground: floor.is_some(),
         counts,
     })
+}
+
+/// The points that `among` names on a plane found by consensus, as far as they hang together: the
+/// consensus set is cut off where rings with large errors have half their points.
+pub(super) fn extended(
+    field: &Field,
+    plane: &Plane,
+    errors: &RangeErrors,
+    among: impl Fn(usize) -> bool,
+) -> Vec<u32> {
+    let agrees = |i: usize| {
+        let normal = field.normal(i);
+        normal.is_none_or(|n| n.dot(&plane.normal) > AGREE)
+    };
+    let on: Vec<bool> = (0..field.len())
+        .map(|i| among(i) && lies_on(field, i, plane, errors) && agrees(i))
+        .collect();
+    largest_part(field, &on)
 }
 
 /// A plane with those of the points that lie on it as well as their errors let them.

@@ -2,7 +2,8 @@
 //!
 //! The seven ramps of [meng], Tables 1 and 2: their angles are those of its inclinometer, and each
 //! begins where its table says (the mean of the two end points, their distance as the width, the
-//! direction between them). They are 2.4 m long, so that a quadruped can stand on them.
+//! direction between them). They are 2.4 m long, so that a quadruped can stand on them. In
+//! `slope-NN-at-30` such a ramp is wider, and turned by 30° from the robot's way.
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
@@ -84,6 +85,25 @@ pub fn truth<const ROW: usize>() -> Truth {
     let mut ramp = row.ramp();
     ramp.start_m[0] += SENSOR_X_M;
     room(&format!("slope-{}", row.angle_deg), &[ramp])
+}
+
+/// How much the ramps of [`turned`] are turned from the robot's way, degrees.
+pub const TURN_DEG: f64 = 30.0;
+/// Their width, m: a robot that goes straight on drifts to their side.
+const TURNED_WIDTH_M: f64 = 2.0;
+
+/// The true world of a scene in which the ramp of row `ROW` is wider and turned from the robot's way,
+/// so that it walks at that angle to the fall line.
+pub fn turned<const ROW: usize>() -> Truth {
+    let row = &PAPER[ROW];
+    let straight = row.ramp();
+    let ramp = Ramp {
+        start_m: [straight.start_m[0] + SENSOR_X_M, 0.0],
+        ascent_deg: TURN_DEG,
+        width_m: TURNED_WIDTH_M,
+        ..straight
+    };
+    room(&format!("slope-{}-at-{TURN_DEG}", row.angle_deg), &[ramp])
 }
 
 impl Row {
