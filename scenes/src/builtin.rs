@@ -28,7 +28,7 @@ pub struct Builtin {
     pub sensor: Option<fn() -> Isometry3<f64>>,
 }
 
-static SCENES: [Builtin; 10] = [
+static SCENES: [Builtin; 12] = [
     Builtin {
         name: "irregular-stairs",
         toml: include_str!("../scenes/irregular-stairs.toml"),

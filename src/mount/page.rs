@@ -94,7 +94,7 @@ fn quality(out: &mut String, found: &Identification, written: &Extrinsics, next:
         quality.noise_factor
     );
     if let Some(next) = next {
-        let _ = write!(out, "<p>{}</p>", escape(next));
+        let _ = write!(out, "<p>Next: {}.</p>", escape(next));
     }
 }
 

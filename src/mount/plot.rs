@@ -146,9 +146,10 @@ impl Chart<'_> {
                 escape(name)
             );
         }
-        // Legend, from the right.
+        // Legend, from the right; a series without a name has no entry.
         let mut at = left + width;
-        for series in self.series.iter().rev() {
+        let named = self.series.iter().filter(|series| !series.name.is_empty());
+        for series in named.rev() {
             at -= 7.0 * series.name.chars().count() as f64 + 22.0;
             let _ = write!(
                 out,
