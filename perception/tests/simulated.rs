@@ -136,7 +136,7 @@ fn plane_covariances_are_the_size_of_the_errors() {
     // Squared errors of (rotation about x_S, about y_S, offset) in units of the covariance.
     let world = stairs();
     let mut nees = Vec::new();
-    for seed in 1..=6 {
+    for seed in 1..=12 {
         let found = surfaces_of(&scan(&world, &pose(), true, seed), &Config::default());
         for name in ["floor", "step1", "step2", "step3", "step4", "table", "ramp"] {
             let face = top(&world, &[name]);
@@ -153,8 +153,8 @@ fn plane_covariances_are_the_size_of_the_errors() {
     }
     let mean = nees.iter().sum::<f64>() / nees.len() as f64;
     eprintln!("NEES/3: mean {mean:.2} of {}", nees.len());
-    // 42 faces of six frames; the errors of one frame's faces are not independent.
-    assert!((0.3..3.0).contains(&mean), "{mean}: {nees:.2?}");
+    // 84 faces of twelve frames; the errors of one frame's faces are not independent.
+    assert!((0.5..2.0).contains(&mean), "{mean}: {nees:.2?}");
 }
 
 #[test]

@@ -43,6 +43,7 @@ pub struct HalfPlane {
 
 impl HalfPlane {
     /// The half plane on the left of the line from `a` to `b`, which must differ.
+    #[inline]
     pub fn left_of(a: &Point2<f64>, b: &Point2<f64>) -> Self {
         let edge = b - a;
         let n = Vector2::new(edge.y, -edge.x) / edge.norm();
@@ -61,6 +62,7 @@ impl HalfPlane {
     }
 
     /// n · p − b: the distance of `p` from the boundary line, positive outside, m.
+    #[inline]
     pub fn value(&self, p: &Point2<f64>) -> f64 {
         self.n.dot(&p.coords) - self.b
     }

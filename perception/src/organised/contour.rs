@@ -1,8 +1,9 @@
 //! The rings around a face's pixels: outer boundary and holes.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
-use super::face::Raster;
+use super::bits::Bits;
+use super::face::Face;
 
 /// Closed rings around the face in the pixel plane, the outer one first, then the holes.
 ///
@@ -10,14 +11,23 @@ use super::face::Raster;
 /// is not the face's, and are then simplified: nowhere by more than `tolerance_px`, and notches no
 /// deeper than `notch_px` are filled, so that a face that is convex but for the noise of its edge
 /// has a convex ring. Rings that shrink to fewer than three corners are dropped.
-pub(super) fn rings(raster: &Raster, tolerance_px: f64, notch_px: f64) -> Vec<Vec<Point2<f64>>> {
-    let mut seen = vec![false; raster.inside.len()];
+///
+/// `labels` are those that the face was found in, rows of `width`; `seen` marks those pixels that the rings
+/// came to from the left.
+pub(super) fn rings(
+    face: &Face,
+    labels: &[u16],
+    width: usize,
+    seen: &mut Bits,
+    tolerance_px: f64,
+    notch_px: f64,
+) -> Vec<Vec<Point2<f64>>> {
     let mut rings = Vec::new();
-    for i in 1..raster.inside.len() {
+    for &(v, u, _) in &face.runs {
         // A ring starts at a pixel of the face with nothing of it on the left.
-        if raster.inside[i] && !raster.inside[i - 1] && !seen[i] {
-            let ring = Ring::new(trace(raster, i, &mut seen), tolerance_px);
-            rings.push(ring);
+        if !seen.has(u as usize, v as usize) {
+            let traced = trace(face.label, labels, width, (u.into(), v.into()), seen);
+            rings.push(Ring::new(traced, tolerance_px));
         }
     }
     // The outer ring encloses all others.
@@ -34,21 +44,32 @@ pub(super) fn rings(raster: &Raster, tolerance_px: f64, notch_px: f64) -> Vec<Ve
 
 /// Follows the pixel edges around the face from the left edge of `start`, keeping the face on
 /// the right hand; returns the pixels passed. Marks the left edges passed in `seen`.
-fn trace(raster: &Raster, start: usize, seen: &mut [bool]) -> Vec<Point2<f64>> {
-    let s = raster.stride as i64;
+fn trace(
+    label: u16,
+    labels: &[u16],
+    width: usize,
+    start: (i64, i64),
+    seen: &mut Bits,
+) -> Vec<Point2<f64>> {
     // Heading up, right, down, left.
-    let steps = [-s, 1, s, -1];
-    let step = |i: usize, d: usize| (i as i64 + steps[d]) as usize;
+    const STEPS: [(i64, i64); 4] = [(0, -1), (1, 0), (0, 1), (-1, 0)];
+    let (columns, rows) = (width as i64, (labels.len() / width.max(1)) as i64);
+    let index = |(u, v): (i64, i64)| (v * columns + u) as usize;
+    let inside = |(u, v): (i64, i64)| {
+        (0..columns).contains(&u) && (0..rows).contains(&v) && labels[index((u, v))] == label
+    };
+    let step = |(u, v): (i64, i64), d: usize| (u + STEPS[d].0, v + STEPS[d].1);
     let (mut pixel, mut heading) = (start, 0);
     let mut ring = Vec::new();
     loop {
         if heading == 0 {
-            if seen[pixel] {
+            let (u, v) = (pixel.0 as usize, pixel.1 as usize);
+            if seen.has(u, v) {
                 break;
             }
-            seen[pixel] = true;
+            seen.set(u, v);
         }
-        let p = raster.point(pixel);
+        let p = Point2::new(pixel.0 as f64, pixel.1 as f64);
         if ring.last() != Some(&p) {
             ring.push(p);
         }
@@ -56,13 +77,13 @@ fn trace(raster: &Raster, start: usize, seen: &mut [bool]) -> Vec<Point2<f64>> {
         // decides: turn left, go straight, or turn right around the pixel.
         let ahead = step(pixel, heading);
         let left = step(ahead, (heading + 3) % 4);
-        if raster.inside[ahead] && raster.inside[left] {
+        if !inside(ahead) {
+            heading = (heading + 1) % 4;
+        } else if inside(left) {
             pixel = left;
             heading = (heading + 3) % 4;
-        } else if raster.inside[ahead] {
-            pixel = ahead;
         } else {
-            heading = (heading + 1) % 4;
+            pixel = ahead;
         }
     }
     if ring.len() > 1 && ring.first() == ring.last() {
@@ -80,7 +101,7 @@ struct Ring {
 
 impl Ring {
     /// The corners by Douglas and Peucker, from the two points that lie farthest apart along x.
-    fn new(points: Vec<Point2<f64>>, tolerance: f64) -> Self {
+    fn new(mut points: Vec<Point2<f64>>, tolerance: f64) -> Self {
         let n = points.len();
         if n < 3 {
             return Self {
@@ -88,17 +109,20 @@ impl Ring {
                 kept: Vec::new(),
             };
         }
-        let by_x = |a: &usize, b: &usize| points[*a].x.total_cmp(&points[*b].x);
-        let low = (0..n).min_by(by_x).unwrap_or(0);
-        let high = (0..n).max_by(by_x).unwrap_or(0);
-        let middle = (high + n - low) % n;
-        let mut kept = vec![0, middle];
-        let mut stack = vec![(0, middle), (middle, n)];
+        let by_x = |a: &Point2<f64>, b: &Point2<f64>| a.x.total_cmp(&b.x);
+        let at = |points: &[Point2<f64>], most: Option<&Point2<f64>>| {
+            most.and_then(|most| points.iter().position(|p| p == most))
+        };
+        let low = at(&points, points.iter().min_by(|a, b| by_x(a, b))).unwrap_or(0);
+        points.rotate_left(low);
+        let high = at(&points, points.iter().max_by(|a, b| by_x(a, b))).unwrap_or(0);
+        let mut kept = vec![0, high];
+        let mut stack = vec![(0, high), (high, n)];
         while let Some((a, b)) = stack.pop() {
-            let chord = (&points[(low + a) % n], &points[(low + b) % n]);
-            let mut worst = (tolerance, 0);
-            for k in a + 1..b {
-                let off = distance(&points[(low + k) % n], chord);
+            let chord = Chord::new(&points[a], &points[b % n]);
+            let mut worst = (tolerance * tolerance, 0);
+            for (k, p) in points.iter().enumerate().take(b).skip(a + 1) {
+                let off = chord.square(p);
                 if off > worst.0 {
                     worst = (off, k);
                 }
@@ -108,7 +132,6 @@ impl Ring {
                 stack.extend([(a, worst.1), (worst.1, b)]);
             }
         }
-        let mut kept: Vec<usize> = kept.into_iter().map(|k| (low + k) % n).collect();
         kept.sort_unstable();
         kept.dedup();
         Self { points, kept }
@@ -127,46 +150,83 @@ impl Ring {
     /// Drops corners that turn away from the face while no point of the ring comes to lie more
     /// than `depth` off the new edge, the shallowest notch first.
     fn fill_notches(&mut self, depth: f64) {
+        let around = |i: usize, count: usize| ((i + count - 1) % count, (i + 1) % count);
+        let count = self.kept.len();
+        let mut depths: Vec<f64> = (0..count)
+            .map(|i| {
+                let (before, after) = around(i, count);
+                self.notch(before, i, after, depth)
+            })
+            .collect();
         while self.kept.len() > 3 {
-            let count = self.kept.len();
-            let mut best: Option<(f64, usize)> = None;
-            for i in 0..count {
-                let (before, after) = (
-                    self.kept[(i + count - 1) % count],
-                    self.kept[(i + 1) % count],
-                );
-                let (a, c) = (&self.points[before], &self.points[after]);
-                let b = &self.points[self.kept[i]];
-                // The face is on the left of its rings: a right turn is a notch (or no corner).
-                if (b - a).perp(&(c - b)) > 0.0 {
-                    continue;
-                }
-                let mut k = (before + 1) % self.points.len();
-                let mut off: f64 = 0.0;
-                while k != after && off <= depth {
-                    off = off.max(distance(&self.points[k], (a, c)));
-                    k = (k + 1) % self.points.len();
-                }
-                if off <= depth && best.is_none_or(|(least, _)| off < least) {
-                    best = Some((off, i));
-                }
+            let shallower = |best: usize, i: usize| if depths[i] < depths[best] { i } else { best };
+            let i = (1..depths.len()).fold(0, shallower);
+            if depths[i] > depth {
+                break;
             }
-            let Some((_, i)) = best else { break };
             self.kept.remove(i);
+            depths.remove(i);
+            // The corners beside it have other edges now.
+            let count = self.kept.len();
+            for k in [(i + count - 1) % count, i % count] {
+                let (before, after) = around(k, count);
+                depths[k] = self.notch(before, k, after, depth);
+            }
         }
+    }
+
+    /// How far the ring lies off the edge that leaves out a corner; infinite beyond `most`, and
+    /// where the corner turns toward the face.
+    fn notch(&self, before: usize, corner: usize, after: usize, most: f64) -> f64 {
+        let [first, middle, last] = [before, corner, after].map(|i| self.kept[i]);
+        let [a, b, c] = [first, middle, last].map(|k| &self.points[k]);
+        // The face is on the left of its rings: a right turn is a notch (or no corner).
+        if (b - a).perp(&(c - b)) > 0.0 {
+            return f64::INFINITY;
+        }
+        let chord = Chord::new(a, c);
+        let (whole, n) = (&self.points, self.points.len());
+        let (head, tail) = if first < last {
+            (&whole[first + 1..last], &whole[..0])
+        } else {
+            (&whole[(first + 1).min(n)..], &whole[..last])
+        };
+        let mut off: f64 = 0.0;
+        for p in head.iter().chain(tail) {
+            off = off.max(chord.square(p));
+            if off > most * most {
+                return f64::INFINITY;
+            }
+        }
+        off.sqrt()
     }
 }
 
-/// Distance of a point from a segment (not its line: a ring may double back).
-fn distance(p: &Point2<f64>, (a, b): (&Point2<f64>, &Point2<f64>)) -> f64 {
-    let along = b - a;
-    let square = along.norm_squared();
-    let t = if square > 0.0 {
-        ((p - a).dot(&along) / square).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    (p - a - along * t).norm()
+/// A segment from which distances are taken (not its line: a ring may double back).
+struct Chord {
+    from: Point2<f64>,
+    along: Vector2<f64>,
+    /// 1 / ‖along‖², or 0 for a point.
+    inverse: f64,
+}
+
+impl Chord {
+    fn new(a: &Point2<f64>, b: &Point2<f64>) -> Self {
+        let along = b - a;
+        let square = along.norm_squared();
+        Self {
+            from: *a,
+            along,
+            inverse: if square > 0.0 { 1.0 / square } else { 0.0 },
+        }
+    }
+
+    /// Square of the distance of a point.
+    fn square(&self, p: &Point2<f64>) -> f64 {
+        let from = p - self.from;
+        let t = (from.dot(&self.along) * self.inverse).clamp(0.0, 1.0);
+        (from - self.along * t).norm_squared()
+    }
 }
 
 /// Area of a ring, positive when x to y turns left.
@@ -184,6 +244,17 @@ mod tests {
     use super::super::face::faces;
     use super::*;
 
+    fn trace_all(face: &Face, labels: &[u16], width: usize, notch: f64) -> Vec<Vec<Point2<f64>>> {
+        rings(
+            face,
+            labels,
+            width,
+            &mut Bits::new(width, labels.len() / width, |_, _| {}),
+            0.3,
+            notch,
+        )
+    }
+
     fn rings_of(picture: &[&str]) -> Vec<Vec<Point2<f64>>> {
         let labels: Vec<u16> = picture
             .iter()
@@ -191,7 +262,7 @@ mod tests {
             .collect();
         let faces = faces(&labels, picture[0].len());
         assert_eq!(faces.len(), 1);
-        rings(&Raster::new(&faces[0]).unwrap(), 0.3, 0.0)
+        trace_all(&faces[0], &labels, picture[0].len(), 0.0)
     }
 
     #[test]
@@ -223,8 +294,8 @@ mod tests {
                 .iter()
                 .flat_map(|row| row.bytes().map(|b| if b == b'#' { 0 } else { u16::MAX }))
                 .collect();
-            let raster = Raster::new(&faces(&labels, 10)[0]).unwrap();
-            assert_eq!(rings(&raster, 0.3, 1.2)[0].len(), corners);
+            let face = &faces(&labels, 10)[0];
+            assert_eq!(trace_all(face, &labels, 10, 1.2)[0].len(), corners);
         }
     }
 }

@@ -1,6 +1,4 @@
-//! Connected parts of the eroded labels: the visible faces, each with its samples and its edge.
-
-use nalgebra::Point2;
+//! Connected parts of the eroded labels: the visible faces, run by run.
 
 use super::labels::NONE;
 
@@ -10,40 +8,6 @@ pub(super) struct Face {
     pub label: u16,
     /// Runs of pixels, row by row: row, first column, one past the last column.
     pub runs: Vec<(u32, u32, u32)>,
-}
-
-/// The face's bounding box as a bitmap with an empty frame of one pixel.
-pub(super) struct Raster {
-    pub inside: Vec<bool>,
-    pub stride: usize,
-    /// Pixel of the bitmap's first entry.
-    origin: (i64, i64),
-}
-
-impl Raster {
-    /// The bitmap of a face; `None` for a face without pixels.
-    pub fn new(face: &Face) -> Option<Self> {
-        let u0 = face.runs.iter().map(|r| r.1).min()?;
-        let u1 = face.runs.iter().map(|r| r.2).max()?;
-        let (v0, v1) = (face.runs.first()?.0, face.runs.last()?.0);
-        let (stride, rows) = ((u1 - u0) as usize + 2, (v1 - v0) as usize + 3);
-        let mut inside = vec![false; stride * rows];
-        for &(v, a, b) in &face.runs {
-            let row = (v - v0 + 1) as usize * stride + 1;
-            inside[row + (a - u0) as usize..row + (b - u0) as usize].fill(true);
-        }
-        Some(Self {
-            inside,
-            stride,
-            origin: (i64::from(u0) - 1, i64::from(v0) - 1),
-        })
-    }
-
-    /// The pixel of entry `i`.
-    pub fn point(&self, i: usize) -> Point2<f64> {
-        let (x, y) = ((i % self.stride) as i64, (i / self.stride) as i64);
-        Point2::new((x + self.origin.0) as f64, (y + self.origin.1) as f64)
-    }
 }
 
 /// The faces of the labels, in the order of their first pixels.

@@ -129,31 +129,35 @@ pub(super) fn grow(
 
     // Seeds: 3 × 3 planar cells that fit one plane, flattest first.
     let mut seeds = Vec::new();
-    for (i, cell) in cells.iter().enumerate() {
-        let Some(cell) = cell else { continue };
-        let around: Vec<usize> = grid
-            .neighbours(i, true)
-            .filter(|&k| cells[k].is_some())
-            .collect();
-        if around.len() < 8 {
+    let inner = |n: usize| 1..n.saturating_sub(1);
+    for i in inner(grid.rows).flat_map(|y| inner(grid.cols).map(move |x| y * grid.cols + x)) {
+        let Some(cell) = cells[i] else { continue };
+        let rows = [i - grid.cols, i, i + grid.cols].map(|k| k - 1..k + 2);
+        if rows
+            .iter()
+            .any(|row| cells[row.clone()].iter().any(Option::is_none))
+        {
             continue;
         }
-        let mut block = grid.cells[i];
-        around.iter().for_each(|&k| block.add(&grid.cells[k], 1.0));
+        let mut block = Moments::default();
+        let around = rows.iter().flat_map(|row| &grid.cells[row.clone()]);
+        around.for_each(|cell| block.add(cell, 1.0));
         let Some(plane) = block.plane() else { continue };
         let limit = cell
             .noise
             .square(config.planar_sigmas, 0.5 * config.misfit_systematics);
         let score = block.mean_square(&plane) / limit;
         if score <= 1.0 {
-            seeds.push((score, i));
+            // Bits of numbers that are not negative are in the order of the numbers.
+            seeds.push((u64::from((score as f32).to_bits()) << 32) | i as u64);
         }
     }
-    seeds.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    seeds.sort_unstable();
 
     let mut taken = vec![false; cells.len()];
     let mut regions = Vec::new();
-    for (_, seed) in seeds {
+    for key in seeds {
+        let seed = (key & u64::from(u32::MAX)) as usize;
         let block = || std::iter::once(seed).chain(grid.neighbours(seed, true));
         if block().any(|i| taken[i]) {
             continue;

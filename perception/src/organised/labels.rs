@@ -1,8 +1,10 @@
 //! Every pixel to the nearest of the planes around it.
 
+use super::bits::Bits;
 use super::growth::{CellNoise, Region};
 use super::image::{CELL_PX, Grid, InverseImage};
-use super::mask::{MIXED, OPEN, joined};
+use super::moments::Moments;
+use super::window::{OPEN, common, packed, single};
 use crate::sensor::Noise;
 
 /// The label of a pixel that belongs to no plane.
@@ -14,15 +16,10 @@ const RINGS: usize = 3;
 const SIGMAS: f64 = 3.0;
 const SYSTEMATICS: f64 = 2.0;
 
-/// Which plane every pixel and every small cell belongs to.
-pub(super) struct Labelling {
-    /// Index of the pixel's region, or [`NONE`].
-    pub pixels: Vec<u16>,
-    /// Index of the region that has most of the cell, or [`NONE`].
-    cells: Vec<u16>,
-}
+/// Index of the region that has most of each small cell, or [`NONE`].
+pub(super) struct CellLabels(Vec<u16>);
 
-/// The index of a region for every pixel.
+/// The index of the region, or [`NONE`], for every pixel and for every small cell.
 ///
 /// The pixels of a cell may go to the planes of the cell and of the eight cells around it, to the
 /// nearest one; cells that went to no plane so far are reached ring by ring.
@@ -31,147 +28,254 @@ pub(super) fn label(
     grid: &Grid,
     regions: &[Region],
     noise: &Noise,
-) -> Labelling {
+) -> (Vec<u16>, CellLabels) {
     let mut cells = vec![NONE; grid.cells.len()];
     for (r, region) in regions.iter().enumerate() {
         for &cell in &region.cells {
             cells[cell] = r as u16;
         }
     }
-    let mut pixels = vec![NONE; image.w.len()];
+    let planes: Vec<[f32; 3]> = regions
+        .iter()
+        .map(|region| region.plane.0.map(|x| x as f32).into())
+        .collect();
+    let mut painter = Painter::new(image, grid, planes, noise);
     let mut done = vec![false; cells.len()];
+    let mut several = Vec::new();
     for ring in 0..=RINGS {
         let around = around(grid, &cells, 1);
         let mut next = cells.clone();
-        for cell in 0..cells.len() {
+        let mut cell = 0;
+        while cell < cells.len() {
             // The grown cells first, then ring by ring what touches them.
             if done[cell] || (ring == 0 && cells[cell] == NONE) || around[cell] == OPEN {
+                cell += 1;
+                continue;
+            }
+            let one = single(around[cell]);
+            if let Some(label) = one.filter(|_| cells[cell] != NONE) {
+                // As many cells of the row as have this plane and no other around.
+                let end = (cell / grid.cols + 1) * grid.cols;
+                let same = |i: &usize| !done[*i] && around[*i] == around[cell] && cells[*i] != NONE;
+                let count = (cell..end).take_while(same).count();
+                painter.run(cell, count, label);
+                done[cell..cell + count].fill(true);
+                cell += count;
                 continue;
             }
             done[cell] = true;
-            let mut several = Vec::new();
-            let planes = if around[cell] == MIXED {
-                several.push(cells[cell]);
-                several.extend(grid.neighbours(cell, true).map(|k| cells[k]));
-                several.retain(|&label| label != NONE);
-                several.sort_unstable();
-                several.dedup();
-                &several[..]
-            } else {
-                &around[cell..=cell]
-            };
-            let won = label_cell(image, grid, regions, noise, cell, planes, &mut pixels);
-            if cells[cell] == NONE {
-                next[cell] = won;
+            several.clear();
+            match one {
+                Some(label) => several.push(label),
+                None => distinct(grid, &cells, cell, 1, &mut several),
             }
+            painter.cell(cell, &several);
+            if cells[cell] == NONE {
+                next[cell] = painter.most(cell, &several);
+            }
+            cell += 1;
         }
         cells = next;
     }
-    Labelling { pixels, cells }
+    let pixels = painter.pixels;
+    (pixels, CellLabels(cells))
 }
 
-/// What the labels of the cells within `r` of each cell have in common: [`OPEN`] where there is
-/// none, the label where there is one, [`MIXED`] where there are more.
-fn around(grid: &Grid, cells: &[u16], r: usize) -> Vec<u16> {
-    let open = |&label: &u16| if label == NONE { OPEN } else { label };
-    let labels: Vec<u16> = cells.iter().map(open).collect();
-    joined(&labels, grid.cols, grid.rows, r)
+/// The labels of the cells within `r` of a cell, in ascending order.
+fn distinct(grid: &Grid, cells: &[u16], cell: usize, r: usize, labels: &mut Vec<u16>) {
+    let (x, y) = (cell % grid.cols, cell / grid.cols);
+    let mut last = NONE;
+    for y in y.saturating_sub(r)..(y + r + 1).min(grid.rows) {
+        let row = y * grid.cols;
+        let columns = row + x.saturating_sub(r)..row + (x + r + 1).min(grid.cols);
+        for &label in &cells[columns] {
+            if label != NONE && label != last && !labels.contains(&label) {
+                labels.push(label);
+            }
+            last = label;
+        }
+    }
+    labels.sort_unstable();
 }
 
-/// Takes the label from the pixels where the plane of a neighbouring region is so close to theirs
+/// What the labels of the cells within `r` of each cell have in common, those without one left out.
+fn around(grid: &Grid, cells: &[u16], r: usize) -> Vec<u32> {
+    let mut all = Vec::with_capacity(cells.len());
+    let row = |y: usize, out: &mut [u32]| {
+        for (out, &label) in out.iter_mut().zip(&cells[y * grid.cols..]) {
+            *out = if label == NONE { OPEN } else { packed(label) };
+        }
+    };
+    common((grid.cols, grid.rows), r, row, |_, line| all.extend(line));
+    all
+}
+
+/// Takes off the sure pixels those where the plane of a neighbouring region is so close to theirs
 /// that the slowly varying error may have drawn the border anywhere between: those within two
 /// cells of that region where both planes agree to `doubt` κ w.
 pub(super) fn drop_doubtful(
     image: &InverseImage,
     grid: &Grid,
     regions: &[Region],
-    labelling: &Labelling,
-    labels: &mut [u16],
+    cells: &CellLabels,
+    labels: &[u16],
+    sure: &mut Bits,
     doubt: f64,
     noise: &Noise,
 ) {
-    let near = around(grid, &labelling.cells, 2);
-    for cell in (0..near.len()).filter(|&cell| near[cell] == MIXED) {
+    let near = around(grid, &cells.0, 2);
+    let ratio = doubt * noise.systematic_ratio;
+    let mixed = |cell: &usize| near[*cell] != OPEN && single(near[*cell]).is_none();
+    let mut planes = Vec::new();
+    for cell in (0..near.len()).filter(mixed) {
         let (x, y) = (cell % grid.cols, cell / grid.cols);
-        let mut planes: Vec<u16> = (y.saturating_sub(2)..(y + 3).min(grid.rows))
-            .flat_map(|y| {
-                let row = y * grid.cols;
-                let columns = x.saturating_sub(2)..(x + 3).min(grid.cols);
-                columns.map(move |x| labelling.cells[row + x])
-            })
-            .filter(|&label| label != NONE)
-            .collect();
-        planes.sort_unstable();
-        planes.dedup();
-        let (u0, v0) = ((cell % grid.cols) * CELL_PX, (cell / grid.cols) * CELL_PX);
-        for (u, v) in (v0..v0 + CELL_PX).flat_map(|v| (u0..u0 + CELL_PX).map(move |u| (u, v))) {
-            let label = &mut labels[v * image.width + u];
-            let Some(region) = regions.get(usize::from(*label)) else {
-                continue;
-            };
+        planes.clear();
+        distinct(grid, &cells.0, cell, 2, &mut planes);
+        let (u0, v0) = (x * CELL_PX, y * CELL_PX);
+        let at = |label: u16, u: usize, v: usize| {
             let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
-            let w = region.plane.at(x, y);
-            let limit = doubt * noise.systematic_ratio * w;
-            let doubtful = planes
-                .iter()
-                .filter(|&&other| other != *label)
-                .any(|&other| {
-                    let other = &regions[usize::from(other)].plane;
-                    (other.at(x, y) - w).abs() < limit
-                });
-            if doubtful {
-                *label = NONE;
+            regions[usize::from(label)].plane.at(x, y)
+        };
+        // Where two planes are apart by more than the limit at all corners, to the same side, they
+        // are in the whole cell: both differences are linear.
+        let close = |&(a, b): &(u16, u16)| {
+            let last = CELL_PX - 1;
+            let corners = [
+                (u0, v0),
+                (u0 + last, v0),
+                (u0, v0 + last),
+                (u0 + last, v0 + last),
+            ];
+            let [above, below] = corners.iter().fold([true; 2], |[above, below], &(u, v)| {
+                let (w, other) = (at(a, u, v), at(b, u, v));
+                [
+                    above && other - w >= ratio * w,
+                    below && w - other >= ratio * w,
+                ]
+            });
+            !above && !below
+        };
+        let pairs = planes
+            .iter()
+            .flat_map(|&a| planes.iter().map(move |&b| (a, b)));
+        let doubtful: Vec<(u16, u16)> = pairs.filter(|(a, b)| a != b).filter(close).collect();
+        if doubtful.is_empty() {
+            continue;
+        }
+        for (u, v) in (v0..v0 + CELL_PX).flat_map(|v| (u0..u0 + CELL_PX).map(move |u| (u, v))) {
+            let label = labels[v * image.width + u];
+            let mut others = doubtful.iter().filter(|(own, _)| *own == label);
+            if others.any(|&(own, other)| {
+                let w = at(own, u, v);
+                (at(other, u, v) - w).abs() < ratio * w
+            }) {
+                sure.clear(u, v);
             }
         }
     }
 }
 
-/// Labels one cell's pixels; returns the label of most of them if it has half of the cell.
-fn label_cell(
-    image: &InverseImage,
-    grid: &Grid,
-    regions: &[Region],
-    noise: &Noise,
-    cell: usize,
-    candidates: &[u16],
-    labels: &mut [u16],
-) -> u16 {
-    let (u0, v0) = ((cell % grid.cols) * CELL_PX, (cell / grid.cols) * CELL_PX);
-    let m = &grid.cells[cell];
-    if m.n < 1.0 {
-        return NONE;
+/// Writes labels cell by cell.
+struct Painter<'a> {
+    image: &'a InverseImage,
+    grid: &'a Grid,
+    /// Coefficients of each region's plane.
+    planes: Vec<[f32; 3]>,
+    /// Square of the distance within which each cell's pixels belong to a plane, 1/m².
+    limits: Vec<f32>,
+    pixels: Vec<u16>,
+}
+
+impl<'a> Painter<'a> {
+    fn new(image: &'a InverseImage, grid: &'a Grid, planes: Vec<[f32; 3]>, noise: &Noise) -> Self {
+        let limit = |m: &Moments| {
+            let noise = CellNoise::at(noise, m.mean());
+            // Without a pixel there is no noise either, and nothing is nearer than that.
+            noise.square(SIGMAS, SYSTEMATICS) as f32
+        };
+        Self {
+            image,
+            grid,
+            planes,
+            limits: grid.cells.iter().map(limit).collect(),
+            pixels: vec![NONE; image.w.len()],
+        }
     }
-    let limit = CellNoise::at(noise, m.mean()).square(SIGMAS, SYSTEMATICS);
-    let mut counts = [0_usize; 9];
-    for v in v0..v0 + CELL_PX {
-        let row = v * image.width;
-        for u in u0..u0 + CELL_PX {
-            let w = f64::from(image.w[row + u]);
-            if w <= 0.0 {
-                continue;
-            }
-            let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
-            let mut best = (limit, NONE, 0);
-            for (k, &candidate) in candidates.iter().enumerate() {
-                let e = regions[usize::from(candidate)].plane.at(x, y) - w;
-                if e * e < best.0 {
-                    best = (e * e, candidate, k);
+
+    /// First pixel of a cell.
+    fn corner(&self, cell: usize) -> (usize, usize) {
+        let (x, y) = (cell % self.grid.cols, cell / self.grid.cols);
+        (x * CELL_PX, y * CELL_PX)
+    }
+
+    /// One plane to the pixels of `count` cells of a row that lie on it.
+    fn run(&mut self, cell: usize, count: usize, label: u16) {
+        let (u0, v0) = self.corner(cell);
+        let [a, b, c] = self.planes[usize::from(label)].map(f64::from);
+        let limits = &self.limits[cell..cell + count];
+        for v in v0..v0 + CELL_PX {
+            let start = v * self.image.width + u0;
+            let range = start..start + count * CELL_PX;
+            let (w, _) = self.image.w[range.clone()].as_chunks::<CELL_PX>();
+            let (out, _) = self.pixels[range].as_chunks_mut::<CELL_PX>();
+            let (x, y) = (
+                u0 as f64 - self.image.centre.0,
+                v as f64 - self.image.centre.1,
+            );
+            let first = (a * x + b * y + c) as f32;
+            let (a, step) = (a as f32, CELL_PX as f32);
+            for (i, ((w, out), &limit)) in w.iter().zip(out).zip(limits).enumerate() {
+                let left = first + a * (i as f32 * step);
+                for j in 0..CELL_PX {
+                    let e = left + a * j as f32 - w[j];
+                    let on = (e * e < limit) & (w[j] > 0.0);
+                    out[j] = if on { label } else { NONE };
                 }
-            }
-            if best.1 != NONE {
-                counts[best.2] += 1;
-                labels[row + u] = best.1;
             }
         }
     }
-    let (most, k) = counts
-        .iter()
-        .zip(0..)
-        .map(|(&n, k)| (n, k))
-        .fold((0, 0), |a, b| if b.0 > a.0 { b } else { a });
-    if 2 * most >= CELL_PX * CELL_PX {
-        candidates.get(k).copied().unwrap_or(NONE)
-    } else {
-        NONE
+
+    /// The nearest of several planes to each pixel of a cell.
+    fn cell(&mut self, cell: usize, candidates: &[u16]) {
+        let (u0, v0) = self.corner(cell);
+        let limit = self.limits[cell];
+        let (x0, y0) = (
+            u0 as f64 - self.image.centre.0,
+            v0 as f64 - self.image.centre.1,
+        );
+        let (x0, y0) = (x0 as f32, y0 as f32);
+        for row in 0..CELL_PX {
+            let start = (v0 + row) * self.image.width + u0;
+            let mut w = [0.0_f32; CELL_PX];
+            w.copy_from_slice(&self.image.w[start..start + CELL_PX]);
+            // Square of the distance to the nearest plane, and which it is; four pixels at once.
+            let mut best = w.map(|w| if w > 0.0 { limit } else { 0.0 });
+            let mut won = [u32::from(NONE); CELL_PX];
+            for &candidate in candidates {
+                let [a, b, c] = self.planes[usize::from(candidate)];
+                let first = a * x0 + (b * (y0 + row as f32) + c);
+                for j in 0..CELL_PX {
+                    let e = a * j as f32 + first - w[j];
+                    let square = e * e;
+                    let better = square < best[j];
+                    best[j] = if better { square } else { best[j] };
+                    won[j] = if better { candidate.into() } else { won[j] };
+                }
+            }
+            let labels = won.map(|label| label as u16);
+            self.pixels[start..start + CELL_PX].copy_from_slice(&labels);
+        }
+    }
+
+    /// The label that half of a cell's pixels have at least, or [`NONE`].
+    fn most(&self, cell: usize, candidates: &[u16]) -> u16 {
+        let (u0, v0) = self.corner(cell);
+        let rows = (v0..v0 + CELL_PX).map(|v| v * self.image.width + u0);
+        let pixels = || {
+            rows.clone()
+                .flat_map(|start| &self.pixels[start..start + CELL_PX])
+        };
+        let half = |label: &&u16| 2 * pixels().filter(|l| l == label).count() >= CELL_PX * CELL_PX;
+        candidates.iter().find(half).copied().unwrap_or(NONE)
     }
 }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::bits::{Bits, Links, pack};
 use super::growth::{CellNoise, Region};
 use super::image::InverseImage;
 use super::labels::NONE;
@@ -71,7 +72,7 @@ pub(super) fn close(
     noise: &Noise,
     gap_px: usize,
 ) {
-    let (width, height) = (image.width, image.height);
+    let width = image.width;
     let agrees = |i: usize, label: u16| {
         let w = f64::from(image.w[i]);
         if w <= 0.0 {
@@ -84,118 +85,70 @@ pub(super) fn close(
         let e = regions[usize::from(label)].plane.at(x, y) - w;
         e * e <= CellNoise::at(noise, w).square(5.0, 3.0)
     };
-    let mut run = |start: usize, step: usize, count: usize| {
-        // Index and label of the last labelled pixel of this row or column.
-        let mut last: Option<(usize, u16)> = None;
-        for k in 0..count {
-            let label = labels[start + k * step];
-            if label == NONE {
-                continue;
-            }
-            if let Some((from, before)) = last
-                && before == label
-                && k - from > 1
-                && k - from <= gap_px + 1
-                && (from + 1..k).all(|j| agrees(start + j * step, label))
-            {
-                (from + 1..k).for_each(|j| labels[start + j * step] = label);
-            }
-            last = Some((k, label));
+    // From a labelled pixel back over the unlabelled ones before it.
+    let fill = |labels: &mut [u16], i: usize, step: usize, before: usize| {
+        let label = labels[i];
+        let mut steps = 1..=before.min(gap_px + 1);
+        let Some(gap) = steps.find(|k| labels[i - k * step] != NONE) else {
+            return;
+        };
+        if labels[i - gap * step] == label && (1..gap).all(|k| agrees(i - k * step, label)) {
+            (1..gap).for_each(|k| labels[i - k * step] = label);
         }
     };
-    (0..height).for_each(|v| run(v * width, 1, width));
-    (0..width).for_each(|u| run(u, width, height));
+    // Along the rows, then down the columns: where a label follows on none.
+    for down in [false, true] {
+        let none = Bits::new(width, image.height, |v, words| {
+            let line = &labels[v * width..(v + 1) * width];
+            pack(line, line, words, |label, _| label == NONE);
+        });
+        // None is before the first column, or row; it is not before what is beyond.
+        let after = if down {
+            none.clone().shifted_down()
+        } else {
+            none.clone().shifted_along()
+        };
+        let step = if down { width } else { 1 };
+        after.and(&none.not()).for_each(|u, v| {
+            fill(labels, v * width + u, step, if down { v } else { u });
+        });
+    }
 }
 
-/// The labels that surely lie on their face.
+/// The pixels that surely lie on their face.
 ///
 /// Every face loses its outermost `unseen_px` pixels where it ends at unmeasured ones, and
-/// `seen_px` where it ends at another surface (in the maximum norm). Nothing is taken off at the
+/// `seen_px` where another surface is beside it (in the maximum norm). Nothing is taken off at the
 /// border of the image, where only the view ends.
 pub(super) fn erode(
     image: &InverseImage,
     labels: &[u16],
+    links: &Links,
     unseen_px: usize,
     seen_px: usize,
-) -> Vec<u16> {
+) -> Bits {
     let (width, height) = (image.width, image.height);
-    // What a pixel is to its neighbours: its label; a mix of its own for what has none.
-    let solid = |label: u16| if label == NONE { MIXED } else { label };
-    let measured: Vec<u16> = labels
-        .iter()
-        .zip(&image.w)
-        .map(|(&label, &w)| {
-            if label == NONE && w == 0.0 {
-                OPEN
-            } else {
-                solid(label)
-            }
-        })
-        .collect();
-    let all: Vec<u16> = labels.iter().map(|&label| solid(label)).collect();
-    let far = joined(&measured, width, height, seen_px);
-    let near = joined(&all, width, height, unseen_px);
-    let both = far.iter().zip(&near);
-    labels
-        .iter()
-        .zip(both)
-        .map(|(&l, (&f, &n))| if f == l && n == l { l } else { NONE })
-        .collect()
+    let line = |v: usize| v * width..(v + 1) * width;
+    let unmeasured = Bits::new(width, height, |v, words| {
+        let (labels, w) = (&labels[line(v)], &image.w[line(v)]);
+        pack(labels, w, words, |label, w| (label == NONE) & (w == 0.0));
+    });
+    let labelled = Bits::new(width, height, |v, words| {
+        pack(&labels[line(v)], &labels[line(v)], words, |label, _| {
+            label != NONE
+        });
+    });
+    let seen = links.through(&unmeasured).uniform(seen_px);
+    labelled.and(&seen).and(&links.uniform(unseen_px))
 }
 
-/// No label: joins with any other to that one.
-pub(super) const OPEN: u16 = u16::MAX - 1;
-/// Two labels, or a surface that has none: joins with any other to itself.
-pub(super) const MIXED: u16 = u16::MAX;
-
-/// What the pixels within `r` of each pixel (in the maximum norm) have in common: nothing
-/// ([`OPEN`]), one label, or more than one ([`MIXED`]).
-pub(super) fn joined(labels: &[u16], width: usize, height: usize, r: usize) -> Vec<u16> {
-    let mut rows = labels.to_vec();
-    for (line, from) in rows
-        .chunks_exact_mut(width.max(1))
-        .zip(labels.chunks_exact(width.max(1)))
-    {
-        for d in 1..=r.min(width.saturating_sub(1)) {
-            join_all(&mut line[d..], &from[..width - d]);
-            join_all(&mut line[..width - d], &from[d..]);
-        }
-    }
-    let mut all = rows.clone();
-    for d in 1..=r.min(height.saturating_sub(1)) {
-        let (d, n) = (d * width, all.len());
-        join_all(&mut all[d..], &rows[..n - d]);
-        join_all(&mut all[..n - d], &rows[d..]);
-    }
-    all
-}
-
-fn join_all(to: &mut [u16], from: &[u16]) {
-    for (a, &b) in to.iter_mut().zip(from) {
-        let either = if *a == OPEN { b } else { *a };
-        *a = if *a == b || *a == OPEN || b == OPEN {
-            either
-        } else {
-            MIXED
-        };
-    }
-}
-
-/// The labels without the parts that are no wider than 2 `neck_px`: eroded, and grown back within
-/// what was there.
-pub(super) fn open(labels: &[u16], width: usize, height: usize, neck_px: usize) -> Vec<u16> {
-    // NONE is MIXED, so that the core of a face is what is far from all that is not the face.
-    let core: Vec<u16> = joined(labels, width, height, neck_px)
-        .into_iter()
-        .map(|label| if label == MIXED { OPEN } else { label })
-        .collect();
-    // Cores of two faces are more than 2 `neck_px` apart, so no pixel is near two of them.
-    let grown = joined(&core, width, height, neck_px);
-    labels
-        .iter()
-        .zip(grown)
-        .map(|(&l, g)| if l == g { l } else { NONE })
-        .collect()
+/// The pixels of the parts that are wider than 2 `neck_px`: eroded, and grown back within what was
+/// there. `links` are those of the labels.
+pub(super) fn open(sure: Bits, links: &Links, neck_px: usize) -> Bits {
+    // The core of a face is what is far from all that is not the face; what is near a core is all
+    // of one face.
+    let core = sure.eroded(neck_px).and(&links.uniform(neck_px));
+    core.dilated(neck_px)
 }
 
 #[cfg(test)]
@@ -237,7 +190,9 @@ mod tests {
             .bytes()
             .map(|b| if b == b'.' { 0.0 } else { 1.0 })
             .collect();
-        let eroded = erode(&image(row.len(), w), &labels, 1, 2);
+        let mut eroded = labels.clone();
+        let links = Links::new(&labels, row.len(), 3);
+        erode(&image(row.len(), w), &labels, &links, 1, 2).keep(&mut eroded);
         let expected = "aaa....bbb....".repeat(3);
         for (i, (&label, want)) in eroded.iter().zip(expected.bytes()).enumerate() {
             let got = match label {
@@ -262,7 +217,14 @@ mod tests {
             .iter()
             .flat_map(|row| row.bytes().map(|b| if b == b'#' { 3 } else { NONE }))
             .collect();
-        let opened = open(&labels, 11, 5, 1);
+        let links = Links::new(&labels, 11, 5);
+        let sure = Bits::new(11, 5, |v, words| {
+            pack(&labels[v * 11..][..11], &[0; 11], words, |label, _| {
+                label != NONE
+            });
+        });
+        let mut opened = labels.clone();
+        open(sure, &links, 1).keep(&mut opened);
         for (i, (&before, &after)) in labels.iter().zip(&opened).enumerate() {
             let expected = if i % 11 < 7 { before } else { NONE };
             assert_eq!(after, expected, "pixel {i}");

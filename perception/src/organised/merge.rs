@@ -19,6 +19,10 @@ pub struct MergeConfig {
     pub misfit_sigmas: f64,
     /// The m of [`Self::misfit_sigmas`], in units of the sensor's systematic error κ.
     pub misfit_systematics: f64,
+    /// The same m for regions smaller than the error's waves: all of one may lie on a crest.
+    pub misfit_systematics_small: f64,
+    /// The same m for regions apart, where what is between them hides the plane.
+    pub misfit_systematics_hidden: f64,
     /// The mean step across the common border stays below this many κ w (and 2 σ of the mean):
     /// the slowly varying error bends a plane but does not break it.
     pub step_systematics: f64,
@@ -29,6 +33,8 @@ impl Default for MergeConfig {
         Self {
             misfit_sigmas: 0.5,
             misfit_systematics: 2.5,
+            misfit_systematics_small: 4.0,
+            misfit_systematics_hidden: 2.0,
             step_systematics: 1.8,
         }
     }
@@ -37,20 +43,53 @@ impl Default for MergeConfig {
 impl MergeConfig {
     pub(super) fn check(&self) -> Result<(), Error> {
         let range = "must be in [0, 100]";
-        within("misfit_sigmas", self.misfit_sigmas, 0.0, 100.0, range)?;
-        within(
-            "misfit_systematics",
-            self.misfit_systematics,
-            0.0,
-            100.0,
-            range,
-        )?;
-        within("step_systematics", self.step_systematics, 0.0, 100.0, range)
+        for (key, value) in [
+            ("misfit_sigmas", self.misfit_sigmas),
+            ("misfit_systematics", self.misfit_systematics),
+            ("misfit_systematics_small", self.misfit_systematics_small),
+            ("misfit_systematics_hidden", self.misfit_systematics_hidden),
+            ("step_systematics", self.step_systematics),
+        ] {
+            within(key, value, 0.0, 100.0, range)?;
+        }
+        Ok(())
     }
 }
 
-/// Pairs of neighbouring cells of two regions (smaller index first): their common border.
-type Borders = BTreeMap<(usize, usize), Vec<(usize, usize)>>;
+/// The common borders of regions (smaller index first).
+type Borders = BTreeMap<(usize, usize), Border>;
+
+/// Sums over the pairs of neighbouring cells of two regions, one of each: all that the step of a
+/// plane's residuals across their border needs.
+#[derive(Debug, Clone, Copy, Default)]
+struct Border {
+    pairs: f64,
+    /// Differences of the cells' mean u, v and w, first region less second.
+    u: f64,
+    v: f64,
+    w: f64,
+    /// Mean w of both.
+    level: f64,
+}
+
+impl Border {
+    fn push(&mut self, a: &Moments, b: &Moments) {
+        self.pairs += 1.0;
+        self.u += a.u / a.n - b.u / b.n;
+        self.v += a.v / a.n - b.v / b.n;
+        self.w += a.mean() - b.mean();
+        self.level += 0.5 * (a.mean() + b.mean());
+    }
+
+    /// Adds another, `sign` −1 when its regions are the other way around.
+    fn add(&mut self, other: &Self, sign: f64) {
+        self.pairs += other.pairs;
+        self.u += sign * other.u;
+        self.v += sign * other.v;
+        self.w += sign * other.w;
+        self.level += other.level;
+    }
+}
 
 /// Merges regions (cells on the small grid) that lie within three cells of each other, the best
 /// pair first, only where *both* keep a small misfit under the joint plane and the surface does
@@ -64,9 +103,10 @@ pub(super) fn merge(
     let mut borders = borders(grid, &regions);
     let mut regions: Vec<Option<Region>> = regions.into_iter().map(Some).collect();
     // Misfit of every pair in units of its limit; only pairs that a merge touches change.
-    let score = |regions: &[Option<Region>], (i, j): (usize, usize), border: &[(usize, usize)]| {
+    let pixels = (grid.size * grid.size) as f64;
+    let score = |regions: &[Option<Region>], (i, j): (usize, usize), border: &Border| {
         let (a, b) = (regions[i].as_ref()?, regions[j].as_ref()?);
-        misfit(grid, a, b, border, noise, config)
+        misfit(a, b, border, pixels, noise, config)
     };
     let mut scores: BTreeMap<(usize, usize), f64> = borders
         .iter()
@@ -95,13 +135,8 @@ pub(super) fn merge(
             let other = if pair.0 == j { pair.1 } else { pair.0 };
             let swap = (pair.0 == j) != (i < other);
             let moved = borders.remove(&pair).unwrap_or_default();
-            let turned = moved
-                .into_iter()
-                .map(|(a, b)| if swap { (b, a) } else { (a, b) });
-            borders
-                .entry((i.min(other), i.max(other)))
-                .or_default()
-                .extend(turned);
+            let entry = borders.entry((i.min(other), i.max(other))).or_default();
+            entry.add(&moved, if swap { -1.0 } else { 1.0 });
         }
         scores.retain(|p, _| p.0 != i && p.1 != i && p.0 != j && p.1 != j);
         for (&pair, border) in borders.iter().filter(|(p, _)| p.0 == i || p.1 == i) {
@@ -114,45 +149,50 @@ pub(super) fn merge(
 }
 
 /// Largest of both misfits to the joint plane and the step at the border, each in units of its
-/// limit.
+/// limit. `pixels` are those of a cell.
 fn misfit(
-    grid: &Grid,
     a: &Region,
     b: &Region,
-    border: &[(usize, usize)],
+    border: &Border,
+    pixels: f64,
     noise: &Noise,
     config: &MergeConfig,
 ) -> Option<f64> {
     let mut joint = a.moments;
     joint.add(&b.moments, 1.0);
     let plane = joint.plane()?;
+    // Misfits beyond the regions' own, 1/m, and in units of their limits.
+    let small = 4.0 * std::f64::consts::PI * noise.systematic_scale_px.powi(2);
     let one = |region: &Region| {
         let m: &Moments = &region.moments;
         let excess = m.mean_square(&plane) - m.mean_square(&region.plane);
+        let systematics = if m.n < small {
+            config.misfit_systematics_small
+        } else {
+            config.misfit_systematics
+        };
         let local = CellNoise::at(noise, m.mean());
-        (excess / local.square(config.misfit_sigmas, config.misfit_systematics))
-            .max(0.0)
-            .sqrt()
+        let excess = excess.max(0.0).sqrt();
+        (
+            excess,
+            excess / local.square(config.misfit_sigmas, systematics).sqrt(),
+        )
     };
-    // Mean difference of the residuals of the cells on either side of the border.
-    let residual = |i: usize| {
-        let m = &grid.cells[i];
-        m.mean() - plane.at(m.u / m.n, m.v / m.n)
-    };
-    let count = border.len().max(1) as f64;
-    let sum: f64 = border.iter().map(|&(i, j)| residual(i) - residual(j)).sum();
-    let w = border
-        .iter()
-        .map(|&(i, _)| grid.cells[i].mean())
-        .sum::<f64>()
-        / count;
-    let pixels = count * (grid.size * grid.size) as f64;
+    let (of_a, of_b) = (one(a), one(b));
+    // Mean difference of the residuals of the cells on either side of the border. The joint plane
+    // of two patches of a size lies a quarter of the step between them off each, in the mean: what
+    // is far more is an error of the cells there, at the edge of what hides the rest.
+    let count = border.pairs.max(1.0);
+    let step = (border.w - plane.0.x * border.u - plane.0.y * border.v) / count;
+    let step = step.abs().min(STEP_OF_MISFIT * of_a.0.max(of_b.0));
     let alike = 4.0 * std::f64::consts::PI * noise.correlation_px.powi(2);
-    let sigmas = 2.0 * (alike / pixels).min(1.0).sqrt();
-    let limit = CellNoise::at(noise, w).square(sigmas, config.step_systematics);
-    let step = (sum / count).abs() / limit.sqrt();
-    Some(one(a).max(one(b)).max(step))
+    let sigmas = 2.0 * (alike / (count * pixels)).min(1.0).sqrt();
+    let limit = CellNoise::at(noise, border.level / count).square(sigmas, config.step_systematics);
+    Some(of_a.1.max(of_b.1).max(step / limit.sqrt()))
 }
+
+/// A step is at most this many times the larger misfit.
+const STEP_OF_MISFIT: f64 = 5.0;
 
 /// The common borders of all regions: pairs of their cells that are at most three apart with no
 /// cell of another region between.
@@ -163,20 +203,32 @@ fn borders(grid: &Grid, regions: &[Region]) -> Borders {
         region.cells.iter().for_each(|&cell| owner[cell] = r);
     }
     let mut borders = Borders::new();
-    let (cols, rows) = (grid.cols as i64, grid.rows as i64);
+    let (cols, rows) = (grid.cols, grid.rows);
     for (i, &a) in owner.iter().enumerate().filter(|(_, a)| **a != FREE) {
-        let (x, y) = (i as i64 % cols, i as i64 / cols);
-        for (dx, dy) in [(1, 0), (0, 1), (1, 1), (-1, 1)] {
-            let ahead = (1..=3)
-                .map(|k| (x + k * dx, y + k * dy))
-                .take_while(|(x, y)| (0..cols).contains(x) && *y < rows)
-                .map(|(x, y)| (y * cols + x) as usize)
-                .find(|&j| owner[j] != FREE);
-            let Some(j) = ahead else { continue };
+        let (x, y) = (i % cols, i / cols);
+        // To the right, down, and down to the right and left: how far the grid goes, and the step.
+        let (right, down) = (cols - 1 - x, rows - 1 - y);
+        let ways = [
+            (right, 1),
+            (down, cols),
+            (right.min(down), cols + 1),
+            (x.min(down), cols - 1),
+        ];
+        for (most, step) in ways {
+            // Inside of a region.
+            if most > 0 && owner[i + step] == a {
+                continue;
+            }
+            let mut ahead = (1..=most.min(3)).map(|k| i + k * step);
+            let Some(j) = ahead.find(|&j| owner[j] != FREE).filter(|&j| owner[j] != a) else {
+                continue;
+            };
             let b = owner[j];
-            if a != b && grid.cells[i].n > 0.0 && grid.cells[j].n > 0.0 {
-                let cells = if a < b { (i, j) } else { (j, i) };
-                borders.entry((a.min(b), a.max(b))).or_default().push(cells);
+            let (first, second) = if a < b { (i, j) } else { (j, i) };
+            let (first, second) = (&grid.cells[first], &grid.cells[second]);
+            if first.n > 0.0 && second.n > 0.0 {
+                let border = borders.entry((a.min(b), a.max(b))).or_default();
+                border.push(first, second);
             }
         }
     }

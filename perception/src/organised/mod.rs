@@ -5,10 +5,12 @@
 //! a near maximum-likelihood plane of any union of cells: no normals, no eigenvalues, no search.
 
 mod beyond;
+mod bits;
 mod contour;
 mod cover;
 mod face;
 mod growth;
+mod hidden;
 mod image;
 mod labels;
 mod mask;
@@ -16,6 +18,7 @@ mod merge;
 mod moments;
 mod outline;
 mod plane;
+mod window;
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
@@ -32,6 +35,7 @@ use crate::Error;
 use crate::extraction::{Extraction, Segmentation, Statistics};
 use crate::scan::DepthImage;
 use crate::sensor::Noise;
+use bits::{Bits, Links};
 use growth::{Region, grow};
 use image::{Grid, InverseImage};
 
@@ -90,34 +94,43 @@ pub(crate) fn extract(
     }
     let more = grow(&small, &|i| !taken[i], noise, &config.growth);
     let regions = regions.into_iter().chain(more).collect();
-    let mut regions = merge::merge(&small, regions, noise, &config.merge);
-    // Labels are 16 bits: of more planes (an image of many megapixels) the first are kept.
-    regions.truncate(usize::from(mask::OPEN));
+    let regions = merge::merge(&small, regions, noise, &config.merge);
 
-    // 4. Every pixel to the nearest of the planes around it; gaps closed.
-    let labelling = labels::label(&image, &small, &regions, noise);
+    // 4. One plane for what goes on behind something nearer.
+    let mut regions = hidden::merge(&small, regions, noise, &config.merge);
+    // Labels are 16 bits: of more planes (an image of many megapixels) the first are kept.
+    regions.truncate(usize::from(labels::NONE));
+
+    // 5. Every pixel to the nearest of the planes around it; gaps closed.
+    let (mut labels, cells) = labels::label(&image, &small, &regions, noise);
     let mask = &config.mask;
-    let mut labels = labelling.pixels.clone();
     mask::close(&image, &regions, &mut labels, noise, mask.gap_px);
 
-    // 5. The pixels that surely lie on their face: edges taken off, doubtful borders, necks.
-    let mut sure = mask::erode(&image, &labels, mask.edge_unseen_px, mask.edge_seen_px);
+    // 6. The pixels that surely lie on their face: edges taken off, doubtful borders, necks.
+    let links = Links::new(&labels, image.width, image.height);
+    let (unseen, seen) = (mask.edge_unseen_px, mask.edge_seen_px);
+    let mut sure = mask::erode(&image, &labels, &links, unseen, seen);
     let doubt = mask.doubt_systematics;
     labels::drop_doubtful(
-        &image, &small, &regions, &labelling, &mut sure, doubt, noise,
+        &image, &small, &regions, &cells, &labels, &mut sure, doubt, noise,
     );
-    let sure = mask::open(&sure, image.width, image.height, mask.neck_px);
+    let sure = mask::open(sure, &links, mask.neck_px);
+    let mut faces = labels.clone();
+    sure.keep(&mut faces);
 
-    // 6. The final planes, fitted to the pixels that surely lie on their face.
-    let planes = plane::fit(&image, &sure, regions.len(), noise);
+    // 7. The final planes, fitted to the pixels that surely lie on their face.
+    let planes = plane::fit(&image, &small, &faces, regions.len(), noise);
 
-    // 7. Each connected face of a plane, covered by convex polygons.
+    // 8. Each connected face of a plane, covered by convex polygons.
     let mut found = Vec::new();
-    for face in face::faces(&sure, image.width) {
+    let mut seen = Bits::new(image.width, image.height, |_, _| {});
+    for face in face::faces(&faces, image.width) {
         if let Some(Some(plane)) = planes.get(usize::from(face.label)) {
             found.extend(outline::pieces(
                 &image,
                 &face,
+                &faces,
+                &mut seen,
                 plane,
                 noise,
                 X_WV,
@@ -126,7 +139,7 @@ pub(crate) fn extract(
         }
     }
 
-    // 8. Frames to the world, last; ids by falling area.
+    // 9. Frames to the world, last; ids by falling area.
     found.sort_by(|a, b| b.polygon.area().total_cmp(&a.polygon.area()));
     let shared = |label: u16| found.iter().filter(|p| p.label == label).count() > 1;
     let mut surfaces = Vec::with_capacity(found.len());
@@ -147,15 +160,15 @@ pub(crate) fn extract(
             ..Surface::new(format!("s{i}"), X_WV * piece.X_VS, piece.polygon.clone())
         });
     }
-    // 9. What the image's border cuts may go on beyond it.
+    // 10. What the image's border cuts may go on beyond it.
     let obstacles = beyond::bodies(depth, &surfaces, X_WV, &config.beyond);
     let statistics = Statistics {
         points: depth.z_m.len(),
-        valid: depth.z_m.iter().filter(|z| **z > 0.0).count(),
-        used: image.w.iter().filter(|w| **w > 0.0).count(),
+        valid: positive(&depth.z_m),
+        used: positive(&image.w),
         regions: regions.len(),
         planes: planes.iter().flatten().count(),
-        assigned: labels.iter().filter(|l| **l != labels::NONE).count(),
+        assigned: count(labels.iter().map(|&label| label != labels::NONE)),
     };
     let segmentation = Segmentation {
         width: image.width,
@@ -173,6 +186,15 @@ pub(crate) fn extract(
         statistics,
         segmentation: Some(segmentation),
     }
+}
+
+fn positive(values: &[f32]) -> usize {
+    count(values.iter().map(|&x| x > 0.0))
+}
+
+/// How many there are; in 32 bits, of which four fit side by side.
+fn count(all: impl Iterator<Item = bool>) -> usize {
+    all.map(u32::from).sum::<u32>() as usize
 }
 
 /// A region's cells on the grid that is twice as fine.

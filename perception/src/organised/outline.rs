@@ -1,16 +1,17 @@
 //! A face → its outline with holes and the convex polygons that cover it.
 
 use nalgebra::{
-    Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
+    Isometry3, Point2, Point3, Rotation2, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
 };
 use serde::{Deserialize, Serialize};
 use surfaces::ConvexPolygon;
 
+use super::bits::Bits;
 use super::contour;
 use super::cover::{CoverConfig, cover};
-use super::face::{Face, Raster};
+use super::face::Face;
 use super::image::InverseImage;
-use super::plane::{self, Plane};
+use super::plane::{Plane, Spread};
 use crate::Error;
 use crate::error::within;
 use crate::scan::tangent_frame;
@@ -84,6 +85,8 @@ pub(super) struct Piece {
 pub(super) fn pieces(
     image: &InverseImage,
     face: &Face,
+    labels: &[u16],
+    seen: &mut Bits,
     plane: &Plane,
     noise: &Noise,
     X_WV: &Isometry3<f64>,
@@ -100,9 +103,6 @@ pub(super) fn pieces(
     if area < config.cover.area_min_m2 {
         return Vec::new();
     }
-    let Some(raster) = Raster::new(face) else {
-        return Vec::new();
-    };
     // Coordinates of the plane that depend on the sensor only, so that its pose moves the pieces
     // and does not change them.
     let R_VP = frame(plane, &Vector3::z(), &-Vector3::y());
@@ -113,7 +113,8 @@ pub(super) fn pieces(
     };
 
     // The outline on the plane, covered by convex pieces.
-    let rings = contour::rings(&raster, config.tolerance_px, config.notch_px);
+    let (tolerance_px, notch_px) = (config.tolerance_px, config.notch_px);
+    let rings = contour::rings(face, labels, image.width, seen, tolerance_px, notch_px);
     let on_plane = rings.iter().map(|ring| ring.iter().map(in_P).collect());
     let Some(rings) = on_plane.collect::<Option<Vec<Vec<_>>>>() else {
         return Vec::new();
@@ -127,10 +128,16 @@ pub(super) fn pieces(
     let R_VS = frame(plane, &(R_VW * Vector3::x()), &(R_VW * Vector3::z()));
     let R_SP = R_VS.inverse() * R_VP;
     let turn = |p: Vector2<f64>| Point2::from((R_SP * p.push(0.0)).xy());
-    let support = support(face, pixels);
+    let turn_2 = Rotation2::from_matrix_unchecked(R_SP.matrix().fixed_view::<2, 2>(0, 0).into());
+    let mut spread = None;
     let mut pieces = Vec::new();
     for piece in covering {
         let c = piece.centroid().coords;
+        let spread = spread.get_or_insert_with(|| {
+            let at =
+                |u: f64, v: f64| Some((in_P(&Point2::new(u, v))?, plane.point(image, u, v)?.z));
+            Spread::new(&support(face, pixels), plane, at, noise)
+        });
         let corners: Vec<_> = piece
             .vertices()
             .iter()
@@ -153,7 +160,7 @@ pub(super) fn pieces(
             label: face.label,
             X_VS,
             outline: rings.iter().map(ring).collect(),
-            covariance: plane::covariance(image, &support, plane, &origin, &R_VS, noise),
+            covariance: spread.covariance(&Point2::from(c), &turn_2, noise),
             polygon,
         });
     }

@@ -1,15 +1,13 @@
 //! The final plane of one region: weighted fit, residuals, covariance.
+#![allow(non_snake_case)]
 
-use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Point3, Rotation2, Vector2, Vector3};
 
 use super::growth::CellNoise;
-use super::image::InverseImage;
+use super::image::{CELL_PX, Grid, InverseImage};
 use super::labels::NONE;
 use super::moments::{InversePlane, Moments};
 use crate::sensor::Noise;
-
-/// Pixels along a row that share one weight and stand for one point in the covariance.
-const CHUNK_PX: usize = 16;
 
 /// A plane in the sensor's frame: n·p = d, n away from the sensor, d > 0.
 #[derive(Debug, Clone, Copy)]
@@ -53,25 +51,31 @@ impl Plane {
 /// `None` for labels that keep too few pixels.
 pub(super) fn fit(
     image: &InverseImage,
+    grid: &Grid,
     labels: &[u16],
     count: usize,
     noise: &Noise,
 ) -> Vec<Option<Plane>> {
     let (area_noise, area_systematic) = correlation_areas(noise);
     let mut weighted = vec![Moments::default(); count];
+    // The same pixels, weighted to give squares of distances along the normal: d (ŵ − w) / w.
+    let mut metric = vec![Moments::default(); count];
     let mut number = vec![0_usize; count];
-    for_chunks(image, labels, |label, chunk| {
-        let noise = CellNoise::at(noise, chunk.mean());
+    for_cells(image, grid, labels, |label, chunk| {
+        let w = chunk.mean();
+        let noise = CellNoise::at(noise, w);
         let variance =
             area_noise * noise.sigma.powi(2) + area_systematic * noise.systematic.powi(2);
         weighted[label].add(chunk, 1.0 / variance);
+        metric[label].add(chunk, 1.0 / (w * w));
         number[label] += chunk.n as usize;
     });
     let k = image.intrinsics;
-    let mut planes: Vec<Option<Plane>> = weighted
+    weighted
         .iter()
+        .zip(&metric)
         .zip(&number)
-        .map(|(moments, &inliers)| {
+        .map(|((moments, metric), &inliers)| {
             let inverse = moments.plane().filter(|_| inliers >= 16)?;
             let [a, b, c] = [inverse.0.x, inverse.0.y, inverse.0.z];
             // n/d on the ray (x, y, 1): u = fx x + cx − centre.
@@ -79,53 +83,55 @@ pub(super) fn fit(
             let scaled = Vector3::new(a * k.fx, b * k.fy, at_axis);
             let distance = 1.0 / scaled.norm();
             let normal = scaled * distance;
+            let square = metric.mean_square(&inverse) * metric.n * distance * distance;
             let finite = distance.is_finite() && normal.iter().all(|x| x.is_finite());
             finite.then_some(Plane {
                 normal,
                 distance,
                 inverse,
                 inliers,
-                rms_m: 0.0,
+                rms_m: (square / inliers as f64).sqrt(),
             })
         })
-        .collect();
-
-    // Residuals along the normal: d (ŵ − w) / w.
-    let mut squares = vec![0.0; count];
-    for_chunks(image, labels, |label, chunk| {
-        if let Some(plane) = &planes[label] {
-            let scale = plane.distance / chunk.mean();
-            squares[label] += chunk.n * chunk.mean_square(&plane.inverse) * scale * scale;
-        }
-    });
-    for ((plane, square), n) in planes.iter_mut().zip(squares).zip(number) {
-        if let Some(plane) = plane {
-            plane.rms_m = (square / n as f64).sqrt();
-        }
-    }
-    planes
+        .collect()
 }
 
-/// Calls `with` for the moments of every chunk of a row that has one label.
-fn for_chunks(image: &InverseImage, labels: &[u16], mut with: impl FnMut(usize, &Moments)) {
-    let width = image.width;
-    for (v, line) in labels.chunks_exact(width.max(1)).enumerate() {
-        let y = v as f64 - image.centre.1;
-        let mut u = 0;
-        while u < width {
-            let label = line[u];
-            let start = u;
-            let mut chunk = Moments::default();
-            while u < width && line[u] == label && u - start < CHUNK_PX {
-                let w = f64::from(image.at(u, v));
-                if w > 0.0 && label != NONE {
-                    chunk.push(u as f64 - image.centre.0, y, w);
+/// Calls `with` for the moments of every set of pixels of one cell that have one label.
+fn for_cells(
+    image: &InverseImage,
+    grid: &Grid,
+    labels: &[u16],
+    mut with: impl FnMut(usize, &Moments),
+) {
+    let mut parts: Vec<(u16, Moments)> = Vec::new();
+    for (cell, whole) in grid.cells.iter().enumerate() {
+        let (u0, v0) = ((cell % grid.cols) * CELL_PX, (cell / grid.cols) * CELL_PX);
+        let rows = || (v0..v0 + CELL_PX).map(|v| v * image.width + u0);
+        let first = labels[v0 * image.width + u0];
+        if rows().all(|start| labels[start..start + CELL_PX] == [first; CELL_PX]) {
+            if first != NONE && whole.n > 0.0 {
+                with(usize::from(first), whole);
+            }
+            continue;
+        }
+        parts.clear();
+        for (v, start) in (v0..).zip(rows()) {
+            for u in 0..CELL_PX {
+                let (label, w) = (labels[start + u], f64::from(image.w[start + u]));
+                if label == NONE || w <= 0.0 {
+                    continue;
                 }
-                u += 1;
+                let k = parts.iter().position(|(l, _)| *l == label);
+                let k = k.unwrap_or_else(|| {
+                    parts.push((label, Moments::default()));
+                    parts.len() - 1
+                });
+                let (x, y) = ((u0 + u) as f64, v as f64);
+                parts[k].1.push(x - image.centre.0, y - image.centre.1, w);
             }
-            if chunk.n > 0.0 {
-                with(usize::from(label), &chunk);
-            }
+        }
+        for (label, part) in &parts {
+            with(usize::from(*label), part);
         }
     }
 }
@@ -136,68 +142,91 @@ fn correlation_areas(noise: &Noise) -> (f64, f64) {
     (area(noise.correlation_px), area(noise.systematic_scale_px))
 }
 
-/// Covariance of (rotation about x_S, rotation about y_S, offset along z_S) of the plane, in a
-/// frame S on it: rad, rad, m.
-///
-///   Σ = A_σ (Σ g gᵀ/σ_n²)⁻¹ + κ² d² A_κ (Σ g gᵀ)⁻¹,  g = (y_S, −x_S, 1),  σ_n = d σ_w / w
-///
-/// An error of depth κz moves the plane's point by κd along its normal. The second term is
-/// bounded for faces smaller than the error's waves: the offset by κ d, the tilts by the slope
-/// of such a wave, κ d/(√2 s).
-/// `support` are pixels of the face and how many each stands for. `None` when they do not
-/// determine the plane.
-pub(super) fn covariance(
-    image: &InverseImage,
-    support: &[(f64, f64, f64)],
-    plane: &Plane,
-    origin: &Point3<f64>,
-    frame: &Rotation3<f64>,
-    noise: &Noise,
-) -> Option<[[f64; 3]; 3]> {
-    let (area_noise, area_systematic) = correlation_areas(noise);
-    let mut white = Matrix3::zeros();
-    let mut slow = Matrix3::zeros();
-    let mut pixel = Moments::default();
-    let (mut sx, mut sy, mut sxx, mut syy) = (0.0, 0.0, 0.0, 0.0);
-    for &(u, v, n) in support {
-        let Some(p) = plane.point(image, u, v) else {
-            continue;
-        };
-        let q = frame.inverse() * (p - origin);
-        let g = Vector3::new(q.y, -q.x, 1.0);
-        let sigma = plane.distance * noise.sigma_inverse(p.z) * p.z;
-        white += g * g.transpose() * (n / (sigma * sigma));
-        slow += g * g.transpose() * n;
-        let mut one = Moments::default();
-        one.push(u - image.centre.0, v - image.centre.1, 0.0);
-        pixel.add(&one, n);
-        sx += n * q.x;
-        sy += n * q.y;
-        sxx += n * q.x * q.x;
-        syy += n * q.y * q.y;
-    }
-    let kd = noise.systematic_ratio * plane.distance;
-    let mut systematic = slow.cholesky()?.inverse() * (kd * kd * area_systematic);
-    // Bounds, as a scaling of rows and columns that keeps the matrix positive.
-    let n = pixel.n;
-    let spread_px = (pixel.uu - pixel.u * pixel.u / n + pixel.vv - pixel.v * pixel.v / n).max(0.0);
-    let wave = kd / (std::f64::consts::SQRT_2 * noise.systematic_scale_px);
-    let per_m = |square: f64| (spread_px / square.max(1e-12)).sqrt();
-    let limits = [
-        wave * per_m(syy - sy * sy / n),
-        wave * per_m(sxx - sx * sx / n),
-        kd,
-    ];
-    for (i, limit) in limits.into_iter().enumerate() {
-        let sigma = systematic[(i, i)].max(0.0).sqrt();
-        if sigma > limit && sigma > 0.0 {
-            let scale = limit / sigma;
-            systematic.row_mut(i).scale_mut(scale);
-            systematic.column_mut(i).scale_mut(scale);
+/// Sums over a face's pixels that its plane's covariance is made of, in coordinates of the plane.
+pub(super) struct Spread {
+    /// Σ g gᵀ/σ_n² and Σ g gᵀ with g = (y, −x, 1).
+    white: Matrix3<f64>,
+    slow: Matrix3<f64>,
+    /// Pixels a metre: how the pixel changes along x and y of the plane, in the mean.
+    px_per_m: Matrix2<f64>,
+    /// κ d: the systematic error along the normal, m.
+    systematic_m: f64,
+}
+
+impl Spread {
+    /// `support` are pixels of the face and how many each stands for; `at` is where the plane's
+    /// coordinates have the point of a pixel, and its depth.
+    pub fn new(
+        support: &[(f64, f64, f64)],
+        plane: &Plane,
+        at: impl Fn(f64, f64) -> Option<(Point2<f64>, f64)>,
+        noise: &Noise,
+    ) -> Self {
+        let mut white = Matrix3::zeros();
+        let mut slow = Matrix3::zeros();
+        // Moments of (x, y, 1) and of these with the pixel, for the regression of the latter.
+        let mut places = Matrix3::zeros();
+        let mut pixels = Matrix2x3::zeros();
+        for &(u, v, n) in support {
+            let Some((q, z)) = at(u, v) else { continue };
+            let sigma = plane.distance * noise.sigma_inverse(z) * z;
+            let g = Vector3::new(q.y, -q.x, 1.0);
+            let square = g * g.transpose() * n;
+            white += square / (sigma * sigma);
+            slow += square;
+            let p = Vector3::new(q.x, q.y, 1.0);
+            places += p * p.transpose() * n;
+            pixels += Vector2::new(u, v) * p.transpose() * n;
+        }
+        let slope = |inverse: Matrix3<f64>| (pixels * inverse).fixed_columns::<2>(0).into_owned();
+        Self {
+            white,
+            slow,
+            px_per_m: places.try_inverse().map_or(Matrix2::zeros(), slope),
+            systematic_m: noise.systematic_ratio * plane.distance,
         }
     }
-    let sigma = white.cholesky()?.inverse() * area_noise + systematic;
-    let symmetric = (sigma + sigma.transpose()) * 0.5;
-    let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| symmetric[(i, j)]));
-    rows.iter().flatten().all(|x| x.is_finite()).then_some(rows)
+
+    /// Covariance of (rotation about x_S, rotation about y_S, offset along z_S) of the plane:
+    /// rad, rad, m. S lies on the plane, its origin at `origin`, its x axis turned by `turn`.
+    ///
+    ///   Σ = A_σ (Σ g gᵀ/σ_n²)⁻¹ + κ² d² A_κ (Σ g gᵀ)⁻¹,  g = (y_S, −x_S, 1),  σ_n = d σ_w / w
+    ///
+    /// An error of depth κz moves the plane's point by κd along its normal. The second term is
+    /// bounded for faces smaller than the error's waves: the offset by κ d, the tilts by the slope
+    /// of such a wave, κ d/(√2 s). `None` when the pixels do not determine the plane.
+    pub fn covariance(
+        &self,
+        origin: &Point2<f64>,
+        turn: &Rotation2<f64>,
+        noise: &Noise,
+    ) -> Option<[[f64; 3]; 3]> {
+        let (area_noise, area_systematic) = correlation_areas(noise);
+        // g of S from that of the plane: q_S = R (q − o).
+        let (c, s) = (turn.matrix()[(0, 0)], turn.matrix()[(1, 0)]);
+        let x = Vector3::new(-s, -c, -(c * origin.x - s * origin.y));
+        let y = Vector3::new(c, -s, -(s * origin.x + c * origin.y));
+        let to_S = Matrix3::from_rows(&[y.transpose(), -x.transpose(), Vector3::z().transpose()]);
+        let white = to_S * self.white * to_S.transpose();
+        let slow = to_S * self.slow * to_S.transpose();
+        let kd = self.systematic_m;
+        let mut systematic = slow.cholesky()?.inverse() * (kd * kd * area_systematic);
+        // Bounds, as a scaling of rows and columns that keeps the matrix positive.
+        let wave = kd / (std::f64::consts::SQRT_2 * noise.systematic_scale_px);
+        let px_per_m = self.px_per_m * turn.matrix().transpose();
+        let along = |axis: usize| wave * px_per_m.column(axis).norm();
+        let limits = [along(1), along(0), kd];
+        for (i, limit) in limits.into_iter().enumerate() {
+            let sigma = systematic[(i, i)].max(0.0).sqrt();
+            if sigma > limit && sigma > 0.0 {
+                let scale = limit / sigma;
+                systematic.row_mut(i).scale_mut(scale);
+                systematic.column_mut(i).scale_mut(scale);
+            }
+        }
+        let sigma = white.cholesky()?.inverse() * area_noise + systematic;
+        let symmetric = (sigma + sigma.transpose()) * 0.5;
+        let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| symmetric[(i, j)]));
+        rows.iter().flatten().all(|x| x.is_finite()).then_some(rows)
+    }
 }

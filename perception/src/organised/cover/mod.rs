@@ -1,6 +1,7 @@
 //! A region with holes, covered by few large convex pieces.
 
 mod grow;
+mod lattice;
 mod ring;
 
 use nalgebra::Point2;
@@ -9,7 +10,8 @@ use surfaces::ConvexPolygon;
 
 use crate::Error;
 use crate::error::within;
-use grow::{Edge, Grown, Region, closest};
+use grow::{Edge, Grown, Region};
+use lattice::Lattice;
 use ring::Ring;
 
 /// How a face is covered by convex polygons.
@@ -94,8 +96,6 @@ impl CoverConfig {
     }
 }
 
-/// Samples of a region, about this many.
-const SAMPLES: f64 = 450.0;
 /// Places that further pieces are grown from, before the best of all is taken.
 const SEEDS: usize = 4;
 /// Area that other pieces cover already counts this much: pieces overlap, not end at seams.
@@ -122,19 +122,21 @@ pub(in crate::organised) fn cover(
         .collect();
     let hull = Ring(hull.vertices().to_vec());
     let region = Region::new(hull, &edges, slack_m);
-    let (mut uncovered, cell_m2) = samples(region.hull(), &edges);
-    let total_m2 = uncovered.len() as f64 * cell_m2;
+    // What is convex but for the slack is one piece.
+    if region.is_convex() {
+        let piece = region.hull().clone();
+        return usable(&piece, config).into_iter().collect();
+    }
+    let mut open = Lattice::new(region.hull(), &edges);
+    let total_m2 = open.area();
     let worthwhile = (config.gain_min_ratio * total_m2).min(config.gain_min_m2);
     let gain_min_m2 = config.area_min_m2.max(worthwhile);
     let mut pieces: Vec<ConvexPolygon> = Vec::new();
     let mut grown: Vec<Grown> = Vec::new();
     while pieces.len() < config.pieces_max {
         // Grow from the places that are farthest from every edge and in no piece grown so far.
-        let gained = |piece: &Ring| {
-            uncovered.iter().filter(|s| piece.contains(&s.p)).count() as f64 * cell_m2
-        };
-        let worth = |piece: &Ring| gained(piece) + OVERLAP_WORTH * piece.area();
-        for seed in seeds(&uncovered) {
+        let worth = |piece: &Ring| open.gain(piece) + OVERLAP_WORTH * piece.area();
+        for seed in open.seeds(SEEDS) {
             if !grown.iter().any(|g| g.ring.contains(&seed)) {
                 grown.extend(region.grow(&seed, &worth));
             }
@@ -147,87 +149,36 @@ pub(in crate::organised) fn cover(
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
         let Some((index, _)) = most else { break };
         let ring = region.polished(grown.swap_remove(index), &worth);
-        let Ok(piece) = ConvexPolygon::hull(&ring.0) else {
+        let Some(piece) = usable(&ring, config) else {
             break;
         };
-        let piece = piece.simplified_inside(config.vertices_max);
         let ring = Ring(piece.vertices().to_vec());
-        let gain_m2 = gained(&ring);
-        let large = piece.area() >= config.area_min_m2
-            && 2.0 * piece.inscribed_circle().1 >= config.width_min_m;
-        if !large || !pieces.is_empty() && gain_m2 < gain_min_m2 {
+        if !pieces.is_empty() && open.gain(&ring) < gain_min_m2 {
             break;
         }
-        uncovered.retain(|s| !ring.contains(&s.p));
+        open.close(&ring);
         pieces.push(piece);
-        if uncovered.len() as f64 * cell_m2 <= (1.0 - config.ratio) * total_m2 {
+        if open.area() <= (1.0 - config.ratio) * total_m2 {
             break;
         }
     }
     pieces
 }
 
-/// A sample of the region and its distance from the nearest edge.
-struct Sample {
-    p: Point2<f64>,
-    free: f64,
-}
-
-/// A lattice of points inside the region, and the area that each stands for.
-fn samples(hull: &Ring, edges: &[Edge]) -> (Vec<Sample>, f64) {
-    let pitch = (hull.area() / SAMPLES).sqrt();
-    let ends = |axis: usize| {
-        let along = || hull.0.iter().map(move |v| v[axis]);
-        let low = along().fold(f64::INFINITY, f64::min);
-        (low, along().fold(f64::NEG_INFINITY, f64::max))
-    };
-    let ((x0, x1), (y0, y1)) = (ends(0), ends(1));
-    let mut inside = Vec::new();
-    let rows = ((y1 - y0) / pitch).ceil().min(4.0 * SAMPLES) as usize;
-    for row in 0..rows {
-        // Crossings of the row with the edges, left to right: odd intervals are inside.
-        let y = y0 + (row as f64 + 0.5) * pitch;
-        let mut crossings: Vec<f64> = edges
-            .iter()
-            .filter(|(a, b)| (a.y > y) != (b.y > y))
-            .map(|(a, b)| a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y))
-            .collect();
-        crossings.sort_by(f64::total_cmp);
-        for pair in crossings.chunks_exact(2) {
-            let first = ((pair[0].max(x0) - x0) / pitch - 0.5).ceil().max(0.0) as usize;
-            let last = pair[1].min(x1);
-            let xs = (first..).map(|k| x0 + (k as f64 + 0.5) * pitch);
-            inside.extend(xs.take_while(|x| *x < last).map(|x| {
-                let p = Point2::new(x, y);
-                let near = |(a, b): &Edge| (p - closest(a, b, &p)).norm_squared();
-                let free = edges.iter().map(near).fold(f64::INFINITY, f64::min).sqrt();
-                Sample { p, free }
-            }));
-        }
-    }
-    (inside, pitch * pitch)
-}
-
-/// The samples farthest from every edge, each outside of the free circles of those before it.
-fn seeds(samples: &[Sample]) -> Vec<Point2<f64>> {
-    let mut seeds: Vec<&Sample> = Vec::new();
-    while seeds.len() < SEEDS {
-        // The first of equals, so that the result does not depend on anything else.
-        let apart = |s: &&Sample| seeds.iter().all(|t| (s.p - t.p).norm() > 2.0 * t.free);
-        let best = samples
-            .iter()
-            .filter(apart)
-            .reduce(|a, b| if b.free > a.free { b } else { a });
-        let Some(best) = best else { break };
-        seeds.push(best);
-    }
-    seeds.iter().map(|s| s.p).collect()
+/// The polygon of a piece, with as few corners as asked for, if it is large enough.
+fn usable(ring: &Ring, config: &CoverConfig) -> Option<ConvexPolygon> {
+    let piece = ConvexPolygon::hull(&ring.0).ok()?;
+    let piece = piece.simplified_inside(config.vertices_max);
+    let large =
+        piece.area() >= config.area_min_m2 && piece.inset(0.5 * config.width_min_m).is_some();
+    large.then_some(piece)
 }
 
 #[cfg(test)]
 mod tests {
     use nalgebra::Vector2;
 
+    use super::grow::closest;
     use super::*;
 
     fn ring(corners: &[[f64; 2]]) -> Vec<Point2<f64>> {

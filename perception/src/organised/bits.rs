@@ -1,0 +1,315 @@
+//! Bitmaps of the image, 64 pixels a word: what is said of pixels near each other, by bitwise AND.
+
+use super::labels::NONE;
+
+/// One bit a pixel, row by row; a row begins with a word of its own.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Bits {
+    width: usize,
+    height: usize,
+    /// Words of a row.
+    stride: usize,
+    words: Vec<u64>,
+}
+
+impl Bits {
+    /// The bitmap of an image, each row by `row`: the row and its words, which are all zero.
+    pub fn new(width: usize, height: usize, row: impl Fn(usize, &mut [u64])) -> Self {
+        let stride = width.div_ceil(64);
+        let mut words = vec![0; stride * height];
+        if stride > 0 {
+            for (v, words) in words.chunks_exact_mut(stride).enumerate() {
+                row(v, words);
+            }
+        }
+        Self {
+            width,
+            height,
+            stride,
+            words,
+        }
+    }
+
+    /// Whether a pixel is in it.
+    pub fn has(&self, u: usize, v: usize) -> bool {
+        self.words[v * self.stride + u / 64] >> (u % 64) & 1 == 1
+    }
+
+    /// Puts a pixel in.
+    pub fn set(&mut self, u: usize, v: usize) {
+        self.words[v * self.stride + u / 64] |= 1 << (u % 64);
+    }
+
+    /// Takes a pixel out.
+    pub fn clear(&mut self, u: usize, v: usize) {
+        self.words[v * self.stride + u / 64] &= !(1 << (u % 64));
+    }
+
+    /// The pixels in both.
+    pub fn and(mut self, other: &Self) -> Self {
+        for (a, b) in self.words.iter_mut().zip(&other.words) {
+            *a &= b;
+        }
+        self
+    }
+
+    /// The pixels in either.
+    pub fn or(mut self, other: &Self) -> Self {
+        for (a, b) in self.words.iter_mut().zip(&other.words) {
+            *a |= b;
+        }
+        self
+    }
+
+    /// The pixels that are not in it.
+    pub fn not(mut self) -> Self {
+        self.words.iter_mut().for_each(|word| *word = !*word);
+        self
+    }
+
+    /// The pixels after one that is in it, in their row.
+    pub fn shifted_along(mut self) -> Self {
+        for row in self.words.chunks_exact_mut(self.stride.max(1)) {
+            let mut carry = 0;
+            for word in row {
+                (*word, carry) = (*word << 1 | carry, *word >> 63);
+            }
+        }
+        self
+    }
+
+    /// The pixels below one that is in it.
+    pub fn shifted_down(mut self) -> Self {
+        let n = self.words.len();
+        self.words
+            .copy_within(..n - self.stride.min(n), self.stride.min(n));
+        self.words[..self.stride.min(n)].fill(0);
+        self
+    }
+
+    /// Calls `with` for the column and the row of every pixel in it, row by row.
+    pub fn for_each(&self, mut with: impl FnMut(usize, usize)) {
+        for (v, row) in self.words.chunks_exact(self.stride.max(1)).enumerate() {
+            for (i, &word) in row.iter().enumerate() {
+                let mut left = word;
+                while left != 0 {
+                    let u = 64 * i + left.trailing_zeros() as usize;
+                    if u < self.width {
+                        with(u, v);
+                    }
+                    left &= left - 1;
+                }
+            }
+        }
+    }
+
+    /// The pixels of which all those from `back` columns before to `ahead` columns after are in
+    /// it; beyond the image all are.
+    pub fn all_along(mut self, back: usize, ahead: usize) -> Self {
+        // Bits beyond the row's end count as set.
+        let last = !0_u64 << (self.width % 64) & if self.width % 64 == 0 { 0 } else { !0 };
+        for row in self.words.chunks_exact_mut(self.stride.max(1)) {
+            if let Some(end) = row.last_mut() {
+                *end |= last;
+            }
+            for _ in 0..ahead {
+                for i in 0..row.len() {
+                    let next = row.get(i + 1).copied().unwrap_or(!0);
+                    row[i] &= row[i] >> 1 | next << 63;
+                }
+            }
+            for _ in 0..back {
+                for i in (0..row.len()).rev() {
+                    let before = if i > 0 { row[i - 1] } else { !0 };
+                    row[i] &= row[i] << 1 | before >> 63;
+                }
+            }
+        }
+        self
+    }
+
+    /// The same along the columns.
+    pub fn all_down(mut self, back: usize, ahead: usize) -> Self {
+        let n = self.words.len();
+        for _ in 0..ahead {
+            for i in self.stride..n {
+                self.words[i - self.stride] &= self.words[i];
+            }
+        }
+        for _ in 0..back {
+            for i in (self.stride..n).rev() {
+                self.words[i] &= self.words[i - self.stride];
+            }
+        }
+        self
+    }
+
+    /// The pixels of which all those within `r` (in the maximum norm) are in it.
+    pub fn eroded(self, r: usize) -> Self {
+        self.all_along(r, r).all_down(r, r)
+    }
+
+    /// The pixels within `r` of one that is in it.
+    pub fn dilated(self, r: usize) -> Self {
+        self.not().eroded(r).not()
+    }
+
+    /// Writes [`NONE`] to the labels of all pixels that are not in it.
+    pub fn keep(&self, labels: &mut [u16]) {
+        let rows = labels.chunks_exact_mut(self.width.max(1));
+        for (labels, words) in rows.zip(self.words.chunks_exact(self.stride.max(1))) {
+            for (labels, &word) in labels.chunks_mut(64).zip(words) {
+                if word == !0 {
+                    continue;
+                }
+                for (i, label) in labels.iter_mut().enumerate() {
+                    *label = if word >> i & 1 == 1 { *label } else { NONE };
+                }
+            }
+        }
+    }
+}
+
+/// Writes the bits of up to 64 pixels a word, where `is` holds for what the two lines have there.
+pub(super) fn pack<A: Copy, B: Copy>(
+    a: &[A],
+    b: &[B],
+    words: &mut [u64],
+    is: impl Fn(A, B) -> bool,
+) {
+    for ((a, b), word) in a.chunks(64).zip(b.chunks(64)).zip(words) {
+        let mut flags = [0_u8; 64];
+        for ((flag, &a), &b) in flags.iter_mut().zip(a).zip(b) {
+            *flag = u8::from(is(a, b));
+        }
+        *word = 0;
+        for (i, eight) in flags.as_chunks::<8>().0.iter().enumerate() {
+            // Gathers the lowest bits of eight bytes in the highest byte, the first one lowest.
+            let bits = u64::from_le_bytes(*eight).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+            *word |= bits << (8 * i);
+        }
+    }
+}
+
+/// The links between neighbours in a row and in a column: set where they agree, at the image's
+/// border too. Bit u of row v is the link from (u, v) to the next column, or to the next row.
+pub(super) struct Links {
+    along: Bits,
+    down: Bits,
+}
+
+impl Links {
+    /// Set where neighbouring labels are the same.
+    pub fn new(labels: &[u16], width: usize, height: usize) -> Self {
+        let line = |v: usize| &labels[v * width..(v + 1) * width];
+        let along = Bits::new(width, height, |v, words| {
+            pack(line(v), &line(v)[1.min(width)..], words, |a, b| a == b);
+            if let Some(last) = words.last_mut() {
+                *last |= 1 << ((width - 1) % 64);
+            }
+        });
+        let down = Bits::new(width, height, |v, words| {
+            if v + 1 < height {
+                pack(line(v), line(v + 1), words, |a, b| a == b);
+            } else {
+                words.fill(!0);
+            }
+        });
+        Self { along, down }
+    }
+
+    /// With the links from and to the pixels of `open` set too.
+    pub fn through(&self, open: &Bits) -> Self {
+        // From a pixel, or to the one after it: a shift by one, by ANDs of what is not open.
+        let shut = || open.clone().not();
+        Self {
+            along: self.along.clone().or(&shut().all_along(0, 1).not()),
+            down: self.down.clone().or(&shut().all_down(0, 1).not()),
+        }
+    }
+
+    /// The pixels around which all links within `r` (in the maximum norm) are set.
+    pub fn uniform(&self, r: usize) -> Bits {
+        if r == 0 {
+            return Bits::new(self.along.width, self.along.height, |_, words| {
+                words.fill(!0)
+            });
+        }
+        let along = self.along.clone().all_along(r, r - 1).all_down(r, r);
+        along.and(&self.down.clone().all_along(r, r).all_down(r, r - 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether (u, v) is in it, counting what lies beyond the image as `beyond`.
+    fn at(bits: &Bits, u: i64, v: i64, beyond: bool) -> bool {
+        if u < 0 || v < 0 || u >= bits.width as i64 || v >= bits.height as i64 {
+            return beyond;
+        }
+        bits.has(u as usize, v as usize)
+    }
+
+    fn picture(width: usize, height: usize, odds: usize) -> Bits {
+        Bits::new(width, height, |v, words| {
+            for u in 0..width {
+                // A fixed pattern without a period in either direction.
+                let x = (u * 2654435761 + v * 40503 + (u * v) % 97) % 101;
+                words[u / 64] |= u64::from(x >= odds) << (u % 64);
+            }
+        })
+    }
+
+    #[test]
+    fn erosion_and_dilation_are_those_of_the_definition() {
+        for (width, height, r) in [(70, 9, 1), (64, 11, 2), (130, 12, 3), (5, 4, 2)] {
+            for (odds, erode) in [(2, true), (97, false)] {
+                let bits = picture(width, height, odds);
+                let got = if erode {
+                    bits.clone().eroded(r)
+                } else {
+                    bits.clone().dilated(r)
+                };
+                let r = r as i64;
+                for (v, u) in
+                    (0..height as i64).flat_map(|v| (0..width as i64).map(move |u| (v, u)))
+                {
+                    let mut around = (-r..=r).flat_map(|y| (-r..=r).map(move |x| (x, y)));
+                    let expected = if erode {
+                        around.all(|(x, y)| at(&bits, u + x, v + y, true))
+                    } else {
+                        around.any(|(x, y)| at(&bits, u + x, v + y, false))
+                    };
+                    assert_eq!(at(&got, u, v, true), expected, "({u}, {v})");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn windows_are_uniform_where_all_their_labels_are_the_same() {
+        let (width, height) = (70, 20);
+        let label = |u: usize, v: usize| u16::from(u > 30 + v) + 4 * u16::from(v > 12);
+        let labels: Vec<u16> = (0..width * height)
+            .map(|i| label(i % width, i / width))
+            .collect();
+        let links = Links::new(&labels, width, height);
+        for r in 0..4 {
+            let uniform = links.uniform(r);
+            for (v, u) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
+                let rows = v.saturating_sub(r)..(v + r + 1).min(height);
+                let columns = u.saturating_sub(r)..(u + r + 1).min(width);
+                let expected = rows
+                    .into_iter()
+                    .all(|y| columns.clone().all(|x| label(x, y) == label(u, v)));
+                assert_eq!(
+                    at(&uniform, u as i64, v as i64, true),
+                    expected,
+                    "({u}, {v}), {r}"
+                );
+            }
+        }
+    }
+}
