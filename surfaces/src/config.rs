@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{level, mesh, rim, role, thin_body};
+use crate::{level, merge, mesh, rim, role, thin_body};
 
 /// Every setting of the crate; the defaults work.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -12,6 +12,8 @@ pub struct Config {
     pub body: thin_body::Config,
     /// How strongly scanned faces that may be level are taken to be.
     pub level: level::Config,
+    /// How faces of several scans are made one.
+    pub merge: merge::Config,
     /// How a mesh is taken apart.
     pub mesh: mesh::Config,
     /// How far the bodies of scanned faces go beyond what can be touched.

@@ -29,6 +29,9 @@ pub struct Config {
     /// Largest number of vertices of a piece, at least 3; pieces with more are simplified from
     /// the inside.
     pub vertices_max: usize,
+    /// Largest number of triangles of the region that pieces are grown from at first, the largest
+    /// ones; what these leave is grown from afterwards. Each costs about (edges of the region)².
+    pub seeds_max: usize,
 }
 
 impl Default for Config {
@@ -38,15 +41,10 @@ impl Default for Config {
             gain_min_m2: 0.002,
             pieces_max: 16,
             vertices_max: 16,
+            seeds_max: 48,
         }
     }
 }
-
-/// The largest number of triangles that pieces are grown from at first.
-///
-/// Each costs about (edges of the region)², so regions with many edges are begun from their
-/// largest triangles; what these leave is grown from afterwards.
-const SEEDS_MAX: usize = 48;
 
 /// One piece of a cover.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,7 +87,7 @@ pub fn cover(region: &Region, config: &Config) -> Cover {
     let triangles = region.triangles().iter();
     let mut uncovered = Fragments::new(triangles.map(|t| t.to_vec()));
     let mut candidates = Candidates::default();
-    for seed in seeds(region.triangles()) {
+    for seed in seeds(region.triangles(), config.seeds_max) {
         // What grows from inside a piece is mostly that piece again.
         if !candidates.contain(&seed) {
             candidates.push(boundary.grow(&seed), vertices_max);
@@ -126,10 +124,10 @@ pub fn area_outside(polygon: &ConvexPolygon, others: &[ConvexPolygon]) -> f64 {
 }
 
 /// The largest triangles, each also shrunk to its centre, which leaves the piece free to turn.
-fn seeds(triangles: &[[Point2<f64>; 3]]) -> Vec<Vec<Point2<f64>>> {
+fn seeds(triangles: &[[Point2<f64>; 3]], most: usize) -> Vec<Vec<Point2<f64>>> {
     let mut largest: Vec<_> = triangles.iter().collect();
     largest.sort_by(|a, b| ring_area(&b[..]).total_cmp(&ring_area(&a[..])));
-    largest.truncate(SEEDS_MAX);
+    largest.truncate(most);
     let both = largest.iter().flat_map(|triangle| {
         let centre = Point2::from(
             triangle

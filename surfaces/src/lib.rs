@@ -20,6 +20,8 @@
 //! | F ⊕ disc | the bodies that surely cover a scanned face | [`rim`] |
 //! | acos(z_S · u) | which surface serves a foot, a hand | [`role`] |
 //! | ∪ P_i ⊂ F | a face with holes as few large convex pieces | [`cover`] |
+//! | A ∪ B, A \\ B | regions of any shape, joined and cut | [`outline`] |
+//! | (Σ Σᵢ⁻¹)⁻¹, ⋃ Fᵢ | faces of several views as one set | [`merge`] |
 //! | | from a mesh of the environment to surfaces and bodies | [`mesh`] |
 //! | | the set of them, its file, its bodies | [`SurfaceSet`], [`Obstacle`] |
 //!
@@ -31,8 +33,10 @@ pub mod cover;
 mod error;
 pub mod inclusion;
 pub mod level;
+pub mod merge;
 pub mod mesh;
 mod obstacle;
+pub mod outline;
 pub mod polygon;
 pub mod pose;
 pub mod rim;

@@ -38,6 +38,7 @@ impl Default for Config {
                 gain_min_m2: 0.002,
                 pieces_max: 12,
                 vertices_max: 12,
+                seeds_max: 48,
             },
         }
     }

@@ -19,6 +19,7 @@ fn everything() -> Config {
         gain_min_m2: 1e-9,
         pieces_max: 1000,
         vertices_max: 1000,
+        seeds_max: 48,
     }
 }
 

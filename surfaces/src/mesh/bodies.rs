@@ -23,6 +23,7 @@ fn whole_cover() -> cover::Config {
         gain_min_m2: 1e-4,
         pieces_max: 256,
         vertices_max: usize::MAX,
+        seeds_max: 48,
     }
 }
 
