@@ -5,8 +5,9 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use nalgebra::{Isometry3, Matrix4, Point3, Vector4};
 use perception::lidar::{LidarCalibration, LidarCloud};
-use perception::{Intrinsics, Scan, SensorOptions};
+use perception::{Intrinsics, Scan, SensorOptions, Several};
 use scenes::scene_file::ScanSource;
+use surfaces::merge::{Change, Seen, Sight, View};
 use surfaces::{SurfaceSet, TriangleMesh, rim};
 
 use crate::config::Config;
@@ -44,22 +45,30 @@ pub fn perceive(
     match environment {
         Environment::Scans(sources) => {
             let mut perceived = Perceived::default();
-            for (number, source) in sources.iter().enumerate() {
-                let prefix = if sources.len() > 1 {
-                    format!("scan{number}-")
-                } else {
-                    String::new()
-                };
-                extract(
-                    source,
-                    &prefix,
-                    files,
-                    config,
-                    stages,
-                    inputs,
-                    &mut perceived,
-                )?;
+            let mut several = Several::default();
+            for source in sources {
+                let mut shown = show(source, files, config, stages, inputs)?;
+                let registration = &config.perception.registration;
+                match several.add(shown.view, registration) {
+                    Some(Ok(found)) => {
+                        shown.notes.push(registered(&found));
+                        move_all(&mut shown.cloud_W, &found.X_W);
+                    }
+                    Some(Err(cause)) => {
+                        let stays = format!("{}: stays at the pose given: {cause}", shown.name);
+                        shown.notes.push(stays);
+                    }
+                    None => {}
+                }
+                perceived.notes.extend(shown.notes);
+                perceived.cloud_W.extend(shown.cloud_W);
             }
+            // Faces that more than one scan shows are one.
+            let merging = &config.surfaces.merge;
+            let merged = stages.measure("perception", || several.merged(merging));
+            perceived.notes.extend(merged.changes.iter().map(told));
+            perceived.set.surfaces = merged.surfaces;
+            perceived.set.obstacles = merged.obstacles;
             // What may be there beside what can be touched.
             let seen = perceived.cloud_W.iter().step_by(SEEN_STEP);
             let free: Vec<Point3<f64>> = seen.map(|p| Point3::from(p.map(f64::from))).collect();
@@ -120,20 +129,26 @@ pub fn points_W(environment: &Environment, files: &Files) -> Result<Vec<[f32; 3]
     Ok(cloud_W)
 }
 
-/// Adds what one scan shows; several scans number their surfaces alike, so `prefix` tells them
-/// apart.
+/// What one scan shows.
 #[allow(non_snake_case)]
-fn extract(
+struct Shown {
+    name: String,
+    view: View,
+    cloud_W: Vec<[f32; 3]>,
+    notes: Vec<String>,
+}
+
+/// Extracts the surfaces of one scan.
+#[allow(non_snake_case)]
+fn show(
     source: &ScanSource,
-    prefix: &str,
     files: &Files,
     config: &Config,
     stages: &mut Stages,
     inputs: &mut Inputs,
-    perceived: &mut Perceived,
-) -> Result<()> {
+) -> Result<Shown> {
     if is_lidar(source) {
-        return detect(source, prefix, files, config, stages, inputs, perceived);
+        return detect(source, files, config, stages, inputs);
     }
     let (scan, X_WV, name) = read_scan(source, files, stages, inputs)?;
     let extraction = stages
@@ -142,27 +157,64 @@ fn extract(
         })
         .with_context(|| name.to_owned())?;
     let counts = &extraction.statistics;
-    perceived.notes.push(format!(
+    let note = format!(
         "{name}: {} of {} points measured, {} in range, {} on {} planes",
         counts.valid, counts.points, counts.used, counts.assigned, counts.planes
-    ));
-    perceived.cloud_W.extend(in_W(&scan, &X_WV));
-    let beyond = extraction.obstacles.into_iter().map(|mut obstacle| {
-        obstacle.id.insert_str(0, prefix);
-        obstacle
-    });
-    perceived.set.obstacles.extend(beyond);
-    perceived
-        .set
-        .surfaces
-        .extend(extraction.surfaces.into_iter().map(|mut surface| {
-            surface.id.insert_str(0, prefix);
-            if let Some(face) = &mut surface.face {
-                face.insert_str(0, prefix);
-            }
-            surfaces::level::leveled(surface, &config.surfaces.level)
-        }));
-    Ok(())
+    );
+    let surfaces = extraction.surfaces.into_iter();
+    let range_max_m = config.perception.range_max_m;
+    Ok(Shown {
+        name: name.to_owned(),
+        view: View {
+            surfaces: surfaces
+                .map(|surface| surfaces::level::leveled(surface, &config.surfaces.level))
+                .collect(),
+            obstacles: extraction.obstacles,
+            sight: perception::sight(&scan, &X_WV, range_max_m, perception::SIGHT_STEP),
+        },
+        cloud_W: in_W(&scan, &X_WV).collect(),
+        notes: vec![note],
+    })
+}
+
+/// How a scan was moved onto those before it.
+fn registered(found: &perception::Registration) -> String {
+    let (turn, shift) = (
+        found.X_W.rotation.angle().to_degrees(),
+        (found.X_W * found.about_W - found.about_W).norm(),
+    );
+    let (before, after) = found.offset_rms_m;
+    format!(
+        "    registered by {} planes: moved by {:.1} mm and {turn:.2}°; they lay {:.1} mm apart, now \
+         {:.1} mm (χ² per degree of freedom {:.2})",
+        found.pairs.len(),
+        1e3 * shift,
+        1e3 * before,
+        1e3 * after,
+        found.misfit
+    )
+}
+
+/// What became of a face, in words.
+fn told(change: &Change) -> String {
+    match change {
+        Change::Joined { id, with } => format!("{id} and {} are one face", with.join(", ")),
+        Change::Cut { id, area_m2 } => {
+            format!("warning: a later scan looks through {area_m2:.3} m² of {id}: taken off")
+        }
+        Change::Dropped { id } => {
+            format!("warning: a later scan looks through {id}: dropped")
+        }
+    }
+}
+
+/// Moves points of W.
+#[allow(non_snake_case)]
+fn move_all(cloud_W: &mut [[f32; 3]], X_W: &Isometry3<f64>) {
+    for p in cloud_W {
+        let moved = X_W * Point3::from(p.map(f64::from));
+        *p = moved.coords.map(|x| x as f32).into();
+    }
 }
 
 /// Whether a scan is a spinning LiDAR's.
@@ -170,17 +222,18 @@ fn is_lidar(source: &ScanSource) -> bool {
     source.sensor.as_deref() == Some(perception::lidar::SENSOR)
 }
 
-/// Adds ground, slopes, walls and things that a LiDAR's cloud shows, the sensor at the scan's pose.
+/// Standard deviation of a LiDAR's range where its rings are not calibrated, m.
+const LIDAR_SIGMA_M: f64 = 0.015;
+
+/// Ground, slopes, walls and things that a LiDAR's cloud shows, the sensor at the scan's pose.
 #[allow(non_snake_case)]
 fn detect(
     source: &ScanSource,
-    prefix: &str,
     files: &Files,
     config: &Config,
     stages: &mut Stages,
     inputs: &mut Inputs,
-    perceived: &mut Perceived,
-) -> Result<()> {
+) -> Result<Shown> {
     let (cloud, name) = read_lidar(source, files, stages, inputs)?;
     let mount = mount(source, files, inputs)?;
     let seen = stages
@@ -190,13 +243,13 @@ fn detect(
         .with_context(|| name.to_owned())?;
     let scan = seen.scan.with_context(|| format!("{name}: no ground"))?;
     let counts = &scan.counts;
-    perceived.notes.push(format!(
+    let mut notes = vec![format!(
         "{name}: {} points, {} in view, {} not isolated, {} on the ground",
         counts.points, counts.in_view, counts.kept, counts.ground
-    ));
+    )];
     for (number, slope) in scan.slopes.iter().enumerate() {
         let d = &slope.description;
-        perceived.notes.push(format!(
+        notes.push(format!(
             "slope {number}: {:.2}° ± {:.2}°, from ({:.3}, {:.3}) to ({:.3}, {:.3}) m",
             d.delta_rad.to_degrees(),
             slope.delta_sigma_rad.to_degrees(),
@@ -207,30 +260,29 @@ fn detect(
         ));
     }
     let around = seen.around;
-    perceived.notes.push(format!(
+    notes.push(format!(
         "{} parts of walls, {} things around",
         around.walls.len(),
         around.things.len()
     ));
+    let point = |p: &[f32; 3]| Seen {
+        p_W: Point3::from(p.map(f64::from)),
+        sigma_m: LIDAR_SIGMA_M,
+    };
     let walls = around.surfaces().cloned();
-    let found = scan.surfaces().into_iter().chain(walls);
-    perceived.set.surfaces.extend(found.map(|mut surface| {
-        surface.id.insert_str(0, prefix);
-        if let Some(face) = &mut surface.face {
-            face.insert_str(0, prefix);
-        }
-        surface
-    }));
-    let kept_from = around.obstacles().cloned().map(|mut obstacle| {
-        obstacle.id.insert_str(0, prefix);
-        if let Some(surface) = &mut obstacle.surface {
-            surface.insert_str(0, prefix);
-        }
-        obstacle
-    });
-    perceived.set.obstacles.extend(kept_from);
-    perceived.cloud_W.extend(scan.points_W);
-    Ok(())
+    Ok(Shown {
+        name: name.to_owned(),
+        view: View {
+            surfaces: scan.surfaces().into_iter().chain(walls).collect(),
+            obstacles: around.obstacles().cloned().collect(),
+            sight: Sight {
+                eye_W: Point3::from(mount.X_WV().translation.vector),
+                points: scan.points_W.iter().map(point).collect(),
+            },
+        },
+        cloud_W: scan.points_W,
+        notes,
+    })
 }
 
 /// What is known of a LiDAR's mount: its calibration at the scan's pose, or the pose alone, which is

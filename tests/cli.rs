@@ -176,6 +176,53 @@ fn the_robot_that_ships_is_described() {
     }
 }
 
+/// Ids and number of the surfaces in a file.
+fn surface_ids(path: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(path).expect("written");
+    let set = surfaces::SurfaceSet::from_json(&text).expect("a set of surfaces");
+    set.surfaces.into_iter().map(|s| s.id).collect()
+}
+
+#[test]
+fn several_scans_are_one_set_and_can_be_registered() {
+    let scan = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/scenes/scenes/irregular-stairs_depth.png"
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("surfaces.json");
+    let out = file.display().to_string();
+    let (here, off) = (
+        "0,0,1.3,-0.6,0.6,-0.37416573867,0.37416573867",
+        "0.01,0,1.31,-0.6,0.6,-0.37416573867,0.37416573867",
+    );
+    let run = |more: &[&str]| {
+        let output = scandent(&[&["surfaces", "-o", &out], more].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        (stdout(&output), surface_ids(&file))
+    };
+    let (_, single) = run(&[scan, "--pose", here]);
+    // The same scan twice: every face is found again, and keeps its name.
+    let twice = [scan, scan, "--pose", here, "--pose", here];
+    let (told, both) = run(&twice);
+    assert!(told.contains("are one face"), "{told}");
+    assert!(!told.contains("warning"), "{told}");
+    let kept = both.iter().filter(|id| single.contains(id)).count();
+    assert!(2 * kept > single.len(), "{single:?} became {both:?}");
+    assert!(both.len() < single.len() + single.len() / 2);
+    let (_, apart) = run(&[&twice[..], &["--set", "surfaces.merge.enabled=false"]].concat());
+    assert_eq!(apart.len(), 2 * single.len());
+    // Stairs ahead and no wall beside: a shift is left open, and named.
+    let refine = ["--set", "perception.registration.refine=true"];
+    let moved = [scan, scan, "--pose", here, "--pose", off];
+    let (told, _) = run(&[&moved[..], &refine].concat());
+    let stays = told.contains("stays at the pose given");
+    assert!(
+        stays && told.contains("do not determine the shift along"),
+        "{told}"
+    );
+}
+
 #[test]
 fn completions_name_the_commands() {
     for shell in ["bash", "zsh", "fish"] {

@@ -1,18 +1,17 @@
 //! Extracts the surfaces of a scan and writes them for a script to look at.
 //!
 //!   cargo run --release -p perception --example extract -- SCAN OUT_PREFIX [--sensor NAME]
-//!       [--intrinsics fx,fy,cx,cy] [--eye x,y,z] [--method auto|organised|chain] [--runs N]
+//!       [--intrinsics fx,fy,cx,cy] [--eye x,y,z] [--method auto|organised|voxels|chain] [--runs N]
 //!
-//! Writes `OUT_PREFIX.json`, a list with one entry a plane (of a cloud without an image, one a
-//! surface), all in the sensor's optical frame (x right, y down, z forward; m):
+//! Writes `OUT_PREFIX.json`, a list with one entry a plane (by the chain, one a surface), all in the sensor's optical frame (x right, y down, z forward; m):
 //!
 //!   [{"plane": [a, b, c, d], "polys": [[[x, y, z], …], …]}, …]
 //!
 //! with the unit normal (a, b, c) toward the sensor, a x + b y + c z + d = 0, and the convex
 //! polygons that cover the plane's faces (none for a plane without a face large enough; they may
-//! overlap). Planes that kept too few pixels are all zeros. Of a depth image also
+//! overlap). Planes that kept too few pixels are all zeros. But by the chain also
 //! `OUT_PREFIX_labels.bin`: 16-bit little-endian indices of these entries for every pixel, row by
-//! row, 65535 where there is none.
+//! row, or for every point of a cloud, 65535 where there is none.
 //!
 //! Prints `surfaces`, counts, and `MEDIAN ms CPU, MINIMUM ms CPU` of N runs on one thread, from the
 //! decoded scan to the polygons; where the system does not tell the thread's time, `ms wall`.
@@ -48,6 +47,7 @@ fn main() -> Result<(), AnyError> {
                 config.method = match value.as_str() {
                     "auto" => Method::Auto,
                     "organised" => Method::Organised,
+                    "voxels" => Method::Voxels,
                     "chain" => Method::Chain,
                     _ => return Err(format!("unknown method {value}").into()),
                 }

@@ -7,6 +7,8 @@ use crate::chain::ChainConfig;
 use crate::error::within;
 use crate::lidar::LidarConfig;
 use crate::organised::OrganisedConfig;
+use crate::registration::RegistrationConfig;
+use crate::voxels::VoxelConfig;
 
 /// Which path a scan takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -17,6 +19,8 @@ pub enum Method {
     Auto,
     /// Inverse-depth moments on the image.
     Organised,
+    /// Moments of the points in hashed voxels.
+    Voxels,
     /// The chain of brossette2013 on the points.
     Chain,
 }
@@ -31,10 +35,14 @@ pub struct Config {
     pub range_max_m: f64,
     /// Parameters of the organised path.
     pub organised: OrganisedConfig,
+    /// Parameters of the path of voxels.
+    pub voxels: VoxelConfig,
     /// Parameters of the chain.
     pub chain: ChainConfig,
     /// Parameters of the LiDAR chain.
     pub lidar: LidarConfig,
+    /// Where further scans of a scene were taken from.
+    pub registration: RegistrationConfig,
 }
 
 impl Default for Config {
@@ -43,8 +51,10 @@ impl Default for Config {
             method: Method::Auto,
             range_max_m: 5.0,
             organised: OrganisedConfig::default(),
+            voxels: VoxelConfig::default(),
             chain: ChainConfig::default(),
             lidar: LidarConfig::default(),
+            registration: RegistrationConfig::default(),
         }
     }
 }
@@ -63,7 +73,9 @@ impl Config {
             "must be a positive distance",
         )?;
         self.organised.check()?;
+        self.voxels.check(self.range_max_m)?;
         self.chain.check(self.range_max_m)?;
-        self.lidar.check()
+        self.lidar.check()?;
+        self.registration.check()
     }
 }

@@ -99,6 +99,20 @@ pub enum Error {
         /// Points that were looked at.
         points: usize,
     },
+    /// Too few planes of a scan are known ones to tell from where it was taken.
+    #[error("{pairs} planes of the scan match known ones; registration needs 3")]
+    FewPlanes {
+        /// Planes that match.
+        pairs: usize,
+    },
+    /// The planes that a scan shares with what is known leave its pose open.
+    #[error("{pairs} planes of the scan match known ones, but they do not determine {open}")]
+    Degenerate {
+        /// Planes that match.
+        pairs: usize,
+        /// What they leave open.
+        open: String,
+    },
     /// A parameter is outside its range.
     #[error("{key} = {value}: {cause}")]
     Config {

@@ -13,7 +13,7 @@ pub struct Extraction {
     pub obstacles: Vec<Obstacle>,
     /// Counts along the way.
     pub statistics: Statistics,
-    /// Which pixel belongs to which plane; depth images only.
+    /// Which pixel or point belongs to which plane; not of the chain.
     pub segmentation: Option<Segmentation>,
 }
 
@@ -34,7 +34,7 @@ pub struct Statistics {
     pub assigned: usize,
 }
 
-/// A plane for every pixel.
+/// A plane for every pixel, or for every point of a cloud: one without a grid is one row.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(non_snake_case)]
 pub struct Segmentation {
@@ -46,8 +46,8 @@ pub struct Segmentation {
     pub labels: Vec<u16>,
     /// Index of the plane of each surface, in the order of the surfaces.
     pub plane_of_surface: Vec<u16>,
-    /// Each plane in the sensor's frame: unit normal n toward the sensor and distance d > 0,
-    /// n·p = −d; `None` for a plane that kept too few pixels.
+    /// Each plane in the sensor's frame: unit normal n toward the sensor and distance d, n·p = −d,
+    /// positive where the sensor is at the origin; `None` for a plane that kept too few pixels.
     pub planes_V: Vec<Option<(Vector3<f64>, f64)>>,
 }
 

@@ -3,7 +3,8 @@
 //! A depth image takes the *organised* path ([`OrganisedConfig`]): inverse depth is linear in the
 //! pixel on a plane, so sums over cells of pixels give its planes without a nearest neighbour, and
 //! each face is covered by convex polygons that hold no air. Any other cloud takes the paper's
-//! *chain* ([`ChainConfig`]): crop, voxel grid, region growing on normals, planes per cluster,
+//! *chain* ([`ChainConfig`]) or, where [`Method::Voxels`] asks for it, the same growth over hashed
+//! voxels ([`VoxelConfig`]). The chain: crop, voxel grid, region growing on normals, planes per cluster,
 //! projection, convex hull, re-orientation.
 //!
 //! ```no_run
@@ -27,8 +28,11 @@ mod extraction;
 pub mod lidar;
 mod organised;
 mod readers;
+mod registration;
 mod scan;
 mod sensor;
+mod several;
+mod voxels;
 
 pub use chain::{
     ChainConfig, HullConfig, NormalsConfig, PlaneExtractionConfig, RegionGrowingConfig,
@@ -42,11 +46,14 @@ pub use organised::{
     OutlineConfig,
 };
 pub use readers::{LidarScan, SensorOptions, parse_lidar, parse_scan, read_lidar, read_scan};
+pub use registration::{Registration, RegistrationConfig, register};
 pub use scan::{DepthImage, Intrinsics, PointCloud, Scan};
 pub use sensor::{Noise, SENSORS, Sensor};
+pub use several::{SIGHT_STEP, Several, extract_all, sight};
+
+pub use voxels::{VoxelConfig, VoxelGrowthConfig, VoxelOutlineConfig};
 
 use nalgebra::Isometry3;
-use surfaces::Surface;
 
 /// The planar surfaces of one scan taken from `X_WV`, in W.
 ///
@@ -71,35 +78,12 @@ pub fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Result<Ex
             ))
         }
         (None, Method::Organised) => Err(Error::NotOrganised),
+        (_, Method::Voxels) => {
+            let voxels = &config.voxels;
+            Ok(voxels::extract(scan, X_WV, config.range_max_m, voxels))
+        }
         (_, Method::Auto | Method::Chain) => {
             chain::extract(scan, X_WV, config.range_max_m, &config.chain)
         }
     }
-}
-
-/// The surfaces of several scans, each taken from its own pose, side by side: ids s0, s1, …
-/// run on from scan to scan, and faces keep apart.
-///
-/// # Errors
-/// As [`extract`].
-pub fn extract_all(
-    scans: &[(&Scan, Isometry3<f64>)],
-    config: &Config,
-) -> Result<Vec<Surface>, Error> {
-    let mut surfaces: Vec<Surface> = Vec::new();
-    for (i, (scan, pose)) in scans.iter().enumerate() {
-        for surface in extract(scan, pose, config)?.surfaces {
-            let id = format!("s{}", surfaces.len());
-            let face = surface.face.as_ref().map(|face| match i {
-                0 => face.clone(),
-                _ => format!("{face}.{i}"),
-            });
-            surfaces.push(Surface {
-                id,
-                face,
-                ..surface
-            });
-        }
-    }
-    Ok(surfaces)
 }

@@ -5,8 +5,8 @@
 mod support;
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use perception::{Config, Method, Scan, extract, extract_all};
-use support::{Block, Face, block, camera, lattice, scan, top, unorganised};
+use perception::{Config, Method, Scan, extract};
+use support::{Block, against, block, camera, lattice, on_face, scan, top, unorganised};
 use surfaces::Surface;
 
 fn stairs() -> Vec<Block> {
@@ -54,41 +54,6 @@ fn surfaces_of(scan: &Scan, config: &Config) -> Vec<Surface> {
         assert!(surface.height_of(&Point3::from(scan.X_WV.translation.vector)) > 0.0);
     }
     found
-}
-
-/// The surfaces that lie on the face: within 5° and, at their centroid, 3 cm of its plane, and
-/// with their centroid on it.
-fn on_face<'a>(found: &'a [Surface], face: &Face, world: &[Block]) -> Vec<&'a Surface> {
-    let lies = |s: &&Surface| {
-        let p = Point3::from(s.X_WS.translation.vector);
-        s.normal_W().dot(&face.normal_W()) > 5.0_f64.to_radians().cos()
-            && face.height(&p).abs() < 0.03
-            && face.holds(&p, world)
-    };
-    found.iter().filter(lies).collect()
-}
-
-/// Ratio of the polygons' area off the face, root mean square distance of the polygons from its
-/// plane, and area of the union.
-fn against(pieces: &[&Surface], face: &Face, world: &[Block]) -> (f64, f64, f64) {
-    let pitch = 0.01;
-    let (mut off, mut square, mut count) = (0, 0.0, 0);
-    let mut cells = std::collections::BTreeSet::new();
-    for piece in pieces {
-        for p in lattice(piece, pitch) {
-            off += usize::from(!face.holds(&p, world));
-            square += face.height(&p).powi(2);
-            count += 1;
-            let local = face.blocks[0].pose.inverse_transform_point(&p);
-            cells.insert([local.x, local.y].map(|c| (c / pitch).round() as i64));
-        }
-    }
-    let n = count.max(1) as f64;
-    (
-        off as f64 / n,
-        (square / n).sqrt(),
-        cells.len() as f64 * pitch * pitch,
-    )
 }
 
 #[test]
@@ -305,29 +270,6 @@ fn moving_the_sensor_moves_the_surfaces_only() {
                 (moved.coords - b.X_WS.translation.vector).norm() < 2e-3,
                 "{}",
                 a.id
-            );
-        }
-    }
-}
-
-#[test]
-fn several_scans_give_unique_ids_and_faces() {
-    let world = concave();
-    let (a, b) = (
-        scan(&world, &pose(), true, 1),
-        scan(&world, &pose(), true, 2),
-    );
-    let alone = extract(&a, &a.X_WV, &Config::default()).unwrap().surfaces;
-    let all = extract_all(&[(&a, a.X_WV), (&b, b.X_WV)], &Config::default()).unwrap();
-    assert!(all.len() > alone.len());
-    assert_eq!(all[..alone.len()], alone[..]);
-    for (i, surface) in all.iter().enumerate() {
-        assert_eq!(surface.id, format!("s{i}"));
-        if i >= alone.len() && surface.face.is_some() {
-            assert!(
-                alone.iter().all(|s| s.face != surface.face),
-                "{:?}",
-                surface.face
             );
         }
     }

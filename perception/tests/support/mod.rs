@@ -292,3 +292,42 @@ pub fn lattice(surface: &surfaces::Surface, pitch: f64) -> Vec<Point3<f64>> {
     }
     points
 }
+
+/// The surfaces that lie on the face: within 5° and, at their centroid, 3 cm of its plane, and
+/// with their centroid on it.
+pub fn on_face<'a>(
+    found: &'a [surfaces::Surface],
+    face: &Face,
+    world: &[Block],
+) -> Vec<&'a surfaces::Surface> {
+    let lies = |s: &&surfaces::Surface| {
+        let p = Point3::from(s.X_WS.translation.vector);
+        s.normal_W().dot(&face.normal_W()) > 5.0_f64.to_radians().cos()
+            && face.height(&p).abs() < 0.03
+            && face.holds(&p, world)
+    };
+    found.iter().filter(lies).collect()
+}
+
+/// Ratio of the polygons' area off the face, root mean square distance of the polygons from its
+/// plane, and area of the union.
+pub fn against(pieces: &[&surfaces::Surface], face: &Face, world: &[Block]) -> (f64, f64, f64) {
+    let pitch = 0.01;
+    let (mut off, mut square, mut count) = (0, 0.0, 0);
+    let mut cells = std::collections::BTreeSet::new();
+    for piece in pieces {
+        for p in lattice(piece, pitch) {
+            off += usize::from(!face.holds(&p, world));
+            square += face.height(&p).powi(2);
+            count += 1;
+            let local = face.blocks[0].pose.inverse_transform_point(&p);
+            cells.insert([local.x, local.y].map(|c| (c / pitch).round() as i64));
+        }
+    }
+    let n = count.max(1) as f64;
+    (
+        off as f64 / n,
+        (square / n).sqrt(),
+        cells.len() as f64 * pitch * pitch,
+    )
+}

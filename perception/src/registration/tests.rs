@@ -1,0 +1,126 @@
+use nalgebra::{Isometry3, Point2, Vector3};
+use proptest::prelude::*;
+use surfaces::{ConvexPolygon, Source, Surface};
+
+use super::*;
+
+/// A square of half a metre at a place, its normal turned from the vertical.
+fn square(id: &str, at: [f64; 3], turn: [f64; 3]) -> Surface {
+    let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
+    let corners = corners.map(|[x, y]| Point2::new(x, y)).to_vec();
+    let (tilt, z) = (0.004_f64.powi(2), 0.003_f64.powi(2));
+    Surface {
+        source: Source::Scan,
+        plane_covariance: Some([[tilt, 0.0, 0.0], [0.0, tilt, 0.0], [0.0, 0.0, z]]),
+        ..Surface::new(
+            id,
+            Isometry3::new(at.into(), turn.into()),
+            ConvexPolygon::new(corners).unwrap(),
+        )
+    }
+}
+
+const UPRIGHT: f64 = std::f64::consts::FRAC_PI_2;
+
+/// Floor, two steps, a wall ahead and one beside.
+fn room() -> Vec<Surface> {
+    vec![
+        square("floor", [0.0, 0.0, 0.0], [0.0; 3]),
+        square("step", [1.0, 0.0, 0.2], [0.0; 3]),
+        square("ramp", [1.0, 1.2, 0.1], [0.0, -0.2, 0.0]),
+        square("ahead", [2.0, 0.0, 1.0], [0.0, -UPRIGHT, 0.0]),
+        square("beside", [0.5, 1.8, 1.0], [UPRIGHT, 0.0, 0.0]),
+    ]
+}
+
+fn moved(surfaces: &[Surface], by: &Isometry3<f64>) -> Vec<Surface> {
+    let one = |s: &Surface| Surface {
+        X_WS: by * s.X_WS,
+        ..s.clone()
+    };
+    surfaces.iter().map(one).collect()
+}
+
+#[test]
+fn sets_that_leave_something_open_are_refused_by_name() {
+    let room = room();
+    let refused = |keep: &[usize]| {
+        let some: Vec<Surface> = keep.iter().map(|&i| room[i].clone()).collect();
+        register(&room, &some, &RegistrationConfig::default())
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(
+        refused(&[0, 1]).contains("2 planes"),
+        "{}",
+        refused(&[0, 1])
+    );
+    // Floor and steps only; floor, step and the wall ahead.
+    let mut level = room.clone();
+    level[2] = square("third", [1.0, 1.2, 0.1], [0.0; 3]);
+    let parallel = register(&level, &level[..3], &RegistrationConfig::default());
+    let text = parallel.unwrap_err().to_string();
+    assert!(
+        text.contains("turn about z") && text.contains("shifts across"),
+        "{text}"
+    );
+    let text = refused(&[0, 1, 2, 3]);
+    assert!(text.contains("shift along y"), "{text}");
+    assert!(register(&room, &room, &RegistrationConfig::default()).is_ok());
+}
+
+#[test]
+fn planes_that_are_no_pairs_are_left_out() {
+    let known = room();
+    let shift = Isometry3::translation(0.03, -0.02, 0.04);
+    let mut seen = moved(&known, &shift);
+    // A table that was moved: within reach of the old one, far outside of its covariance.
+    let mut others = known.clone();
+    others.push(square("table", [-1.2, 0.0, 0.7], [0.0; 3]));
+    seen.push(square("table", [-1.2, 0.0, 0.68], [0.0; 3]));
+    let found = register(&others, &seen, &RegistrationConfig::default()).unwrap();
+    assert_eq!(found.pairs.len(), known.len());
+    let off = found.X_W.translation.vector + shift.translation.vector;
+    assert!(off.norm() < 1e-6, "{off:?}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn a_scan_that_was_moved_is_moved_back(
+        shift in prop::array::uniform3(-0.05..0.05_f64), turn in prop::array::uniform3(-0.03..0.03_f64),
+    ) {
+        let known = room();
+        let off = Isometry3::new(Vector3::from(shift), Vector3::from(turn));
+        let found = register(&known, &moved(&known, &off), &RegistrationConfig::default()).unwrap();
+        let left = found.X_W * off;
+        prop_assert!(left.translation.vector.norm() < 1e-6, "{}", left.translation);
+        prop_assert!(left.rotation.angle() < 1e-6);
+        prop_assert!(found.misfit < 1e-6 && found.offset_rms_m.1 < 1e-6);
+    }
+
+    /// Errors of a standard deviation at most leave the pose within its own covariance.
+    #[test]
+    fn errors_of_the_planes_stay_within_the_covariance(
+        errors in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 5),
+    ) {
+        let known = room();
+        let off = Isometry3::new(Vector3::new(0.02, -0.03, 0.01), Vector3::new(0.01, -0.02, 0.015));
+        let mut seen = moved(&known, &off);
+        for (s, e) in seen.iter_mut().zip(&errors) {
+            let turn = Vector3::new(0.004 * e[0], 0.004 * e[1], 0.0);
+            s.X_WS *= Isometry3::new(Vector3::z() * (0.003 * e[2]), turn);
+        }
+        let found = register(&known, &seen, &RegistrationConfig::default()).unwrap();
+        let left = found.X_W * off;
+        let about = found.about_W;
+        let turn = left.rotation.scaled_axis();
+        let shift = left * about - about;
+        let error = nalgebra::Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
+        let square = error.dot(&(found.covariance.try_inverse().unwrap() * error));
+        // At most one σ goes into each of 15 numbers: a projection of 15 onto 6, half of which
+        // the other set's covariance takes.
+        prop_assert!(square < 7.5, "{square}");
+        prop_assert!(found.misfit < 1.0);
+    }
+}
