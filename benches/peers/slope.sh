@@ -15,7 +15,12 @@ if [ $# -lt 1 ]; then
   cargo run -q --release --manifest-path "$root/Cargo.toml" -p scenes --example make_lidar "$out/lidar" >/dev/null
 fi
 parts=(common io filters search kdtree segmentation sample_consensus)
-include=$(ls -d /usr/include/pcl-* /usr/local/include/pcl-* 2>/dev/null | tail -1)
+# Only one of the folders is there: `ls` fails on the other.
+include=$(ls -d /usr/include/pcl-* /usr/local/include/pcl-* 2>/dev/null | tail -1 || true)
+if [ -z "$include" ]; then
+  echo "no PCL in /usr/include or /usr/local/include" >&2
+  exit 1
+fi
 # Without -march=native: the libraries of the distribution are built without it, and Eigen's alignment is part of
 # the interface.
 g++ -O3 -std=c++17 -I"$include" -I/usr/include/eigen3 "$here/slope_pcl.cpp" -o "$out/slope_pcl" \
