@@ -11,6 +11,7 @@
 //! | what is asked | [`request`] |
 //! | how far along the guide path | [`guide`] |
 //! | which contact changes could be made, and at what price | `candidate` |
+//! | where a patch would like to touch a surface, and beside that | `wish` |
 //! | the posture that a stance would like best | `comfort` |
 //! | ways that nothing can hold the robot on | `steepness` |
 //! | the tree and its order | [`search`](mod@search) |
