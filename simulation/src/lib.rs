@@ -7,7 +7,7 @@
 //! | τ = g − Σ Jᵀ f | [`statics`] |
 //! | M v̇ + h = (0, τ) + Σ Jᵀ f | [`dynamics`] |
 //! | torques from one quadratic program | [`whole_body`] |
-//! | what robust runs change | [`perturbation`] |
+//! | what robust runs change | [`perturbation`]; the faces that it moves: [`used_faces`] |
 //! | what was measured against what is allowed | [`criteria`] |
 //! | does a stance hold, is a motion executed | `hold`, `execution` (feature `mujoco`) |
 //! | pictures | `picture` (feature `render`) |
@@ -27,6 +27,7 @@ pub mod playback;
 mod qp;
 pub mod schedule;
 pub mod statics;
+pub mod used_faces;
 pub mod whole_body;
 pub mod world;
 
@@ -42,6 +43,10 @@ mod monitor;
 pub mod picture;
 #[cfg(feature = "mujoco")]
 pub mod plant;
+#[cfg(feature = "mujoco")]
+mod touching;
+#[cfg(feature = "mujoco")]
+mod verdict;
 
 #[cfg(all(test, feature = "mujoco"))]
 mod stepping;

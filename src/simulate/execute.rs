@@ -4,9 +4,10 @@ use anyhow::{Context, Result};
 use rayon::prelude::*;
 use robot_model::Robot;
 use simulation::course::Course;
-use simulation::execution::{Executed, Unobserved, execute, touched_normals_W};
+use simulation::execution::{Executed, Unobserved, execute};
 use simulation::perturbation::{Kinds, Perturbation};
 use simulation::playback::Playback;
+use simulation::used_faces::touched_normals_W;
 use simulation::world::WorldBody;
 
 /// Runs of a seed: each disturbed in its own way, in the order of their numbers.

@@ -1,0 +1,46 @@
+//! Which faces of a world a course uses.
+#![allow(non_snake_case)]
+
+use nalgebra::Vector3;
+use robot_model::Robot;
+
+use crate::course::{Course, Wanted};
+use crate::world::WorldBody;
+
+/// The normal of the first contact that uses each body of the world; `None` for bodies that
+/// nothing touches and for those that carry the robot at the start.
+///
+/// A contact uses the body of which the surface is nearest to its place.
+pub fn touched_normals_W(
+    robot: &Robot,
+    world: &[WorldBody],
+    course: &impl Course,
+) -> Vec<Option<Vector3<f64>>> {
+    let mut wanted = Wanted::at_rest(robot.neutral());
+    let mut normals = vec![None; world.len()];
+    let mut fixed = vec![false; world.len()];
+    let steps = (course.duration_s() / 0.05).ceil() as usize;
+    for step in 0..=steps {
+        course.at(step as f64 * 0.05, &mut wanted);
+        for contact in &wanted.contacts {
+            let patch = &robot.patches[contact.patch];
+            let normal_W = contact.X_WC.rotation * Vector3::z();
+            let p_W =
+                contact.X_WC.translation.vector - normal_W * patch.point_radius_m().unwrap_or(0.0);
+            let nearest = world
+                .iter()
+                .enumerate()
+                .map(|(k, body)| (k, body.face_distance_m(&p_W, &normal_W)))
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            if let Some((k, _)) = nearest {
+                fixed[k] |= step == 0;
+                normals[k].get_or_insert(normal_W);
+            }
+        }
+    }
+    normals
+        .into_iter()
+        .zip(fixed)
+        .map(|(normal, fixed)| normal.filter(|_| !fixed))
+        .collect()
+}
