@@ -26,7 +26,6 @@ mod config;
 mod error;
 mod extraction;
 pub mod lidar;
-#[allow(clippy::too_many_arguments, clippy::manual_is_multiple_of)]
 mod organised;
 mod readers;
 mod registration;

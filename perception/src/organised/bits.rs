@@ -107,7 +107,7 @@ impl Bits {
     /// it; beyond the image all are.
     pub fn all_along(mut self, back: usize, ahead: usize) -> Self {
         // Bits beyond the row's end count as set.
-        let last = !0_u64 << (self.width % 64) & if self.width % 64 == 0 { 0 } else { !0 };
+        let last = !0_u64 << (self.width % 64) & if self.width.is_multiple_of(64) { 0 } else { !0 };
         for row in self.words.chunks_exact_mut(self.stride.max(1)) {
             if let Some(end) = row.last_mut() {
                 *end |= last;

@@ -113,6 +113,7 @@ fn around(grid: &Grid, cells: &[u16], r: usize) -> Vec<u32> {
 /// Takes off the sure pixels those where the plane of a neighbouring region is so close to theirs
 /// that the slowly varying error may have drawn the border anywhere between: those within two
 /// cells of that region where both planes agree to `doubt` κ w.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn drop_doubtful(
     image: &InverseImage,
     grid: &Grid,

@@ -82,6 +82,7 @@ pub(super) struct Piece {
 /// The outline is found and simplified on the pixels, where the uncertainty of an edge has one
 /// size; the face's edges were taken back before, so pieces of one face meet without a seam.
 #[allow(non_snake_case)]
+#[allow(clippy::too_many_arguments)]
 pub(super) fn pieces(
     image: &InverseImage,
     face: &Face,
