@@ -42,16 +42,13 @@ pub fn disagreements(
 ) -> Vec<String> {
     let mut said = Vec::new();
     for (number, scan) in scans.iter().enumerate() {
-        let prefix = match scans.len() {
-            1 => String::new(),
-            _ => format!("scan{number}-"),
-        };
         let eye = Point3::from(scan.eye_m.unwrap_or_default());
         let sensor = Sensor {
             p_WV: scan.X_WV() * eye,
             mount: mounts.get(number).copied().flatten().unwrap_or_default(),
         };
-        let of_scan = |s: &&Surface| s.source == Source::Scan && s.id.starts_with(&prefix);
+        let of_scan =
+            |s: &&Surface| s.source == Source::Scan && scan_of(&s.id, scans.len()) == number;
         let surfaces = extracted.surfaces.iter().filter(of_scan);
         let Some(floor) = floor(surfaces, feet, &sensor, config) else {
             continue;
@@ -77,6 +74,12 @@ pub fn disagreements(
         ));
     }
     said
+}
+
+/// The scan that first showed a surface, by its id: those of all scans but the first name theirs.
+fn scan_of(id: &str, scans: usize) -> usize {
+    let named = |number: &usize| id.starts_with(&format!("scan{number}-"));
+    (1..scans).find(named).unwrap_or(0)
 }
 
 /// The largest surface that may be the ground under the feet by its lean, and by its height below
@@ -230,6 +233,14 @@ mod tests {
             // A mount that is hardly known may be off like that.
             assert!(said(pitch, up, (0.03, 0.02)).is_empty());
         }
+    }
+
+    #[test]
+    fn surfaces_belong_to_the_scan_that_showed_them_first() {
+        assert_eq!(scan_of("s3", 2), 0);
+        assert_eq!(scan_of("scan1-s3", 2), 1);
+        assert_eq!(scan_of("scan12-s3", 13), 12);
+        assert_eq!(scan_of("scan1-s3", 1), 0);
     }
 
     #[test]
