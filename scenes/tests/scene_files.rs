@@ -71,8 +71,8 @@ fn shipped_scenes_name_only_what_ships() {
         );
         let ahead = match (scene.sensor, scene.sweep) {
             (Some(_), _) => 1.0,
-            (None, Some(_)) if scene.name.ends_with("-at-30") => 3.0,
-            (None, Some(_)) => 2.9,
+            (None, Some(_)) if scene.name.ends_with("-at-30") => 3.3,
+            (None, Some(_)) => 3.2,
             (None, None) => 2.0,
         };
         assert_eq!(
