@@ -18,7 +18,7 @@ pub struct Config {
     pub greed: f64,
     /// Extra price of touching with a patch that is not among the start's, in contacts.
     pub extra_contact_price: f64,
-    /// Price of a metre beside the guide path, in contacts.
+    /// Price of a metre beside the guide path, of a foot's place or an extra contact's, in contacts.
     pub aside_price_per_m: f64,
     /// Attempts from other starts at a child whose posture was not found from its parent's, in
     /// place of `posture.restarts`; they wait their turn on the frontier.
@@ -28,7 +28,8 @@ pub struct Config {
     /// How near to comfort the postures of the tree are brought, in place of
     /// `posture.optimality`: what is left to gain is carried on to the children.
     pub posture_optimality: f64,
-    /// Contacts of one patch on one surface nearer than this count as the same, m.
+    /// Contacts of one patch on one face nearer than this count as the same, m; places beside one that
+    /// no motion leads to are this far from it.
     pub same_place_m: f64,
     /// Whether a foot that has left its place lands before any other contact changes: nothing else
     /// is done on fewer feet than must be.

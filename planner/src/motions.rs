@@ -84,8 +84,7 @@ fn key(pair: &[PathStance]) -> (usize, usize) {
     (address(&pair[0]), address(&pair[1]))
 }
 
-/// A stance as an end of a motion.
-pub(crate) fn end(stance: &PathStance) -> End<'_> {
+fn end(stance: &PathStance) -> End<'_> {
     End {
         contacts: &stance.contacts,
         posture: &stance.posture,

@@ -145,15 +145,7 @@ impl Outline {
     /// a part that would then cross itself stays as it is.
     #[must_use]
     pub fn simplified(&self, tolerance_m: f64) -> Self {
-        let simple = |part: &Polygon<f64>| {
-            let simple = part.simplify(tolerance_m);
-            if region(&simple).is_some() {
-                simple
-            } else {
-                part.clone()
-            }
-        };
-        Self(MultiPolygon::new(self.0.iter().map(simple).collect()))
+        self.each_by(|part| part.simplify(tolerance_m))
     }
 
     /// With corners left out that stand out by no more than `tolerance_m`: it only shrinks, by no
@@ -165,16 +157,23 @@ impl Outline {
             let kept = without_tips(&points, tolerance_m);
             kept.iter().map(|p| Coord { x: p.x, y: p.y }).collect()
         };
-        let simple = |part: &Polygon<f64>| {
+        self.each_by(|part| {
             let holes = part.interiors().iter().map(line).collect();
-            let simple = Polygon::new(line(part.exterior()), holes);
+            Polygon::new(line(part.exterior()), holes)
+        })
+    }
+
+    /// With every part replaced; one that would then be no region stays as it is.
+    fn each_by(&self, simple: impl Fn(&Polygon<f64>) -> Polygon<f64>) -> Self {
+        let replaced = |part: &Polygon<f64>| {
+            let simple = simple(part);
             if region(&simple).is_some() {
                 simple
             } else {
                 part.clone()
             }
         };
-        Self(MultiPolygon::new(self.0.iter().map(simple).collect()))
+        Self(MultiPolygon::new(self.0.iter().map(replaced).collect()))
     }
 
     /// Without parts and holes smaller than this, m².
