@@ -83,9 +83,8 @@ impl Boundary {
         let mut cuts: Vec<HalfPlane> = Vec::new();
         for (_, i) in order {
             let edge = &self.edges[i];
-            if edge.enters(&sides)
-                && let Some(cut) = edge.best_cut(seed, &piece)
-            {
+            if edge.enters(&sides) {
+                let cut = edge.best_cut(seed, &piece);
                 piece = clip_ring(&piece, &cut);
                 sides.push(cut);
                 cuts.push(cut);
@@ -167,16 +166,24 @@ impl Edge {
     /// Two convex sets in the plane that do not overlap are separated by a line along an edge of
     /// one of them; lines through a corner of each, square to the shortest connection and along
     /// the neighbouring edges of the region leave larger pieces. Each line touches the edge.
-    fn best_cut(&self, seed: &[Point2<f64>], piece: &[Point2<f64>]) -> Option<HalfPlane> {
+    /// Where rounding lets the two overlap, it is the line that takes least of the seed.
+    fn best_cut(&self, seed: &[Point2<f64>], piece: &[Point2<f64>]) -> HalfPlane {
         let mut best: Option<(f64, HalfPlane)> = None;
+        let mut least = (
+            f64::INFINITY,
+            HalfPlane::left_of(&self.ends[1], &self.ends[0]),
+        );
         let mut try_normal = |n: Vector2<f64>, handicap: f64| {
             let along = |p: &Point2<f64>| n.dot(&p.coords);
             let b = self.ends.iter().map(along).fold(f64::INFINITY, f64::min);
             let reach = seed.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
+            let cut = HalfPlane { n, b };
+            if reach - b < least.0 {
+                least = (reach - b, cut);
+            }
             if reach > b + TOUCH_M {
                 return;
             }
-            let cut = HalfPlane { n, b };
             let area = area_left(piece, &cut) * handicap;
             if best.is_none_or(|(largest, _)| area > largest) {
                 best = Some((area, cut));
@@ -202,7 +209,7 @@ impl Edge {
                 try_normal(-across, SLANTED);
             }
         }
-        best.map(|(_, cut)| cut)
+        best.map_or(least.1, |(_, cut)| cut)
     }
 }
 
