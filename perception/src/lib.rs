@@ -23,6 +23,8 @@
 
 mod chain;
 mod config;
+mod directions;
+mod edges;
 mod error;
 mod extraction;
 pub mod lidar;

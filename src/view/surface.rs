@@ -20,6 +20,7 @@ pub(super) fn record(surface: &Surface) -> Value {
         "polygon": plane_points(surface.polygon.vertices()),
         "effective": surface.effective_polygon().map(|p| plane_points(p.vertices())),
         "outline": outline,
+        "outline_edges": surface.outline_edges,
         "vertices_W": surface.vertices_W().iter().map(point).collect::<Vec<_>>(),
         "inset_m": surface.inset_m,
         "inliers": surface.inliers,

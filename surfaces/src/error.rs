@@ -98,6 +98,24 @@ pub enum Error {
         /// What is wrong with it.
         cause: Box<Error>,
     },
+    /// The kinds of edges do not fit the edges.
+    #[error("{field}: {found} for {expected}")]
+    EdgeCount {
+        /// The field.
+        field: String,
+        /// What it has.
+        found: String,
+        /// What it is for.
+        expected: String,
+    },
+    /// An edge of an outline is called a seam.
+    #[error("outline_edges of ring {ring}: edge {edge} is a seam, which only polygons have")]
+    OutlineSeam {
+        /// The ring.
+        ring: usize,
+        /// The edge.
+        edge: usize,
+    },
     /// The rings of an outline cross themselves or each other.
     #[error(
         "the outline crosses itself: its rings enclose {enclosed_m2} m², its triangles \

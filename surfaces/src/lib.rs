@@ -18,6 +18,7 @@
 //! | Σ Hᵀ S⁻¹ h | what "it is level" adds to a plane | [`level`] |
 //! | p − t z_S | the body behind a surface and how deep it can be | [`thin_body`] |
 //! | F ⊕ disc | the bodies that surely cover a scanned face | [`rim`] |
+//! | max_l g_kl | what ends a face at each edge: real, occluded, field of view | [`edge`] |
 //! | acos(z_S · u) | which surface serves a foot, a hand | [`role`] |
 //! | ∪ P_i ⊂ F | a face with holes as few large convex pieces | [`cover`] |
 //! | A ∪ B, A \\ B | regions of any shape, joined and cut | [`outline`] |
@@ -30,6 +31,7 @@
 mod config;
 pub mod covariance;
 pub mod cover;
+pub mod edge;
 mod error;
 pub mod inclusion;
 pub mod level;
@@ -46,6 +48,7 @@ mod surface;
 pub mod thin_body;
 
 pub use config::Config;
+pub use edge::EdgeKind;
 pub use error::Error;
 pub use mesh::TriangleMesh;
 pub use obstacle::Obstacle;

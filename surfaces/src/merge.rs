@@ -10,10 +10,14 @@
 //! mean, and an edge at which one view ended goes on as far as another saw the face. The union is
 //! covered by convex pieces anew. What a later view looked through is taken off first.
 //!
+//! Its edges have the kinds that the views saw: one that is hidden in one view is real where another
+//! saw the face end there, or looked through the plane beyond it.
+//!
 //! Faces keep the names that they had in the first view that showed them; a face that only one view
 //! showed stays as it was, bit for bit.
 
 mod assumed;
+mod edges;
 mod emit;
 mod sheet;
 mod sight;
@@ -45,6 +49,8 @@ pub struct Config {
     pub direction_sigma_rad: f64,
     /// Area that two faces must share to be one, m².
     pub overlap_min_m2: f64,
+    /// An edge of the union lies along edges of the views' outlines that are this near to it, m.
+    pub edge_near_m: f64,
     /// How far a simplified outline may stay inside the union, m.
     pub tolerance_m: f64,
     /// A further piece must add this part of the face, or `piece_gain_m2`.
@@ -71,6 +77,7 @@ impl Default for Config {
             position_sigma_m: 0.003,
             direction_sigma_rad: 0.002,
             overlap_min_m2: 0.001,
+            edge_near_m: 0.03,
             tolerance_m: 0.004,
             piece_gain: 0.03,
             piece_gain_m2: 0.06,
@@ -213,9 +220,15 @@ pub fn merge(views: Vec<View>, config: &Config) -> Merged {
         sights.push(view.sight);
     }
 
-    // 3. Assumed bodies give way to what was seen.
+    // 3. What hid how a face goes on in one view may have been looked behind in another.
+    for sheet in &mut set {
+        for sight in &sights {
+            edges::look_beyond(sheet, sight, config);
+        }
+    }
+    // 4. Assumed bodies give way to what was seen.
     merged.obstacles = assumed::refuted(bodies, &sights, &set, config);
-    // 4. Faces that changed are covered anew; bodies of their old pieces are bodies of the new ones.
+    // 5. Faces that changed are covered anew; bodies of their old pieces are bodies of the new ones.
     let mut now: BTreeMap<String, String> = BTreeMap::new();
     for sheet in set {
         let id = sheet.id().to_owned();

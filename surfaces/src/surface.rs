@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::pose::PoseRecord;
-use crate::{ConvexPolygon, Error, ThinBody};
+use crate::{ConvexPolygon, EdgeKind, Error, ThinBody, edge};
 
 /// Where a surface is known from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -39,6 +39,11 @@ pub struct Surface {
     /// Rings of the outline in S before it was made convex, the outer one first, then holes, m;
     /// may be empty.
     pub outline: Vec<Vec<[f64; 2]>>,
+    /// What ends the face at each edge of each ring, from a corner to the next; empty where all
+    /// edges are real.
+    pub outline_edges: Vec<Vec<EdgeKind>>,
+    /// The same of the polygon's edges, in their order; empty where all are real.
+    pub polygon_edges: Vec<EdgeKind>,
     /// Distance by which uncertainty shrinks the polygon, m.
     pub inset_m: f64,
     /// Distance by which the face may go on beyond the polygon, m: the body behind it is wider by
@@ -72,6 +77,8 @@ impl Surface {
             X_WS,
             polygon,
             outline: Vec::new(),
+            outline_edges: Vec::new(),
+            polygon_edges: Vec::new(),
             inset_m: 0.0,
             edge_m: 0.0,
             depth_m: 0.0,
@@ -140,6 +147,20 @@ impl Surface {
                 .is_some_and(|(a, b)| near(a, b))
     }
 
+    /// Says what ends the face at each edge of each ring of the outline; the polygon's edges inherit
+    /// from those along which they lie ([`edge::kinds_of`]).
+    pub fn set_outline_edges(&mut self, kinds: Vec<Vec<EdgeKind>>) {
+        self.polygon_edges = edge::kinds_of(&self.polygon, &self.outline, &kinds);
+        self.outline_edges = kinds;
+    }
+
+    /// What ends the face at an edge of a ring of the outline.
+    pub fn outline_edge(&self, ring: usize, edge: usize) -> EdgeKind {
+        let kinds = self.outline_edges.get(ring);
+        let kind = kinds.and_then(|kinds| kinds.get(edge));
+        kind.copied().unwrap_or_default()
+    }
+
     /// The polygon, widened by [`Self::edge_m`], extruded against the normal by `thickness_m` or by
     /// [`Self::depth_m`] where that is more.
     pub fn thin_body(&self, thickness_m: f64) -> ThinBody {
@@ -150,7 +171,8 @@ impl Surface {
     ///
     /// # Errors
     /// [`Error::Surface`] with the id and one of [`Error::BadNumber`], [`Error::Outline`],
-    /// [`Error::NonUnitQuaternion`], [`Error::BadCovariance`].
+    /// [`Error::EdgeCount`], [`Error::OutlineSeam`], [`Error::NonUnitQuaternion`],
+    /// [`Error::BadCovariance`].
     pub fn validate(&self) -> Result<(), Error> {
         self.check().map_err(|cause| Error::Surface {
             id: self.id.clone(),
@@ -180,9 +202,43 @@ impl Surface {
                 cause: Box::new(cause),
             })?;
         }
+        self.check_edges()?;
         self.plane_covariance
             .as_ref()
             .map_or(Ok(()), check_covariance)
+    }
+
+    /// One kind an edge, or none at all; outlines have no seams.
+    fn check_edges(&self) -> Result<(), Error> {
+        let counted = |field: String, found: usize, edges: usize| {
+            (found == edges).then_some(()).ok_or(Error::EdgeCount {
+                field,
+                found: format!("{found} kinds"),
+                expected: format!("{edges} edges"),
+            })
+        };
+        if !self.polygon_edges.is_empty() {
+            let edges = self.polygon.vertices().len();
+            counted("polygon_edges".into(), self.polygon_edges.len(), edges)?;
+        }
+        if self.outline_edges.is_empty() {
+            return Ok(());
+        }
+        if self.outline_edges.len() != self.outline.len() {
+            return Err(Error::EdgeCount {
+                field: "outline_edges".into(),
+                found: format!("kinds of {} rings", self.outline_edges.len()),
+                expected: format!("{} rings", self.outline.len()),
+            });
+        }
+        for (ring, (points, kinds)) in self.outline.iter().zip(&self.outline_edges).enumerate() {
+            let field = format!("outline_edges of ring {ring}");
+            counted(field, kinds.len(), points.len())?;
+            if let Some(edge) = kinds.iter().position(|kind| *kind == EdgeKind::Seam) {
+                return Err(Error::OutlineSeam { ring, edge });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -242,6 +298,10 @@ struct SurfaceRecord {
     polygon: Vec<[f64; 2]>,
     #[serde(default)]
     outline: Vec<Vec<[f64; 2]>>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    outline_edges: Vec<Vec<EdgeKind>>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    polygon_edges: Vec<EdgeKind>,
     #[serde(default)]
     inset_m: f64,
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -273,6 +333,8 @@ impl TryFrom<SurfaceRecord> for Surface {
             polygon: record.polygon.try_into().map_err(&named)?,
             id: record.id,
             outline: record.outline,
+            outline_edges: record.outline_edges,
+            polygon_edges: record.polygon_edges,
             inset_m: record.inset_m,
             edge_m: record.edge_m,
             depth_m: record.depth_m,
@@ -294,6 +356,8 @@ impl From<Surface> for SurfaceRecord {
             polygon: surface.polygon.into(),
             id: surface.id,
             outline: surface.outline,
+            outline_edges: surface.outline_edges,
+            polygon_edges: surface.polygon_edges,
             inset_m: surface.inset_m,
             edge_m: surface.edge_m,
             depth_m: surface.depth_m,

@@ -1,7 +1,7 @@
 // Switches of the layers, and the key to their colours.
 import { heightScale } from './cloud.js';
 import { el } from './dom.js';
-import { AXIS_M } from './surfaces.js';
+import { AXIS_M, EDGE_KINDS } from './surfaces.js';
 import { onTheme } from './theme.js';
 import { count, metres, newtons } from './units.js';
 
@@ -22,7 +22,7 @@ export function layerSwitches(element, layers, invalidate) {
 const swatch = (name) => el('span', { class: `swatch ${name}` });
 
 /** The height scale of the cloud, the scale of the forces and the colours of contacts and axes. */
-export function colourKey(element, { cloud, range, scale }) {
+export function colourKey(element, { cloud, range, scale, surfaces }) {
   if (cloud) {
     const ramp = el('span', { class: 'ramp' });
     onTheme(() => { ramp.style.background = `linear-gradient(90deg, ${heightScale().join()})`; });
@@ -33,6 +33,16 @@ export function colourKey(element, { cloud, range, scale }) {
     el('span', {}, el('span', { class: 'sample' }), `contact force, 0.1 m = ${newtons(0.1 / scale)}`),
     el('span', {}, swatch('loaded'), 'loaded contact'),
     el('span', {}, swatch('unloaded'), 'no load'),
+    ...edgeKey(surfaces),
     el('span', {}, ['x', 'y', 'z'].map((axis) => el('span', { class: `axis ${axis}` }, axis)), `frame, ${AXIS_M} m`),
   );
+}
+
+/** The kinds of edges that outlines of these surfaces have. */
+function edgeKey(surfaces) {
+  const there = new Set(surfaces.flatMap((surface) => surface.outline_edges.flat()));
+  const shown = EDGE_KINDS.filter(({ name }) => there.has(name));
+  return shown.length
+    ? ['outline:', ...shown.map(({ name, label }) => el('span', {}, el('span', { class: `edge ${name}` }), label))]
+    : [];
 }

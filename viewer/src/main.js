@@ -65,7 +65,7 @@ function start() {
     ['path', 'CoM path', balance.path, true, false],
     ['goal', 'Goal', goal, true],
   ], () => stage.invalidate());
-  colourKey($('key'), { cloud: data.cloud, range, scale: contacts.scale });
+  colourKey($('key'), { cloud: data.cloud, range, scale: contacts.scale, surfaces: data.surfaces });
   const box = $('layers-box');
   box.open = stage.width > ROOMY_PX;
   const reserve = () => stage.reserve(box.open && stage.width > ROOMY_PX ? box.offsetWidth : 0);

@@ -10,6 +10,20 @@ import { colour, onTheme } from './theme.js';
 
 export const AXIS_M = 0.12;
 
+/** What can end a face at an edge of its outline, and how such edges are drawn: a solid line where the face ends. */
+export const EDGE_KINDS = [
+  { name: 'real', label: 'the face ends' },
+  { name: 'occluded', label: 'hidden by something nearer', dashes: { dashed: true, dashSize: 0.05, gapSize: 0.03 } },
+  { name: 'field_of_view', label: 'cut by the view', dashes: { dashed: true, dashSize: 0.012, gapSize: 0.018 } },
+  { name: 'unknown', label: 'not measured beyond', dashes: { dashed: true, dashSize: 0.012, gapSize: 0.05 } },
+];
+
+/** Flat coordinates of the edges of one kind; all are real where no kinds are given. */
+function edgesOf(outline, kinds, name) {
+  const all = ring(outline);
+  return outline.flatMap((_, i) => ((kinds?.[i] ?? 'real') === name ? all.slice(6 * i, 6 * i + 6) : []));
+}
+
 /** Triangles of a convex polygon given counter-clockwise in its plane. */
 export function fan(points) {
   const flat = new Float32Array(points.flatMap(([x, y, z]) => [x, y, z ?? 0]));
@@ -33,7 +47,8 @@ export class SurfacesLayer {
       edge: lineMaterial(stage, 'surface-edge', { linewidth: 1.6 }),
       edgeUsed: lineMaterial(stage, 'surface-used', { linewidth: 2.6 }),
       inset: lineMaterial(stage, 'surface-edge', { linewidth: 1.1, dashed: true, dashSize: 0.02, gapSize: 0.014 }),
-      outline: lineMaterial(stage, 'surface-edge', { linewidth: 0.9, transparent: true, opacity: 0.6 }),
+      outline: Object.fromEntries(EDGE_KINDS.map(({ name, dashes }) =>
+        [name, lineMaterial(stage, `edge-${name}`, { linewidth: 1.5, ...dashes })])),
       axes: ['x', 'y', 'z'].map((axis) => lineMaterial(stage, `axis-${axis}`, { linewidth: 2.4 })),
     };
     for (const surface of surfaces) this.add(surface, lines);
@@ -50,7 +65,10 @@ export class SurfacesLayer {
     const body = new Group().add(face, edge, strong);
     const inner = new Group();
     if (surface.effective) inner.add(segments(ring(surface.effective), lines.inset));
-    for (const outline of surface.outline) inner.add(segments(ring(outline), lines.outline));
+    for (const { name } of EDGE_KINDS) {
+      const edges = surface.outline.flatMap((outline, i) => edgesOf(outline, surface.outline_edges[i], name));
+      if (edges.length) inner.add(segments(edges, lines.outline[name]));
+    }
     const frame = new Group();
     lines.axes.forEach((axis, i) => {
       const tip = [0, 0, 0];

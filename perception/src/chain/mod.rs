@@ -9,10 +9,10 @@ mod random;
 mod region_growing;
 mod voxel_grid;
 
-use nalgebra::{Isometry3, Matrix3, Point2, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use surfaces::{Source, Surface};
+use surfaces::{ConvexPolygon, EdgeKind, Source, Surface};
 
 pub use hull::HullConfig;
 pub use normals::NormalsConfig;
@@ -23,6 +23,8 @@ pub use region_growing::RegionGrowingConfig;
 pub use voxel_grid::VoxelGridConfig;
 
 use crate::Error;
+use crate::directions::Directions;
+use crate::edges::NONE;
 use crate::extraction::{Extraction, Statistics};
 use crate::scan::Scan;
 
@@ -98,14 +100,18 @@ pub(crate) fn extract(
     // III-E: inliers projected onto their plane, and their convex hull.
     let R_VW = X_WV.rotation.inverse();
     let (forward, up) = (R_VW * Vector3::x(), R_VW * Vector3::z());
+    let seen = directions(scan, &points, &planes, range_max_m);
     let mut surfaces = Vec::new();
-    for plane in &planes {
+    for (number, plane) in planes.iter().enumerate() {
         let projected = projection::projection(&points, plane, &scan.eye_V, &forward, &up);
         let Some(polygon) = hull::hull(&projected.points, &config.hull) else {
             continue;
         };
+        // What ends the face at the edges of its hull.
+        let polygon_edges = kinds(&seen, number, &polygon, &projected.X_VS, &scan.eye_V);
         // III-F: re-orientation, of the frame only.
         surfaces.push(Surface {
+            polygon_edges,
             inset_m: config.hull.inset_m,
             inliers: plane.inliers.len(),
             rms_m: plane.rms_m,
@@ -134,6 +140,45 @@ pub(crate) fn extract(
         statistics,
         segmentation: None,
     })
+}
+
+/// The points by their directions, with the number of their plane.
+fn directions<'a>(
+    scan: &'a Scan,
+    points: &[Point3<f64>],
+    planes: &[plane_extraction::PlaneFit],
+    range_max_m: f64,
+) -> Directions<'a> {
+    let mut of_point = vec![NONE; points.len()];
+    for (number, plane) in planes.iter().enumerate().take(usize::from(NONE)) {
+        for &i in &plane.inliers {
+            of_point[i] = number as u16;
+        }
+    }
+    let from_eye = points.iter().zip(&of_point);
+    let from_eye = from_eye.map(|(p, label)| (p.coords - scan.eye_V, *label));
+    let from_origin = |plane: &plane_extraction::PlaneFit| {
+        let offset = plane.normal.dot(&(plane.centroid.coords - scan.eye_V));
+        (plane.normal, offset)
+    };
+    let planes = planes.iter().map(from_origin).collect();
+    Directions::new(from_eye, planes, range_max_m, &scan.noise)
+}
+
+/// What ends a face at each edge of its hull in S.
+#[allow(non_snake_case)]
+fn kinds(
+    seen: &Directions,
+    number: usize,
+    hull: &ConvexPolygon,
+    X_VS: &Isometry3<f64>,
+    eye_V: &Vector3<f64>,
+) -> Vec<EdgeKind> {
+    let corner = |p: &Point2<f64>| X_VS * Point3::new(p.x, p.y, 0.0) - eye_V;
+    let corners: Vec<_> = hull.vertices().iter().map(corner).collect();
+    let out = |h: surfaces::HalfPlane| X_VS.rotation * Vector3::new(h.n.x, h.n.y, 0.0);
+    let out: Vec<_> = hull.half_planes().into_iter().map(out).collect();
+    seen.kinds(number.min(usize::from(NONE)) as u16, &corners, &out)
 }
 
 /// Voxels whose errors go together: one in this many counts.

@@ -3,7 +3,7 @@
 use nalgebra::{
     Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
 };
-use surfaces::{ConvexPolygon, HalfPlane, Source, Surface};
+use surfaces::{ConvexPolygon, EdgeKind, HalfPlane, Source, Surface};
 
 use super::scan::{Slope, SlopeScan};
 
@@ -55,6 +55,7 @@ impl SlopeScan {
         let across = slope.across_sigma_m[0].max(slope.across_sigma_m[1]);
         let along = slope.along_sigma_m[0].max(slope.along_sigma_m[1]);
         Some(Surface {
+            polygon_edges: vec![EdgeKind::Unknown; polygon.vertices().len()],
             inset_m: EDGE_M + SIGMAS * across.max(along),
             inliers: slope.members.len(),
             rms_m: slope.rms_m,
@@ -119,6 +120,7 @@ impl SlopeScan {
         let mut surfaces: Vec<Surface> = pieces
             .into_iter()
             .map(|polygon| Surface {
+                polygon_edges: vec![EdgeKind::Unknown; polygon.vertices().len()],
                 inset_m: EDGE_M,
                 inliers: ground.members.len(),
                 rms_m: ground.rms_m,

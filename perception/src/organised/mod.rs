@@ -8,6 +8,7 @@ mod beyond;
 mod bits;
 mod contour;
 mod cover;
+mod edges;
 mod face;
 mod growth;
 mod hidden;
@@ -124,6 +125,7 @@ pub(crate) fn extract(
     // 8. Each connected face of a plane, covered by convex polygons.
     let mut found = Vec::new();
     let mut seen = Bits::new(image.width, image.height, |_, _| {});
+    let around = edges::Seen::new(depth, &image, &labels, &planes, noise);
     for face in face::faces(&faces, image.width) {
         if let Some(Some(plane)) = planes.get(usize::from(face.label)) {
             found.extend(outline::pieces(
@@ -131,6 +133,7 @@ pub(crate) fn extract(
                 &face,
                 &faces,
                 &mut seen,
+                &around,
                 plane,
                 noise,
                 X_WV,
@@ -150,7 +153,7 @@ pub(crate) fn extract(
         else {
             continue;
         };
-        surfaces.push(Surface {
+        let mut surface = Surface {
             outline: piece.outline.clone(),
             inliers: plane.inliers,
             rms_m: plane.rms_m,
@@ -158,10 +161,12 @@ pub(crate) fn extract(
             source: Source::Scan,
             face: shared(piece.label).then(|| format!("f{}", piece.label)),
             ..Surface::new(format!("s{i}"), X_WV * piece.X_VS, piece.polygon.clone())
-        });
+        };
+        surface.set_outline_edges(piece.edges.clone());
+        surfaces.push(surface);
     }
     // 10. What the image's border cuts may go on beyond it.
-    let obstacles = beyond::bodies(depth, &surfaces, X_WV, &config.beyond);
+    let obstacles = beyond::bodies(&surfaces, &config.beyond);
     let statistics = Statistics {
         points: depth.z_m.len(),
         valid: positive(&depth.z_m),

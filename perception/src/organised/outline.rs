@@ -4,11 +4,12 @@ use nalgebra::{
     Isometry3, Point2, Point3, Rotation2, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
 };
 use serde::{Deserialize, Serialize};
-use surfaces::ConvexPolygon;
+use surfaces::{ConvexPolygon, EdgeKind};
 
 use super::bits::Bits;
 use super::contour;
 use super::cover::{CoverConfig, cover};
+use super::edges::{self, Seen};
 use super::face::Face;
 use super::image::InverseImage;
 use super::plane::{Plane, Spread};
@@ -73,6 +74,8 @@ pub(super) struct Piece {
     pub polygon: ConvexPolygon,
     /// Rings of the whole face in S, m.
     pub outline: Vec<Vec<[f64; 2]>>,
+    /// What ends the face at each edge of each ring.
+    pub edges: Vec<Vec<EdgeKind>>,
     /// Covariance of the plane in S.
     pub covariance: Option<[[f64; 3]; 3]>,
 }
@@ -80,7 +83,8 @@ pub(super) struct Piece {
 /// The convex pieces that cover a face.
 ///
 /// The outline is found and simplified on the pixels, where the uncertainty of an edge has one
-/// size; the face's edges were taken back before, so pieces of one face meet without a seam.
+/// size; the face's edges were taken back before, so pieces of one face meet without a seam. What ends
+/// the face beyond is looked up `around` it.
 #[allow(non_snake_case)]
 #[allow(clippy::too_many_arguments)]
 pub(super) fn pieces(
@@ -88,6 +92,7 @@ pub(super) fn pieces(
     face: &Face,
     labels: &[u16],
     seen: &mut Bits,
+    around: &Seen,
     plane: &Plane,
     noise: &Noise,
     X_WV: &Isometry3<f64>,
@@ -116,7 +121,8 @@ pub(super) fn pieces(
     // The outline on the plane, covered by convex pieces.
     let (tolerance_px, notch_px) = (config.tolerance_px, config.notch_px);
     let rings = contour::rings(face, labels, image.width, seen, tolerance_px, notch_px);
-    let on_plane = rings.iter().map(|ring| ring.iter().map(in_P).collect());
+    let on_pixels = rings;
+    let on_plane = on_pixels.iter().map(|ring| ring.iter().map(in_P).collect());
     let Some(rings) = on_plane.collect::<Option<Vec<Vec<_>>>>() else {
         return Vec::new();
     };
@@ -130,6 +136,7 @@ pub(super) fn pieces(
     let R_SP = R_VS.inverse() * R_VP;
     let turn = |p: Vector2<f64>| Point2::from((R_SP * p.push(0.0)).xy());
     let turn_2 = Rotation2::from_matrix_unchecked(R_SP.matrix().fixed_view::<2, 2>(0, 0).into());
+    let mut edges = None;
     let mut spread = None;
     let mut pieces = Vec::new();
     for piece in covering {
@@ -161,6 +168,9 @@ pub(super) fn pieces(
             label: face.label,
             X_VS,
             outline: rings.iter().map(ring).collect(),
+            edges: edges
+                .get_or_insert_with(|| edges::kinds(around, face.label, &on_pixels))
+                .clone(),
             covariance: spread.covariance(&Point2::from(c), &turn_2, noise),
             polygon,
         });

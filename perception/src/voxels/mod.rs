@@ -12,16 +12,20 @@ mod moments;
 mod outline;
 mod points;
 
-use nalgebra::{Isometry3, Matrix3, Point2, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{
+    Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3,
+};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use surfaces::edge::ring_edges;
 use surfaces::outline::Outline;
-use surfaces::{ConvexPolygon, Source, Surface, cover};
+use surfaces::{ConvexPolygon, EdgeKind, Source, Surface, cover};
 
 pub use growth::VoxelGrowthConfig;
 pub use outline::VoxelOutlineConfig;
 
 use crate::Error;
+use crate::directions::Directions;
 use crate::error::within;
 use crate::extraction::{Extraction, Segmentation, Statistics};
 use crate::scan::{Scan, tangent_frame};
@@ -110,9 +114,28 @@ pub(crate) fn extract(
     // Labels are 16 bits.
     planes.truncate(usize::from(Segmentation::NONE));
 
-    // 4. The outline of each by its points, covered by convex polygons.
+    // 4. The outline of each by its points, covered by convex polygons; what ends it at its edges is
+    // told by the points beside it as the sensor saw them.
+    let mut of_point = vec![Segmentation::NONE; scan.cloud.points.len()];
+    for (number, plane) in planes.iter().enumerate() {
+        for &i in &plane.members {
+            of_point[places[i as usize]] = number as u16;
+        }
+    }
+    let all = scan.cloud.points.iter().zip(&of_point);
+    let from_eye = all
+        .map(|(p, label)| (Vector3::from(p.map(f64::from)) - scan.eye_V, *label))
+        .filter(|(p, _)| p.iter().all(|x| x.is_finite()));
+    let own = |p: &Final| (p.plane.normal, p.plane.offset);
+    let directions = Directions::new(
+        from_eye,
+        planes.iter().map(own).collect(),
+        range_max_m,
+        &scan.noise,
+    );
     let faces = Faces {
         points: &near,
+        directions: &directions,
         eye_V: &scan.eye_V,
         noise: &scan.noise,
         X_WV,
@@ -134,12 +157,6 @@ pub(crate) fn extract(
     }
     let grid = scan.cloud.organised;
     let (width, height) = grid.unwrap_or((scan.cloud.points.len(), 1));
-    let mut of_point = vec![Segmentation::NONE; scan.cloud.points.len()];
-    for (number, plane) in planes.iter().enumerate() {
-        for &i in &plane.members {
-            of_point[places[i as usize]] = number as u16;
-        }
-    }
     let segmentation = Segmentation {
         width,
         height,
@@ -167,6 +184,7 @@ pub(crate) fn extract(
 #[allow(non_snake_case)]
 struct Faces<'a> {
     points: &'a [Vector3<f64>],
+    directions: &'a Directions<'a>,
     eye_V: &'a Vector3<f64>,
     noise: &'a Noise,
     X_WV: &'a Isometry3<f64>,
@@ -207,6 +225,8 @@ impl Faces<'_> {
         let mut surfaces = Vec::new();
         for part in &parts {
             let rings = part.rings();
+            let in_V = |p: &Point2<f64>| Point3::from(foot + R_VP * p.coords.push(0.0));
+            let kinds = self.kinds(number, &rings, in_V, &R_VP);
             for piece in part.pieces(&covering) {
                 let large = piece.area() >= config.area_min_m2
                     && 2.0 * piece.inscribed_circle().1 >= config.width_min_m;
@@ -225,7 +245,7 @@ impl Faces<'_> {
                     Translation3::from(origin + self.eye_V),
                     UnitQuaternion::from_rotation_matrix(&R_VS),
                 );
-                surfaces.push(Surface {
+                let mut surface = Surface {
                     outline: rings.iter().map(ring).collect(),
                     inset_m: config.inset_m,
                     inliers: found.members.len(),
@@ -233,7 +253,9 @@ impl Faces<'_> {
                     plane_covariance: self.covariance(found, &origin, &R_VS, part.area()),
                     source: Source::Scan,
                     ..Surface::new("", self.X_WV * X_VS, polygon)
-                });
+                };
+                surface.set_outline_edges(kinds.clone());
+                surfaces.push(surface);
             }
         }
         if surfaces.len() > 1 {
@@ -243,6 +265,26 @@ impl Faces<'_> {
                 .for_each(|s| s.face = Some(face.clone()));
         }
         surfaces
+    }
+
+    /// What ends a face at the edges of its rings, which [`Outline`] gives with the face on their left.
+    #[allow(non_snake_case)]
+    fn kinds(
+        &self,
+        number: usize,
+        rings: &[Vec<[f64; 2]>],
+        in_V: impl Fn(&Point2<f64>) -> Point3<f64>,
+        R_VP: &Rotation3<f64>,
+    ) -> Vec<Vec<EdgeKind>> {
+        let of_ring = |ring: &Vec<[f64; 2]>| {
+            let corners: Vec<_> = ring_edges(ring).map(|(a, _)| in_V(&a)).collect();
+            let out: Vec<_> = ring_edges(ring)
+                .map(|(a, b)| (b - a).try_normalize(1e-12).unwrap_or_default())
+                .map(|along| R_VP * Vector3::new(along.y, -along.x, 0.0))
+                .collect();
+            self.directions.kinds(number as u16, &corners, &out)
+        };
+        rings.iter().map(of_ring).collect()
     }
 
     /// Covariance of (rotation about x_S, rotation about y_S, offset along z_S): rad, rad, m.

@@ -3,15 +3,17 @@
 
 use nalgebra::{Matrix3, Point2, Point3, Translation3};
 
-use super::Config;
 use super::sheet::Sheet;
+use super::{Config, edges};
 use crate::outline::Outline;
 use crate::{ConvexPolygon, Surface, cover};
 
 /// The surfaces of a face: its members where nothing changed, else pieces of its outline.
 pub(super) fn surfaces(sheet: Sheet, config: &Config) -> Vec<Surface> {
     if !sheet.changed {
-        return sheet.members;
+        let mut members = sheet.members;
+        edges::relabel(&mut members, &sheet.traces);
+        return members;
     }
     let simple = sheet.outline.simplified_inside(config.tolerance_m);
     let outline = simple.without_specks(config.piece_min_m2);
@@ -48,13 +50,15 @@ pub(super) fn surfaces(sheet: Sheet, config: &Config) -> Vec<Surface> {
         let c = polygon.centroid().coords;
         let corners: Vec<_> = polygon.vertices().iter().map(|v| v - c).collect();
         let polygon = ConvexPolygon::new(corners.into_iter().collect()).ok()?;
-        let rings = part.rings().into_iter();
+        let rings = part.rings();
+        let kinds = edges::kinds(&sheet.traces, &rings, config);
+        let rings = rings.iter();
         let rings = rings.map(|ring| ring.iter().map(|p| [p[0] - c.x, p[1] - c.y]).collect());
         // The offset at the piece's own origin.
         let carry = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, c.y, -c.x, 1.0);
         let sigma = carry * sheet.covariance * carry.transpose();
         let sigma = (sigma + sigma.transpose()) * 0.5;
-        Some(Surface {
+        let mut surface = Surface {
             outline: rings.collect(),
             inset_m,
             edge_m,
@@ -65,7 +69,9 @@ pub(super) fn surfaces(sheet: Sheet, config: &Config) -> Vec<Surface> {
             source: sheet.members[0].source,
             face: face.clone(),
             ..Surface::new(id, sheet.X_WP * Translation3::new(c.x, c.y, 0.0), polygon)
-        })
+        };
+        surface.set_outline_edges(kinds);
+        Some(surface)
     };
     ids.into_iter().zip(pieces).filter_map(of_piece).collect()
 }

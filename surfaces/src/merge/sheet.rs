@@ -3,7 +3,8 @@
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::sight::Sight;
+use super::edges::{self, Trace};
+use super::sight::{Looked, Sight};
 use super::{Config, alike};
 use crate::outline::Outline;
 use crate::{Surface, covariance};
@@ -28,6 +29,8 @@ pub(super) struct Sheet {
     pub covariance: Matrix3<f64>,
     /// What was seen of it, in P.
     pub outline: Outline,
+    /// The edges of the outlines that went into it, in P.
+    pub traces: Vec<Trace>,
     /// The surfaces that it was made of, those of the first view first.
     pub members: Vec<Surface>,
     /// Whether it is anything else than its members.
@@ -68,6 +71,7 @@ impl Sheet {
         let rows = best.plane_covariance.unwrap_or_default();
         let X_WP = best.X_WS;
         let mut outline = Outline::default();
+        let mut traces = Vec::new();
         for (i, piece) in members.iter().enumerate() {
             if members[..i].iter().any(|other| other.shares_outline(piece)) {
                 continue;
@@ -76,12 +80,15 @@ impl Sheet {
             if own.is_empty() {
                 own = Outline::from_polygon(&piece.polygon);
             }
-            outline = outline.union(&own.moved(&(X_WP.inverse() * piece.X_WS)));
+            let X_PS = X_WP.inverse() * piece.X_WS;
+            outline = outline.union(&own.moved(&X_PS));
+            traces.extend(edges::traces(i, piece, &X_PS));
         }
         Self {
             X_WP,
             covariance: Matrix3::from_fn(|i, j| rows[i][j]),
             outline,
+            traces,
             members,
             changed: false,
             age,
@@ -116,11 +123,7 @@ impl Sheet {
     /// foot of a wall is too near to the floor behind it to be looked through. `fresh` are the faces
     /// that the view showed; what is on one that looks elsewhere is not on this one.
     pub fn cut(&mut self, sight: &Sight, fresh: &[Self], config: &Config) -> f64 {
-        // Points of the face itself were where it is: within its outline the plane is not as far off
-        // as its tilt alone would let it be.
-        let most = SPREAD_MAX * self.sigma_at(&self.outline.middle().unwrap_or_default());
-        let sigma_at = |p: &Point2<f64>| self.sigma_at(p).min(most);
-        let looked = sight.through(&self.X_WP, &self.outline, &sigma_at, config);
+        let looked = self.looked(sight, &self.outline, config);
         if looked.through.is_empty() {
             return 0.0;
         }
@@ -142,6 +145,15 @@ impl Sheet {
         self.outline = kept.without_specks(config.piece_min_m2);
         self.changed = true;
         before - self.outline.area()
+    }
+
+    /// What a view makes of a part of the plane.
+    pub fn looked(&self, sight: &Sight, part: &Outline, config: &Config) -> Looked {
+        // Points of the face itself were where it is: within its outline the plane is not as far off
+        // as its tilt alone would let it be.
+        let most = SPREAD_MAX * self.sigma_at(&self.outline.middle().unwrap_or_default());
+        let sigma_at = |p: &Point2<f64>| self.sigma_at(p).min(most);
+        sight.through(&self.X_WP, part, &sigma_at, config)
     }
 
     /// Whether a point is on this face, which looks elsewhere than the other.
@@ -209,6 +221,10 @@ impl Sheet {
             joint = (sigma + sigma.transpose()) * 0.5;
         }
         let X_MW = X_WM.inverse();
+        let own = (self.traces.drain(..)).map(|t| t.moved(&(X_MW * self.X_WP)));
+        let its = (other.traces.into_iter()).map(|t| t.moved(&(X_MW * other.X_WP)));
+        let traces = own.chain(its).collect();
+        self.traces = traces;
         self.outline = (self.outline.moved(&(X_MW * self.X_WP)))
             .union(&other.outline.moved(&(X_MW * other.X_WP)));
         self.X_WP = X_WM;

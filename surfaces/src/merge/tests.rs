@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::outline::Outline;
-use crate::{ConvexPolygon, SurfaceSet, ThinBody};
+use crate::{ConvexPolygon, EdgeKind, SurfaceSet, ThinBody};
 
 /// A level rectangle [x0, x1] × [y0, y1] at a height, with tilts and an offset added.
 fn face(id: &str, [x0, x1, y0, y1]: [f64; 4], height: f64, error: [f64; 3]) -> Surface {
@@ -254,4 +254,65 @@ proptest! {
         prop_assert!(error.dot(&(sigma.try_inverse().unwrap() * error)) < 3.0);
         prop_assert!(SurfaceSet::new(merged.surfaces, merged.obstacles).is_ok());
     }
+}
+
+/// The kinds of the outline's edges toward −y, +x, +y, −x, each of the longest edge there.
+fn kinds_around(surface: &Surface) -> [EdgeKind; 4] {
+    let sides = [-Vector3::y(), Vector3::x(), Vector3::y(), -Vector3::x()];
+    sides.map(|side| {
+        let ring = &surface.outline[0];
+        let toward = crate::edge::ring_edges(ring)
+            .zip(&surface.outline_edges[0])
+            .filter(|((a, b), _)| {
+                let along = (b - a).normalize();
+                let out = surface.X_WS * Vector3::new(along.y, -along.x, 0.0);
+                out.dot(&side) > 0.9
+            })
+            .map(|((a, b), kind)| ((b - a).norm(), *kind));
+        toward
+            .reduce(|a, b| if b.0 > a.0 { b } else { a })
+            .map(|(_, kind)| kind)
+            .unwrap()
+    })
+}
+
+#[test]
+fn a_hidden_edge_vanishes_or_is_real_where_another_view_saw_so() {
+    use EdgeKind::{FieldOfView, Occluded, Real};
+    let mut a = face("a", [0.0, 1.0, 0.0, 1.0], 0.3, [0.0, 0.0, 0.001]);
+    a.set_outline_edges(vec![vec![FieldOfView, Occluded, Occluded, Real]]);
+    // It sees how the face goes on toward +x up to a hidden edge, and that it ends at y = 1.
+    let mut b = face("b", [0.5, 1.8, 0.5, 1.01], 0.3, [0.0, 0.0, -0.001]);
+    b.set_outline_edges(vec![vec![Occluded, Occluded, Real, Occluded]]);
+    let merged = merge(vec![view(vec![a]), view(vec![b])], &Config::default());
+    let first = &merged.surfaces[0];
+    let longest = kinds_around(first);
+    // The longest edge toward −y is the first view's, at y = 0.
+    assert_eq!(longest[0], FieldOfView);
+    assert_eq!((longest[2], longest[3]), (Real, Real));
+    for s in &merged.surfaces {
+        s.validate().unwrap();
+        assert_eq!(s.polygon_edges.len(), s.polygon.vertices().len());
+    }
+}
+
+#[test]
+fn an_edge_is_real_beyond_which_a_view_looked_through_the_plane() {
+    use EdgeKind::{Occluded, Real};
+    let mut a = face("a", [0.0, 1.0, 0.0, 1.0], 0.3, [0.0; 3]);
+    a.set_outline_edges(vec![vec![Occluded; 4]]);
+    // Another view looks past its edge at x = 1 to something 0.3 m below.
+    let past = View {
+        sight: looking_at([1.5, 0.5, 2.0], [0.9, 1.4, -0.1, 1.1], 0.0),
+        ..View::default()
+    };
+    let merged = merge(vec![view(vec![a.clone()]), past], &Config::default());
+    let [one] = &merged.surfaces[..] else {
+        panic!("{:?}", merged.surfaces)
+    };
+    assert_eq!(kinds_around(one), [Occluded, Real, Occluded, Occluded]);
+    assert_eq!(one.polygon_edges, [Occluded, Real, Occluded, Occluded]);
+    // Nothing else of it has changed.
+    a.set_outline_edges(one.outline_edges.clone());
+    assert_eq!(*one, a);
 }

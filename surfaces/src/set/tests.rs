@@ -95,6 +95,31 @@ fn whatever_is_wrong_in_a_file_is_named() {
             "surface `step`: inset_m is -1, which is not",
         ),
         (
+            r#""inset_m": 0.01"#,
+            r#""polygon_edges": ["real"]"#,
+            "surface `step`: polygon_edges: 1 kinds for 4 edges",
+        ),
+        (
+            r#""inset_m": 0.01"#,
+            r#""outline": [[[0,0],[1,0],[0,1]]], "outline_edges": [["real", "occluded"]]"#,
+            "surface `step`: outline_edges of ring 0: 2 kinds for 3 edges",
+        ),
+        (
+            r#""inset_m": 0.01"#,
+            r#""outline_edges": [["real"]]"#,
+            "surface `step`: outline_edges: kinds of 1 rings for 0 rings",
+        ),
+        (
+            r#""inset_m": 0.01"#,
+            r#""outline": [[[0,0],[1,0],[0,1]]], "outline_edges": [["real", "seam", "real"]]"#,
+            "surface `step`: outline_edges of ring 0: edge 1 is a seam",
+        ),
+        (
+            r#""inset_m": 0.01"#,
+            r#""polygon_edges": ["sharp"]"#,
+            "surface `step` (number 1): unknown variant `sharp`",
+        ),
+        (
             r#""id": "step""#,
             r#""id": "floor""#,
             "surface number 1 repeats the id `floor` of number 0",

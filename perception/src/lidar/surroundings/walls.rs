@@ -1,7 +1,7 @@
 //! Planes that are too steep for slopes.
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
-use surfaces::{ConvexPolygon, Source, Surface};
+use surfaces::{ConvexPolygon, EdgeKind, Source, Surface};
 
 use super::{SurroundingsConfig, Upright, View, Wall, bounds, obstacle};
 use crate::lidar::config::LidarConfig;
@@ -116,6 +116,7 @@ fn wall(
     let X_WM = X_WS * Isometry3::translation(middle.x, middle.y, 0.0);
     let squares: f64 = local.iter().map(|p| p.z * p.z).sum();
     let surface = Surface {
+        polygon_edges: vec![EdgeKind::Unknown; polygon.vertices().len()],
         inset_m: EDGE_M,
         inliers: members.len(),
         rms_m: (squares / n).sqrt(),

@@ -1,0 +1,267 @@
+//! A cloud as a picture: its points by direction from where the sensor stood.
+//!
+//! Azimuth and elevation about the axis of V from which the points are farthest off, in cells as
+//! large as the points are dense; of the points of a cell the nearest counts. Only what ends a face
+//! at its edges is looked up here ([`crate::edges`]): no plane is fitted to these cells.
+
+use nalgebra::{Point2, Point3, Vector2, Vector3};
+use surfaces::EdgeKind;
+
+use crate::edges::{self, NONE, Picture, Shown};
+use crate::sensor::Noise;
+
+/// Smallest side of a cell, rad; larger ones by twos, up to this many times as large.
+const CELL_RAD: f64 = 0.004;
+const DOUBLINGS_MAX: usize = 5;
+/// So many of the four cells beside one with a point hold one too, on average.
+const NEIGHBOURS_MIN: f64 = 3.2;
+
+/// One cell: its nearest point.
+#[derive(Clone, Copy)]
+struct Cell {
+    /// Inverse range, 1/m; 0 where there is no point.
+    w: f32,
+    label: u16,
+}
+
+const EMPTY: Cell = Cell {
+    w: 0.0,
+    label: NONE,
+};
+
+/// The directions of a cloud, its points labelled by planes.
+pub(crate) struct Directions<'a> {
+    cells: Vec<Cell>,
+    cols: usize,
+    rows: usize,
+    /// Azimuth and elevation of the first cell's corner, and the cells' side, rad.
+    low: Vector2<f64>,
+    side: f64,
+    /// Index of the axis about which azimuths are counted.
+    axis: usize,
+    /// Unit normal n and distance d of each plane, n·p = d with p from the eye, m.
+    planes: Vec<(Vector3<f64>, f64)>,
+    range_max_m: f64,
+    noise: &'a Noise,
+}
+
+impl<'a> Directions<'a> {
+    /// `points` are taken from the eye and have the label of their plane, [`NONE`] for none; those
+    /// beyond `range_max_m` were not used.
+    pub fn new(
+        points: impl Iterator<Item = (Vector3<f64>, u16)> + Clone,
+        planes: Vec<(Vector3<f64>, f64)>,
+        range_max_m: f64,
+        noise: &'a Noise,
+    ) -> Self {
+        let mut toward = Vector3::zeros();
+        for (p, _) in points.clone() {
+            toward += p.abs().try_normalize(1e-9).unwrap_or_default();
+        }
+        let axis = toward.imin();
+        let mut found = Self {
+            cells: Vec::new(),
+            cols: 0,
+            rows: 0,
+            low: Vector2::zeros(),
+            side: CELL_RAD,
+            axis,
+            planes,
+            range_max_m,
+            noise,
+        };
+        let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(-1e9));
+        for (p, _) in points.clone() {
+            let angles = found.angles(&p);
+            (low, high) = (low.inf(&angles), high.sup(&angles));
+        }
+        if !(low.x <= high.x && low.y <= high.y) {
+            return found;
+        }
+        found.low = low;
+        found.cols = ((high.x - low.x) / CELL_RAD) as usize + 1;
+        found.rows = ((high.y - low.y) / CELL_RAD) as usize + 1;
+        found.cells = vec![EMPTY; found.cols * found.rows];
+        for (p, label) in points {
+            let at = (found.angles(&p) - low) / CELL_RAD;
+            let cell = &mut found.cells[at.y as usize * found.cols + at.x as usize];
+            let w = (1.0 / p.norm().max(1e-6)) as f32;
+            if w > cell.w {
+                *cell = Cell { w, label };
+            }
+        }
+        for _ in 0..DOUBLINGS_MAX {
+            if found.neighbours() >= NEIGHBOURS_MIN {
+                break;
+            }
+            found.coarsen();
+        }
+        found
+    }
+
+    /// Azimuth and elevation of a point, rad.
+    fn angles(&self, p: &Vector3<f64>) -> Vector2<f64> {
+        let (a, b, c) = (p[(self.axis + 1) % 3], p[(self.axis + 2) % 3], p[self.axis]);
+        // From the side on which nothing is cut at half a turn for a camera that looks along an axis.
+        Vector2::new(b.atan2(a), c.atan2(a.hypot(b)))
+    }
+
+    /// The ray of a place, a unit vector.
+    fn ray(&self, p: &Point2<f64>) -> Vector3<f64> {
+        let azimuth = self.low.x + (p.x + 0.5) * self.side;
+        let elevation = self.low.y + (p.y + 0.5) * self.side;
+        let mut ray = Vector3::zeros();
+        ray[(self.axis + 1) % 3] = azimuth.cos() * elevation.cos();
+        ray[(self.axis + 2) % 3] = azimuth.sin() * elevation.cos();
+        ray[self.axis] = elevation.sin();
+        ray
+    }
+
+    /// The place of a point, in cells.
+    fn place(&self, p: &Point3<f64>) -> Point2<f64> {
+        let at = (self.angles(&p.coords) - self.low) / self.side;
+        Point2::new(at.x - 0.5, at.y - 0.5)
+    }
+
+    /// How many of the four cells beside one with a point have one, on average.
+    fn neighbours(&self) -> f64 {
+        let (mut cells, mut pairs) = (0_usize, 0_usize);
+        for (y, line) in self.cells.chunks_exact(self.cols).enumerate() {
+            let below = self.cells.get((y + 1) * self.cols..(y + 2) * self.cols);
+            for x in (0..self.cols).filter(|&x| line[x].w > 0.0) {
+                cells += 1;
+                pairs += usize::from(x + 1 < self.cols && line[x + 1].w > 0.0);
+                pairs += usize::from(below.is_some_and(|below| below[x].w > 0.0));
+            }
+        }
+        2.0 * pairs as f64 / cells.max(1) as f64
+    }
+
+    /// Cells twice as large.
+    fn coarsen(&mut self) {
+        let (cols, rows) = (self.cols.div_ceil(2), self.rows.div_ceil(2));
+        let mut cells = vec![EMPTY; cols * rows];
+        for (i, cell) in self.cells.iter().enumerate() {
+            let to = &mut cells[(i / self.cols / 2) * cols + (i % self.cols) / 2];
+            if cell.w > to.w {
+                *to = *cell;
+            }
+        }
+        (self.cells, self.cols, self.rows) = (cells, cols, rows);
+        self.side *= 2.0;
+    }
+
+    /// The kinds of the edges of a ring on the plane `label`: corners from the eye, and a direction
+    /// out of the face at each edge, from its corner to the next.
+    pub fn kinds(&self, label: u16, ring: &[Point3<f64>], out: &[Vector3<f64>]) -> Vec<EdgeKind> {
+        let next = ring.iter().cycle().skip(1);
+        ring.iter()
+            .zip(next)
+            .zip(out)
+            .map(|((a, b), out)| {
+                let (from, to) = (self.place(a), self.place(b));
+                // A hundredth of the range aside is a straight line of cells still.
+                let middle = a + (b - a) * 0.5;
+                let aside = middle + out * (0.01 * middle.coords.norm());
+                let aside = self.place(&aside) - self.place(&middle);
+                let places = ((to - from).norm() / PLACES_APART).ceil();
+                let places = (places as usize).clamp(1, PLACES_MAX);
+                EdgeKind::most((0..places).map(|i| {
+                    let t = (i as f64 + 0.5) / places as f64;
+                    edges::beyond(self, label, &self.place(&(a + (b - a) * t)), &aside)
+                }))
+            })
+            .collect()
+    }
+}
+
+/// Places along an edge are this far apart, in cells, and no more of them are looked at.
+const PLACES_APART: f64 = 2.0;
+const PLACES_MAX: usize = 48;
+
+impl Picture for Directions<'_> {
+    fn at(&self, p: &Point2<f64>) -> Shown {
+        let (x, y) = (p.x.round(), p.y.round());
+        if !(0.0..self.cols as f64).contains(&x) || !(0.0..self.rows as f64).contains(&y) {
+            return Shown::Outside;
+        }
+        let cell = self.cells[y as usize * self.cols + x as usize];
+        if cell.w > 0.0 {
+            let w = f64::from(cell.w);
+            Shown::Point {
+                w,
+                label: cell.label,
+                used: w * self.range_max_m >= 1.0,
+            }
+        } else {
+            Shown::Nothing
+        }
+    }
+
+    fn plane(&self, label: u16, p: &Point2<f64>) -> Option<f64> {
+        let (normal, distance) = self.planes.get(usize::from(label))?;
+        Some(normal.dot(&self.ray(p)) / distance).filter(|w| *w > 0.0)
+    }
+
+    fn pixel_rad(&self) -> f64 {
+        self.side
+    }
+
+    fn noise(&self) -> &Noise {
+        self.noise
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Sensor;
+
+    /// Points a degree apart over a half space, as seen on a plane 1 m below that ends at x = 3 m,
+    /// before a wall that meets it there or is 2 m behind.
+    fn seen(wall_x: f64) -> Vec<(Vector3<f64>, u16)> {
+        let mut points = Vec::new();
+        for (azimuth, elevation) in
+            (-40..=40).flat_map(|a| (-60..=10).map(move |e| (f64::from(a), f64::from(e))))
+        {
+            let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+            let ray = Vector3::new(a.cos() * e.cos(), a.sin() * e.cos(), e.sin());
+            let floor = -1.0 / ray.z;
+            let (t, label) = if ray.z < 0.0 && floor * ray.x <= 3.0 {
+                (floor, 0)
+            } else {
+                (wall_x / ray.x, 1)
+            };
+            points.push((ray * t, label));
+        }
+        points
+    }
+
+    #[test]
+    fn a_floor_ends_at_a_wall_and_at_a_drop_and_is_cut_by_the_view() {
+        let noise = Sensor::named("generic").unwrap().noise;
+        let down = -Vector3::z();
+        for wall_x in [3.0, 5.0] {
+            let planes = vec![(down, 1.0), (Vector3::x(), wall_x)];
+            let directions = Directions::new(seen(wall_x).into_iter(), planes, 20.0, &noise);
+            let ring = [[2.9, -1.0], [2.9, 1.0], [0.7, 0.3], [0.7, -0.3]];
+            let ring = ring.map(|[x, y]| Point3::new(x, y, -1.0));
+            let sides = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()];
+            let kinds = directions.kinds(0, &ring, &sides);
+            assert_eq!(kinds[0], EdgeKind::Real, "{wall_x}");
+            assert_eq!(kinds[2], EdgeKind::FieldOfView, "{wall_x}");
+        }
+        // A screen that stands before the floor's far part hides how it goes on.
+        let mut points = seen(3.0);
+        for (p, label) in &mut points {
+            if *label == 0 && p.x > 2.0 {
+                (*p, *label) = (*p * (1.0 / p.x), 2);
+            }
+        }
+        let planes = vec![(down, 1.0), (Vector3::x(), 3.0), (Vector3::x(), 1.0)];
+        let directions = Directions::new(points.into_iter(), planes, 20.0, &noise);
+        let ring = [[1.9, -0.5], [1.9, 0.5], [1.0, 0.0]].map(|[x, y]| Point3::new(x, y, -1.0));
+        let kinds = directions.kinds(0, &ring, &[Vector3::x(), Vector3::y(), -Vector3::y()]);
+        assert_eq!(kinds[0], EdgeKind::Occluded);
+    }
+}

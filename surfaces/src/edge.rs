@@ -1,0 +1,246 @@
+//! What ends a face at each edge of its outline.
+//!
+//! The edges of an outline are seen: beyond one the scan sees that the face ends, or something nearer
+//! hides how it goes on, or the view ends. A convex piece of the face inherits the kind of the
+//! outline's edges along which an edge of it lies; where it lies along none it is a seam, beyond
+//! which the face goes on.
+//!
+//! An edge k of the outline bounds a piece { p : n_l · p ≤ b_l } at that edge l of the piece which
+//! separates the two best,
+//!
+//!   l(k) = argmax_l g_kl,   g_kl = min over the part of k near the piece of n_l · p − b_l,
+//!
+//! and leaves the gap g_k = g_{k,l(k)} between them, m; negative where it reaches into the piece.
+
+use nalgebra::Point2;
+use serde::{Deserialize, Serialize};
+
+use crate::ConvexPolygon;
+
+/// What ends a face at an edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EdgeKind {
+    /// The face ends: beyond it is something farther away, or another face that meets it.
+    #[default]
+    Real,
+    /// Something nearer hides how the face goes on.
+    Occluded,
+    /// The border of what the sensor measured cuts the face.
+    FieldOfView,
+    /// Nothing was measured beyond it.
+    Unknown,
+    /// No edge of the face: between two convex pieces of it, which goes on beyond. Polygons have
+    /// such edges, outlines do not.
+    Seam,
+}
+
+impl EdgeKind {
+    /// The kinds that an outline's edge can have.
+    const SEEN: [Self; 4] = [Self::Real, Self::Occluded, Self::FieldOfView, Self::Unknown];
+
+    /// The kind that an outline's edge has in most of its places; of equals the first in the order
+    /// above, and [`Self::Real`] of none.
+    pub fn most(places: impl Iterator<Item = Self>) -> Self {
+        Self::heaviest(places.map(|kind| (kind, 1.0))).unwrap_or_default()
+    }
+
+    /// The kind that weighs most; seams weigh nothing.
+    fn heaviest(parts: impl Iterator<Item = (Self, f64)>) -> Option<Self> {
+        let mut weights = [0.0_f64; Self::SEEN.len()];
+        for (kind, weight) in parts {
+            if let Some(place) = Self::SEEN.iter().position(|seen| *seen == kind) {
+                weights[place] += weight;
+            }
+        }
+        let heavier = |a: usize, b: usize| if weights[b] > weights[a] { b } else { a };
+        let best = (0..weights.len()).reduce(heavier)?;
+        (weights[best] > 0.0).then_some(Self::SEEN[best])
+    }
+}
+
+/// An edge of a piece lies along the outline's edges that are this near to it, m.
+pub const ALONG_M: f64 = 0.01;
+
+/// An edge of a piece is one of the face where this part of it lies along the outline.
+const ALONG_MIN: f64 = 0.1;
+
+/// The edge of a piece at which an edge of an outline bounds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bound {
+    /// Index l of the piece's edge.
+    pub edge: usize,
+    /// Gap between both, m; negative where the outline reaches into the piece.
+    pub gap_m: f64,
+    /// Length of the outline's edge that is near, m.
+    pub length_m: f64,
+}
+
+/// Where the outline's edge from `a` to `b` bounds a piece; `None` where it is farther than
+/// `reach_m` from every edge's line on the outer side.
+///
+/// Units: m.  Frames: all in that of the polygon.
+pub fn bound(
+    polygon: &ConvexPolygon,
+    a: &Point2<f64>,
+    b: &Point2<f64>,
+    reach_m: f64,
+) -> Option<Bound> {
+    // The part of the edge in the piece widened by the reach.
+    let half_planes = polygon.half_planes();
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for h in &half_planes {
+        let (va, vb) = (h.value(a) - reach_m, h.value(b) - reach_m);
+        match (va > 0.0, vb > 0.0) {
+            (true, true) => return None,
+            (true, false) => from = from.max(va / (va - vb)),
+            (false, true) => to = to.min(va / (va - vb)),
+            (false, false) => {}
+        }
+    }
+    if from > to {
+        return None;
+    }
+    let (near, far) = (a + (b - a) * from, a + (b - a) * to);
+    let gap = |h: &crate::HalfPlane| h.value(&near).min(h.value(&far));
+    let (gap_m, edge) = half_planes
+        .iter()
+        .enumerate()
+        .map(|(l, h)| (gap(h), l))
+        .reduce(|best, next| if next.0 > best.0 { next } else { best })?;
+    Some(Bound {
+        edge,
+        gap_m,
+        length_m: (far - near).norm(),
+    })
+}
+
+/// The kinds of a piece's edges, by those of the outline's edges along which they lie.
+///
+/// Shapes: one kind an edge of the polygon, in its order; `kinds` has one an edge of each ring, from
+/// a corner to the next, or is empty: all real. The longest part of an edge gives its kind.
+/// Frames: rings in that of the polygon, m.
+pub fn kinds_of(
+    polygon: &ConvexPolygon,
+    rings: &[Vec<[f64; 2]>],
+    kinds: &[Vec<EdgeKind>],
+) -> Vec<EdgeKind> {
+    let mut along = vec![Vec::new(); polygon.vertices().len()];
+    for (number, ring) in rings.iter().enumerate() {
+        for (k, (a, b)) in ring_edges(ring).enumerate() {
+            let kind = kinds.get(number).and_then(|kinds| kinds.get(k));
+            if let Some(found) = bound(polygon, &a, &b, ALONG_M) {
+                along[found.edge].push((kind.copied().unwrap_or_default(), found.length_m));
+            }
+        }
+    }
+    let of_edge = |length_m: f64, parts: Vec<(EdgeKind, f64)>| {
+        let length: f64 = parts.iter().map(|(_, length)| length).sum();
+        let kind = EdgeKind::heaviest(parts.into_iter());
+        kind.filter(|_| length >= ALONG_MIN * length_m)
+            .unwrap_or(EdgeKind::Seam)
+    };
+    let lengths = polygon.edges().map(|(a, b)| (b - a).norm());
+    lengths
+        .zip(along)
+        .map(|(length_m, parts)| of_edge(length_m, parts))
+        .collect()
+}
+
+/// The edges of a ring as pairs of corners, the closing one last.
+pub fn ring_edges(ring: &[[f64; 2]]) -> impl Iterator<Item = (Point2<f64>, Point2<f64>)> + '_ {
+    let next = ring.iter().cycle().skip(1);
+    ring.iter()
+        .zip(next)
+        .map(|(a, b)| (Point2::from(*a), Point2::from(*b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::outline::Outline;
+    use crate::polygon::tests::polygons;
+
+    fn rectangle(low: [f64; 2], high: [f64; 2]) -> ConvexPolygon {
+        let [x0, y0] = low;
+        let [x1, y1] = high;
+        vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+            .try_into()
+            .unwrap()
+    }
+
+    #[test]
+    fn pieces_of_an_l_inherit_from_its_outline_and_meet_in_seams() {
+        // ┌─┐
+        // │ └──┐   the ring counter-clockwise from the lower left corner
+        // └────┘
+        let ring = vec![
+            [0.0, 0.0],
+            [2.0, 0.0],
+            [2.0, 0.5],
+            [0.6, 0.5],
+            [0.6, 2.0],
+            [0.0, 2.0],
+        ];
+        use EdgeKind::{FieldOfView, Occluded, Real, Seam, Unknown};
+        let kinds = vec![vec![FieldOfView, Unknown, Real, Occluded, Real, Occluded]];
+        // The foot: below, right, above (half of it along the notch), left.
+        let foot = kinds_of(
+            &rectangle([0.0, 0.0], [2.0, 0.5]),
+            std::slice::from_ref(&ring),
+            &kinds,
+        );
+        assert_eq!(foot, [FieldOfView, Unknown, Real, Occluded]);
+        // The upper part of the leg, which does not reach down: its lower edge is a seam.
+        let leg = kinds_of(
+            &rectangle([0.0, 0.3], [0.6, 2.0]),
+            std::slice::from_ref(&ring),
+            &kinds,
+        );
+        assert_eq!(leg, [Seam, Occluded, Real, Occluded]);
+        // Without kinds all edges of the outline are real.
+        let plain = kinds_of(&rectangle([0.0, 0.3], [0.6, 2.0]), &[ring], &[]);
+        assert_eq!(plain, [Seam, Real, Real, Real]);
+    }
+
+    #[test]
+    fn an_outline_that_touches_a_corner_of_an_edge_only_leaves_it_a_seam() {
+        // A notch whose tip touches the middle of the edge above.
+        let ring = vec![[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 1.0], [0.0, 2.0]];
+        let kinds = kinds_of(&rectangle([0.0, 0.0], [2.0, 1.0]), &[ring], &[]);
+        assert_eq!(kinds[2], EdgeKind::Seam);
+        assert_eq!(kinds[0], EdgeKind::Real);
+    }
+
+    proptest! {
+        /// A piece moved back by what an edge lacks of a distance keeps that distance from it.
+        #[test]
+        fn an_edge_moved_by_what_it_lacks_keeps_the_distance(
+            a in polygons(), b in polygons(), need in 0.01..0.2,
+        ) {
+            let both = Outline::from_polygon(&a).union(&Outline::from_polygon(&b));
+            for part in both.parts() {
+                let rings = part.rings();
+                for piece in part.pieces(&crate::cover::Config::default()) {
+                    let mut back = vec![0.0_f64; piece.vertices().len()];
+                    for (p, q) in rings.iter().flat_map(|ring| ring_edges(ring)) {
+                        if let Some(found) = bound(&piece, &p, &q, need) {
+                            let lack: f64 = (need - found.gap_m).max(0.0);
+                            back[found.edge] = back[found.edge].max(lack);
+                        }
+                    }
+                    let Some(inner) = piece.inset_edges(&back) else { continue };
+                    for (p, q) in rings.iter().flat_map(|ring| ring_edges(ring)) {
+                        // To the nearest point of the outline's edge, a dense sample of it.
+                        for i in 0..=50 {
+                            let at = p + (q - p) * (f64::from(i) / 50.0);
+                            prop_assert!(inner.signed_distance(&at) > need - 1e-6);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
