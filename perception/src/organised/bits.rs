@@ -30,6 +30,14 @@ impl Bits {
         }
     }
 
+    /// How many pixels are in it, if none beyond the rows' ends are.
+    pub fn count(&self) -> usize {
+        self.words
+            .iter()
+            .map(|word| word.count_ones() as usize)
+            .sum()
+    }
+
     /// Whether a pixel is in it.
     pub fn has(&self, u: usize, v: usize) -> bool {
         self.words[v * self.stride + u / 64] >> (u % 64) & 1 == 1
@@ -43,6 +51,19 @@ impl Bits {
     /// Takes a pixel out.
     pub fn clear(&mut self, u: usize, v: usize) {
         self.words[v * self.stride + u / 64] &= !(1 << (u % 64));
+    }
+
+    /// Those of its pixels for which `is` holds for what the image has there.
+    pub fn filter<A: Copy>(mut self, image: &[A], is: impl Fn(A) -> bool) -> Self {
+        let rows = self.words.chunks_exact_mut(self.stride.max(1));
+        for (row, words) in rows.zip(image.chunks_exact(self.width.max(1))) {
+            for (pixels, word) in words.chunks(64).zip(row) {
+                if *word != 0 {
+                    *word &= packed(pixels, pixels, |a, _| is(a));
+                }
+            }
+        }
+        self
     }
 
     /// The pixels in both.
@@ -154,19 +175,23 @@ impl Bits {
         self.not().eroded(r).not()
     }
 
-    /// Writes [`NONE`] to the labels of all pixels that are not in it.
-    pub fn keep(&self, labels: &mut [u16]) {
-        let rows = labels.chunks_exact_mut(self.width.max(1));
+    /// The labels of the pixels in it, and [`NONE`] for all others.
+    pub fn kept(&self, labels: &[u16]) -> Vec<u16> {
+        let mut kept = Vec::with_capacity(labels.len());
+        let rows = labels.chunks_exact(self.width.max(1));
         for (labels, words) in rows.zip(self.words.chunks_exact(self.stride.max(1))) {
-            for (labels, &word) in labels.chunks_mut(64).zip(words) {
-                if word == !0 {
-                    continue;
-                }
-                for (i, label) in labels.iter_mut().enumerate() {
-                    *label = if word >> i & 1 == 1 { *label } else { NONE };
+            for (labels, &word) in labels.chunks(64).zip(words) {
+                match word {
+                    0 => kept.resize(kept.len() + labels.len(), NONE),
+                    _ if word == !0 => kept.extend_from_slice(labels),
+                    _ => kept.extend(labels.iter().enumerate().map(|(i, &label)| {
+                        // All bits set where it is not.
+                        label | ((word >> i & 1) as u16).wrapping_sub(1)
+                    })),
                 }
             }
         }
+        kept
     }
 }
 
@@ -178,16 +203,36 @@ pub(super) fn pack<A: Copy, B: Copy>(
     is: impl Fn(A, B) -> bool,
 ) {
     for ((a, b), word) in a.chunks(64).zip(b.chunks(64)).zip(words) {
-        let mut flags = [0_u8; 64];
+        *word = packed(a, b, &is);
+    }
+}
+
+/// The bits of up to 64 pixels.
+#[inline]
+fn packed<A: Copy, B: Copy>(a: &[A], b: &[B], is: impl Fn(A, B) -> bool) -> u64 {
+    let mut flags = [0_u8; 64];
+    if let (Some(a), Some(b)) = (a.first_chunk::<64>(), b.first_chunk::<64>()) {
+        // Of a length that the compiler knows.
+        for i in 0..64 {
+            flags[i] = u8::from(is(a[i], b[i]));
+        }
+    } else {
         for ((flag, &a), &b) in flags.iter_mut().zip(a).zip(b) {
             *flag = u8::from(is(a, b));
         }
-        *word = 0;
-        for (i, eight) in flags.as_chunks::<8>().0.iter().enumerate() {
-            // Gathers the lowest bits of eight bytes in the highest byte, the first one lowest.
-            let bits = u64::from_le_bytes(*eight).wrapping_mul(0x0102_0408_1020_4080) >> 56;
-            *word |= bits << (8 * i);
-        }
+    }
+    let eights = flags.as_chunks().0.iter().copied().map(u64::from_le_bytes);
+    let (all, any) = eights
+        .clone()
+        .fold((!0, 0), |(all, any), eight| (all & eight, any | eight));
+    // Most words are all one or the other.
+    match (all, any) {
+        (_, 0) => 0,
+        (0x0101_0101_0101_0101, _) => !0,
+        // Gathers the lowest bits of eight bytes in the highest byte, the first one lowest.
+        _ => (0..).zip(eights).fold(0, |word, (i, eight)| {
+            word | (eight.wrapping_mul(0x0102_0408_1020_4080) >> 56) << (8 * i)
+        }),
     }
 }
 

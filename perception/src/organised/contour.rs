@@ -43,7 +43,8 @@ pub(super) fn rings(
 }
 
 /// Follows the pixel edges around the face from the left edge of `start`, keeping the face on
-/// the right hand; returns the pixels passed. Marks the left edges passed in `seen`.
+/// the right hand; returns the pixels passed, but for those inside of a straight row: no chord has
+/// them farther off than both ends. Marks the left edges passed in `seen`.
 fn trace(
     label: u16,
     labels: &[u16],
@@ -60,6 +61,7 @@ fn trace(
     };
     let step = |(u, v): (i64, i64), d: usize| (u + STEPS[d].0, v + STEPS[d].1);
     let (mut pixel, mut heading) = (start, 0);
+    let (mut last, mut way) = (None, (0, 0));
     let mut ring = Vec::new();
     loop {
         if heading == 0 {
@@ -69,9 +71,15 @@ fn trace(
             }
             seen.set(u, v);
         }
-        let p = Point2::new(pixel.0 as f64, pixel.1 as f64);
-        if ring.last() != Some(&p) {
-            ring.push(p);
+        if last != Some(pixel) {
+            // Of pixels in a row the last one stands for those between.
+            let from: (i64, i64) = last.unwrap_or(pixel);
+            let next = (pixel.0 - from.0, pixel.1 - from.1);
+            if next == way && ring.len() > 1 {
+                ring.pop();
+            }
+            ring.push(Point2::new(pixel.0 as f64, pixel.1 as f64));
+            (last, way) = (Some(pixel), next);
         }
         // `pixel` lies on the right of the edge walked. What is ahead of it, and left of that,
         // decides: turn left, go straight, or turn right around the pixel.

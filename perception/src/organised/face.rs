@@ -23,9 +23,7 @@ pub(super) fn faces(labels: &[u16], width: usize) -> Vec<Face> {
         while u < width {
             let label = line[u];
             let start = u;
-            while u < width && line[u] == label {
-                u += 1;
-            }
+            u += same(&line[u..]);
             if label != NONE {
                 parent.push(runs.len());
                 runs.push((v as u32, start as u32, u as u32, label));
@@ -65,6 +63,16 @@ pub(super) fn faces(labels: &[u16], width: usize) -> Vec<Face> {
         faces[index[r]].runs.push((v, a, b));
     }
     faces
+}
+
+/// How many labels are as the first one.
+fn same(line: &[u16]) -> usize {
+    let Some(&first) = line.first() else { return 0 };
+    // Sixteen at once as long as all agree.
+    let agree = |chunk: &&[u16; 16]| chunk.iter().fold(0, |all, label| all | (label ^ first)) == 0;
+    let whole = 16 * line.as_chunks().0.iter().take_while(agree).count();
+    let rest = line[whole..].iter().take_while(|label| **label == first);
+    whole + rest.count()
 }
 
 fn root(parent: &mut [usize], mut i: usize) -> usize {

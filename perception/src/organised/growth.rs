@@ -158,11 +158,14 @@ pub(super) fn grow(
     let mut regions = Vec::new();
     for key in seeds {
         let seed = (key & u64::from(u32::MAX)) as usize;
-        let block = || std::iter::once(seed).chain(grid.neighbours(seed, true));
-        if block().any(|i| taken[i]) {
+        let (above, below) = (seed - grid.cols, seed + grid.cols);
+        let [a, b, c] = [above, seed, below].map(|i| [i - 1, i, i + 1]);
+        // The seed, its sides, its corners.
+        let block = [b[1], a[1], b[0], b[2], c[1], a[0], a[2], c[0], c[2]];
+        if block.iter().any(|&i| taken[i]) {
             continue;
         }
-        if let Some(region) = grow_one(grid, &cells, &mut taken, block().collect(), config) {
+        if let Some(region) = grow_one(grid, &cells, &mut taken, block.to_vec(), config) {
             regions.push(region);
         }
     }
@@ -198,7 +201,7 @@ fn grow_one(
     // Twice: what the early planes refused, the final one may accept.
     for _ in 0..2 {
         while let Some(i) = queue.pop_front() {
-            for k in grid.neighbours(i, false) {
+            for k in grid.beside(i) {
                 if taken[k] || !fits(k, &plane) {
                     continue;
                 }

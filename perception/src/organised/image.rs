@@ -17,8 +17,9 @@ pub(super) struct InverseImage {
 }
 
 impl InverseImage {
-    /// The image of 1/z for points within `range_max_m` of the sensor (along the ray).
-    pub fn new(depth: &DepthImage, range_max_m: f64) -> Self {
+    /// The image of 1/z for points within `range_max_m` of the sensor (along the ray), in the room
+    /// of a vector that is no longer needed.
+    pub fn new(depth: &DepthImage, range_max_m: f64, mut inverse: Vec<f32>) -> Self {
         let k = depth.intrinsics;
         let (width, height) = (depth.width, depth.height);
         // |p| = z |ray| ≤ range  ⇔  w ≥ |ray| / range; |ray|² splits into a column's and a row's part.
@@ -29,7 +30,7 @@ impl InverseImage {
         };
         let (xx, yy) = (squares(width, k.fx, k.cx), squares(height, k.fy, k.cy));
         let zz = (1.0 / (range_max_m * range_max_m)) as f32;
-        let mut inverse = vec![0.0_f32; width * height];
+        inverse.resize(width * height, 0.0);
         let rows = inverse
             .chunks_exact_mut(width.max(1))
             .zip(depth.z_m.chunks_exact(width.max(1)));
@@ -61,30 +62,23 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// One pass over the pixels: the moments of every small cell.
-    pub fn new(image: &InverseImage) -> Self {
+    /// One pass over the pixels: the moments of every small cell, in the room of a vector that is no
+    /// longer needed.
+    pub fn new(image: &InverseImage, mut cells: Vec<Moments>) -> Self {
         let (cols, rows) = (image.width / CELL_PX, image.height / CELL_PX);
-        let mut cells = vec![Moments::default(); cols * rows];
-        if cols == 0 {
-            return Self {
-                cols,
-                rows,
-                size: CELL_PX,
-                cells,
-            };
-        }
-        let bands = image.w.chunks_exact(image.width * CELL_PX);
-        for (j, (row, band)) in cells.chunks_exact_mut(cols).zip(bands).enumerate() {
+        cells.resize(cols * rows, Moments::default());
+        let mut columns = Columns::new(cols * CELL_PX);
+        let bands = image.w.chunks_exact((image.width * CELL_PX).max(1));
+        for (j, (row, band)) in cells.chunks_exact_mut(cols.max(1)).zip(bands).enumerate() {
+            let lines = [0, 1, 2, 3].map(|k| &band[k * image.width..][..cols * CELL_PX]);
+            columns.sum(lines);
             let y0 = (j * CELL_PX) as f64 - image.centre.1;
             for (i, cell) in row.iter_mut().enumerate() {
                 let x0 = (i * CELL_PX) as f64 - image.centre.0;
-                let line = |k: usize| {
-                    let start = k * image.width + i * CELL_PX;
-                    let mut line = [0.0; CELL_PX];
-                    line.copy_from_slice(&band[start..start + CELL_PX]);
-                    line
-                };
-                *cell = moments(&[line(0), line(1), line(2), line(3)], x0, y0);
+                *cell = columns.cell(i, x0, y0).unwrap_or_else(|| {
+                    let line = |k: usize| lines[k].as_chunks().0[i];
+                    holed([0, 1, 2, 3].map(line), x0, y0)
+                });
             }
         }
         Self {
@@ -95,21 +89,17 @@ impl Grid {
         }
     }
 
-    /// The grid of cells twice as large.
-    pub fn coarser(&self) -> Self {
+    /// The grid of cells twice as large, in the room of a vector that is no longer needed.
+    pub fn coarser(&self, mut cells: Vec<Moments>) -> Self {
         let (cols, rows) = (self.cols / 2, self.rows / 2);
-        let mut cells = vec![Moments::default(); cols * rows];
-        for (i, cell) in cells.iter_mut().enumerate() {
-            let corner = 2 * (i / cols) * self.cols + 2 * (i % cols);
-            for k in [
-                corner,
-                corner + 1,
-                corner + self.cols,
-                corner + self.cols + 1,
-            ] {
-                if let Some(small) = self.cells.get(k) {
-                    cell.add(small, 1.0);
-                }
+        cells.resize(cols * rows, Moments::default());
+        let bands = self.cells.chunks_exact((2 * self.cols).max(1));
+        for (row, band) in cells.chunks_exact_mut(cols.max(1)).zip(bands) {
+            let (above, below) = band.split_at(self.cols);
+            let (above, below) = (above.as_chunks().0, below.as_chunks().0);
+            for (cell, ([a, b], [c, d])) in row.iter_mut().zip(above.iter().zip(below)) {
+                *cell = *a;
+                [b, c, d].iter().for_each(|part| cell.add(part, 1.0));
             }
         }
         Self {
@@ -120,80 +110,127 @@ impl Grid {
         }
     }
 
-    /// The cells that touch cell `i` by a side (4) or also by a corner (8).
-    pub fn neighbours(&self, i: usize, corners: bool) -> impl Iterator<Item = usize> + use<> {
-        const AROUND: [(i32, i32); 8] = [
-            (0, -1),
-            (-1, 0),
-            (1, 0),
-            (0, 1),
-            (-1, -1),
-            (1, -1),
-            (-1, 1),
-            (1, 1),
-        ];
+    /// The cells that touch cell `i` by a side.
+    pub fn beside(&self, i: usize) -> impl Iterator<Item = usize> + use<> {
         // 32 bits divide in half the time, and a grid has far fewer cells.
-        let (cols, rows) = (self.cols as i32, self.rows as i32);
-        let (x, y) = (i as i32 % cols, i as i32 / cols);
-        let count = if corners { 8 } else { 4 };
-        AROUND.into_iter().take(count).filter_map(move |(dx, dy)| {
-            let (x, y) = (x + dx, y + dy);
-            ((0..cols).contains(&x) && (0..rows).contains(&y)).then(|| (y * cols + x) as usize)
+        let x = (i as u32 % self.cols as u32) as usize;
+        [
+            (i >= self.cols, i.wrapping_sub(self.cols)),
+            (x > 0, i.wrapping_sub(1)),
+            (x + 1 < self.cols, i + 1),
+            (i + self.cols < self.cells.len(), i + self.cols),
+        ]
+        .into_iter()
+        .filter_map(|(is, k)| is.then_some(k))
+    }
+}
+
+/// Sums down the columns of a row of cells, of the differences to one pixel of each cell: small
+/// numbers, for which 32 bits do.
+struct Columns {
+    /// The pixel that is subtracted.
+    base: Vec<f32>,
+    /// Σ w, Σ w² and Σ k w, k the row in the cell.
+    sum: Vec<f32>,
+    square: Vec<f32>,
+    down: Vec<f32>,
+    /// The least, 0 where a pixel is missing.
+    least: Vec<f32>,
+}
+
+impl Columns {
+    fn new(width: usize) -> Self {
+        let [base, sum, square, down, least] = [0; 5].map(|_| vec![0.0; width]);
+        Self {
+            base,
+            sum,
+            square,
+            down,
+            least,
+        }
+    }
+
+    fn sum(&mut self, [a, b, c, d]: [&[f32]; CELL_PX]) {
+        let cells = self.base.as_chunks_mut().0;
+        for (base, line) in cells.iter_mut().zip(a.as_chunks().0) {
+            let [first, ..]: [f32; CELL_PX] = *line;
+            *base = [first; CELL_PX];
+        }
+        // Of one length, so that the compiler takes as many columns at once as there are lanes.
+        let n = self.base.len();
+        let (base, sum, square) = (&self.base[..n], &mut self.sum[..n], &mut self.square[..n]);
+        let (down, least) = (&mut self.down[..n], &mut self.least[..n]);
+        let (a, b, c, d) = (&a[..n], &b[..n], &c[..n], &d[..n]);
+        for i in 0..n {
+            let [e, f, g, h] = [a[i], b[i], c[i], d[i]].map(|w| w - base[i]);
+            sum[i] = (e + f) + (g + h);
+            square[i] = (e * e + f * f) + (g * g + h * h);
+            down[i] = f + 2.0 * g + 3.0 * h;
+            let (ab, cd) = (lesser(a[i], b[i]), lesser(c[i], d[i]));
+            least[i] = lesser(ab, cd);
+        }
+    }
+
+    /// The moments of a cell's pixels, whose first is at (x0, y0), if all were measured.
+    fn cell(&self, i: usize, x0: f64, y0: f64) -> Option<Moments> {
+        let of = |sums: &[f32]| -> [f32; CELL_PX] { sums.as_chunks().0[i] };
+        let [a, b, c, d] = of(&self.least);
+        if lesser(lesser(a, b), lesser(c, d)) <= 0.0 {
+            return None;
+        }
+        let across = |line: [f32; CELL_PX]| f64::from((line[0] + line[1]) + (line[2] + line[3]));
+        let sums = of(&self.sum);
+        let along = f64::from(sums[1] + 2.0 * sums[2] + 3.0 * sums[3]);
+        let (w0, sum) = (f64::from(self.base[i * CELL_PX]), across(sums));
+        let (square, down) = (across(of(&self.square)), across(of(&self.down)));
+        // Of 16 pixels: Σ 1 = 16, Σ k = 24, Σ k² = 56, Σ j k = 36.
+        let (n, one, two, both) = (16.0, 24.0, 56.0, 36.0);
+        let w = sum + n * w0;
+        Some(Moments {
+            n,
+            u: one + n * x0,
+            v: one + n * y0,
+            uu: two + x0 * (2.0 * one + n * x0),
+            uv: both + one * (x0 + y0) + n * x0 * y0,
+            vv: two + y0 * (2.0 * one + n * y0),
+            w,
+            uw: along + one * w0 + w * x0,
+            vw: down + one * w0 + w * y0,
+            ww: square + w0 * (2.0 * sum + n * w0),
         })
     }
 }
 
-/// The moments of the pixels of one cell, whose first is at (x0, y0).
-fn moments(lines: &[[f32; CELL_PX]; CELL_PX], x0: f64, y0: f64) -> Moments {
-    let mut seen = [true; CELL_PX];
-    for line in lines {
-        for j in 0..CELL_PX {
-            seen[j] &= line[j] > 0.0;
-        }
-    }
-    if seen != [true; CELL_PX] {
-        let mut sums = Moments::default();
-        for (k, line) in lines.iter().enumerate() {
-            for (j, &w) in line.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-                sums.push(x0 + j as f64, y0 + k as f64, w.into());
-            }
-        }
+/// The moments of those of a cell's pixels that were measured; the first is at (x0, y0).
+pub(super) fn holed(lines: [[f32; CELL_PX]; CELL_PX], x0: f64, y0: f64) -> Moments {
+    let mut sums = Moments::default();
+    if lines.as_flattened().iter().all(|w| *w <= 0.0) {
         return sums;
     }
-    // Four columns at once, of the differences to one pixel: small numbers, for which 32 bits do.
-    let reference = lines[0][0];
-    let less = |line: &[f32; CELL_PX]| line.map(|w| w - reference);
-    let [a, b, c, d] = [0, 1, 2, 3].map(|k| less(&lines[k]));
-    let (mut sum, mut square, mut down) =
-        ([0.0_f32; CELL_PX], [0.0_f32; CELL_PX], [0.0_f32; CELL_PX]);
-    for j in 0..CELL_PX {
-        sum[j] = (a[j] + b[j]) + (c[j] + d[j]);
-        square[j] = (a[j] * a[j] + b[j] * b[j]) + (c[j] * c[j] + d[j] * d[j]);
-        down[j] = b[j] + 2.0 * c[j] + 3.0 * d[j];
+    // About the first pixel; what is missing adds nothing to the sums of w.
+    for (k, line) in (0..).zip(&lines) {
+        let k = f64::from(k);
+        let seen = line.map(|w| if w > 0.0 { 1.0 } else { 0.0 });
+        let w = line.map(f64::from);
+        let n = (seen[0] + seen[1]) + (seen[2] + seen[3]);
+        let j = seen[1] + 2.0 * seen[2] + 3.0 * seen[3];
+        let sum = (w[0] + w[1]) + (w[2] + w[3]);
+        sums.n += n;
+        sums.u += j;
+        sums.v += k * n;
+        sums.uu += seen[1] + 4.0 * seen[2] + 9.0 * seen[3];
+        sums.uv += k * j;
+        sums.vv += k * k * n;
+        sums.w += sum;
+        sums.uw += w[1] + 2.0 * w[2] + 3.0 * w[3];
+        sums.vw += k * sum;
+        sums.ww += (w[0] * w[0] + w[1] * w[1]) + (w[2] * w[2] + w[3] * w[3]);
     }
-    let across = |line: &[f32; CELL_PX]| f64::from((line[0] + line[1]) + (line[2] + line[3]));
-    let along = f64::from(sum[1] + 2.0 * sum[2] + 3.0 * sum[3]);
-    let (w0, sum, square, down) = (
-        f64::from(reference),
-        across(&sum),
-        across(&square),
-        across(&down),
-    );
-    // Of 16 pixels: Σ 1 = 16, Σ k = 24, Σ k² = 56, Σ j k = 36.
-    let (n, one, two, both) = (16.0, 24.0, 56.0, 36.0);
-    let w = sum + n * w0;
-    Moments {
-        n,
-        u: one + n * x0,
-        v: one + n * y0,
-        uu: two + x0 * (2.0 * one + n * x0),
-        uv: both + one * (x0 + y0) + n * x0 * y0,
-        vv: two + y0 * (2.0 * one + n * y0),
-        w,
-        uw: along + one * w0 + w * x0,
-        vw: down + one * w0 + w * y0,
-        ww: square + w0 * (2.0 * sum + n * w0),
-    }
+    sums.moved(x0, y0)
+}
+
+fn lesser(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
 }
 
 #[cfg(test)]
@@ -206,9 +243,9 @@ mod tests {
         for (k, j) in (0..CELL_PX).flat_map(|k| (0..CELL_PX).map(move |j| (k, j))) {
             lines[k][j] = 0.4 + 0.003 * j as f32 - 0.001 * (k * k) as f32;
         }
-        let mut holed = lines;
-        (holed[1][2], holed[3][0]) = (0.0, 0.0);
-        for lines in [lines, holed] {
+        let mut other = lines;
+        (other[1][2], other[3][0]) = (0.0, 0.0);
+        for lines in [lines, other] {
             let (x0, y0) = (-120.0, 76.0);
             let mut sums = Moments::default();
             for (k, line) in lines.iter().enumerate() {
@@ -216,7 +253,11 @@ mod tests {
                     sums.push(x0 + j as f64, y0 + k as f64, w.into());
                 }
             }
-            let got = moments(&lines, x0, y0);
+            let mut columns = Columns::new(CELL_PX);
+            columns.sum(lines.each_ref().map(<[f32; CELL_PX]>::as_slice));
+            let whole = columns.cell(0, x0, y0);
+            assert_eq!(whole.is_none(), sums.n < 16.0);
+            let got = whole.unwrap_or_else(|| holed(lines, x0, y0));
             for (a, b) in [
                 (got.n, sums.n),
                 (got.u, sums.u),

@@ -1,5 +1,7 @@
 //! Every pixel to the nearest of the planes around it.
 
+use nalgebra::Vector3;
+
 use super::bits::Bits;
 use super::growth::{CellNoise, Region};
 use super::image::{CELL_PX, Grid, InverseImage};
@@ -40,62 +42,79 @@ pub(super) fn label(
         .map(|region| region.plane.0.map(|x| x as f32).into())
         .collect();
     let mut painter = Painter::new(image, grid, planes, noise);
-    let mut done = vec![false; cells.len()];
     let mut several = Vec::new();
-    for ring in 0..=RINGS {
-        let around = around(grid, &cells, 1);
-        let mut next = cells.clone();
-        let mut cell = 0;
-        while cell < cells.len() {
-            // The grown cells first, then ring by ring what touches them.
-            if done[cell] || (ring == 0 && cells[cell] == NONE) || around[cell] == OPEN {
-                cell += 1;
-                continue;
-            }
-            let one = single(around[cell]);
-            if let Some(label) = one.filter(|_| cells[cell] != NONE) {
-                // As many cells of the row as have this plane and no other around.
-                let end = (cell / grid.cols + 1) * grid.cols;
-                let same = |i: &usize| !done[*i] && around[*i] == around[cell] && cells[*i] != NONE;
-                let count = (cell..end).take_while(same).count();
-                painter.run(cell, count, label);
-                done[cell..cell + count].fill(true);
-                cell += count;
-                continue;
-            }
-            done[cell] = true;
-            several.clear();
-            match one {
-                Some(label) => several.push(label),
-                None => distinct(grid, &cells, cell, 1, &mut several),
-            }
+    // The grown cells: as many of a row at once as have one plane and no other around.
+    let around = around(grid, &cells, 1);
+    let mut left = Vec::new();
+    let mut cell = 0;
+    while cell < cells.len() {
+        if cells[cell] == NONE {
+            left.push(cell);
+            cell += 1;
+        } else if let Some(label) = single(around[cell]) {
+            let end = (cell / grid.cols + 1) * grid.cols;
+            let all = around[cell..end].iter().zip(&cells[cell..end]);
+            let same = |(near, own): &(&u32, &u16)| **near == around[cell] && **own != NONE;
+            let count = all.take_while(same).count();
+            painter.run(cell, count, label);
+            cell += count;
+        } else {
+            distinct::<3>(grid, &cells, cell, &mut several);
             painter.cell(cell, &several);
-            if cells[cell] == NONE {
-                next[cell] = painter.most(cell, &several);
-            }
             cell += 1;
         }
-        cells = next;
+    }
+    // Then ring by ring what touches them.
+    for _ in 0..RINGS {
+        let mut more = Vec::new();
+        left.retain(|&cell| {
+            distinct::<3>(grid, &cells, cell, &mut several);
+            if !several.is_empty() {
+                painter.cell(cell, &several);
+                more.push((cell, painter.most(cell, &several)));
+            }
+            several.is_empty()
+        });
+        for (cell, label) in more {
+            cells[cell] = label;
+        }
     }
     let pixels = painter.pixels;
     (pixels, CellLabels(cells))
 }
 
-/// The labels of the cells within `r` of a cell, in ascending order.
-fn distinct(grid: &Grid, cells: &[u16], cell: usize, r: usize, labels: &mut Vec<u16>) {
-    let (x, y) = (cell % grid.cols, cell / grid.cols);
+/// The labels of the `N` × `N` cells around a cell, in ascending order.
+fn distinct<const N: usize>(grid: &Grid, cells: &[u16], cell: usize, labels: &mut Vec<u16>) {
+    let (x, y) = (
+        cell as u32 % grid.cols as u32,
+        cell as u32 / grid.cols as u32,
+    );
+    let (x, y, r) = (x as usize, y as usize, N / 2);
+    labels.clear();
     let mut last = NONE;
+    let mut add = |label: u16| {
+        if label != last && label != NONE && !labels.contains(&label) {
+            labels.push(label);
+        }
+        last = label;
+    };
+    let (left, right) = (x.saturating_sub(r), (x + r + 1).min(grid.cols));
+    let mut before = [NONE; N];
     for y in y.saturating_sub(r)..(y + r + 1).min(grid.rows) {
-        let row = y * grid.cols;
-        let columns = row + x.saturating_sub(r)..row + (x + r + 1).min(grid.cols);
-        for &label in &cells[columns] {
-            if label != NONE && label != last && !labels.contains(&label) {
-                labels.push(label);
+        let row = &cells[y * grid.cols..][left..right];
+        match row.first_chunk::<N>() {
+            // Rows are often alike.
+            Some(row) if *row == before => {}
+            Some(row) => {
+                row.iter().for_each(|label| add(*label));
+                before = *row;
             }
-            last = label;
+            None => row.iter().for_each(|label| add(*label)),
         }
     }
-    labels.sort_unstable();
+    if labels.len() > 1 {
+        labels.sort_unstable();
+    }
 }
 
 /// What the labels of the cells within `r` of each cell have in common, those without one left out.
@@ -127,42 +146,37 @@ pub(super) fn drop_doubtful(
     let near = around(grid, &cells.0, 2);
     let ratio = doubt * noise.systematic_ratio;
     let mixed = |cell: &usize| near[*cell] != OPEN && single(near[*cell]).is_none();
-    let mut planes = Vec::new();
+    let (mut planes, mut doubtful) = (Vec::new(), Vec::new());
     for cell in (0..near.len()).filter(mixed) {
         let (x, y) = (cell % grid.cols, cell / grid.cols);
-        planes.clear();
-        distinct(grid, &cells.0, cell, 2, &mut planes);
+        distinct::<5>(grid, &cells.0, cell, &mut planes);
         let (u0, v0) = (x * CELL_PX, y * CELL_PX);
-        let at = |label: u16, u: usize, v: usize| {
-            let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
-            regions[usize::from(label)].plane.at(x, y)
-        };
+        let (x0, y0) = (u0 as f64 - image.centre.0, v0 as f64 - image.centre.1);
+        let plane = |label: u16| regions[usize::from(label)].plane;
         // Where two planes are apart by more than the limit at all corners, to the same side, they
         // are in the whole cell: both differences are linear.
-        let close = |&(a, b): &(u16, u16)| {
-            let last = CELL_PX - 1;
-            let corners = [
-                (u0, v0),
-                (u0 + last, v0),
-                (u0, v0 + last),
-                (u0 + last, v0 + last),
-            ];
-            let [above, below] = corners.iter().fold([true; 2], |[above, below], &(u, v)| {
-                let (w, other) = (at(a, u, v), at(b, u, v));
-                [
-                    above && other - w >= ratio * w,
-                    below && w - other >= ratio * w,
-                ]
-            });
-            !above && !below
+        let close = |&(own, other): &(u16, u16)| {
+            let (own, other) = (plane(own).0, plane(other).0);
+            let last = (CELL_PX - 1) as f64;
+            let positive = |difference: Vector3<f64>| {
+                let [a, b, c]: [f64; 3] = difference.into();
+                let least = (a * last).min(0.0) + (b * last).min(0.0);
+                a * x0 + b * y0 + c + least >= 0.0
+            };
+            !positive(other - own * (1.0 + ratio)) && !positive(own * (1.0 - ratio) - other)
         };
         let pairs = planes
             .iter()
             .flat_map(|&a| planes.iter().map(move |&b| (a, b)));
-        let doubtful: Vec<(u16, u16)> = pairs.filter(|(a, b)| a != b).filter(close).collect();
+        doubtful.clear();
+        doubtful.extend(pairs.filter(|(a, b)| a != b).filter(close));
         if doubtful.is_empty() {
             continue;
         }
+        let at = |label: u16, u: usize, v: usize| {
+            let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
+            plane(label).at(x, y)
+        };
         for (u, v) in (v0..v0 + CELL_PX).flat_map(|v| (u0..u0 + CELL_PX).map(move |u| (u, v))) {
             let label = labels[v * image.width + u];
             let mut others = doubtful.iter().filter(|(own, _)| *own == label);

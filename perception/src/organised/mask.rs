@@ -61,7 +61,7 @@ impl MaskConfig {
     }
 }
 
-/// The labels with small gaps closed along rows, then along columns.
+/// Closes small gaps of the labels along rows, then along columns; returns the pixels still without.
 ///
 /// A gap is closed where it is bounded by the same label on both sides and holds nothing that
 /// contradicts the plane: unmeasured pixels and outliers near the plane, never another label.
@@ -71,7 +71,7 @@ pub(super) fn close(
     labels: &mut [u16],
     noise: &Noise,
     gap_px: usize,
-) {
+) -> Bits {
     let width = image.width;
     let agrees = |i: usize, label: u16| {
         let w = f64::from(image.w[i]);
@@ -85,23 +85,13 @@ pub(super) fn close(
         let e = regions[usize::from(label)].plane.at(x, y) - w;
         e * e <= CellNoise::at(noise, w).square(5.0, 3.0)
     };
-    // From a labelled pixel back over the unlabelled ones before it.
-    let fill = |labels: &mut [u16], i: usize, step: usize, before: usize| {
-        let label = labels[i];
-        let mut steps = 1..=before.min(gap_px + 1);
-        let Some(gap) = steps.find(|k| labels[i - k * step] != NONE) else {
-            return;
-        };
-        if labels[i - gap * step] == label && (1..gap).all(|k| agrees(i - k * step, label)) {
-            (1..gap).for_each(|k| labels[i - k * step] = label);
-        }
-    };
-    // Along the rows, then down the columns: where a label follows on none.
+    let mut none = Bits::new(width, image.height, |v, words| {
+        let line = &labels[v * width..(v + 1) * width];
+        pack(line, line, words, |label, _| label == NONE);
+    });
+    // Along the rows, then down the columns: where a label follows on none, from it back over the
+    // unlabelled pixels before it.
     for down in [false, true] {
-        let none = Bits::new(width, image.height, |v, words| {
-            let line = &labels[v * width..(v + 1) * width];
-            pack(line, line, words, |label, _| label == NONE);
-        });
         // None is before the first column, or row; it is not before what is beyond.
         let after = if down {
             none.clone().shifted_down()
@@ -109,35 +99,39 @@ pub(super) fn close(
             none.clone().shifted_along()
         };
         let step = if down { width } else { 1 };
-        after.and(&none.not()).for_each(|u, v| {
-            fill(labels, v * width + u, step, if down { v } else { u });
+        after.and(&none.clone().not()).for_each(|u, v| {
+            let i = v * width + u;
+            let (label, before) = (labels[i], if down { v } else { u });
+            let mut steps = 1..=before.min(gap_px + 1);
+            let Some(gap) = steps.find(|k| labels[i - k * step] != NONE) else {
+                return;
+            };
+            if labels[i - gap * step] == label && (1..gap).all(|k| agrees(i - k * step, label)) {
+                for k in 1..gap {
+                    labels[i - k * step] = label;
+                    let (u, v) = if down { (u, v - k) } else { (u - k, v) };
+                    none.clear(u, v);
+                }
+            }
         });
     }
+    none
 }
 
 /// The pixels that surely lie on their face.
 ///
 /// Every face loses its outermost `unseen_px` pixels where it ends at unmeasured ones, and
 /// `seen_px` where another surface is beside it (in the maximum norm). Nothing is taken off at the
-/// border of the image, where only the view ends.
+/// border of the image, where only the view ends. `none` are the pixels without a label.
 pub(super) fn erode(
     image: &InverseImage,
-    labels: &[u16],
+    none: Bits,
     links: &Links,
     unseen_px: usize,
     seen_px: usize,
 ) -> Bits {
-    let (width, height) = (image.width, image.height);
-    let line = |v: usize| v * width..(v + 1) * width;
-    let unmeasured = Bits::new(width, height, |v, words| {
-        let (labels, w) = (&labels[line(v)], &image.w[line(v)]);
-        pack(labels, w, words, |label, w| (label == NONE) & (w == 0.0));
-    });
-    let labelled = Bits::new(width, height, |v, words| {
-        pack(&labels[line(v)], &labels[line(v)], words, |label, _| {
-            label != NONE
-        });
-    });
+    let unmeasured = none.clone().filter(&image.w, |w| w == 0.0);
+    let labelled = none.not();
     let seen = links.through(&unmeasured).uniform(seen_px);
     labelled.and(&seen).and(&links.uniform(unseen_px))
 }
@@ -190,9 +184,12 @@ mod tests {
             .bytes()
             .map(|b| if b == b'.' { 0.0 } else { 1.0 })
             .collect();
-        let mut eroded = labels.clone();
         let links = Links::new(&labels, row.len(), 3);
-        erode(&image(row.len(), w), &labels, &links, 1, 2).keep(&mut eroded);
+        let none = Bits::new(row.len(), 3, |v, words| {
+            let line = &labels[v * row.len()..][..row.len()];
+            pack(line, line, words, |label, _| label == NONE);
+        });
+        let eroded = erode(&image(row.len(), w), none, &links, 1, 2).kept(&labels);
         let expected = "aaa....bbb....".repeat(3);
         for (i, (&label, want)) in eroded.iter().zip(expected.bytes()).enumerate() {
             let got = match label {
@@ -223,8 +220,7 @@ mod tests {
                 label != NONE
             });
         });
-        let mut opened = labels.clone();
-        open(sure, &links, 1).keep(&mut opened);
+        let opened = open(sure, &links, 1).kept(&labels);
         for (i, (&before, &after)) in labels.iter().zip(&opened).enumerate() {
             let expected = if i % 11 < 7 { before } else { NONE };
             assert_eq!(after, expected, "pixel {i}");

@@ -197,40 +197,67 @@ const STEP_OF_MISFIT: f64 = 5.0;
 /// The common borders of all regions: pairs of their cells that are at most three apart with no
 /// cell of another region between.
 fn borders(grid: &Grid, regions: &[Region]) -> Borders {
-    const FREE: usize = usize::MAX;
+    const FREE: u32 = u32::MAX;
     let mut owner = vec![FREE; grid.cells.len()];
-    for (r, region) in regions.iter().enumerate() {
+    for (region, r) in regions.iter().zip(0..) {
         region.cells.iter().for_each(|&cell| owner[cell] = r);
     }
-    let mut borders = Borders::new();
+    // Of each region, those with the regions after it.
+    let mut found: Vec<Vec<(u32, Border)>> = vec![Vec::new(); regions.len()];
     let (cols, rows) = (grid.cols, grid.rows);
-    for (i, &a) in owner.iter().enumerate().filter(|(_, a)| **a != FREE) {
-        let (x, y) = (i % cols, i / cols);
-        // To the right, down, and down to the right and left: how far the grid goes, and the step.
-        let (right, down) = (cols - 1 - x, rows - 1 - y);
-        let ways = [
-            (right, 1),
-            (down, cols),
-            (right.min(down), cols + 1),
-            (x.min(down), cols - 1),
-        ];
-        for (most, step) in ways {
-            // Inside of a region.
-            if most > 0 && owner[i + step] == a {
-                continue;
-            }
-            let mut ahead = (1..=most.min(3)).map(|k| i + k * step);
-            let Some(j) = ahead.find(|&j| owner[j] != FREE).filter(|&j| owner[j] != a) else {
-                continue;
-            };
-            let b = owner[j];
-            let (first, second) = if a < b { (i, j) } else { (j, i) };
-            let (first, second) = (&grid.cells[first], &grid.cells[second]);
-            if first.n > 0.0 && second.n > 0.0 {
-                let border = borders.entry((a.min(b), a.max(b))).or_default();
-                border.push(first, second);
+    // Of a row, the cells with no other region on the right, below, and below on the right and left.
+    let mut inside = vec![false; cols];
+    for y in 0..rows {
+        let (here, below) = owner[y * cols..].split_at(cols);
+        inside_of(here, below.get(..cols).unwrap_or_default(), &mut inside);
+        let outer = (0..cols).filter(|&x| here[x] != FREE && !inside[x]);
+        for x in outer {
+            let (a, i) = (here[x], y * cols + x);
+            let (right, down) = (cols - 1 - x, rows - 1 - y);
+            // To the right, down, and down to the right and left: how far the grid goes, and the step.
+            let ways = [
+                (right, 1),
+                (down, cols),
+                (right.min(down), cols + 1),
+                (x.min(down), cols - 1),
+            ];
+            for (most, step) in ways {
+                let mut ahead = (1..=most.min(3)).map(|k| i + k * step);
+                let Some(j) = ahead.find(|&j| owner[j] != FREE).filter(|&j| owner[j] != a) else {
+                    continue;
+                };
+                let b = owner[j];
+                let (first, second) = if a < b { (i, j) } else { (j, i) };
+                let (first, second) = (&grid.cells[first], &grid.cells[second]);
+                if first.n > 0.0 && second.n > 0.0 {
+                    let (low, high) = (a.min(b) as usize, a.max(b));
+                    let known = found[low].iter().position(|(other, _)| *other == high);
+                    let k = known.unwrap_or_else(|| {
+                        found[low].push((high, Border::default()));
+                        found[low].len() - 1
+                    });
+                    found[low][k].1.push(first, second);
+                }
             }
         }
     }
-    borders
+    let pairs = found.into_iter().enumerate().flat_map(|(low, others)| {
+        let pair = move |(high, border): (u32, Border)| ((low, high as usize), border);
+        others.into_iter().map(pair)
+    });
+    pairs.collect()
+}
+
+/// Whether each cell is as those to the right, down, and down to the right and left.
+fn inside_of(here: &[u32], below: &[u32], inside: &mut [bool]) {
+    inside.fill(false);
+    let Some(n) = here.len().checked_sub(2).filter(|_| !below.is_empty()) else {
+        return;
+    };
+    let (left, down, other) = (&below[..n], &below[1..=n], &below[2..]);
+    let (here, right, inside) = (&here[1..=n], &here[2..], &mut inside[1..=n]);
+    for i in 0..n {
+        let differs = (right[i] ^ here[i]) | (left[i] ^ here[i]);
+        inside[i] = differs | (down[i] ^ here[i]) | (other[i] ^ here[i]) == 0;
+    }
 }

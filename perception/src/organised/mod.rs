@@ -21,6 +21,8 @@ mod outline;
 mod plane;
 mod window;
 
+use std::cell::Cell;
+
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use surfaces::{Source, Surface};
@@ -39,6 +41,7 @@ use crate::sensor::Noise;
 use bits::{Bits, Links};
 use growth::{Region, grow};
 use image::{Grid, InverseImage};
+use moments::Moments;
 
 /// Parameters of the organised path, a table a step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -66,6 +69,24 @@ impl OrganisedConfig {
     }
 }
 
+/// What the last image of a thread took: to be given megabytes anew takes longer than to fill them.
+#[derive(Default)]
+struct Room {
+    inverse: Vec<f32>,
+    small: Vec<Moments>,
+    large: Vec<Moments>,
+}
+
+thread_local! {
+    static ROOM: Cell<Room> = const {
+        Cell::new(Room {
+            inverse: Vec::new(),
+            small: Vec::new(),
+            large: Vec::new(),
+        })
+    };
+}
+
 /// The planar surfaces of a depth image taken from `X_WV`.
 #[allow(non_snake_case)]
 pub(crate) fn extract(
@@ -76,11 +97,12 @@ pub(crate) fn extract(
     config: &OrganisedConfig,
 ) -> Extraction {
     // 1. Inverse depth, and one pass to the moments of its cells.
-    let image = InverseImage::new(depth, range_max_m);
-    let small = Grid::new(&image);
+    let room = ROOM.take();
+    let image = InverseImage::new(depth, range_max_m, room.inverse);
+    let small = Grid::new(&image, room.small);
 
     // 2. Regions over large cells, merged where one plane explains two neighbours.
-    let large = small.coarser();
+    let large = small.coarser(room.large);
     let grown = grow(&large, &|_| true, noise, &config.growth);
     let regions = grown
         .into_iter()
@@ -105,19 +127,19 @@ pub(crate) fn extract(
     // 5. Every pixel to the nearest of the planes around it; gaps closed.
     let (mut labels, cells) = labels::label(&image, &small, &regions, noise);
     let mask = &config.mask;
-    mask::close(&image, &regions, &mut labels, noise, mask.gap_px);
+    let none = mask::close(&image, &regions, &mut labels, noise, mask.gap_px);
 
     // 6. The pixels that surely lie on their face: edges taken off, doubtful borders, necks.
     let links = Links::new(&labels, image.width, image.height);
+    let assigned = labels.len() - none.count();
     let (unseen, seen) = (mask.edge_unseen_px, mask.edge_seen_px);
-    let mut sure = mask::erode(&image, &labels, &links, unseen, seen);
+    let mut sure = mask::erode(&image, none, &links, unseen, seen);
     let doubt = mask.doubt_systematics;
     labels::drop_doubtful(
         &image, &small, &regions, &cells, &labels, &mut sure, doubt, noise,
     );
     let sure = mask::open(sure, &links, mask.neck_px);
-    let mut faces = labels.clone();
-    sure.keep(&mut faces);
+    let faces = sure.kept(&labels);
 
     // 7. The final planes, fitted to the pixels that surely lie on their face.
     let planes = plane::fit(&image, &small, &faces, regions.len(), noise);
@@ -173,7 +195,7 @@ pub(crate) fn extract(
         used: positive(&image.w),
         regions: regions.len(),
         planes: planes.iter().flatten().count(),
-        assigned: count(labels.iter().map(|&label| label != labels::NONE)),
+        assigned,
     };
     let segmentation = Segmentation {
         width: image.width,
@@ -185,6 +207,11 @@ pub(crate) fn extract(
             .map(|p| p.map(|p| (-p.normal, p.distance)))
             .collect(),
     };
+    ROOM.set(Room {
+        inverse: image.w,
+        small: small.cells,
+        large: large.cells,
+    });
     Extraction {
         surfaces,
         obstacles,
@@ -194,12 +221,8 @@ pub(crate) fn extract(
 }
 
 fn positive(values: &[f32]) -> usize {
-    count(values.iter().map(|&x| x > 0.0))
-}
-
-/// How many there are; in 32 bits, of which four fit side by side.
-fn count(all: impl Iterator<Item = bool>) -> usize {
-    all.map(u32::from).sum::<u32>() as usize
+    // In 32 bits, of which four fit side by side.
+    values.iter().map(|&x| u32::from(x > 0.0)).sum::<u32>() as usize
 }
 
 /// A region's cells on the grid that is twice as fine.

@@ -37,6 +37,7 @@ pub(super) struct Moments {
 
 impl Moments {
     /// Adds one pixel.
+    #[cfg(test)]
     pub fn push(&mut self, u: f64, v: f64, w: f64) {
         self.n += 1.0;
         self.u += u;
@@ -62,6 +63,20 @@ impl Moments {
         self.uw += weight * other.uw;
         self.vw += weight * other.vw;
         self.ww += weight * other.ww;
+    }
+
+    /// The same pixels, each at (x, y) from where it was.
+    pub fn moved(&self, x: f64, y: f64) -> Self {
+        Self {
+            u: self.u + self.n * x,
+            v: self.v + self.n * y,
+            uu: self.uu + x * (2.0 * self.u + self.n * x),
+            uv: self.uv + x * self.v + y * self.u + self.n * x * y,
+            vv: self.vv + y * (2.0 * self.v + self.n * y),
+            uw: self.uw + x * self.w,
+            vw: self.vw + y * self.w,
+            ..*self
+        }
     }
 
     /// Mean inverse depth, 1/m.

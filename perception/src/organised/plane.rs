@@ -4,7 +4,7 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Point3, Rotation2, Vector2, Vector3};
 
 use super::growth::CellNoise;
-use super::image::{CELL_PX, Grid, InverseImage};
+use super::image::{CELL_PX, Grid, InverseImage, holed};
 use super::labels::NONE;
 use super::moments::{InversePlane, Moments};
 use crate::sensor::Noise;
@@ -60,7 +60,7 @@ pub(super) fn fit(
     let mut weighted = vec![Moments::default(); count];
     // The same pixels, weighted to give squares of distances along the normal: d (ŵ − w) / w.
     let mut metric = vec![Moments::default(); count];
-    let mut number = vec![0_usize; count];
+    let mut number = vec![0.0; count];
     for_cells(image, grid, labels, |label, chunk| {
         let w = chunk.mean();
         let noise = CellNoise::at(noise, w);
@@ -68,14 +68,15 @@ pub(super) fn fit(
             area_noise * noise.sigma.powi(2) + area_systematic * noise.systematic.powi(2);
         weighted[label].add(chunk, 1.0 / variance);
         metric[label].add(chunk, 1.0 / (w * w));
-        number[label] += chunk.n as usize;
+        number[label] += chunk.n;
     });
     let k = image.intrinsics;
     weighted
         .iter()
         .zip(&metric)
         .zip(&number)
-        .map(|((moments, metric), &inliers)| {
+        .map(|((moments, metric), &number)| {
+            let inliers = number as usize;
             let inverse = moments.plane().filter(|_| inliers >= 16)?;
             let [a, b, c] = [inverse.0.x, inverse.0.y, inverse.0.z];
             // n/d on the ray (x, y, 1): u = fx x + cx − centre.
@@ -90,7 +91,7 @@ pub(super) fn fit(
                 distance,
                 inverse,
                 inliers,
-                rms_m: (square / inliers as f64).sqrt(),
+                rms_m: (square / number).sqrt(),
             })
         })
         .collect()
@@ -103,35 +104,46 @@ fn for_cells(
     labels: &[u16],
     mut with: impl FnMut(usize, &Moments),
 ) {
-    let mut parts: Vec<(u16, Moments)> = Vec::new();
-    for (cell, whole) in grid.cells.iter().enumerate() {
-        let (u0, v0) = ((cell % grid.cols) * CELL_PX, (cell / grid.cols) * CELL_PX);
-        let rows = || (v0..v0 + CELL_PX).map(|v| v * image.width + u0);
-        let first = labels[v0 * image.width + u0];
-        if rows().all(|start| labels[start..start + CELL_PX] == [first; CELL_PX]) {
-            if first != NONE && whole.n > 0.0 {
-                with(usize::from(first), whole);
-            }
-            continue;
-        }
-        parts.clear();
-        for (v, start) in (v0..).zip(rows()) {
-            for u in 0..CELL_PX {
-                let (label, w) = (labels[start + u], f64::from(image.w[start + u]));
-                if label == NONE || w <= 0.0 {
-                    continue;
+    let band = image.width * CELL_PX;
+    let bands = (labels.chunks_exact(band.max(1))).zip(image.w.chunks_exact(band.max(1)));
+    let rows = grid.cells.chunks_exact(grid.cols.max(1));
+    let mut there = Vec::new();
+    for ((labels, w), (cells, v0)) in bands.zip(rows.zip((0..).step_by(CELL_PX))) {
+        let line = |k: usize| labels[k * image.width..][..image.width].as_chunks().0;
+        let lines = line(0).iter().zip(line(1)).zip(line(2)).zip(line(3));
+        for ((i, whole), (((a, b), c), d)) in cells.iter().enumerate().zip(lines) {
+            let lines: [&[u16; CELL_PX]; CELL_PX] = [a, b, c, d];
+            let first = a[0];
+            if lines.iter().all(|line| **line == [first; CELL_PX]) {
+                if first != NONE && whole.n > 0.0 {
+                    with(usize::from(first), whole);
                 }
-                let k = parts.iter().position(|(l, _)| *l == label);
-                let k = k.unwrap_or_else(|| {
-                    parts.push((label, Moments::default()));
-                    parts.len() - 1
-                });
-                let (x, y) = ((u0 + u) as f64, v as f64);
-                parts[k].1.push(x - image.centre.0, y - image.centre.1, w);
+                continue;
             }
-        }
-        for (label, part) in &parts {
-            with(usize::from(*label), part);
+            // The pixels of each label that is there, on their own.
+            there.clear();
+            for &label in lines.into_iter().flatten() {
+                if label != NONE && there.last() != Some(&label) && !there.contains(&label) {
+                    there.push(label);
+                }
+            }
+            let (x0, y0) = (
+                (i * CELL_PX) as f64 - image.centre.0,
+                f64::from(v0) - image.centre.1,
+            );
+            for &label in &there {
+                let mut parts = [[0.0; CELL_PX]; CELL_PX];
+                for (k, (part, line)) in parts.iter_mut().zip(lines).enumerate() {
+                    let w: &[f32; CELL_PX] = &w[k * image.width..].as_chunks().0[i];
+                    for j in 0..CELL_PX {
+                        part[j] = if line[j] == label { w[j] } else { 0.0 };
+                    }
+                }
+                let part = holed(parts, x0, y0);
+                if part.n > 0.0 {
+                    with(usize::from(label), &part);
+                }
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! One convex piece, grown from a point until the edges of the region stop it.
 
 use nalgebra::{Matrix2, Point2, Vector2};
-use surfaces::{ConvexPolygon, HalfPlane};
+use surfaces::HalfPlane;
 
 use super::ring::Ring;
 
@@ -26,6 +26,7 @@ pub(super) struct Region {
     hull: Ring,
     edges: Vec<Edge>,
     slack_m: f64,
+    scratch: Scratch,
 }
 
 impl Region {
@@ -36,11 +37,17 @@ impl Region {
             .filter(|(a, b)| a != b)
             .map(|(a, b)| HalfPlane::left_of(a, b))
             .collect();
-        let edges = Self::inside(edges, sides.iter(), slack_m);
+        // The parts of the edges that reach into the hull.
+        let inside = |edge: &Edge| {
+            let mut sides = sides.iter();
+            sides.try_fold(*edge, |edge, side| clipped(&edge, side, slack_m))
+        };
+        let edges = edges.iter().filter_map(inside).collect();
         Self {
             hull,
             edges,
             slack_m,
+            scratch: Scratch::default(),
         }
     }
 
@@ -58,7 +65,7 @@ impl Region {
     /// then again in that of the piece's own second moments, while it is worth more.
     ///
     /// Source: the alternation of [deits2015], with the moments in place of the inscribed ellipse.
-    pub fn grow(&self, seed: &Point2<f64>, worth: &dyn Fn(&Ring) -> f64) -> Option<Grown> {
+    pub fn grow(&mut self, seed: &Point2<f64>, worth: &dyn Fn(&Ring) -> f64) -> Option<Grown> {
         let mut best = self.inflate(seed, &Matrix2::identity())?;
         let mut most = worth(&best.ring);
         let mut about = best.ring.ellipse();
@@ -85,13 +92,11 @@ impl Region {
         let Some((centre, _)) = piece.ring.ellipse() else {
             return piece.ring;
         };
+        let mut polished = Ring::default();
+        let mut sides = Sides::new(&self.edges, &piece.cuts, self.slack_m);
         for _ in 0..POLISHES {
-            self.polish(&centre, &mut piece.cuts);
+            polished = self.polish(&centre, &mut piece.cuts, &mut sides);
         }
-        let polished = piece
-            .cuts
-            .iter()
-            .fold(self.hull.clone(), |ring, cut| ring.clip(cut));
         if worth(&polished) >= worth(&piece.ring) {
             polished
         } else {
@@ -101,28 +106,29 @@ impl Region {
 
     /// The hull, cut off at the nearest edge, then at the nearest edge left, and so on; near in
     /// the metric ‖M (p − c)‖. Returns the cuts too.
-    fn inflate(&self, centre: &Point2<f64>, metric: &Matrix2<f64>) -> Option<Grown> {
+    fn inflate(&mut self, centre: &Point2<f64>, metric: &Matrix2<f64>) -> Option<Grown> {
         let back = metric.try_inverse()?;
-        let mut piece = self.hull.clone();
+        let (piece, left) = (&mut self.scratch.piece, &mut self.scratch.ahead);
+        piece.copy(&self.hull);
         // In coordinates that make the metric Euclidean, each edge with its nearest point.
         let flat = |p: &Point2<f64>| Point2::from(metric * (p - centre));
-        let near = |a: &Point2<f64>, b: &Point2<f64>| closest(a, b, &Point2::origin()).coords;
-        let edges = self.edges.iter().map(|(a, b)| (flat(a), flat(b)));
-        let mut left: Vec<(Edge, Vector2<f64>)> =
-            edges.map(|(a, b)| ((a, b), near(&a, &b))).collect();
-        let mut cuts = Vec::new();
-        loop {
-            let nearest = left
+        left.clear();
+        left.extend(
+            self.edges
                 .iter()
-                .map(|(_, q)| *q)
-                .min_by(|p, q| p.norm_squared().total_cmp(&q.norm_squared()));
-            let Some(q) = nearest else { break };
+                .map(|(a, b)| Ahead::new((flat(a), flat(b)))),
+        );
+        let mut cuts = Vec::with_capacity(CUTS);
+        let mut nearest = Nearest::default();
+        left.iter().for_each(|ahead| nearest.take(ahead));
+        while let Some(q) = nearest.point {
             // Tangent to the ellipse through the nearest point.
             let out = metric.transpose() * q;
             let n = out.try_normalize(1e-12)?;
             let b = n.dot(&(centre + back * q).coords);
             let cut = HalfPlane { n, b };
-            piece = piece.clip(&cut);
+            piece.clip(&cut, &mut self.scratch.spare);
+            cuts.push(cut);
             // The same cut in those coordinates, where lengths along its normal are ‖M⁻ᵀ n‖.
             let length = q.norm();
             let flat = HalfPlane {
@@ -130,89 +136,182 @@ impl Region {
                 b: length,
             };
             let slack = self.slack_m * out.norm() / length;
-            left.retain_mut(|(edge, nearest)| match clipped(edge, &flat, slack) {
-                Some(kept) => {
-                    if kept != *edge {
-                        *edge = kept;
-                        *nearest = near(&edge.0, &edge.1);
-                    }
-                    true
-                }
-                None => false,
-            });
-            cuts.push(cut);
+            nearest = Nearest::default();
+            let mut kept = 0;
+            for i in 0..left.len() {
+                let ahead = &left[i];
+                let Some(edge) = clipped(&ahead.edge, &flat, slack) else {
+                    continue;
+                };
+                let ahead = if edge == ahead.edge {
+                    *ahead
+                } else {
+                    Ahead::new(edge)
+                };
+                nearest.take(&ahead);
+                left[kept] = ahead;
+                kept += 1;
+            }
+            left.truncate(kept);
         }
-        (piece.0.len() >= 3).then_some(Grown { ring: piece, cuts })
-    }
-
-    /// The parts of the edges that reach into all of the half-planes.
-    fn inside<'a>(
-        edges: &[Edge],
-        planes: impl Iterator<Item = &'a HalfPlane> + Clone,
-        slack_m: f64,
-    ) -> Vec<Edge> {
-        let within = |edge: &Edge| {
-            let mut planes = planes.clone();
-            planes.try_fold(*edge, |edge, plane| clipped(&edge, plane, slack_m))
-        };
-        edges.iter().filter_map(within).collect()
+        (piece.0.len() >= 3).then(|| Grown {
+            ring: piece.clone(),
+            cuts,
+        })
     }
 
     /// Replaces each cut by the one that keeps most among those that keep `centre` and keep out
-    /// the same edges: the lines through two of the corners that are then in the way.
-    fn polish(&self, centre: &Point2<f64>, cuts: &mut Vec<HalfPlane>) {
+    /// the same edges: the lines through two of the corners that are then in the way. Returns what
+    /// the cuts leave of the hull.
+    fn polish(
+        &self,
+        centre: &Point2<f64>,
+        cuts: &mut Vec<HalfPlane>,
+        sides: &mut Vec<Sides>,
+    ) -> Ring {
+        // What the cuts before this one leave of the hull.
+        let mut piece = self.hull.clone();
+        let mut around = Ring::default();
+        let (mut without, mut spare) = (Ring::default(), Ring::default());
+        let mut corners: Vec<Point2<f64>> = Vec::new();
         let mut i = 0;
         while i < cuts.len() {
-            let others = || (0..cuts.len()).filter(|&k| k != i).map(|k| &cuts[k]);
-            let without = others().fold(self.hull.clone(), |ring, cut| ring.clip(cut));
-            let old = without.clip(&cuts[i]).area();
+            without.copy(&piece);
+            for cut in &cuts[i + 1..] {
+                without.clip(cut, &mut spare);
+            }
+            let old = without.area_within(&cuts[i]);
             // Slivers are not worth it.
-            if without.area() - old < SLIVER * old {
-                i += 1;
-                continue;
+            if without.area() - old >= SLIVER * old {
+                corners.clear();
+                for (sides, edge) in sides.iter().zip(&self.edges) {
+                    if let Some((a, b)) = sides.clipped(edge, cuts, i, self.slack_m) {
+                        if corners.last() != Some(&a) {
+                            corners.push(a);
+                        }
+                        corners.push(b);
+                    }
+                }
+                if corners.is_empty() {
+                    cuts.remove(i);
+                    *sides = Sides::new(&self.edges, cuts, self.slack_m);
+                    continue;
+                }
+                around.hull(&mut corners);
+                if let Some((area, cut)) = best_cut(&without, &around, centre)
+                    && area > old * 1.001
+                {
+                    cuts[i] = cut;
+                    Sides::replace(sides, i, &self.edges, &cut, self.slack_m);
+                }
             }
-            let left = Self::inside(&self.edges, others(), self.slack_m);
-            if left.is_empty() {
-                cuts.remove(i);
-                continue;
-            }
-            if let Some((area, cut)) = best_cut(&without, &left, centre)
-                && area > old * 1.001
-            {
-                cuts[i] = cut;
-            }
+            piece.clip(&cuts[i], &mut spare);
             i += 1;
+        }
+        piece
+    }
+}
+
+/// On which side of the cuts an edge wholly lies, one bit a cut; of cuts after the last bit nothing
+/// is said.
+#[derive(Clone, Copy, Default)]
+struct Sides {
+    out: u64,
+    within: u64,
+}
+
+impl Sides {
+    /// Of all edges.
+    fn new(edges: &[Edge], cuts: &[HalfPlane], slack_m: f64) -> Vec<Self> {
+        let mut sides = vec![Self::default(); edges.len()];
+        for (i, cut) in cuts.iter().enumerate() {
+            Self::replace(&mut sides, i, edges, cut, slack_m);
+        }
+        sides
+    }
+
+    /// Says it of another cut `i`.
+    fn replace(sides: &mut [Self], i: usize, edges: &[Edge], cut: &HalfPlane, slack_m: f64) {
+        let bit = 1_u64.checked_shl(i as u32).unwrap_or(0);
+        for (sides, (a, b)) in sides.iter_mut().zip(edges) {
+            let (ha, hb) = (cut.value(a) + slack_m, cut.value(b) + slack_m);
+            let flag = |is: bool| if is { bit } else { 0 };
+            sides.out = sides.out & !bit | flag((ha >= 0.0) & (hb >= 0.0));
+            sides.within = sides.within & !bit | flag((ha <= 0.0) & (hb <= 0.0));
+        }
+    }
+
+    /// What of the edge reaches into all half-planes but `i`.
+    fn clipped(&self, edge: &Edge, cuts: &[HalfPlane], i: usize, slack_m: f64) -> Option<Edge> {
+        let but = 1_u64.checked_shl(i as u32).unwrap_or(0);
+        if self.out & !but != 0 {
+            return None;
+        }
+        let across = |k: usize| k != i && (k >= 64 || self.within >> k & 1 == 0);
+        let mut cuts = cuts.iter().enumerate().filter(|(k, _)| across(*k));
+        cuts.try_fold(*edge, |edge, (_, cut)| clipped(&edge, cut, slack_m))
+    }
+}
+
+/// Cuts that are made room for.
+const CUTS: usize = 16;
+
+/// Room that is used again.
+#[derive(Default)]
+struct Scratch {
+    ahead: Vec<Ahead>,
+    piece: Ring,
+    spare: Ring,
+}
+
+/// The nearest point of the edges ahead.
+#[derive(Default)]
+struct Nearest {
+    point: Option<Vector2<f64>>,
+    square: f64,
+}
+
+impl Nearest {
+    #[inline]
+    fn take(&mut self, ahead: &Ahead) {
+        if self.point.is_none() || ahead.square < self.square {
+            self.point = Some(ahead.nearest);
+            self.square = ahead.square;
         }
     }
 }
 
-/// The half-plane that keeps `centre` and most of the piece, and no inner point of the edges: of
-/// those along a side of the edges' convex hull.
-fn best_cut(piece: &Ring, edges: &[Edge], centre: &Point2<f64>) -> Option<(f64, HalfPlane)> {
-    let corners: Vec<Point2<f64>> = edges.iter().flat_map(|(a, b)| [*a, *b]).collect();
-    let sides = match ConvexPolygon::hull(&corners) {
-        Ok(hull) => hull.half_planes(),
-        // All on one line: it has two sides.
-        Err(_) => {
-            let first = corners.first()?;
-            let far = |a: &&Point2<f64>, b: &&Point2<f64>| {
-                (*a - first)
-                    .norm_squared()
-                    .total_cmp(&(*b - first).norm_squared())
-            };
-            let last = corners.iter().max_by(far).filter(|p| *p != first)?;
-            let side = HalfPlane::left_of(first, last);
-            vec![side, side.flipped()]
+/// An edge ahead of a growing piece, about its centre.
+#[derive(Clone, Copy)]
+struct Ahead {
+    edge: Edge,
+    /// The point of it that is nearest to the centre, and the square of its distance.
+    nearest: Vector2<f64>,
+    square: f64,
+}
+
+impl Ahead {
+    fn new(edge: Edge) -> Self {
+        let nearest = closest(&edge.0, &edge.1, &Point2::origin()).coords;
+        Self {
+            edge,
+            nearest,
+            square: nearest.norm_squared(),
         }
-    };
+    }
+}
+
+/// The half-plane that keeps `centre` and most of the piece, and no inner point of what is `around`
+/// the edges: of those along its sides.
+fn best_cut(piece: &Ring, around: &Ring, centre: &Point2<f64>) -> Option<(f64, HalfPlane)> {
     let mut best: Option<(f64, HalfPlane)> = None;
-    for side in sides {
+    for (a, b) in around.edges().filter(|(a, b)| a != b) {
         // The far side of the hull's side: the hull is out, the centre must be in.
-        let cut = side.flipped();
+        let cut = HalfPlane::left_of(b, a);
         if cut.value(centre) > 0.0 {
             continue;
         }
-        let area = piece.clip(&cut).area();
+        let area = piece.area_within(&cut);
         if best.as_ref().is_none_or(|(most, _)| area > *most) {
             best = Some((area, cut));
         }
@@ -221,6 +320,7 @@ fn best_cut(piece: &Ring, edges: &[Edge], centre: &Point2<f64>) -> Option<(f64, 
 }
 
 /// What of an edge reaches more than `slack` into the half-plane.
+#[inline]
 fn clipped(&(a, b): &Edge, keep: &HalfPlane, slack: f64) -> Option<Edge> {
     let (ha, hb) = (keep.value(&a) + slack, keep.value(&b) + slack);
     if ha >= 0.0 && hb >= 0.0 {

@@ -12,13 +12,15 @@ const SAMPLES: f64 = 900.0;
 pub(super) struct Lattice {
     low: Point2<f64>,
     pitch_m: f64,
+    /// Samples a metre.
+    density: f64,
     cols: usize,
     rows: usize,
     /// Number of open samples of a row before each column, `cols + 1` a row.
     before: Vec<u32>,
-    /// Samples of the region and their distance from the nearest one outside, about, m: the
-    /// farthest first, and the first of equals.
-    deepest: Vec<(f64, u32)>,
+    /// Distance of every open sample from the nearest one outside of the region, about, m; 0 of
+    /// all others.
+    depths: Vec<f64>,
 }
 
 impl Lattice {
@@ -36,10 +38,11 @@ impl Lattice {
         let mut lattice = Self {
             low: Point2::new(x0, y0),
             pitch_m,
+            density: 1.0 / pitch_m,
             cols: count(x1 - x0),
             rows: count(y1 - y0),
             before: Vec::new(),
-            deepest: Vec::new(),
+            depths: Vec::new(),
         };
         // Crossings of the rows with the edges, left to right: odd intervals are inside.
         let mut crossings = Vec::new();
@@ -54,14 +57,14 @@ impl Lattice {
             let start = pair[0].0 * cols;
             open[start + first..start + end].fill(true);
         }
-        let depths = depths(&open, cols, pitch_m).into_iter().zip(0..);
-        lattice.deepest = depths.filter(|(depth, _)| *depth > 0.0).collect();
-        let order = |a: &(f64, u32), b: &(f64, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
-        lattice.deepest.sort_unstable_by(order);
+        lattice.depths = depths(&open, cols, pitch_m);
         lattice.before = vec![0; (cols + 1) * rows];
-        for (row, before) in lattice.before.chunks_exact_mut(cols + 1).enumerate() {
-            for col in 0..cols {
-                before[col + 1] = before[col] + u32::from(open[row * cols + col]);
+        let lines = lattice.before.chunks_exact_mut(cols + 1);
+        for (before, open) in lines.zip(open.chunks_exact(cols)) {
+            let mut count = 0;
+            for (before, &open) in before[1..].iter_mut().zip(open) {
+                count += u32::from(open);
+                *before = count;
             }
         }
         lattice
@@ -94,6 +97,7 @@ impl Lattice {
             let start = row * (self.cols + 1);
             let before = &mut self.before[start..start + self.cols + 1];
             let (left, gone) = (before[first], before[end] - before[first]);
+            self.depths[row * self.cols..][first..end].fill(0.0);
             before[first..=end].fill(left);
             before[end + 1..].iter_mut().for_each(|n| *n -= gone);
         }
@@ -103,34 +107,48 @@ impl Lattice {
     /// before it; at most `count`.
     pub fn seeds(&self, count: usize) -> Vec<Point2<f64>> {
         let mut seeds: Vec<(Point2<f64>, f64)> = Vec::new();
-        for &(free, i) in &self.deepest {
-            let (row, col) = (i as usize / self.cols, i as usize % self.cols);
-            let at = row * (self.cols + 1) + col;
-            if self.before[at + 1] == self.before[at] {
-                continue;
-            }
-            let at = |i: usize, low: f64| low + (i as f64 + 0.5) * self.pitch_m;
-            let p = Point2::new(at(col, self.low.x), at(row, self.low.y));
-            if seeds.iter().all(|(q, r)| (p - q).norm() > 2.0 * r) {
-                seeds.push((p, free));
-                if seeds.len() >= count {
-                    break;
+        let at = |i: usize, low: f64| low + (i as f64 + 0.5) * self.pitch_m;
+        // What no sample of a row exceeds need not be looked for there.
+        let deeper = |most: f64, depth: f64| if depth > most { depth } else { most };
+        let deepest = |row: &[f64]| row.iter().copied().fold(0.0, deeper);
+        let deepest: Vec<f64> = self.depths.chunks_exact(self.cols).map(deepest).collect();
+        while seeds.len() < count {
+            let mut most = (0.0, Point2::origin());
+            let rows = self.depths.chunks_exact(self.cols).zip(&deepest);
+            for (row, (depths, &deepest)) in rows.enumerate() {
+                if deepest <= most.0 {
+                    continue;
+                }
+                for (col, &depth) in depths.iter().enumerate() {
+                    if depth > most.0 {
+                        let p = Point2::new(at(col, self.low.x), at(row, self.low.y));
+                        if seeds.iter().all(|(q, r)| (p - q).norm() > 2.0 * r) {
+                            most = (depth, p);
+                        }
+                    }
                 }
             }
+            if most.0 <= 0.0 {
+                break;
+            }
+            seeds.push((most.1, most.0));
         }
         seeds.into_iter().map(|(p, _)| p).collect()
     }
 
     /// Calls `with` for the row and the columns (from, to before) of a convex piece.
     fn spans(&self, piece: &Ring, mut with: impl FnMut(usize, usize, usize)) {
-        let mut ends = vec![(f64::INFINITY, f64::NEG_INFINITY); self.rows];
+        // The left side of the piece goes down, the right side up.
+        let mut ends = vec![[f64::INFINITY, f64::NEG_INFINITY]; self.rows];
+        let (mut first, mut last) = (self.rows, 0);
         for (a, b) in piece.edges() {
+            let side = usize::from(a.y <= b.y);
             self.crossed(a, b, |row, x| {
-                let (low, high) = &mut ends[row];
-                (*low, *high) = (low.min(x), high.max(x));
+                ends[row][side] = x;
+                (first, last) = (first.min(row), last.max(row));
             });
         }
-        for (row, &(low, high)) in ends.iter().enumerate() {
+        for (row, &[low, high]) in ends.iter().enumerate().take(last + 1).skip(first) {
             if low < high {
                 let (first, end) = self.columns(low, high);
                 with(row, first, end);
@@ -142,7 +160,7 @@ impl Lattice {
     fn crossed(&self, a: &Point2<f64>, b: &Point2<f64>, mut with: impl FnMut(usize, f64)) {
         let (a, b) = if a.y <= b.y { (a, b) } else { (b, a) };
         // Rows with a.y ≤ y < b.y.
-        let row = |y: f64| index((y - self.low.y) / self.pitch_m - 0.5);
+        let row = |y: f64| index((y - self.low.y) * self.density - 0.5);
         let slope = (b.x - a.x) / (b.y - a.y);
         for row in row(a.y)..row(b.y).min(self.rows) {
             let y = self.low.y + (row as f64 + 0.5) * self.pitch_m;
@@ -152,7 +170,7 @@ impl Lattice {
 
     /// The columns from x = `low` to x = `high`: the first, and one past the last.
     fn columns(&self, low: f64, high: f64) -> (usize, usize) {
-        let column = |x: f64| index((x - self.low.x) / self.pitch_m - 0.5);
+        let column = |x: f64| index((x - self.low.x) * self.density - 0.5);
         let first = column(low).min(self.cols);
         (first, column(high).clamp(first, self.cols))
     }
@@ -168,40 +186,36 @@ fn index(x: f64) -> usize {
 /// Distance of every open sample from the nearest one that is not, by two sweeps over its
 /// neighbours (a chamfer distance: at most 8 % too long).
 fn depths(open: &[bool], cols: usize, pitch_m: f64) -> Vec<f64> {
-    let diagonal = std::f64::consts::SQRT_2;
+    const DIAGONAL: f64 = std::f64::consts::SQRT_2;
+    let least = |a: f64, b: f64| if b < a { b } else { a };
     // With a frame of samples outside.
     let stride = cols + 2;
     let rows = open.len() / cols.max(1);
     let mut depth = vec![0.0_f64; stride * (rows + 2)];
+    // Of a sample, from the row that was swept before and the one before in its own row.
+    let nearest = |near: &[f64], before: f64| {
+        let [corner, side, other] = [near[0], near[1], near[2]];
+        least(least(side, before) + 1.0, least(corner, other) + DIAGONAL)
+    };
     for (row, line) in open.chunks_exact(cols.max(1)).enumerate() {
-        for (col, &open) in line.iter().enumerate() {
-            let i = (row + 1) * stride + col + 1;
-            let before = [
-                (1, 1.0),
-                (stride, 1.0),
-                (stride + 1, diagonal),
-                (stride - 1, diagonal),
-            ];
-            if open {
-                let nearest = before.map(|(k, d)| depth[i - k] + d);
-                depth[i] = nearest.into_iter().fold(f64::INFINITY, f64::min);
-            }
+        let (swept, here) = depth.split_at_mut((row + 1) * stride);
+        let near = swept[row * stride..].windows(3);
+        let mut before = 0.0;
+        for ((here, near), &open) in here[1..].iter_mut().zip(near).zip(line) {
+            before = if open { nearest(near, before) } else { 0.0 };
+            *here = before;
         }
     }
     let mut result = vec![0.0; open.len()];
-    for row in (0..rows).rev() {
-        for col in (0..cols).rev() {
-            let i = (row + 1) * stride + col + 1;
-            let after = [
-                (1, 1.0),
-                (stride, 1.0),
-                (stride + 1, diagonal),
-                (stride - 1, diagonal),
-            ];
-            for (k, d) in after {
-                depth[i] = depth[i].min(depth[i + k] + d);
-            }
-            result[row * cols + col] = depth[i] * pitch_m;
+    for (row, line) in result.chunks_exact_mut(cols.max(1)).enumerate().rev() {
+        let (here, swept) = depth.split_at_mut((row + 2) * stride);
+        let here = &mut here[(row + 1) * stride..];
+        let near = swept[..stride].windows(3);
+        let mut before = 0.0;
+        for ((here, near), result) in here[1..=cols].iter_mut().zip(near).zip(line).rev() {
+            before = least(*here, nearest(near, before));
+            *here = before;
+            *result = before * pitch_m;
         }
     }
     result

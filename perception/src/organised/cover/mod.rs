@@ -121,7 +121,7 @@ pub(in crate::organised) fn cover(
         })
         .collect();
     let hull = Ring(hull.vertices().to_vec());
-    let region = Region::new(hull, &edges, slack_m);
+    let mut region = Region::new(hull, &edges, slack_m);
     // What is convex but for the slack is one piece.
     if region.is_convex() {
         let piece = region.hull().clone();
@@ -158,7 +158,8 @@ pub(in crate::organised) fn cover(
         }
         open.close(&ring);
         pieces.push(piece);
-        if open.area() <= (1.0 - config.ratio) * total_m2 {
+        // Enough, or less left than a further piece must add.
+        if open.area() <= (1.0 - config.ratio) * total_m2 || open.area() < gain_min_m2 {
             break;
         }
     }
