@@ -1,6 +1,7 @@
 //! Breadth-first growth of planar regions over cells.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,10 @@ pub struct GrowthConfig {
     pub misfit_systematics: f64,
     /// Smallest region, px.
     pub pixels_min: usize,
+    /// Length of the strips, in cells, that narrow faces are grown from: the fronts of boards, legs.
+    pub strip_cells: usize,
+    /// Smallest region that is grown from a strip, px: short strips lie on any edge.
+    pub strip_pixels_min: usize,
 }
 
 impl Default for GrowthConfig {
@@ -35,6 +40,8 @@ impl Default for GrowthConfig {
             misfit_sigmas: 1.2,
             misfit_systematics: 1.5,
             pixels_min: 160,
+            strip_cells: 6,
+            strip_pixels_min: 400,
         }
     }
 }
@@ -57,7 +64,51 @@ impl GrowthConfig {
             0.0,
             100.0,
             positive,
-        )
+        )?;
+        let cells = self.strip_cells as f64;
+        within("strip_cells", cells, 2.0, 1000.0, "must be in [2, 1000]")
+    }
+
+    /// Largest mean square of a planar cell about its own plane, 1/m².
+    pub(super) fn planar(&self, noise: &CellNoise) -> f64 {
+        noise.square(self.planar_sigmas, 0.3)
+    }
+
+    /// Largest mean square of a cell about its region's plane beyond that about its own, 1/m².
+    pub(super) fn misfit(&self, noise: &CellNoise) -> f64 {
+        noise.square(self.misfit_sigmas, self.misfit_systematics)
+    }
+}
+
+/// The cells that a region begins with: so many columns and rows of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seed {
+    pub cols: usize,
+    pub rows: usize,
+}
+
+impl Seed {
+    /// In what every face but a narrow one holds.
+    pub const BLOCK: Self = Self { cols: 3, rows: 3 };
+
+    /// The rows of its cells, from the first cell on.
+    fn lines(self, first: usize, grid: &Grid) -> impl Iterator<Item = Range<usize>> {
+        let starts = (0..self.rows).map(move |k| first + k * grid.cols);
+        starts.map(move |start| start..start + self.cols)
+    }
+
+    /// The first cell wherever all are `open`.
+    fn places(self, grid: &Grid, open: &[bool]) -> Vec<usize> {
+        let last = |count: usize, of: usize| (count + 1).saturating_sub(of);
+        let cols = last(grid.cols, self.cols);
+        let mut places = Vec::new();
+        for y in 0..last(grid.rows, self.rows) {
+            let row = y * grid.cols..y * grid.cols + cols;
+            places.extend(row.filter(|&first| {
+                open[first] && self.lines(first, grid).all(|l| open[l].iter().all(|o| *o))
+            }));
+        }
+        places
     }
 }
 
@@ -68,6 +119,18 @@ pub(super) struct Region {
     pub plane: InversePlane,
     /// Indices of the cells in the grid that was grown over.
     pub cells: Vec<usize>,
+}
+
+/// No region's cell.
+pub(super) const FREE: u32 = u32::MAX;
+
+/// The index of the region that each cell of the grid belongs to, or [`FREE`].
+pub(super) fn owners(grid: &Grid, regions: &[Region]) -> Vec<u32> {
+    let mut owner = vec![FREE; grid.cells.len()];
+    for (region, r) in regions.iter().zip(0..) {
+        region.cells.iter().for_each(|&cell| owner[cell] = r);
+    }
+    owner
 }
 
 /// One cell's noise, for the tests of growth and merging.
@@ -103,12 +166,15 @@ struct Cell {
 
 /// Grows regions over the cells of `grid` for which `free` holds.
 ///
-/// Seeds are blocks of 3 × 3 planar cells, the flattest first; each grows breadth-first over its
-/// side neighbours with accumulated moments, its plane refitted as it doubles. Every cell belongs
-/// to one region at most, in an order that depends on the image only.
+/// Seeds are planar cells of these shapes, the flattest first; each grows breadth-first over its
+/// side neighbours with accumulated moments, its plane refitted as it doubles, and is kept if it
+/// comes to `pixels_min`. Every cell belongs to one region at most, in an order that depends on the
+/// image only.
 pub(super) fn grow(
     grid: &Grid,
     free: &dyn Fn(usize) -> bool,
+    seeds: &[Seed],
+    pixels_min: usize,
     noise: &Noise,
     config: &GrowthConfig,
 ) -> Vec<Region> {
@@ -123,53 +189,53 @@ pub(super) fn grow(
             }
             let own = m.mean_square(&m.plane()?);
             let noise = CellNoise::at(noise, m.mean());
-            (own <= noise.square(config.planar_sigmas, 0.3)).then_some(Cell { own, noise })
+            (own <= config.planar(&noise)).then_some(Cell { own, noise })
         })
         .collect();
-
-    // Seeds: 3 × 3 planar cells that fit one plane, flattest first.
-    let mut seeds = Vec::new();
-    let inner = |n: usize| 1..n.saturating_sub(1);
-    for i in inner(grid.rows).flat_map(|y| inner(grid.cols).map(move |x| y * grid.cols + x)) {
-        let Some(cell) = cells[i] else { continue };
-        let rows = [i - grid.cols, i, i + grid.cols].map(|k| k - 1..k + 2);
-        if rows
-            .iter()
-            .any(|row| cells[row.clone()].iter().any(Option::is_none))
-        {
-            continue;
-        }
-        let mut block = Moments::default();
-        let around = rows.iter().flat_map(|row| &grid.cells[row.clone()]);
-        around.for_each(|cell| block.add(cell, 1.0));
-        let Some(plane) = block.plane() else { continue };
-        let limit = cell
-            .noise
-            .square(config.planar_sigmas, 0.5 * config.misfit_systematics);
-        let score = block.mean_square(&plane) / limit;
-        if score <= 1.0 {
-            // Bits of numbers that are not negative are in the order of the numbers.
-            seeds.push((u64::from((score as f32).to_bits()) << 32) | i as u64);
-        }
-    }
-    seeds.sort_unstable();
-
     let mut taken = vec![false; cells.len()];
     let mut regions = Vec::new();
-    for key in seeds {
-        let seed = (key & u64::from(u32::MAX)) as usize;
-        let (above, below) = (seed - grid.cols, seed + grid.cols);
-        let [a, b, c] = [above, seed, below].map(|i| [i - 1, i, i + 1]);
-        // The seed, its sides, its corners.
-        let block = [b[1], a[1], b[0], b[2], c[1], a[0], a[2], c[0], c[2]];
-        if block.iter().any(|&i| taken[i]) {
-            continue;
-        }
-        if let Some(region) = grow_one(grid, &cells, &mut taken, block.to_vec(), config) {
-            regions.push(region);
+    for (_, first, number) in seeds_of(grid, &cells, seeds, config) {
+        let block: Vec<usize> = seeds[number].lines(first, grid).flatten().collect();
+        if !block.iter().any(|i| taken[*i]) {
+            regions.extend(grow_one(
+                grid, &cells, &mut taken, block, pixels_min, config,
+            ));
         }
     }
     regions
+}
+
+/// Where planar cells fit one plane, flattest first: how well in bits that are
+/// in the order of the numbers, the first cell, and which of the shapes.
+fn seeds_of(
+    grid: &Grid,
+    cells: &[Option<Cell>],
+    shapes: &[Seed],
+    config: &GrowthConfig,
+) -> Vec<(u32, usize, usize)> {
+    let open: Vec<bool> = cells.iter().map(Option::is_some).collect();
+    let mut seeds = Vec::new();
+    for (number, shape) in shapes.iter().enumerate() {
+        for first in shape.places(grid, &open) {
+            let Some(cell) = cells[first + shape.rows / 2 * grid.cols + shape.cols / 2] else {
+                continue;
+            };
+            let mut block = Moments::default();
+            for line in shape.lines(first, grid) {
+                grid.cells[line].iter().for_each(|m| block.add(m, 1.0));
+            }
+            let Some(plane) = block.plane() else { continue };
+            let limit = cell
+                .noise
+                .square(config.planar_sigmas, 0.5 * config.misfit_systematics);
+            let score = block.mean_square(&plane) / limit;
+            if score <= 1.0 {
+                seeds.push(((score as f32).to_bits(), first, number));
+            }
+        }
+    }
+    seeds.sort_unstable();
+    seeds
 }
 
 /// One region from its seed block; gives its cells back if it stays too small.
@@ -178,15 +244,13 @@ fn grow_one(
     cells: &[Option<Cell>],
     taken: &mut [bool],
     block: Vec<usize>,
+    pixels_min: usize,
     config: &GrowthConfig,
 ) -> Option<Region> {
     let fits = |i: usize, plane: &InversePlane| {
         cells[i].is_some_and(|cell| {
             let misfit = grid.cells[i].mean_square(plane) - cell.own;
-            misfit
-                <= cell
-                    .noise
-                    .square(config.misfit_sigmas, config.misfit_systematics)
+            misfit <= config.misfit(&cell.noise)
         })
     };
     let mut moments = Moments::default();
@@ -230,7 +294,7 @@ fn grow_one(
         .for_each(|&i| moments.add(&grid.cells[i], 1.0));
     let plane = moments.plane();
     match plane {
-        Some(plane) if moments.n >= config.pixels_min as f64 => Some(Region {
+        Some(plane) if moments.n >= pixels_min as f64 => Some(Region {
             moments,
             plane,
             cells: members,

@@ -15,8 +15,9 @@ pub(super) const NONE: u16 = u16::MAX;
 /// How far from the cells that were grown a plane may claim pixels, in cells.
 const RINGS: usize = 3;
 /// A pixel belongs to a plane within √((3σ)² + (2κw)²) of it.
-const SIGMAS: f64 = 3.0;
-const SYSTEMATICS: f64 = 2.0;
+pub(super) const SIGMAS: f64 = 3.0;
+/// See [`SIGMAS`].
+pub(super) const SYSTEMATICS: f64 = 2.0;
 
 /// Index of the region that has most of each small cell, or [`NONE`].
 pub(super) struct CellLabels(Vec<u16>);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::growth::{CellNoise, Region};
+use super::growth::{CellNoise, FREE, Region, owners};
 use super::image::Grid;
 use super::moments::Moments;
 use crate::Error;
@@ -197,11 +197,7 @@ const STEP_OF_MISFIT: f64 = 5.0;
 /// The common borders of all regions: pairs of their cells that are at most three apart with no
 /// cell of another region between.
 fn borders(grid: &Grid, regions: &[Region]) -> Borders {
-    const FREE: u32 = u32::MAX;
-    let mut owner = vec![FREE; grid.cells.len()];
-    for (region, r) in regions.iter().zip(0..) {
-        region.cells.iter().for_each(|&cell| owner[cell] = r);
-    }
+    let owner = owners(grid, regions);
     // Of each region, those with the regions after it.
     let mut found: Vec<Vec<(u32, Border)>> = vec![Vec::new(); regions.len()];
     let (cols, rows) = (grid.cols, grid.rows);

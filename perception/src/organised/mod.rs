@@ -9,6 +9,7 @@ mod bits;
 mod contour;
 mod cover;
 mod edges;
+mod exchange;
 mod face;
 mod growth;
 mod hidden;
@@ -17,6 +18,7 @@ mod labels;
 mod mask;
 mod merge;
 mod moments;
+mod narrow;
 mod outline;
 mod plane;
 mod window;
@@ -39,7 +41,7 @@ use crate::extraction::{Extraction, Segmentation, Statistics};
 use crate::scan::DepthImage;
 use crate::sensor::Noise;
 use bits::{Bits, Links};
-use growth::{Region, grow};
+use growth::{FREE, Region, Seed, grow, owners};
 use image::{Grid, InverseImage};
 use moments::Moments;
 
@@ -103,21 +105,30 @@ pub(crate) fn extract(
 
     // 2. Regions over large cells, merged where one plane explains two neighbours.
     let large = small.coarser(room.large);
-    let grown = grow(&large, &|_| true, noise, &config.growth);
+    let least = config.growth.pixels_min;
+    let grown = grow(
+        &large,
+        &|_| true,
+        &[Seed::BLOCK],
+        least,
+        noise,
+        &config.growth,
+    );
     let regions = grown
         .into_iter()
         .map(|region| refined(&large, &small, region))
         .collect();
     let regions = merge::merge(&small, regions, noise, &config.merge);
 
-    // 3. A second pass over the small cells that are left; merge again.
-    let mut taken = vec![false; small.cells.len()];
-    for &cell in regions.iter().flat_map(|region: &Region| &region.cells) {
-        taken[cell] = true;
-    }
-    let more = grow(&small, &|i| !taken[i], noise, &config.growth);
+    // 3. A second pass over the small cells that are left, then narrow faces; merge again, and
+    // move the borders between regions to where the planes are.
+    let owner = owners(&small, &regions);
+    let free = |i: usize| owner[i] == FREE;
+    let more = grow(&small, &free, &[Seed::BLOCK], least, noise, &config.growth);
     let regions = regions.into_iter().chain(more).collect();
+    let regions = narrow::add(&small, regions, noise, &config.growth);
     let regions = merge::merge(&small, regions, noise, &config.merge);
+    let regions = exchange::exchange(&small, regions, noise, &config.growth);
 
     // 4. One plane for what goes on behind something nearer.
     let mut regions = hidden::merge(&small, regions, noise, &config.merge);
@@ -142,7 +153,7 @@ pub(crate) fn extract(
     let faces = sure.kept(&labels);
 
     // 7. The final planes, fitted to the pixels that surely lie on their face.
-    let planes = plane::fit(&image, &small, &faces, regions.len(), noise);
+    let planes = plane::fit(&image, &small, &faces, &regions, noise);
 
     // 8. Each connected face of a plane, covered by convex polygons.
     let mut found = Vec::new();

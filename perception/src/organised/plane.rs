@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Point3, Rotation2, Vector2, Vector3};
 
-use super::growth::CellNoise;
+use super::growth::{CellNoise, Region};
 use super::image::{CELL_PX, Grid, InverseImage, holed};
 use super::labels::NONE;
 use super::moments::{InversePlane, Moments};
@@ -42,20 +42,25 @@ impl Plane {
     }
 }
 
+/// Labels that keep fewer pixels than this are not fitted to them.
+const PIXELS_MIN: f64 = 16.0;
+
 /// Weighted least squares over the pixels of every label.
 ///
 ///   min Σ (a u + b v + c − w)² / (A_σ σ_w² + A_κ (κ w)²)
 ///
 /// A = 4π s² is the number of pixels over which an error of correlation length s repeats itself:
 /// it says how much the pixel's white noise and how much the slowly varying error weigh.
-/// `None` for labels that keep too few pixels.
+/// A label that keeps too few pixels has the plane that its region was grown with; `None` where that
+/// is none.
 pub(super) fn fit(
     image: &InverseImage,
     grid: &Grid,
     labels: &[u16],
-    count: usize,
+    regions: &[Region],
     noise: &Noise,
 ) -> Vec<Option<Plane>> {
+    let count = regions.len();
     let (area_noise, area_systematic) = correlation_areas(noise);
     let mut weighted = vec![Moments::default(); count];
     // The same pixels, weighted to give squares of distances along the normal: d (ŵ − w) / w.
@@ -70,6 +75,14 @@ pub(super) fn fit(
         metric[label].add(chunk, 1.0 / (w * w));
         number[label] += chunk.n;
     });
+    for (label, region) in regions.iter().enumerate() {
+        if number[label] < PIXELS_MIN {
+            let w = region.moments.mean();
+            (weighted[label], metric[label]) = (region.moments, Moments::default());
+            metric[label].add(&region.moments, 1.0 / (w * w));
+            number[label] = region.moments.n;
+        }
+    }
     let k = image.intrinsics;
     weighted
         .iter()
@@ -77,7 +90,7 @@ pub(super) fn fit(
         .zip(&number)
         .map(|((moments, metric), &number)| {
             let inliers = number as usize;
-            let inverse = moments.plane().filter(|_| inliers >= 16)?;
+            let inverse = moments.plane()?;
             let [a, b, c] = [inverse.0.x, inverse.0.y, inverse.0.z];
             // n/d on the ray (x, y, 1): u = fx x + cx − centre.
             let at_axis = c + a * (k.cx - image.centre.0) + b * (k.cy - image.centre.1);

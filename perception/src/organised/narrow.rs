@@ -1,0 +1,108 @@
+//! Faces that are narrower than a block of cells: legs, rails, bars.
+
+use super::growth::{CellNoise, FREE, GrowthConfig, Region, Seed, grow, owners};
+use super::image::Grid;
+use super::labels::{SIGMAS, SYSTEMATICS};
+use crate::sensor::Noise;
+
+/// The regions, and those that grow from strips over the cells that are left and stand out.
+///
+/// A narrow face beside a larger one, the front of a board, say, cannot be told from the noise of
+/// that one's edge: what the plane beside it may claim as well is no face of its own.
+pub(super) fn add(
+    grid: &Grid,
+    regions: Vec<Region>,
+    noise: &Noise,
+    config: &GrowthConfig,
+) -> Vec<Region> {
+    let owner = owners(grid, &regions);
+    let length = config.strip_cells;
+    let along = Seed {
+        cols: length,
+        rows: 1,
+    };
+    let down = Seed {
+        cols: 1,
+        rows: length,
+    };
+    let free = |i: usize| owner[i] == FREE;
+    let mut narrow = grow(
+        grid,
+        &free,
+        &[along, down],
+        config.strip_pixels_min,
+        noise,
+        config,
+    );
+    let claimed = |&cell: &usize| {
+        let moments = &grid.cells[cell];
+        let limit = CellNoise::at(noise, moments.mean()).square(SIGMAS, SYSTEMATICS);
+        let mut beside = grid.beside(cell).map(|k| owner[k]).filter(|o| *o != FREE);
+        beside.any(|o| moments.mean_square(&regions[o as usize].plane) < limit)
+    };
+    narrow.retain(|region| {
+        let count = region.cells.iter().filter(|cell| claimed(cell)).count();
+        2 * count < region.cells.len()
+    });
+    regions.into_iter().chain(narrow).collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::organised::image::InverseImage;
+    use crate::scan::{DepthImage, Intrinsics};
+    use crate::sensor::Sensor;
+
+    /// Regions of an image of depths: blocks, then with narrow ones.
+    fn regions(z: impl Fn(usize, usize) -> f64) -> (usize, usize) {
+        let (width, height) = (160, 120);
+        let pixels = (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
+        let depth = DepthImage {
+            width,
+            height,
+            z_m: pixels.map(|(u, v)| z(u, v) as f32).collect(),
+            intrinsics: Intrinsics {
+                fx: 525.0,
+                fy: 525.0,
+                cx: 80.0,
+                cy: 60.0,
+            },
+        };
+        let noise = Sensor::named("xtion").unwrap().noise;
+        let config = GrowthConfig::default();
+        let grid = Grid::new(&InverseImage::new(&depth, 10.0, Vec::new()), Vec::new());
+        let all = |_: usize| true;
+        let blocks = grow(
+            &grid,
+            &all,
+            &[Seed::BLOCK],
+            config.pixels_min,
+            &noise,
+            &config,
+        );
+        let before = blocks.len();
+        (before, add(&grid, blocks, &noise, &config).len())
+    }
+
+    #[test]
+    fn a_leg_before_a_wall_is_a_face() {
+        // 7 px wide, 0.5 m before the wall.
+        let leg = |u: usize, _: usize| if (80..87).contains(&u) { 1.5 } else { 2.0 };
+        assert_eq!(regions(leg), (2, 3));
+    }
+
+    #[test]
+    fn the_front_of_a_board_is_a_part_of_its_edge() {
+        // A board seen at 45°, its front 6 px (2 cm) high, and a wall behind.
+        let depth = |v: usize| 882.0 / (v as f64 + 440.0);
+        let board = |_: usize, v: usize| match v {
+            40..=79 => depth(v),
+            80..=85 => depth(79),
+            _ => 3.0,
+        };
+        let (blocks, all) = regions(board);
+        assert_eq!(all, blocks);
+    }
+}
