@@ -14,7 +14,7 @@ use crate::voxels::VoxelConfig;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// The organised path where the scan has an image, else the chain.
+    /// The organised path where the scan has an image, else voxels.
     #[default]
     Auto,
     /// Inverse-depth moments on the image.

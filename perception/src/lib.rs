@@ -2,10 +2,10 @@
 //!
 //! A depth image takes the *organised* path ([`OrganisedConfig`]): inverse depth is linear in the
 //! pixel on a plane, so sums over cells of pixels give its planes without a nearest neighbour, and
-//! each face is covered by convex polygons that hold no air. Any other cloud takes the paper's
-//! *chain* ([`ChainConfig`]) or, where [`Method::Voxels`] asks for it, the same growth over hashed
-//! voxels ([`VoxelConfig`]). The chain: crop, voxel grid, region growing on normals, planes per cluster,
-//! projection, convex hull, re-orientation.
+//! each face is covered by convex polygons that hold no air. Any other cloud takes the same growth
+//! over hashed voxels ([`VoxelConfig`]), or, where [`Method::Chain`] asks for it, the paper's *chain*
+//! ([`ChainConfig`]): crop, voxel grid, region growing on normals, planes per cluster, projection,
+//! convex hull, re-orientation.
 //!
 //! ```no_run
 //! use perception::{Config, SensorOptions, extract, read_scan};
@@ -80,12 +80,10 @@ pub fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Result<Ex
             ))
         }
         (None, Method::Organised) => Err(Error::NotOrganised),
-        (_, Method::Voxels) => {
+        (_, Method::Auto | Method::Voxels) => {
             let voxels = &config.voxels;
             Ok(voxels::extract(scan, X_WV, config.range_max_m, voxels))
         }
-        (_, Method::Auto | Method::Chain) => {
-            chain::extract(scan, X_WV, config.range_max_m, &config.chain)
-        }
+        (_, Method::Chain) => chain::extract(scan, X_WV, config.range_max_m, &config.chain),
     }
 }

@@ -175,7 +175,11 @@ fn polygons_of_concave_faces_hold_no_air() {
 fn the_chain_finds_the_same_planes_in_a_bare_cloud() {
     let world = stairs();
     let scan = unorganised(&scan(&world, &pose(), true, 2));
-    let found = surfaces_of(&scan, &Config::default());
+    let chain = Config {
+        method: Method::Chain,
+        ..Config::default()
+    };
+    let found = surfaces_of(&scan, &chain);
     for name in ["floor", "step1", "step2", "step3", "step4", "table", "ramp"] {
         let face = top(&world, &[name]);
         // A hull's barycentre may lie off the face, so take what lies in its plane and over it.

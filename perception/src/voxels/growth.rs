@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::grid::{Grid, Level, NONE};
 use super::moments::{Fit, Moments, Plane};
+use super::tolerance::Tolerance;
 use crate::Error;
 use crate::error::within;
-use crate::sensor::Noise;
 
 /// Which voxels belong to one plane.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -78,25 +78,6 @@ impl VoxelGrowthConfig {
 pub(super) struct Region {
     pub moments: Moments,
     pub plane: Plane,
-}
-
-/// What distances from a plane are due to the sensor.
-pub(super) struct Tolerance<'a> {
-    pub noise: &'a Noise,
-    pub distance_max_m: f64,
-}
-
-impl Tolerance<'_> {
-    /// min(√((k σ)² + (m κ r)²), limit) along the normal of a plane, at a place seen from the
-    /// origin, m. The sensor errs along its rays: a plane seen at a flat angle is off by less.
-    pub fn at(&self, p: &nalgebra::Vector3<f64>, plane: &Plane, k: f64, m: f64) -> f64 {
-        let range = p.norm();
-        // At flat angles the noise across the ray counts.
-        let slant = (plane.normal.dot(p).abs() / range.max(1e-9)).max(0.25);
-        let sigma = k * self.noise.sigma_z_m(range);
-        let slow = m * self.noise.systematic_ratio * range;
-        (sigma.hypot(slow) * slant).min(self.distance_max_m)
-    }
 }
 
 /// Owners of the voxels of each level, and the regions.

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::grid::{Level, NONE};
-use super::growth::{Grown, Region, Tolerance};
+use super::growth::{Grown, Region};
+use super::tolerance::Tolerance;
 
 /// Both misfits to the joint plane stay below √((k σ)² + (m κ r)²).
 const MISFIT_SIGMAS: f64 = 0.5;

@@ -11,6 +11,7 @@ mod merge;
 mod moments;
 mod outline;
 mod points;
+mod tolerance;
 
 use nalgebra::{
     Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3,
@@ -31,8 +32,8 @@ use crate::extraction::{Extraction, Segmentation, Statistics};
 use crate::scan::{Scan, tangent_frame};
 use crate::sensor::Noise;
 use grid::{Grid, NONE};
-use growth::Tolerance;
 use points::Final;
+use tolerance::Tolerance;
 
 /// Parameters of the path of voxels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,6 +43,8 @@ pub struct VoxelConfig {
     pub leaf_m: f64,
     /// Number of sizes, each twice the one before.
     pub levels: usize,
+    /// The cloud's own noise counts where it is more than the sensor's, up to this many times that.
+    pub noise_factor_max: f64,
     /// Growth of planar regions over voxels.
     pub growth: VoxelGrowthConfig,
     /// From planes to outlines and convex polygons.
@@ -53,6 +56,7 @@ impl Default for VoxelConfig {
         Self {
             leaf_m: 0.04,
             levels: 4,
+            noise_factor_max: 10.0,
             growth: VoxelGrowthConfig::default(),
             outline: VoxelOutlineConfig::default(),
         }
@@ -72,6 +76,8 @@ impl VoxelConfig {
             16.0,
             "must be in [1, 16]",
         )?;
+        let factor = self.noise_factor_max;
+        within("noise_factor_max", factor, 1.0, 1e3, "must be in [1, 1000]")?;
         self.growth.check()?;
         self.outline.check()
     }
@@ -97,8 +103,9 @@ pub(crate) fn extract(
         }
     }
     let grid = Grid::new(&near, config.leaf_m, config.levels);
+    let noise = tolerance::measured(&grid.levels[0], &scan.noise, config.noise_factor_max);
     let tolerance = Tolerance {
-        noise: &scan.noise,
+        noise: &noise,
         distance_max_m: config.growth.distance_max_m,
     };
 
@@ -137,7 +144,7 @@ pub(crate) fn extract(
         points: &near,
         directions: &directions,
         eye_V: &scan.eye_V,
-        noise: &scan.noise,
+        noise: &noise,
         X_WV,
         config,
     };

@@ -3,8 +3,9 @@
 use nalgebra::Vector3;
 
 use super::grid::{Grid, NONE};
-use super::growth::{Grown, Tolerance};
+use super::growth::Grown;
 use super::moments::{Moments, Plane};
+use super::tolerance::Tolerance;
 
 /// A point belongs to a plane within √((3σ)² + (2κr)²) of it, and within the distance limit.
 const SIGMAS: f64 = 3.0;
