@@ -48,7 +48,7 @@ for truth in "$frames"/*_gt.json; do
   name=$(basename "$stem")
   "$out/pcl_chain" "$stem.pcd" "$results/pcl/$name" "$runs" >"$results/pcl/$name.log"
   for method in organised voxels; do
-    # The last line: the median of the runs, then the least.
+    # The last line ends with the least of the runs.
     "$extract" "${stem}_depth.png" "$results/$method/$name" --sensor xtion --method $method --runs "$runs" |
       tail -1 | sed 's/.*, \([0-9.]*\) ms.*/\1/' >"$results/$method/${name}_ms.txt"
   done

@@ -12,7 +12,7 @@ use crate::sensor::Noise;
 const SWEEPS: usize = 24;
 
 /// Gives cells of regions (on the grid) to side neighbours whose planes fit them better, refits the
-/// planes and begins again, as long as there are any.
+/// planes and goes on around the cells that moved, as long as there are any.
 pub(super) fn exchange(
     grid: &Grid,
     mut regions: Vec<Region>,
@@ -48,7 +48,6 @@ pub(super) fn exchange(
                     };
                 }
             }
-            next.push(i);
             let noise = CellNoise::at(noise, cell.mean());
             if best.1 == own || best.0 > config.planar(&noise) + config.misfit(&noise) {
                 continue;
@@ -57,6 +56,7 @@ pub(super) fn exchange(
             regions[own as usize].moments.add(cell, -1.0);
             regions[best.1 as usize].moments.add(cell, 1.0);
             (changed[own as usize], changed[best.1 as usize]) = (true, true);
+            next.push(i);
             next.extend(grid.beside(i).filter(|&k| owner[k] != FREE));
         }
         if !changed.contains(&true) {
