@@ -77,7 +77,7 @@ pub(super) fn exchange(
 
 /// The neighbours to the right and below.
 fn ahead(grid: &Grid, i: usize) -> impl Iterator<Item = usize> {
-    let right = ((i + 1) % grid.cols != 0).then_some(i + 1);
+    let right = (!(i + 1).is_multiple_of(grid.cols)).then_some(i + 1);
     let below = Some(i + grid.cols).filter(|k| *k < grid.cells.len());
     right.into_iter().chain(below)
 }
