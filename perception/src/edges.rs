@@ -117,12 +117,12 @@ pub(crate) fn beyond(
                 label: its,
                 used,
             } => {
-                let own = picture.plane(label, &p);
-                let on = own.is_some_and(|own| near(picture, own, w));
-                if !used && on {
+                let own = || picture.plane(label, &p);
+                let on = || own().is_some_and(|own| near(picture, own, w));
+                if !used && on() {
                     return EdgeKind::FieldOfView;
                 }
-                if its == label || (its == NONE && on) {
+                if its == label || (its == NONE && on()) {
                     again += usize::from(again > 0 || k - last > GAP_PX);
                     if again > AGAIN_PX {
                         return EdgeKind::Unknown;
@@ -131,7 +131,7 @@ pub(crate) fn beyond(
                     unlabelled = None;
                     continue;
                 }
-                if own.is_none_or(|own| w <= own) {
+                if own().is_none_or(|own| w <= own) {
                     return EdgeKind::Real;
                 }
                 (w, its)
@@ -167,7 +167,8 @@ pub(crate) fn beyond(
 fn near(picture: &impl Picture, own: f64, w: f64) -> bool {
     let noise = picture.noise();
     let sigma = SIGMAS * noise.sigma_inverse(1.0 / own.max(1e-6));
-    (w - own).abs() <= sigma.hypot(SYSTEMATICS * noise.systematic_ratio * own)
+    let systematic = SYSTEMATICS * noise.systematic_ratio * own;
+    (w - own) * (w - own) <= sigma * sigma + systematic * systematic
 }
 
 /// Whether two planes meet between two places, as well as it is known where that is.

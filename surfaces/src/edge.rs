@@ -15,7 +15,7 @@
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
-use crate::ConvexPolygon;
+use crate::{ConvexPolygon, HalfPlane};
 
 /// What ends a face at an edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -86,10 +86,19 @@ pub fn bound(
     b: &Point2<f64>,
     reach_m: f64,
 ) -> Option<Bound> {
+    bound_by(&polygon.half_planes(), a, b, reach_m)
+}
+
+/// The same by the polygon's half-planes.
+fn bound_by(
+    half_planes: &[HalfPlane],
+    a: &Point2<f64>,
+    b: &Point2<f64>,
+    reach_m: f64,
+) -> Option<Bound> {
     // The part of the edge in the piece widened by the reach.
-    let half_planes = polygon.half_planes();
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
-    for h in &half_planes {
+    for h in half_planes {
         let (va, vb) = (h.value(a) - reach_m, h.value(b) - reach_m);
         match (va > 0.0, vb > 0.0) {
             (true, true) => return None,
@@ -102,7 +111,7 @@ pub fn bound(
         return None;
     }
     let (near, far) = (a + (b - a) * from, a + (b - a) * to);
-    let gap = |h: &crate::HalfPlane| h.value(&near).min(h.value(&far));
+    let gap = |h: &HalfPlane| h.value(&near).min(h.value(&far));
     let (gap_m, edge) = half_planes
         .iter()
         .enumerate()
@@ -125,11 +134,12 @@ pub fn kinds_of(
     rings: &[Vec<[f64; 2]>],
     kinds: &[Vec<EdgeKind>],
 ) -> Vec<EdgeKind> {
+    let half_planes = polygon.half_planes();
     let mut along = vec![Vec::new(); polygon.vertices().len()];
     for (number, ring) in rings.iter().enumerate() {
         for (k, (a, b)) in ring_edges(ring).enumerate() {
             let kind = kinds.get(number).and_then(|kinds| kinds.get(k));
-            if let Some(found) = bound(polygon, &a, &b, ALONG_M) {
+            if let Some(found) = bound_by(&half_planes, &a, &b, ALONG_M) {
                 along[found.edge].push((kind.copied().unwrap_or_default(), found.length_m));
             }
         }

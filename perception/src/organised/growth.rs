@@ -1,6 +1,5 @@
 //! Breadth-first growth of planar regions over cells.
 
-use std::collections::VecDeque;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -194,9 +193,10 @@ pub(super) fn grow(
         .collect();
     let mut taken = vec![false; cells.len()];
     let mut regions = Vec::new();
-    for (_, first, number) in seeds_of(grid, &cells, seeds, config) {
-        let block: Vec<usize> = seeds[number].lines(first, grid).flatten().collect();
-        if !block.iter().any(|i| taken[*i]) {
+    for (first, number) in seeds_of(grid, &cells, seeds, config) {
+        let block = || seeds[number].lines(first, grid);
+        if !block().any(|line| taken[line].contains(&true)) {
+            let block = block().flatten().collect();
             regions.extend(grow_one(
                 grid, &cells, &mut taken, block, pixels_min, config,
             ));
@@ -205,14 +205,13 @@ pub(super) fn grow(
     regions
 }
 
-/// Where planar cells fit one plane, flattest first: how well in bits that are
-/// in the order of the numbers, the first cell, and which of the shapes.
+/// Where planar cells fit one plane, flattest first: the first cell, and which of the shapes.
 fn seeds_of(
     grid: &Grid,
     cells: &[Option<Cell>],
     shapes: &[Seed],
     config: &GrowthConfig,
-) -> Vec<(u32, usize, usize)> {
+) -> Vec<(usize, usize)> {
     let open: Vec<bool> = cells.iter().map(Option::is_some).collect();
     let mut seeds = Vec::new();
     for (number, shape) in shapes.iter().enumerate() {
@@ -230,12 +229,18 @@ fn seeds_of(
                 .square(config.planar_sigmas, 0.5 * config.misfit_systematics);
             let score = block.mean_square(&plane) / limit;
             if score <= 1.0 {
-                seeds.push(((score as f32).to_bits(), first, number));
+                // Bits of numbers that are not negative are in the order of the numbers.
+                let place = first * shapes.len() + number;
+                seeds.push((u64::from((score as f32).to_bits()) << 32) | place as u64);
             }
         }
     }
     seeds.sort_unstable();
-    seeds
+    let place = |key: u64| (key & u64::from(u32::MAX)) as usize;
+    let places = seeds.into_iter().map(place);
+    places
+        .map(|place| (place / shapes.len(), place % shapes.len()))
+        .collect()
 }
 
 /// One region from its seed block; gives its cells back if it stays too small.
@@ -260,11 +265,12 @@ fn grow_one(
     }
     let mut plane = moments.plane()?;
     let mut refit_at = 2 * block.len();
-    let mut members = block.clone();
-    let mut queue = VecDeque::from(block);
+    let mut members = block;
     // Twice: what the early planes refused, the final one may accept.
     for _ in 0..2 {
-        while let Some(i) = queue.pop_front() {
+        let mut next = 0;
+        while let Some(&i) = members.get(next) {
+            next += 1;
             for k in grid.beside(i) {
                 if taken[k] || !fits(k, &plane) {
                     continue;
@@ -272,7 +278,6 @@ fn grow_one(
                 taken[k] = true;
                 moments.add(&grid.cells[k], 1.0);
                 members.push(k);
-                queue.push_back(k);
                 if members.len() >= refit_at {
                     plane = moments.plane()?;
                     refit_at = members.len() * 3 / 2;
@@ -280,7 +285,6 @@ fn grow_one(
             }
         }
         plane = moments.plane()?;
-        queue.extend(&members);
     }
     // Cells that the final plane no longer fits go back.
     members.retain(|&i| {

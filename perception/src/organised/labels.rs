@@ -147,16 +147,27 @@ pub(super) fn drop_doubtful(
     let near = around(grid, &cells.0, 2);
     let ratio = doubt * noise.systematic_ratio;
     let mixed = |cell: &usize| near[*cell] != OPEN && single(near[*cell]).is_none();
-    let (mut planes, mut doubtful) = (Vec::new(), Vec::new());
+    let (mut owns, mut planes, mut doubtful) = (Vec::new(), Vec::new(), Vec::new());
     for cell in (0..near.len()).filter(mixed) {
-        let (x, y) = (cell % grid.cols, cell / grid.cols);
+        let (u0, v0) = ((cell % grid.cols) * CELL_PX, (cell / grid.cols) * CELL_PX);
+        // The planes of its own pixels, against all those around.
+        owns.clear();
+        for v in v0..v0 + CELL_PX {
+            for label in &labels[v * image.width + u0..][..CELL_PX] {
+                if *label != NONE && owns.last() != Some(label) && !owns.contains(label) {
+                    owns.push(*label);
+                }
+            }
+        }
+        if owns.is_empty() {
+            continue;
+        }
         distinct::<5>(grid, &cells.0, cell, &mut planes);
-        let (u0, v0) = (x * CELL_PX, y * CELL_PX);
         let (x0, y0) = (u0 as f64 - image.centre.0, v0 as f64 - image.centre.1);
         let plane = |label: u16| regions[usize::from(label)].plane;
         // Where two planes are apart by more than the limit at all corners, to the same side, they
         // are in the whole cell: both differences are linear.
-        let close = |&(own, other): &(u16, u16)| {
+        let close = |own: u16, other: u16| {
             let (own, other) = (plane(own).0, plane(other).0);
             let last = (CELL_PX - 1) as f64;
             let positive = |difference: Vector3<f64>| {
@@ -166,11 +177,11 @@ pub(super) fn drop_doubtful(
             };
             !positive(other - own * (1.0 + ratio)) && !positive(own * (1.0 - ratio) - other)
         };
-        let pairs = planes
-            .iter()
-            .flat_map(|&a| planes.iter().map(move |&b| (a, b)));
         doubtful.clear();
-        doubtful.extend(pairs.filter(|(a, b)| a != b).filter(close));
+        for &own in &owns {
+            let others = planes.iter().filter(|other| **other != own);
+            doubtful.extend(others.filter(|o| close(own, **o)).map(|o| (own, *o)));
+        }
         if doubtful.is_empty() {
             continue;
         }

@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bits::{Bits, Links, pack};
+use super::bits::{Bits, pack};
 use super::growth::{CellNoise, Region};
 use super::image::InverseImage;
 use super::labels::NONE;
+use super::links::Links;
 use crate::Error;
 use crate::error::within;
 use crate::sensor::Noise;

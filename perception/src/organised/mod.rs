@@ -15,6 +15,7 @@ mod growth;
 mod hidden;
 mod image;
 mod labels;
+mod links;
 mod mask;
 mod merge;
 mod moments;
@@ -26,6 +27,7 @@ mod window;
 use std::cell::Cell;
 
 use nalgebra::Isometry3;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use surfaces::{Source, Surface};
 
@@ -40,10 +42,13 @@ use crate::Error;
 use crate::extraction::{Extraction, Segmentation, Statistics};
 use crate::scan::DepthImage;
 use crate::sensor::Noise;
-use bits::{Bits, Links};
+use bits::Bits;
+use face::Face;
 use growth::{FREE, Region, Seed, grow, owners};
 use image::{Grid, InverseImage};
+use links::Links;
 use moments::Moments;
+use outline::Piece;
 
 /// Parameters of the organised path, a table a step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -156,24 +161,21 @@ pub(crate) fn extract(
     let planes = plane::fit(&image, &small, &faces, &regions, noise);
 
     // 8. Each connected face of a plane, covered by convex polygons.
-    let mut found = Vec::new();
-    let mut seen = Bits::new(image.width, image.height, |_, _| {});
     let around = edges::Seen::new(depth, &image, &labels, &planes, noise);
-    for face in face::faces(&faces, image.width) {
-        if let Some(Some(plane)) = planes.get(usize::from(face.label)) {
-            found.extend(outline::pieces(
-                &image,
-                &face,
-                &faces,
-                &mut seen,
-                &around,
-                plane,
-                noise,
-                X_WV,
-                &config.outline,
-            ));
-        }
-    }
+    let seen = || Bits::new(image.width, image.height, |_, _| {});
+    let pieces = |seen: &mut Bits, face: &Face| {
+        let plane = planes.get(usize::from(face.label)).and_then(Option::as_ref);
+        plane.map_or_else(Vec::new, |plane| {
+            let config = &config.outline;
+            outline::pieces(
+                &image, face, &faces, seen, &around, plane, noise, X_WV, config,
+            )
+        })
+    };
+    // Each on its own, so on as many threads as there are.
+    let connected = face::faces(&faces, image.width);
+    let of_faces = connected.par_iter().map_init(seen, pieces);
+    let mut found: Vec<Piece> = of_faces.flatten_iter().collect();
 
     // 9. Frames to the world, last; ids by falling area.
     found.sort_by(|a, b| b.polygon.area().total_cmp(&a.polygon.area()));
@@ -233,7 +235,15 @@ pub(crate) fn extract(
 
 fn positive(values: &[f32]) -> usize {
     // In 32 bits, of which four fit side by side.
-    values.iter().map(|&x| u32::from(x > 0.0)).sum::<u32>() as usize
+    let (eights, rest) = values.as_chunks::<8>();
+    let mut counts = [0_u32; 8];
+    for eight in eights {
+        for (count, x) in counts.iter_mut().zip(eight) {
+            *count += u32::from(*x > 0.0);
+        }
+    }
+    let rest = rest.iter().filter(|x| **x > 0.0).count();
+    counts.iter().sum::<u32>() as usize + rest
 }
 
 /// A region's cells on the grid that is twice as fine.

@@ -113,10 +113,13 @@ pub(super) fn pieces(
     // and does not change them.
     let R_VP = frame(plane, &Vector3::z(), &-Vector3::y());
     let foot = Point3::from(plane.normal * plane.distance);
-    let in_P = |p: &Point2<f64>| {
-        let q = R_VP.inverse() * (plane.point(image, p.x, p.y)? - foot);
-        Some(Point2::new(q.x, q.y))
+    let R_PV = R_VP.inverse();
+    let at = |u: f64, v: f64| {
+        let p_V = plane.point(image, u, v)?;
+        let q = R_PV * (p_V - foot);
+        Some((Point2::new(q.x, q.y), p_V.z))
     };
+    let in_P = |p: &Point2<f64>| Some(at(p.x, p.y)?.0);
 
     // The outline on the plane, covered by convex pieces.
     let (tolerance_px, notch_px) = (config.tolerance_px, config.notch_px);
@@ -141,11 +144,8 @@ pub(super) fn pieces(
     let mut pieces = Vec::new();
     for piece in covering {
         let c = piece.centroid().coords;
-        let spread = spread.get_or_insert_with(|| {
-            let at =
-                |u: f64, v: f64| Some((in_P(&Point2::new(u, v))?, plane.point(image, u, v)?.z));
-            Spread::new(&support(face, pixels), plane, at, noise)
-        });
+        let spread =
+            spread.get_or_insert_with(|| Spread::new(&support(face, pixels), plane, at, noise));
         let corners: Vec<_> = piece
             .vertices()
             .iter()

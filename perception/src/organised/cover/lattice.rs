@@ -1,5 +1,7 @@
 //! A region sampled on a square lattice, and what of it is in no piece yet.
 
+use std::ops::Range;
+
 use nalgebra::Point2;
 
 use super::grow::Edge;
@@ -47,7 +49,8 @@ impl Lattice {
         // Crossings of the rows with the edges, left to right: odd intervals are inside.
         let mut crossings = Vec::new();
         for (a, b) in edges {
-            lattice.crossed(a, b, |row, x| crossings.push((row, x)));
+            let (rows, at) = lattice.crossings(a, b);
+            crossings.extend(rows.map(|row| (row, at(row))));
         }
         crossings.sort_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
         let (cols, rows) = (lattice.cols, lattice.rows);
@@ -143,12 +146,13 @@ impl Lattice {
         let (mut first, mut last) = (self.rows, 0);
         for (a, b) in piece.edges() {
             let side = usize::from(a.y <= b.y);
-            self.crossed(a, b, |row, x| {
-                ends[row][side] = x;
-                (first, last) = (first.min(row), last.max(row));
-            });
+            let (rows, at) = self.crossings(a, b);
+            (first, last) = (first.min(rows.start), last.max(rows.end));
+            for (ends, row) in ends[rows.clone()].iter_mut().zip(rows) {
+                ends[side] = at(row);
+            }
         }
-        for (row, &[low, high]) in ends.iter().enumerate().take(last + 1).skip(first) {
+        for (row, &[low, high]) in ends.iter().enumerate().take(last).skip(first) {
             if low < high {
                 let (first, end) = self.columns(low, high);
                 with(row, first, end);
@@ -156,16 +160,18 @@ impl Lattice {
         }
     }
 
-    /// Calls `with` for every row that an edge crosses, and where.
-    fn crossed(&self, a: &Point2<f64>, b: &Point2<f64>, mut with: impl FnMut(usize, f64)) {
-        let (a, b) = if a.y <= b.y { (a, b) } else { (b, a) };
+    /// The rows that an edge crosses, and where it does.
+    fn crossings(&self, a: &Point2<f64>, b: &Point2<f64>) -> (Range<usize>, impl Fn(usize) -> f64) {
+        let (a, b) = if a.y <= b.y { (*a, b) } else { (*b, a) };
         // Rows with a.y ≤ y < b.y.
-        let row = |y: f64| index((y - self.low.y) * self.density - 0.5);
+        let row = |y: f64| index((y - self.low.y) * self.density - 0.5).min(self.rows);
         let slope = (b.x - a.x) / (b.y - a.y);
-        for row in row(a.y)..row(b.y).min(self.rows) {
-            let y = self.low.y + (row as f64 + 0.5) * self.pitch_m;
-            with(row, a.x + (y - a.y) * slope);
-        }
+        let (low, pitch_m) = (self.low.y, self.pitch_m);
+        let at = move |row: usize| {
+            let y = low + (row as f64 + 0.5) * pitch_m;
+            a.x + (y - a.y) * slope
+        };
+        (row(a.y)..row(b.y), at)
     }
 
     /// The columns from x = `low` to x = `high`: the first, and one past the last.
