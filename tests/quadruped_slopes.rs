@@ -6,9 +6,9 @@
 #[path = "support/walk.rs"]
 mod walk;
 
-use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use planner::Status;
-use surfaces::SurfaceSet;
+use surfaces::{Obstacle, SurfaceSet};
 use walk::{Walk, Walked, face, robot};
 
 /// Where the slope starts on the robot's way: the front feet stand at 0.33 m.
@@ -47,6 +47,10 @@ fn slope(delta_deg: f64, turn_deg: f64) -> (SurfaceSet, Vec<Vector3<f64>>) {
 
 fn walked(delta_deg: f64, turn_deg: f64) -> Walked {
     let (set, way) = slope(delta_deg, turn_deg);
+    walk(set, way)
+}
+
+fn walk(set: SurfaceSet, way: Vec<Vector3<f64>>) -> Walked {
     let walk = Walk {
         robot: robot("quadruped"),
         set,
@@ -93,6 +97,35 @@ fn up_23_8_degrees_straight() {
 #[test]
 fn up_23_8_degrees_at_30() {
     climbs(23.8, 30.0);
+}
+
+/// What evades a pole comes to a stance in that stance's posture or not at all: a limb that ends on
+/// the other side would leap.
+#[test]
+fn past_a_pole_no_limb_leaps() {
+    let mut found = 0;
+    let places = [0.6, 0.8].map(|x| [[x, 0.26], [x, -0.26]]);
+    for [x, y] in places.into_iter().flatten() {
+        let (mut set, way) = slope(10.5, 0.0);
+        let corner = |i: usize| {
+            let side = |bit: usize| if i >> bit & 1 == 1 { 0.02 } else { -0.02 };
+            let z = if i >> 2 == 1 { 1.5 } else { 0.0 };
+            Point3::new(x + side(0), y + side(1), z)
+        };
+        set.obstacles.push(Obstacle {
+            id: "pole".to_owned(),
+            points_W: (0..8).map(corner).collect(),
+            surface: None,
+            assumed: false,
+        });
+        let walked = walk(set, way);
+        if walked.answer.status == Status::Found {
+            let certificate = walked.certify();
+            assert!(certificate.pass, "{x} {y}: {}", certificate.table());
+            found += 1;
+        }
+    }
+    assert!(found >= 2, "{found} ways past a pole");
 }
 
 /// With friction 0.9, of which plans use 80 %, feet hold on up to 35.8°.

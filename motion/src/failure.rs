@@ -20,6 +20,11 @@ pub enum Reason {
         /// The joint.
         joint: String,
     },
+    /// A joint leaps: however slow the motion, it is faster than it can be.
+    Leap {
+        /// The joint, or the base.
+        joint: String,
+    },
     /// The forces do not balance the weight.
     Equilibrium,
     /// A contact slips.
@@ -62,6 +67,7 @@ impl Failure {
     pub(crate) fn severity(&self) -> f64 {
         match self.reason {
             Reason::JointLimit { .. }
+            | Reason::Leap { .. }
             | Reason::Torque { .. }
             | Reason::Friction { .. }
             | Reason::Equilibrium => 0.1 * self.amount,
@@ -87,6 +93,7 @@ impl Failure {
             Reason::Torque { joint } => {
                 format!("torque of {joint} over its limit by {percent:.1} %")
             }
+            Reason::Leap { joint } => format!("{joint} leaps by {:.1}°", self.amount.to_degrees()),
             Reason::Equilibrium => format!("no equilibrium: {percent:.3} % of the weight"),
             Reason::Friction { patch } => {
                 format!("{patch} slips: {percent:.1} % over the friction")

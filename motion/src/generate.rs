@@ -23,9 +23,12 @@ const STUCK_MAX: usize = 2;
 /// That part of a way.
 const STRAIGHT: f64 = 0.15;
 
-/// How often a phase is made slower whose samples are too fast, and what they may be faster by.
-const SLOWER_MAX: usize = 2;
+/// What samples may be faster by than they should be, and by how much at most where more time makes
+/// them no slower.
 const SPEED_TOLERANCE: f64 = 0.1;
+const SPEED_TOLERANCE_MAX: f64 = 0.5;
+/// More time makes a motion slower than this part of its speed.
+const SLOWER: f64 = 0.8;
 
 /// The samples of a task, or the worst violation on the best way.
 ///
@@ -136,15 +139,25 @@ fn attempt(
     let mut route = router.solve()?;
     let mut steps = track::steps(setting, task, way, &mut route);
     // The samples close their contacts once more and may be faster than what the time was set by.
-    for _ in 0..SLOWER_MAX {
+    let mut before = f64::INFINITY;
+    loop {
         let track = track::sample(setting, task, way, &mut route, steps)?;
-        let over = track::speed_use(setting, &track) / setting.config.joint_speed_use;
+        let fastest = track::fastest(setting, &track);
+        let over = fastest.over;
         if over <= 1.0 + SPEED_TOLERANCE {
             return Ok(track);
         }
+        // In more time a motion is slower by as much; a leap is as far as before.
+        if over > SLOWER * before {
+            return if over <= 1.0 + SPEED_TOLERANCE_MAX {
+                Ok(track)
+            } else {
+                Err(track::leap(setting, task, &track, &fastest))
+            };
+        }
+        before = over;
         steps = (steps as f64 * over).ceil() as usize;
     }
-    track::sample(setting, task, way, &mut route, steps)
 }
 
 /// A posture on the closed contacts with the patch in the air where it is at `u`.

@@ -29,6 +29,8 @@ const EXTRA_M: f64 = 2e-3;
 const EASE: f64 = 0.1;
 /// Residual that the projection may leave at a knot, m and rad: samples are closed once more.
 const LEFT: f64 = 1e-3;
+/// A body that is nearer to the last posture than this is there, m and rad: within a sample's step.
+const ARRIVED: f64 = 0.01;
 
 /// Configurations along a way.
 pub(crate) struct Route<'a> {
@@ -104,6 +106,7 @@ impl<'a> Router<'a> {
             }
             deltas.extend(reference.difference(&q).iter());
         }
+        self.arrives(&deltas[pieces * n..])?;
         Ok(Route {
             blend,
             delta: Spline::new(n, 1.0 / pieces as f64, deltas, Ends::Free),
@@ -115,6 +118,24 @@ impl<'a> Router<'a> {
             weight,
             projection,
         })
+    }
+
+    /// Whether the last knot, so far off its reference, is the posture that the phase ends with: what
+    /// evades something may come to the same contacts in another one.
+    fn arrives(&self, delta: &[f64]) -> Result<(), Failure> {
+        let setting = self.setting;
+        let farthest = delta.iter().map(|off| off.abs()).enumerate();
+        match farthest.reduce(|a, b| if b.1 > a.1 { b } else { a }) {
+            Some((k, off)) if off > ARRIVED => {
+                let bodies = setting.robot.joint_bodies();
+                let joint = match k.checked_sub(6) {
+                    Some(j) => bodies[j].joint.clone(),
+                    None => "the base".to_owned(),
+                };
+                Err(setting.failure(self.task, Reason::Leap { joint }, off, 1.0))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Pose of every closed patch at both ends: the postures close them to their tolerance.

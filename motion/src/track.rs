@@ -1,7 +1,7 @@
 //! A phase in time: its duration, its samples, and the dense check of every one of them.
 #![allow(non_snake_case)]
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use robot_model::{GRAVITY_M_S2, Kinematics};
 
 use crate::blend;
@@ -41,6 +41,8 @@ pub(crate) struct Instance {
 /// The samples of a phase, both ends included.
 pub(crate) struct Track {
     pub samples: Vec<Instance>,
+    /// Centre of mass of every body at every sample, m.
+    places_W: Vec<Vec<Point3<f64>>>,
 }
 
 /// Steps of `dt_s` that the phase takes: the shortest time that is allowed, and as long as the
@@ -101,6 +103,7 @@ pub(crate) fn sample(
     let mut statics = Statics::new(setting, task);
     let mut worst = None;
     let mut samples = Vec::with_capacity(steps + 1);
+    let mut places_W = Vec::with_capacity(steps + 1);
     let mut last_quaternion = task.keys[0].q.R_WB.coords;
     for i in 0..=steps {
         let u = quintic(i as f64 / steps as f64);
@@ -115,6 +118,12 @@ pub(crate) fn sample(
         joints(setting, task, &q.joints, u, &mut worst);
         statics.check(&kinematics, &forces_W, u, &mut worst);
         watch.look(&kinematics, u, &mut worst);
+        let bodies = robot.bodies.iter().zip(&kinematics.X_WB);
+        places_W.push(
+            bodies
+                .map(|(body, X_WB)| X_WB * Point3::from(body.com_B))
+                .collect(),
+        );
         samples.push(Instance {
             q: q.to_q(),
             com_W: kinematics.com_W,
@@ -123,23 +132,67 @@ pub(crate) fn sample(
     }
     match worst {
         Some(failure) => Err(failure),
-        None => Ok(Track { samples }),
+        None => Ok(Track { samples, places_W }),
     }
 }
 
-/// Largest part of the joints' speed limits between two samples.
-pub(crate) fn speed_use(setting: &Setting, track: &Track) -> f64 {
-    let limits = || setting.robot.joint_bodies().iter().map(|b| b.velocity);
-    let dt_s = setting.config.dt_s;
-    let pairs = track.samples.windows(2);
-    let joints = |sample: &Instance| sample.q[BASE..].to_vec();
-    pairs
-        .flat_map(|pair| {
-            let (a, b) = (joints(&pair[0]), joints(&pair[1]));
-            let parts = a.into_iter().zip(b).zip(limits());
-            parts.map(move |((a, b), limit)| (b - a).abs() / (dt_s * limit))
-        })
-        .fold(0.0, f64::max)
+/// How fast the body is between two samples.
+pub(crate) struct Fastest {
+    /// Part of what is allowed: of the joints' speeds, or of the distance that a body moves.
+    pub over: f64,
+    joint: usize,
+    /// Number of the second of the samples.
+    sample: usize,
+}
+
+/// A body moves less than this part of the clearance between two samples: what lies between them is
+/// clear then, too.
+const STEP_PART: f64 = 0.6;
+
+/// Where the track is fastest for what is allowed.
+pub(crate) fn fastest(setting: &Setting, track: &Track) -> Fastest {
+    let config = setting.config;
+    let step_m = STEP_PART * setting.posture.clearance_m;
+    let mut fastest = Fastest {
+        over: 0.0,
+        joint: 0,
+        sample: 0,
+    };
+    let pairs = track.samples.windows(2).zip(track.places_W.windows(2));
+    for (k, (pair, places)) in pairs.enumerate() {
+        let mut keep = |over: f64, joint: usize| {
+            if over > fastest.over {
+                let sample = k + 1;
+                fastest = Fastest {
+                    over,
+                    joint,
+                    sample,
+                };
+            }
+        };
+        let steps = pair[0].q[BASE..].iter().zip(&pair[1].q[BASE..]);
+        for (joint, ((a, b), body)) in steps.zip(setting.robot.joint_bodies()).enumerate() {
+            keep(
+                (b - a).abs() / (config.dt_s * body.velocity * config.joint_speed_use),
+                joint,
+            );
+        }
+        for (body, (a, b)) in places[0].iter().zip(&places[1]).enumerate() {
+            keep((b - a).norm() / step_m, body.saturating_sub(1));
+        }
+    }
+    fastest
+}
+
+/// A track that is still too fast when its time was stretched: the postures that close the contacts
+/// leap from one side of something to the other.
+pub(crate) fn leap(setting: &Setting, task: &Task, track: &Track, fastest: &Fastest) -> Failure {
+    let [before, after] =
+        [fastest.sample - 1, fastest.sample].map(|k| track.samples[k].q[BASE + fastest.joint]);
+    let joint = setting.robot.joint_bodies()[fastest.joint].joint.clone();
+    let s = fastest.sample as f64 / (track.samples.len() - 1) as f64;
+    let leap = (after - before).abs();
+    setting.failure(task, Reason::Leap { joint }, leap, quintic(s))
 }
 
 /// Closed contacts are closed; the patch in the air is on its way.
