@@ -136,7 +136,7 @@ proptest! {
     #[test]
     fn no_number_makes_it_panic(
         stance in 0..6_usize,
-        place in 0..9_usize,
+        place in 0..10_usize,
         entry in 0..17_usize,
         number in prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(-f64::INFINITY), any::<f64>()],
     ) {
@@ -152,6 +152,7 @@ proptest! {
             5 => contact.vertices_W[entry % 4][entry % 3] = number,
             6 => plan.surfaces[entry % 2].X_WS.translation.vector[entry % 3] = number,
             7 => plan.surfaces[entry % 2].inset_m = number,
+            8 => plan.surfaces[entry % 2].edge_insets_m = vec![number; 1 + entry % 4],
             _ => plan.thin_body_m = number,
         }
         let certificate = certify(&plan, &biped::robot());

@@ -8,7 +8,7 @@
 //!   [{"plane": [a, b, c, d], "polys": [[[x, y, z], …], …]}, …]
 //!
 //! with the unit normal (a, b, c) toward the sensor, a x + b y + c z + d = 0, and the convex
-//! polygons that cover the plane's faces (none for a plane without a face large enough; they may
+//! polygons that cover the plane's faces, less their insets (none for a plane without a face large enough; they may
 //! overlap). Planes that kept too few pixels are all zeros. But by the chain also
 //! `OUT_PREFIX_labels.bin`: 16-bit little-endian indices of these entries for every pixel, row by
 //! row, or for every point of a cloud, 65535 where there is none.
@@ -109,7 +109,9 @@ fn numbers<const N: usize>(list: &str) -> Result<[f64; N], AnyError> {
 fn write(out: &str, result: &perception::Extraction) -> Result<(), AnyError> {
     // One entry a plane where the pixels have labels, else one a surface.
     let polygon = |s: &surfaces::Surface| -> Vec<[f64; 3]> {
-        s.vertices_W().iter().map(|p| [p.x, p.y, p.z]).collect()
+        let touchable = s.effective_polygon();
+        let vertices = touchable.iter().flat_map(|p| p.vertices());
+        vertices.map(|v| s.point_W(v).coords.into()).collect()
     };
     let entries: Vec<String> = match &result.segmentation {
         Some(pixels) => pixels

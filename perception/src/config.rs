@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::chain::ChainConfig;
 use crate::error::within;
+use crate::inset::InsetConfig;
 use crate::lidar::LidarConfig;
 use crate::organised::OrganisedConfig;
 use crate::registration::RegistrationConfig;
@@ -39,6 +40,8 @@ pub struct Config {
     pub voxels: VoxelConfig,
     /// Parameters of the chain.
     pub chain: ChainConfig,
+    /// How far surfaces keep from their edges.
+    pub inset: InsetConfig,
     /// Parameters of the LiDAR chain.
     pub lidar: LidarConfig,
     /// Where further scans of a scene were taken from.
@@ -53,6 +56,7 @@ impl Default for Config {
             organised: OrganisedConfig::default(),
             voxels: VoxelConfig::default(),
             chain: ChainConfig::default(),
+            inset: InsetConfig::default(),
             lidar: LidarConfig::default(),
             registration: RegistrationConfig::default(),
         }
@@ -75,6 +79,7 @@ impl Config {
         self.organised.check()?;
         self.voxels.check(self.range_max_m)?;
         self.chain.check(self.range_max_m)?;
+        self.inset.check()?;
         self.lidar.check()?;
         self.registration.check()
     }

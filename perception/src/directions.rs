@@ -168,7 +168,7 @@ impl<'a> Directions<'a> {
                 let places = (places as usize).clamp(1, PLACES_MAX);
                 EdgeKind::most((0..places).map(|i| {
                     let t = (i as f64 + 0.5) / places as f64;
-                    edges::beyond(self, label, &self.place(&(a + (b - a) * t)), &aside)
+                    edges::beyond(self, label, &self.place(&(a + (b - a) * t)), &aside).kind
                 }))
             })
             .collect()

@@ -54,6 +54,9 @@ const BORDER_PX: usize = 32;
 /// which measurements drop out holds fewer.
 const AGAIN_PX: usize = 4;
 const GAP_PX: usize = 3;
+/// Measurements drop out within two pixels of an edge on either side, and a little more: where more is
+/// missing, it is one side's shadow.
+const DROPPED_PX: usize = 5;
 /// A point without a plane may be on the edge of one that is seen so many pixels on.
 const BESIDE_PX: usize = 4;
 /// A point is on a plane within √((5σ)² + (3κw)²), as pixels are that close a gap.
@@ -61,10 +64,35 @@ const SIGMAS: f64 = 5.0;
 const SYSTEMATICS: f64 = 3.0;
 /// Where two surfaces meet is known to this, px.
 const MEETING_PX: f64 = 2.0;
+/// Steps of a profile across an edge: so many, from so far inside; the first are the reference.
+const PROFILE: usize = 24;
+const INNER: usize = 12;
+const REFERENCE: usize = 6;
+/// Points leave a plane where their mean is off it by so many of its standard deviations, by so many of
+/// the slowly varying error's change from step to step, and by this part of a single point's.
+const LEAVES_SIGMAS: f64 = 3.0;
+const WAVES_SIGMAS: f64 = 2.0;
+const LEAVES_MIN: f64 = 0.5;
+/// Fewer places are no mean.
+const PLACES_MIN: f64 = 2.0;
+/// Where they are still as near as this in the end, they are the face's, in the same units.
+const LEAVES_END: f64 = 1.2;
 /// Steepest slope along the ray that something without a plane has, tan 80°.
 const STEEPEST: f64 = 5.7;
 
-/// The kinds of a ring's edges, each from a corner to the next.
+/// What the walk from one place found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Found {
+    /// What ends the face.
+    pub kind: EdgeKind,
+    /// How far on that is, px: in the middle between the last pixel of the face and the first that
+    /// shows something else, where no more lies between than drops out on both sides of an edge; else
+    /// right after the last pixel of the face.
+    pub at_px: f64,
+}
+
+/// The kinds of a ring's edges, each from a corner to the next, and how far on the face ends in
+/// the median of an edge's places, px.
 ///
 /// The face, on the plane `label`, is on the ring's left where `left` says so, else on its right (in
 /// the picture's axes as a mathematician draws them).
@@ -73,14 +101,14 @@ pub(crate) fn kinds(
     label: u16,
     ring: &[Point2<f64>],
     left: bool,
-) -> Vec<EdgeKind> {
+) -> Vec<(EdgeKind, f64)> {
     let next = ring.iter().cycle().skip(1);
     ring.iter()
         .zip(next)
         .map(|(a, b)| {
             let along = b - a;
             let Some(ahead) = along.try_normalize(1e-9) else {
-                return EdgeKind::Unknown;
+                return (EdgeKind::Unknown, 0.0);
             };
             let right = Vector2::new(ahead.y, -ahead.x);
             let out = if left { right } else { -right };
@@ -89,9 +117,94 @@ pub(crate) fn kinds(
                 let t = (i as f64 + 0.5) / places as f64;
                 beyond(picture, label, &(a + along * t), &out)
             });
-            EdgeKind::most(found)
+            let found: Vec<Found> = found.collect();
+            let mut at_px: Vec<f64> = found.iter().map(|f| f.at_px).collect();
+            at_px.sort_by(f64::total_cmp);
+            let middle = at_px[(at_px.len() - 1) / 2];
+            // Half of the places tell as much: what is off the plane goes along the whole edge.
+            let every = places.div_ceil(2);
+            let from = (0..every).map(|i| a + along * ((i as f64 + 0.5) / every as f64));
+            // Real edges are round: what leaves the plane farther inside is the face still.
+            let leaves = leaves_px(picture, label, from, &out)
+                .unwrap_or(middle)
+                .max(0.0);
+            (
+                EdgeKind::most(found.iter().map(|f| f.kind)),
+                middle.min(leaves),
+            )
         })
         .collect()
+}
+
+/// Where the points that count as the face's leave its plane across an edge, px: something narrow may
+/// go on from the edge, the front of a board, that is within the noise of the plane point by point and
+/// in the mean over the edge is not. `None` where they stay on it.
+///
+/// Residuals of inverse depth in units of their noise, averaged over the edge's places step by step,
+/// against those farther inside; the slowly varying error is in both.
+fn leaves_px(
+    picture: &impl Picture,
+    label: u16,
+    from: impl Iterator<Item = Point2<f64>>,
+    out: &Vector2<f64>,
+) -> Option<f64> {
+    let step = out / out.x.abs().max(out.y.abs()).max(1e-9);
+    let mut sums = [(0.0, 0.0); PROFILE];
+    let noise = picture.noise();
+    let (mut places, mut slow) = (0.0, 0.0);
+    for place in from {
+        // Along a line of pixels a plane's inverse depth is a straight line, its noise nearly constant.
+        let [Some(own), Some(next)] = [0.0, 1.0].map(|k| picture.plane(label, &(place + step * k)))
+        else {
+            continue;
+        };
+        let inverse = 1.0 / noise.sigma_inverse(1.0 / own);
+        places += 1.0;
+        slow += noise.systematic_ratio * own * inverse;
+        for (k, (sum, count)) in sums.iter_mut().enumerate() {
+            let k = k as f64 - INNER as f64;
+            if let Shown::Point { w, label: its, .. } = picture.at(&(place + step * k))
+                && its == label
+            {
+                *sum += (own + k * (next - own) - w) * inverse;
+                *count += 1.0;
+            }
+        }
+    }
+    if places < PLACES_MIN {
+        return None;
+    }
+    // Places nearer than a correlated error is wide tell less than their number.
+    let apart = APART_PX / (std::f64::consts::PI.sqrt() * noise.correlation_px);
+    let alike = apart.min(1.0);
+    let total = |part: &[(f64, f64)]| {
+        let add = |a: (f64, f64), b: &(f64, f64)| (a.0 + b.0, a.1 + b.1);
+        part.iter().fold((0.0, 0.0), add)
+    };
+    let (inner, beyond) = sums.split_at(REFERENCE);
+    let (sum, count) = total(inner);
+    if count < REFERENCE as f64 {
+        return None;
+    }
+    let reference = sum / count;
+    // Slowly varying errors differ by so much a step, in the same units.
+    let waves = WAVES_SIGMAS * slow / places * step.norm() / noise.systematic_scale_px;
+    // Two steps at a time, while most places are on the face: the first from which on they are off the
+    // plane, if they end up well off it.
+    let off = |pair: &[(f64, f64)]| {
+        let (sum, count) = total(pair);
+        (count >= places).then(|| ((sum / count - reference).abs(), count))
+    };
+    let offs: Vec<(f64, f64)> = beyond.windows(2).map_while(off).collect();
+    if offs.last().is_none_or(|(last, _)| *last < LEAVES_END) {
+        return None;
+    }
+    offs.iter().enumerate().find_map(|(k, (off, count))| {
+        let limit = LEAVES_SIGMAS / (0.5 * count * alike).sqrt();
+        let limit = limit.hypot(waves * (0.5 * REFERENCE as f64 + k as f64 + 1.0));
+        let at = (REFERENCE + k) as f64 - INNER as f64 - 0.5;
+        (*off > limit.max(LEAVES_MIN)).then_some(at * step.norm())
+    })
 }
 
 /// What ends the face beyond one place of its outline.
@@ -100,17 +213,29 @@ pub(crate) fn beyond(
     label: u16,
     from: &Point2<f64>,
     out: &Vector2<f64>,
-) -> EdgeKind {
+) -> Found {
     // Steps from one pixel to the next.
     let step = out / out.x.abs().max(out.y.abs()).max(1e-9);
     let at = |k: usize| from + step * k as f64;
+    let found = |kind: EdgeKind, last: usize, first: usize| {
+        let between = first - last - 1;
+        let half = if between <= DROPPED_PX {
+            0.5 * between as f64
+        } else {
+            0.0
+        };
+        Found {
+            kind,
+            at_px: (last as f64 + 0.5 + half) * step.norm(),
+        }
+    };
     // The last pixel of the face before something else, and how many of it followed a gap.
     let (mut last, mut again, mut unlabelled) = (0, 0, None);
     for k in 1..=STEPS_MAX {
         let p = at(k);
         let (w, its) = match picture.at(&p) {
-            Shown::Outside if k - last > BORDER_PX => return EdgeKind::Unknown,
-            Shown::Outside => return EdgeKind::FieldOfView,
+            Shown::Outside if k - last > BORDER_PX => return found(EdgeKind::Unknown, last, k),
+            Shown::Outside => return found(EdgeKind::FieldOfView, last, k),
             Shown::Nothing => continue,
             Shown::Point {
                 w,
@@ -120,46 +245,49 @@ pub(crate) fn beyond(
                 let own = || picture.plane(label, &p);
                 let on = || own().is_some_and(|own| near(picture, own, w));
                 if !used && on() {
-                    return EdgeKind::FieldOfView;
+                    return found(EdgeKind::FieldOfView, last, k);
                 }
                 if its == label || (its == NONE && on()) {
                     again += usize::from(again > 0 || k - last > GAP_PX);
                     if again > AGAIN_PX {
-                        return EdgeKind::Unknown;
+                        return found(EdgeKind::Unknown, last, last + 1);
                     }
                     last = k;
                     unlabelled = None;
                     continue;
                 }
                 if own().is_none_or(|own| w <= own) {
-                    return EdgeKind::Real;
+                    return found(EdgeKind::Real, last, k);
                 }
                 (w, its)
             }
         };
         // Something nearer than the plane: hidden, unless it meets the plane.
         if picture.plane(its, &p).is_some() {
-            return if meets(picture, [label, its], &at(last), &p, &step) {
+            let kind = if meets(picture, [label, its], &at(last), &p, &step) {
                 EdgeKind::Real
             } else {
                 EdgeKind::Occluded
             };
+            let first = unlabelled.map_or(k, |(first, _)| first);
+            return found(kind, last, first);
         }
         let (first, nearest) = *unlabelled.get_or_insert((k, w));
         if k - first >= BESIDE_PX {
             let own = picture.plane(label, &at(first)).unwrap_or(0.0);
             let steps = (first - last) as f64 + MEETING_PX;
             let rise = steps * picture.pixel_rad() * STEEPEST * nearest;
-            return if nearest - own <= rise {
+            let kind = if nearest - own <= rise {
                 EdgeKind::Real
             } else {
                 EdgeKind::Occluded
             };
+            return found(kind, last, first);
         }
     }
     match unlabelled {
-        Some(_) => EdgeKind::Occluded,
-        None => EdgeKind::Unknown,
+        Some((first, _)) => found(EdgeKind::Occluded, last, first),
+        None => found(EdgeKind::Unknown, last, last + 1),
     }
 }
 

@@ -27,6 +27,7 @@ mod directions;
 mod edges;
 mod error;
 mod extraction;
+mod inset;
 pub mod lidar;
 mod organised;
 mod readers;
@@ -43,6 +44,7 @@ pub use chain::{
 pub use config::{Config, Method};
 pub use error::Error;
 pub use extraction::{Extraction, Segmentation, Statistics};
+pub use inset::InsetConfig;
 pub use organised::{
     BeyondConfig, CoverConfig, GrowthConfig, MaskConfig, MergeConfig, OrganisedConfig,
     OutlineConfig,
@@ -68,22 +70,30 @@ use nalgebra::Isometry3;
 #[allow(non_snake_case)]
 pub fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Result<Extraction, Error> {
     config.check()?;
+    let (range_max_m, inset) = (config.range_max_m, &config.inset);
+    // What is not known of the edges of a cloud shrinks where its surfaces may be touched; in images
+    // that is known edge by edge.
+    let less = |mut found: Extraction, edge_m: f64| {
+        let view = inset.of_cloud(X_WV, &scan.eye_V, edge_m);
+        for surface in &mut found.surfaces {
+            inset::apply(surface, &view);
+        }
+        found
+    };
     match (&scan.depth, config.method) {
         (Some(depth), Method::Auto | Method::Organised) => {
-            let organised = &config.organised;
-            Ok(organised::extract(
-                depth,
-                &scan.noise,
-                X_WV,
-                config.range_max_m,
-                organised,
-            ))
+            let (noise, organised) = (&scan.noise, &config.organised);
+            let found = organised::extract(depth, noise, X_WV, range_max_m, organised, inset);
+            Ok(found)
         }
         (None, Method::Organised) => Err(Error::NotOrganised),
         (_, Method::Auto | Method::Voxels) => {
-            let voxels = &config.voxels;
-            Ok(voxels::extract(scan, X_WV, config.range_max_m, voxels))
+            let found = voxels::extract(scan, X_WV, range_max_m, &config.voxels);
+            Ok(less(found, config.voxels.outline.inset_m))
         }
-        (_, Method::Chain) => chain::extract(scan, X_WV, config.range_max_m, &config.chain),
+        (_, Method::Chain) => {
+            let found = chain::extract(scan, X_WV, range_max_m, &config.chain)?;
+            Ok(less(found, config.chain.hull.inset_m))
+        }
     }
 }

@@ -5,9 +5,8 @@
 mod support;
 
 use nalgebra::{Isometry3, Point3};
-use perception::{Config, Scan, extract};
-use support::{Block, Face, block, camera, lattice, scan, top};
-use surfaces::Surface;
+use perception::{Config, extract};
+use support::{Block, block, camera, eroded, lattice, on_face, scan, top};
 
 /// The floor and the wall of every scene.
 fn room() -> Vec<Block> {
@@ -64,46 +63,6 @@ fn scenes() -> Vec<(&'static str, Vec<Block>, Vec<&'static str>)> {
 
 fn pose() -> Isometry3<f64> {
     camera(1.45, 0.61)
-}
-
-/// The polygons in the face's plane: within 5° of it, and 3 cm at their centroid, over the face.
-fn on_face<'a>(found: &'a [Surface], face: &Face, world: &[Block]) -> Vec<&'a Surface> {
-    let lies = |s: &&Surface| {
-        let p = Point3::from(s.X_WS.translation.vector);
-        s.normal_W().dot(&face.normal_W()) > 5.0_f64.to_radians().cos()
-            && face.height(&p).abs() < 0.03
-            && face.holds(&p, world)
-    };
-    found.iter().filter(lies).collect()
-}
-
-/// How far a face is taken back before its coverage is measured, px: the drop-outs take 2 px off
-/// an edge in the air, and where an edge is can be told to 1 px.
-const EDGE_PX: usize = 3;
-
-/// Points of the face, one a pixel that sees it and nothing else within [`EDGE_PX`], and the area
-/// that each stands for but for a factor.
-fn eroded(exact: &Scan, face: &Face, world: &[Block]) -> Vec<(Point3<f64>, f64)> {
-    let depth = exact.depth.as_ref().unwrap();
-    let (width, height) = (depth.width, depth.height);
-    let point = |i: usize| {
-        let p = exact.cloud.points[i].map(f64::from);
-        exact.X_WV * Point3::from(p)
-    };
-    let on: Vec<bool> = (0..width * height)
-        .map(|i| {
-            let p = point(i);
-            depth.z_m[i] > 0.0 && face.height(&p).abs() < 2e-3 && face.holds(&p, world)
-        })
-        .collect();
-    let near = |k: usize, end: usize| k.saturating_sub(EDGE_PX)..(k + EDGE_PX + 1).min(end);
-    (0..width * height)
-        .filter(|i| {
-            let (u, v) = (i % width, i / width);
-            near(v, height).all(|v| near(u, width).all(|u| on[v * width + u]))
-        })
-        .map(|i| (point(i), f64::from(depth.z_m[i]).powi(3)))
-        .collect()
 }
 
 #[test]

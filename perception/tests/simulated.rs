@@ -6,40 +6,8 @@ mod support;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{Config, Method, Scan, extract};
-use support::{Block, against, block, camera, lattice, on_face, scan, top, unorganised};
+use support::{against, block, camera, concave, lattice, on_face, scan, stairs, top, unorganised};
 use surfaces::Surface;
-
-fn stairs() -> Vec<Block> {
-    vec![
-        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
-        block("wall", [4.35, 0.0, 1.5], [0.1, 12.0, 3.0], 0.0, 0.0),
-        block("step1", [1.15, 0.05, 0.075], [0.34, 0.62, 0.15], 0.1, 0.0),
-        block("step2", [1.50, -0.02, 0.15], [0.36, 0.70, 0.30], -0.07, 0.0),
-        block("step3", [1.88, 0.06, 0.22], [0.38, 0.55, 0.44], 0.05, 0.0),
-        block(
-            "step4",
-            [2.26, -0.03, 0.285],
-            [0.36, 0.60, 0.57],
-            -0.12,
-            0.0,
-        ),
-        block("table", [2.90, 0.0, 0.695], [0.80, 1.60, 0.03], 0.02, 0.0),
-        block("ramp", [1.9, -1.15, 0.105], [1.2, 0.8, 0.04], 0.0, -0.21),
-    ]
-}
-
-fn concave() -> Vec<Block> {
-    vec![
-        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
-        block("l_long", [1.55, 0.55, 0.10], [0.9, 0.35, 0.20], 0.0, 0.0),
-        block("l_short", [1.825, 0.175, 0.10], [0.35, 0.4, 0.20], 0.0, 0.0),
-        block("u_right", [1.6, -0.95, 0.15], [0.9, 0.25, 0.30], 0.0, 0.0),
-        block("u_far", [1.925, -0.625, 0.15], [0.25, 0.4, 0.30], 0.0, 0.0),
-        block("u_left", [1.6, -0.30, 0.15], [0.9, 0.25, 0.30], 0.0, 0.0),
-        block("table", [2.9, 0.2, 0.60], [0.9, 1.6, 0.04], 0.0, 0.0),
-        block("box", [2.85, 0.15, 0.72], [0.3, 0.3, 0.20], 0.35, 0.0),
-    ]
-}
 
 fn pose() -> Isometry3<f64> {
     camera(1.45, 0.61)

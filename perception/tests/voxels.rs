@@ -75,7 +75,12 @@ fn surfaces_of(scan: &Scan) -> Vec<Surface> {
 /// A surface with the polygon that patches must lie in: shrunk by its inset.
 fn effective(surface: Surface) -> Option<Surface> {
     let polygon = surface.effective_polygon()?;
-    Some(Surface { polygon, ..surface })
+    Some(Surface {
+        polygon,
+        polygon_edges: Vec::new(),
+        edge_insets_m: Vec::new(),
+        ..surface
+    })
 }
 
 /// Whether the surfaces are one face but for islands: the largest one's name has nearly all of the area.

@@ -21,7 +21,8 @@ pub struct Config {
     /// faces of less than 45°, every one bears what it takes for the same distance.
     pub com_margin_m: f64,
     /// Distance of the patch (of a ball: of its whole shadow) from the edge of the effective surface
-    /// polygon, m.
+    /// polygon, m: beside the inset for what is not known of the surface's edges
+    /// ([`Surface::insets_m`](surfaces::Surface::insets_m)), what a controller may miss.
     pub patch_margin_m: f64,
     /// Largest violation of a constraint that still counts as fulfilled: m for lengths, the
     /// limit's part for torques, the weight's part for forces; angles count times 0.1 m.

@@ -7,14 +7,22 @@
 ///
 /// Edges without a length are passed over; −∞ where there is no edge.
 pub(crate) fn outside(polygon: &[[f64; 2]], p: [f64; 2]) -> f64 {
+    outside_inset(polygon, &[], p)
+}
+
+/// As [`outside`], of the polygon whose edges are taken back by a distance each, in their order; by
+/// none where there is none.
+///
+///   max_l  n_l·(p − a_l) + inset_l
+pub(crate) fn outside_inset(polygon: &[[f64; 2]], insets_m: &[f64], p: [f64; 2]) -> f64 {
     let mut worst = f64::NEG_INFINITY;
-    for (a, b) in edges(polygon) {
+    for (l, (a, b)) in edges(polygon).enumerate() {
         let (ex, ey) = (b[0] - a[0], b[1] - a[1]);
         let length = ex.hypot(ey);
         if length > 0.0 {
             // The interior is on the left of the edge, (ey, −ex) points to the right.
             let value = (ey * (p[0] - a[0]) - ex * (p[1] - a[1])) / length;
-            worst = worst.max(value);
+            worst = worst.max(value + insets_m.get(l).copied().unwrap_or(0.0));
         }
     }
     worst
@@ -63,6 +71,14 @@ mod tests {
         ] {
             assert_eq!(outside(&SQUARE, p), expected);
         }
+    }
+
+    #[test]
+    fn an_edge_taken_back_is_nearer_and_the_others_stay() {
+        let insets = [0.5, 0.0, 0.0, 0.1];
+        assert_eq!(outside_inset(&SQUARE, &insets, [1.0, 0.25]), 0.25);
+        assert_eq!(outside_inset(&SQUARE, &insets, [1.75, 1.0]), -0.25);
+        assert_eq!(outside_inset(&SQUARE, &insets, [0.25, 1.0]), -0.25 + 0.1);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use nalgebra::{Matrix4, Vector3};
 use planner::plan::{Plan, Stance, StanceContact};
 use robot_model::{ContactPatch, Robot};
-use surfaces::Surface;
+use surfaces::{EdgeKind, Surface};
 
 use super::clearance::{self, Surroundings};
 use super::findings::Findings;
@@ -183,12 +183,25 @@ fn contact(scene: &Scene, index: usize, touch: &Touch, findings: &mut Findings) 
         .iter()
         .map(|v| [v.x, v.y])
         .collect();
+    let insets_m = insets(touch.surface);
     let out = in_surface
         .iter()
-        .map(|p| polygon::outside(&polygon, [p.x, p.y]))
+        .map(|p| polygon::outside_inset(&polygon, &insets_m, [p.x, p.y]))
         .fold(f64::NEG_INFINITY, f64::max);
-    let inside = -out - touch.surface.inset_m;
+    let inside = -out;
     findings.value(at, Check::Inclusion, name, inside, -options.inclusion_m);
+}
+
+/// How far each edge of a surface's polygon is taken back, m: what the file says of it, else the one
+/// inset of all, but never seams.
+fn insets(surface: &Surface) -> Vec<f64> {
+    let edges = surface.polygon.vertices().len();
+    let one = |l: usize| {
+        let seam = surface.polygon_edges.get(l) == Some(&EdgeKind::Seam);
+        let own = surface.edge_insets_m.get(l).copied();
+        own.unwrap_or(if seam { 0.0 } else { surface.inset_m })
+    };
+    (0..edges).map(one).collect()
 }
 
 /// The parts of friction and torque that the stated forces use.

@@ -153,6 +153,21 @@ fn environment(plan: &Plan, options: &Options, findings: &mut Findings) {
         if !(surface.inset_m >= 0.0 && sane(surface.inset_m)) {
             flaw(id, format!("its inset is {} m", surface.inset_m));
         }
+        let edges = surface.polygon.vertices().len();
+        let counts = [surface.edge_insets_m.len(), surface.polygon_edges.len()];
+        if counts.iter().any(|count| ![0, edges].contains(count)) {
+            flaw(
+                id,
+                format!("it has {counts:?} insets and kinds for {edges} edges"),
+            );
+        }
+        if let Some(inset) = surface
+            .edge_insets_m
+            .iter()
+            .find(|m| !(**m >= 0.0 && sane(**m)))
+        {
+            flaw(id, format!("the inset of an edge is {inset} m"));
+        }
     }
     let mut obstacles = BTreeSet::new();
     for obstacle in &plan.obstacles {

@@ -5,15 +5,18 @@
 //!
 //!   δ(x, y) = θ_x y − θ_y x + z = g · (θ_x, θ_y, z),    g = (y, −x, 1),    σ² = gᵀ Σ g.
 //!
-//! Where an edge was seen along a ray with direction d (in S, d_z < 0), a plane that is δ too high
-//! is met δ / d_z further along the ray, and the edge with outward normal n moves in the plane by
-//! n · d_xy · δ / d_z. With the independent error σ_edge of finding the edge in the image:
+//! An edge was seen along the rays to it. With the ray d (in S, d_z < 0) to a point of it, a plane that
+//! is δ too high is met δ / d_z further along the ray, and the edge with outward normal n moves in the
+//! plane by n · d_xy δ / d_z. The independent error of finding the edge in the image, an angle σ_α, moves
+//! it by u σ_α. With k standard deviations, less the gap g to the outline and the angle ε by which that
+//! lies inside the true edge already:
 //!
-//!   σ_l² = σ_edge² + (n_l · d_xy / d_z)² max_{p on l} σ(p)²,     inset_l = k σ_l.
+//!   σ_l = |n_l · d_xy / d_z| σ(p),   u = |d| |d × e_l| / |d_z|   (e_l the edge's direction),
+//!   inset_l = max(0, k √(σ_l² + (u σ_α)²) − u ε − g),   the largest of both ends and the middle.
 
-use nalgebra::{Isometry3, Matrix3, Point2, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
 
-use crate::{ConvexPolygon, Error, Surface};
+use crate::{ConvexPolygon, EdgeKind, Error, Surface, edge};
 
 /// Standard deviation along the normal at the plane's point `p`, m.
 ///
@@ -62,60 +65,137 @@ pub fn sigma_max(covariance: &[[f64; 3]; 3], polygon: &ConvexPolygon) -> f64 {
     polygon.vertices().iter().map(at).fold(0.0, f64::max)
 }
 
-/// What is known of how the edges of a surface were seen.
+/// How the edges of a face were seen.
 #[allow(non_snake_case)]
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EdgeView {
-    /// Standard deviation of an edge's place in the surface, m (1–2 pixels · z / f).
-    pub sigma_edge_m: f64,
-    /// Direction of the rays to the surface, in W; need not be a unit vector.
-    pub ray_W: Vector3<f64>,
+pub struct EdgeView<'a> {
+    /// Where the sensor was, in W, m; on the free side of the surface.
+    pub eye_W: Point3<f64>,
     /// Number k of standard deviations to keep off the edges.
     pub k: f64,
+    /// Standard deviation σ_α of an edge's place in the image, as an angle, rad. Edges that the border
+    /// of the view cuts have none: the border is where it is.
+    pub sigma_rad: f64,
+    /// Angle ε by which each edge of each ring of the outline lies inside the true one, rad, negative
+    /// outside; zero where there is none. At edges that the view's border cuts it does not count.
+    pub inside_rad: &'a [Vec<f64>],
+    /// A further error of an edge's place, k standard deviations of it, m.
+    pub further_m: f64,
 }
 
-/// The distance k·σ_l by which each edge may be nearer than it seems, m, in the order of the edges.
+/// Of the outline along an edge of a polygon the worst part of this size is left out: jags of it.
+const JAGS: f64 = 0.25;
+
+/// The distance by which each edge of the polygon may be nearer than it seems, m, in their order;
+/// nothing at seams that are farther inside the outline than that.
 ///
-/// A surface without a covariance has only the edge error.
+/// A surface without a covariance has only the edges' own errors.
 /// # Errors
-/// [`Error::BadNumber`] when k or σ_edge is negative or not finite, or the ray does not come from
-/// the free side of the surface.
+/// [`Error::BadNumber`] when a number of the view is negative or not finite, or the eye is not on the
+/// free side of the surface.
 #[allow(non_snake_case)]
 pub fn edge_insets_m(surface: &Surface, view: &EdgeView) -> Result<Vec<f64>, Error> {
-    for (field, value) in [("k", view.k), ("sigma_edge_m", view.sigma_edge_m)] {
+    for (field, value) in [
+        ("k", view.k),
+        ("sigma_rad", view.sigma_rad),
+        ("further_m", view.further_m),
+    ] {
         if !(value.is_finite() && value >= 0.0) {
             return Err(bad(field, value, "a finite number ≥ 0"));
         }
     }
-    let ray_S = surface.X_WS.rotation.inverse() * view.ray_W;
-    if !(ray_S.z < 0.0 && ray_S.iter().all(|c| c.is_finite())) {
-        return Err(bad(
-            "ray_W · normal",
-            ray_S.z,
-            "negative: rays fall on the free side",
-        ));
+    let eye = surface.X_WS.inverse_transform_point(&view.eye_W);
+    if !(eye.z > 0.0 && eye.iter().all(|x| x.is_finite())) {
+        return Err(bad("eye_W", eye.z, "above the surface"));
     }
-    let slide = ray_S.xy() / ray_S.z;
-    let off_plane = |p: &Point2<f64>| {
-        let covariance = surface.plane_covariance.as_ref();
-        covariance.map_or(0.0, |c| sigma_at(c, p))
-    };
-    let edges = surface.polygon.edges().zip(surface.polygon.half_planes());
-    let inset = |((a, b), half_plane): ((&Point2<f64>, &Point2<f64>), crate::HalfPlane)| {
-        let across = half_plane.n.dot(&slide) * off_plane(a).max(off_plane(b));
-        view.k * view.sigma_edge_m.hypot(across)
-    };
-    Ok(edges.map(inset).collect())
+    let seen: Vec<Seen> = (surface.polygon.edges())
+        .map(|(a, b)| Seen::new(surface, &eye, [a, b]))
+        .collect();
+    let wanted = seen
+        .iter()
+        .map(|edge| edge.lack_m(view, EdgeKind::Real, 0.0));
+    let reach_m = wanted.fold(edge::ALONG_M, f64::max);
+    // What each edge lacks of the parts of the outline that bound the polygon there, and their lengths.
+    let mut parts: Vec<Vec<(f64, f64)>> = vec![Vec::new(); seen.len()];
+    let half_planes = surface.polygon.half_planes();
+    for (number, ring) in surface.outline.iter().enumerate() {
+        let inside = view.inside_rad.get(number);
+        for (i, (a, b)) in edge::ring_edges(ring).enumerate() {
+            if let Some(found) = edge::bound_by(&half_planes, &a, &b, reach_m) {
+                let inside = inside.and_then(|ring| ring.get(i)).copied().unwrap_or(0.0);
+                let kind = surface.outline_edge(number, i);
+                let lack = seen[found.edge].lack_m(view, kind, inside) - found.gap_m;
+                parts[found.edge].push((lack, found.length_m));
+            }
+        }
+    }
+    if surface.outline.is_empty() {
+        for (i, (edge, parts)) in seen.iter().zip(&mut parts).enumerate() {
+            let kind = surface.polygon_edges.get(i).copied().unwrap_or_default();
+            parts.push((edge.lack_m(view, kind, 0.0), 1.0));
+        }
+    }
+    Ok(parts
+        .into_iter()
+        .map(|parts| worst(parts).max(0.0))
+        .collect())
 }
 
-/// The largest of [`edge_insets_m`]: a value for [`Surface::inset_m`].
-///
-/// # Errors  as [`edge_insets_m`].
-#[allow(non_snake_case)]
-pub fn inset_m(surface: &Surface, view: &EdgeView) -> Result<f64, Error> {
-    Ok(edge_insets_m(surface, view)?
-        .into_iter()
-        .fold(0.0, f64::max))
+/// The largest of values but for [`JAGS`] of their weight; 0 of none.
+fn worst(mut parts: Vec<(f64, f64)>) -> f64 {
+    parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut left = JAGS * parts.iter().map(|(_, weight)| weight).sum::<f64>();
+    for (value, weight) in &parts {
+        left -= weight;
+        if left < 0.0 {
+            return *value;
+        }
+    }
+    parts.last().map_or(0.0, |(value, _)| *value)
+}
+
+/// An edge of a polygon as it is seen, at both ends and in the middle.
+struct Seen {
+    /// |n · d_xy / d_z| σ(p), m.
+    across_m: [f64; 3],
+    /// How far the edge moves with the angle at which it is seen, m/rad.
+    per_rad: [f64; 3],
+}
+
+impl Seen {
+    /// The edge between two corners, from an eye in S.
+    fn new(surface: &Surface, eye: &Point3<f64>, [a, b]: [&Point2<f64>; 2]) -> Self {
+        let along = (b - a).normalize();
+        let places = [*a, nalgebra::center(a, b), *b];
+        let ray = |p: &Point2<f64>| Point3::new(p.x, p.y, 0.0) - eye;
+        let covariance = surface.plane_covariance.as_ref();
+        let across = |p: Point2<f64>| {
+            let ray = ray(&p);
+            let slide = (along.y * ray.x - along.x * ray.y) / ray.z;
+            slide.abs() * covariance.map_or(0.0, |c| sigma_at(c, &p))
+        };
+        let per_rad = |p: Point2<f64>| {
+            let ray = ray(&p);
+            ray.norm() * ray.cross(&along.push(0.0)).norm() / eye.z
+        };
+        Self {
+            across_m: places.map(across),
+            per_rad: places.map(per_rad),
+        }
+    }
+
+    /// How much farther inside an edge of this kind should be that is `inside_rad` inside already, m.
+    fn lack_m(&self, view: &EdgeView, kind: EdgeKind, inside_rad: f64) -> f64 {
+        let places = self.across_m.iter().zip(&self.per_rad);
+        let lack = |(across, per_rad): (&f64, &f64)| {
+            let (own, inside) = match kind {
+                EdgeKind::FieldOfView => (0.0, 0.0),
+                _ => (view.k * view.sigma_rad * per_rad, inside_rad * per_rad),
+            };
+            (view.k * across).hypot(own).hypot(view.further_m) - inside
+        };
+        places.map(lack).fold(f64::NEG_INFINITY, f64::max)
+    }
 }
 
 fn bad(field: &str, value: f64, expected: &'static str) -> Error {
@@ -143,39 +223,85 @@ mod tests {
         surface
     }
 
+    /// An eye so far away that rays are parallel to `ray`, and angles too small to matter.
+    fn from_afar(ray: Vector3<f64>, further_m: f64) -> EdgeView<'static> {
+        EdgeView {
+            eye_W: Point3::from(ray * -1e6),
+            k: 2.0,
+            sigma_rad: 0.0,
+            inside_rad: &[],
+            further_m,
+        }
+    }
+
     #[test]
     fn a_ray_along_the_normal_leaves_only_the_edge_error() {
-        let view = EdgeView {
-            sigma_edge_m: 0.004,
-            ray_W: -Vector3::z(),
-            k: 2.0,
-        };
-        assert_eq!(edge_insets_m(&surface(), &view).unwrap(), [0.008; 4]);
+        let view = from_afar(-Vector3::z(), 0.008);
+        for inset in edge_insets_m(&surface(), &view).unwrap() {
+            assert!((inset - 0.008).abs() < 1e-7);
+        }
     }
 
     #[test]
     fn a_slanted_ray_moves_the_edges_it_crosses() {
         // Seen at 45° along +x: an error along the normal moves the x edges by as much.
-        let view = EdgeView {
-            sigma_edge_m: 0.0,
-            ray_W: Vector3::new(1.0, 0.0, -1.0),
-            k: 1.0,
-        };
+        let view = from_afar(Vector3::new(1.0, 0.0, -1.0), 0.0);
         let insets = edge_insets_m(&surface(), &view).unwrap();
         let corner = (0.5_f64 * 0.01).hypot(1.0 * 0.02).hypot(0.002);
-        approx::assert_relative_eq!(insets[1], corner, max_relative = 1e-12);
-        assert_eq!(insets[0], 0.0);
-        assert_eq!(inset_m(&surface(), &view).unwrap(), insets[1]);
+        approx::assert_relative_eq!(insets[1], 2.0 * corner, max_relative = 1e-5);
+        assert!(insets[0] < 1e-6);
+    }
+
+    #[test]
+    fn seams_keep_no_distance_and_an_edge_counts_the_gap_to_the_outline() {
+        // The face goes on toward +x; toward +y its edge is 5 mm beyond the polygon's.
+        let mut piece = surface();
+        piece.outline = vec![vec![[-1.0, -0.5], [3.0, -0.5], [3.0, 0.505], [-1.0, 0.505]]];
+        let view = from_afar(-Vector3::z(), 0.02);
+        let insets = edge_insets_m(&piece, &view).unwrap();
+        for (inset, expected) in insets.iter().zip([0.02, 0.0, 0.015, 0.02]) {
+            assert!((inset - expected).abs() < 1e-6, "{insets:?}");
+        }
+    }
+
+    #[test]
+    fn what_lies_inside_counts_but_not_at_the_border_of_the_view() {
+        // One metre above the middle: a milliradian is a millimetre at an edge below, more aside.
+        let mut seen = surface();
+        seen.plane_covariance = None;
+        let corners = seen.polygon.vertices().iter();
+        seen.outline = vec![corners.map(|v| [v.x, v.y]).collect()];
+        let inside = |angle: f64| vec![vec![angle; 4]];
+        let (some, more) = (inside(0.003), inside(0.01));
+        let view = EdgeView {
+            eye_W: Point3::new(0.0, 0.0, 1.0),
+            k: 2.0,
+            sigma_rad: 0.002,
+            inside_rad: &some,
+            further_m: 0.0,
+        };
+        let insets = edge_insets_m(&seen, &view).unwrap();
+        // At a corner: |d| |d × e| = 1.5 · √1.25 and 1.5 · √2.
+        approx::assert_relative_eq!(insets[0], 1.5e-3 * 1.25_f64.sqrt(), max_relative = 1e-9);
+        approx::assert_relative_eq!(insets[1], 1.5e-3 * 2.0_f64.sqrt(), max_relative = 1e-9);
+        // Farther inside than the errors are.
+        let view = EdgeView {
+            inside_rad: &more,
+            ..view
+        };
+        assert_eq!(edge_insets_m(&seen, &view).unwrap(), [0.0; 4]);
+        let view = EdgeView {
+            inside_rad: &[],
+            ..view
+        };
+        seen.set_outline_edges(vec![vec![EdgeKind::FieldOfView; 4]]);
+        assert_eq!(edge_insets_m(&seen, &view).unwrap(), [0.0; 4]);
     }
 
     #[test]
     fn bad_views_are_refused_by_name() {
-        let good = EdgeView {
-            sigma_edge_m: 0.004,
-            ray_W: -Vector3::z(),
-            k: 2.0,
-        };
-        for (view, field) in [
+        let good = from_afar(-Vector3::z(), 0.004);
+        let bad = [
             (
                 EdgeView {
                     k: f64::NAN,
@@ -185,20 +311,21 @@ mod tests {
             ),
             (
                 EdgeView {
-                    sigma_edge_m: -1.0,
+                    sigma_rad: -1.0,
                     ..good
                 },
-                "sigma_edge_m",
+                "sigma_rad",
             ),
             (
                 EdgeView {
-                    ray_W: Vector3::z(),
+                    eye_W: Point3::new(0.0, 0.0, -1.0),
                     ..good
                 },
-                "ray_W",
+                "eye_W",
             ),
-        ] {
-            let error = inset_m(&surface(), &view).unwrap_err().to_string();
+        ];
+        for (view, field) in bad {
+            let error = edge_insets_m(&surface(), &view).unwrap_err().to_string();
             assert!(error.starts_with(field), "{error}");
         }
     }

@@ -89,8 +89,8 @@ pub fn bound(
     bound_by(&polygon.half_planes(), a, b, reach_m)
 }
 
-/// The same by the polygon's half-planes.
-fn bound_by(
+/// [`bound`] of the polygon with these half planes ([`ConvexPolygon::half_planes`]).
+pub(crate) fn bound_by(
     half_planes: &[HalfPlane],
     a: &Point2<f64>,
     b: &Point2<f64>,
@@ -135,7 +135,7 @@ pub fn kinds_of(
     kinds: &[Vec<EdgeKind>],
 ) -> Vec<EdgeKind> {
     let half_planes = polygon.half_planes();
-    let mut along = vec![Vec::new(); polygon.vertices().len()];
+    let mut along = vec![Vec::new(); half_planes.len()];
     for (number, ring) in rings.iter().enumerate() {
         for (k, (a, b)) in ring_edges(ring).enumerate() {
             let kind = kinds.get(number).and_then(|kinds| kinds.get(k));
@@ -237,8 +237,7 @@ mod tests {
                     let mut back = vec![0.0_f64; piece.vertices().len()];
                     for (p, q) in rings.iter().flat_map(|ring| ring_edges(ring)) {
                         if let Some(found) = bound(&piece, &p, &q, need) {
-                            let lack: f64 = (need - found.gap_m).max(0.0);
-                            back[found.edge] = back[found.edge].max(lack);
+                            back[found.edge] = back[found.edge].max(need - found.gap_m);
                         }
                     }
                     let Some(inner) = piece.inset_edges(&back) else { continue };

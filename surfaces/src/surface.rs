@@ -1,9 +1,13 @@
 //! The contactable surface: a frame, a convex polygon in it, and how well both are known.
 
-use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
+mod check;
+mod record;
+
+use nalgebra::{Isometry3, Point2, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::pose::PoseRecord;
+use record::SurfaceRecord;
+
 use crate::{ConvexPolygon, EdgeKind, Error, ThinBody, edge};
 
 /// Where a surface is known from.
@@ -44,8 +48,11 @@ pub struct Surface {
     pub outline_edges: Vec<Vec<EdgeKind>>,
     /// The same of the polygon's edges, in their order; empty where all are real.
     pub polygon_edges: Vec<EdgeKind>,
-    /// Distance by which uncertainty shrinks the polygon, m.
+    /// Distance by which uncertainty shrinks the polygon at its edges that are no seams, m; the
+    /// largest of [`Self::edge_insets_m`] where there are any.
     pub inset_m: f64,
+    /// The same edge by edge of the polygon, in their order; empty where it is [`Self::inset_m`].
+    pub edge_insets_m: Vec<f64>,
     /// Distance by which the face may go on beyond the polygon, m: the body behind it is wider by
     /// that.
     pub edge_m: f64,
@@ -80,6 +87,7 @@ impl Surface {
             outline_edges: Vec::new(),
             polygon_edges: Vec::new(),
             inset_m: 0.0,
+            edge_insets_m: Vec::new(),
             edge_m: 0.0,
             depth_m: 0.0,
             inliers: 0,
@@ -96,10 +104,33 @@ impl Surface {
         self.X_WS.rotation * Vector3::z()
     }
 
-    /// The polygon in which patches must lie: [`Self::polygon`] shrunk by [`Self::inset_m`]; None
+    /// The polygon in which patches must lie: [`Self::polygon`] shrunk by [`Self::insets_m`]; None
     /// when nothing is left of it.
     pub fn effective_polygon(&self) -> Option<ConvexPolygon> {
-        self.polygon.inset(self.inset_m)
+        self.polygon.inset_edges(&self.insets_m())
+    }
+
+    /// The distance by which uncertainty shrinks the polygon at each of its edges, m: nothing at
+    /// seams, beyond which the face goes on.
+    pub fn insets_m(&self) -> Vec<f64> {
+        if !self.edge_insets_m.is_empty() {
+            return self.edge_insets_m.clone();
+        }
+        let of_edge = |i: usize| match self.polygon_edges.get(i) {
+            Some(EdgeKind::Seam) => 0.0,
+            _ => self.inset_m,
+        };
+        (0..self.polygon.vertices().len()).map(of_edge).collect()
+    }
+
+    /// Shrinks the polygon by these distances at its edges, in their order, m.
+    pub fn set_insets(&mut self, insets_m: Vec<f64>) {
+        self.inset_m = insets_m.iter().copied().fold(0.0, f64::max);
+        self.edge_insets_m = if self.inset_m > 0.0 {
+            insets_m
+        } else {
+            Vec::new()
+        };
     }
 
     /// The polygon's vertices in W, counter-clockwise about the normal, m.
@@ -178,194 +209,5 @@ impl Surface {
             id: self.id.clone(),
             cause: Box::new(cause),
         })
-    }
-
-    fn check(&self) -> Result<(), Error> {
-        Isometry3::try_from(PoseRecord::from(&self.X_WS))?;
-        for (field, value) in [
-            ("inset_m", self.inset_m),
-            ("edge_m", self.edge_m),
-            ("depth_m", self.depth_m),
-            ("rms_m", self.rms_m),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::BadNumber {
-                    field: field.into(),
-                    value,
-                    expected: "a finite number ≥ 0",
-                });
-            }
-        }
-        for (ring, points) in self.outline.iter().enumerate() {
-            check_ring(points).map_err(|cause| Error::Outline {
-                ring,
-                cause: Box::new(cause),
-            })?;
-        }
-        self.check_edges()?;
-        self.plane_covariance
-            .as_ref()
-            .map_or(Ok(()), check_covariance)
-    }
-
-    /// One kind an edge, or none at all; outlines have no seams.
-    fn check_edges(&self) -> Result<(), Error> {
-        let counted = |field: String, found: usize, edges: usize| {
-            (found == edges).then_some(()).ok_or(Error::EdgeCount {
-                field,
-                found: format!("{found} kinds"),
-                expected: format!("{edges} edges"),
-            })
-        };
-        if !self.polygon_edges.is_empty() {
-            let edges = self.polygon.vertices().len();
-            counted("polygon_edges".into(), self.polygon_edges.len(), edges)?;
-        }
-        if self.outline_edges.is_empty() {
-            return Ok(());
-        }
-        if self.outline_edges.len() != self.outline.len() {
-            return Err(Error::EdgeCount {
-                field: "outline_edges".into(),
-                found: format!("kinds of {} rings", self.outline_edges.len()),
-                expected: format!("{} rings", self.outline.len()),
-            });
-        }
-        for (ring, (points, kinds)) in self.outline.iter().zip(&self.outline_edges).enumerate() {
-            let field = format!("outline_edges of ring {ring}");
-            counted(field, kinds.len(), points.len())?;
-            if let Some(edge) = kinds.iter().position(|kind| *kind == EdgeKind::Seam) {
-                return Err(Error::OutlineSeam { ring, edge });
-            }
-        }
-        Ok(())
-    }
-}
-
-/// A ring needs three finite points; it need not be convex.
-fn check_ring(points: &[[f64; 2]]) -> Result<(), Error> {
-    if points.len() < 3 {
-        return Err(Error::TooFewVertices {
-            count: points.len(),
-        });
-    }
-    match points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
-        Some(vertex) => Err(Error::NonFiniteVertex {
-            vertex,
-            point: points[vertex].to_vec(),
-        }),
-        None => Ok(()),
-    }
-}
-
-/// A covariance is finite, symmetric and has no negative eigenvalue, up to rounding.
-fn check_covariance(rows: &[[f64; 3]; 3]) -> Result<(), Error> {
-    let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
-    let scale = matrix.abs().max();
-    if !matrix.iter().all(|c| c.is_finite()) {
-        let why = "an entry is not finite".into();
-        return Err(Error::BadCovariance { why });
-    }
-    // 1e-9 of the largest entry: what a product of f64 matrices or a printed number may be off.
-    let tolerance = 1e-9 * scale;
-    for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-        let (upper, lower) = (rows[i][j], rows[j][i]);
-        if (upper - lower).abs() > tolerance {
-            let why = format!("entry ({i}, {j}) is {upper}, entry ({j}, {i}) is {lower}");
-            return Err(Error::BadCovariance { why });
-        }
-    }
-    let smallest = matrix.symmetric_eigenvalues().min();
-    if smallest < -tolerance {
-        let why = format!("its smallest eigenvalue is {smallest}");
-        return Err(Error::BadCovariance { why });
-    }
-    Ok(())
-}
-
-/// Whether a number that is left out of files is.
-fn is_zero(x: &f64) -> bool {
-    *x == 0.0
-}
-
-/// A surface as it stands in a file, not yet checked.
-#[allow(non_snake_case)]
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SurfaceRecord {
-    id: String,
-    X_WS: PoseRecord,
-    polygon: Vec<[f64; 2]>,
-    #[serde(default)]
-    outline: Vec<Vec<[f64; 2]>>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    outline_edges: Vec<Vec<EdgeKind>>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    polygon_edges: Vec<EdgeKind>,
-    #[serde(default)]
-    inset_m: f64,
-    #[serde(default, skip_serializing_if = "is_zero")]
-    edge_m: f64,
-    #[serde(default, skip_serializing_if = "is_zero")]
-    depth_m: f64,
-    #[serde(default)]
-    inliers: usize,
-    #[serde(default)]
-    rms_m: f64,
-    #[serde(default)]
-    plane_covariance: Option<[[f64; 3]; 3]>,
-    #[serde(default)]
-    source: Source,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    face: Option<String>,
-}
-
-impl TryFrom<SurfaceRecord> for Surface {
-    type Error = Error;
-
-    fn try_from(record: SurfaceRecord) -> Result<Self, Error> {
-        let named = |cause: Error| Error::Surface {
-            id: record.id.clone(),
-            cause: Box::new(cause),
-        };
-        let surface = Self {
-            X_WS: record.X_WS.try_into().map_err(&named)?,
-            polygon: record.polygon.try_into().map_err(&named)?,
-            id: record.id,
-            outline: record.outline,
-            outline_edges: record.outline_edges,
-            polygon_edges: record.polygon_edges,
-            inset_m: record.inset_m,
-            edge_m: record.edge_m,
-            depth_m: record.depth_m,
-            inliers: record.inliers,
-            rms_m: record.rms_m,
-            plane_covariance: record.plane_covariance,
-            source: record.source,
-            face: record.face,
-        };
-        surface.validate()?;
-        Ok(surface)
-    }
-}
-
-impl From<Surface> for SurfaceRecord {
-    fn from(surface: Surface) -> Self {
-        Self {
-            X_WS: PoseRecord::from(&surface.X_WS),
-            polygon: surface.polygon.into(),
-            id: surface.id,
-            outline: surface.outline,
-            outline_edges: surface.outline_edges,
-            polygon_edges: surface.polygon_edges,
-            inset_m: surface.inset_m,
-            edge_m: surface.edge_m,
-            depth_m: surface.depth_m,
-            inliers: surface.inliers,
-            rms_m: surface.rms_m,
-            plane_covariance: surface.plane_covariance,
-            source: surface.source,
-            face: surface.face,
-        }
     }
 }

@@ -74,6 +74,12 @@ pub fn mutations() -> Vec<Mutation> {
     );
     add("foot half over the edge", surface_cut, Inclusion, &[]);
     add(
+        "foot over an edge that is taken back",
+        edge_taken_back,
+        Inclusion,
+        &[],
+    );
+    add(
         "contact on a surface that is not there",
         surface_unknown,
         Names,
@@ -324,7 +330,27 @@ fn surface_cut(plan: &mut Plan) {
     }
     if let Ok(polygon) = ConvexPolygon::new(rest) {
         surface.polygon = polygon;
+        surface.polygon_edges.clear();
+        surface.edge_insets_m.clear();
     }
+}
+
+/// Takes the edges of the surface back until the foot is over one.
+fn edge_taken_back(plan: &mut Plan) {
+    let Some((i, contact)) = surface_of_start(plan) else {
+        return;
+    };
+    let surface = &mut plan.surfaces[i];
+    let centre = surface
+        .X_WS
+        .inverse_transform_point(&Point3::from(contact.X_WC.p));
+    let edges = surface.polygon.half_planes();
+    let insets_m = edges.iter().map(|h| -h.value(&centre.xy())).enumerate();
+    surface.set_insets(
+        insets_m
+            .map(|(l, inside)| if l == 0 { inside } else { 0.0 })
+            .collect(),
+    );
 }
 
 fn surface_unknown(plan: &mut Plan) {

@@ -1,6 +1,7 @@
 //! What ends the faces of a depth image: the picture that [`crate::edges`] walks over.
 
 use nalgebra::Point2;
+use surfaces::EdgeKind;
 
 use super::image::InverseImage;
 use super::plane::Plane;
@@ -92,12 +93,30 @@ impl Picture for Seen<'_> {
     }
 }
 
-/// The kinds of the edges of a face's rings, which have the face on their left where v is up.
-pub(super) fn kinds(
-    seen: &Seen,
-    label: u16,
-    rings: &[Vec<Point2<f64>>],
-) -> Vec<Vec<surfaces::EdgeKind>> {
-    let of_ring = |ring: &Vec<Point2<f64>>| edges::kinds(seen, label, ring, true);
-    rings.iter().map(of_ring).collect()
+/// What ends a face at the edges of its rings.
+#[derive(Clone)]
+pub(super) struct Edges {
+    /// The kind of each edge of each ring.
+    pub kinds: Vec<Vec<EdgeKind>>,
+    /// How far inside the true edge each lies, as an angle, rad.
+    pub inside_rad: Vec<Vec<f64>>,
+}
+
+impl Edges {
+    /// Of rings that have the face on their left where v is up.
+    pub fn new(seen: &Seen, label: u16, rings: &[Vec<Point2<f64>>]) -> Self {
+        let found: Vec<_> = (rings.iter())
+            .map(|ring| edges::kinds(seen, label, ring, true))
+            .collect();
+        let pixel_rad = seen.pixel_rad();
+        let inside = |(_, px): &(EdgeKind, f64)| px * pixel_rad;
+        Self {
+            kinds: (found.iter())
+                .map(|ring| ring.iter().map(|(kind, _)| *kind).collect())
+                .collect(),
+            inside_rad: (found.iter())
+                .map(|ring| ring.iter().map(inside).collect())
+                .collect(),
+        }
+    }
 }

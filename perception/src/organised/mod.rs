@@ -40,6 +40,7 @@ pub use outline::OutlineConfig;
 
 use crate::Error;
 use crate::extraction::{Extraction, Segmentation, Statistics};
+use crate::inset::{self, InsetConfig};
 use crate::scan::DepthImage;
 use crate::sensor::Noise;
 use bits::Bits;
@@ -102,6 +103,7 @@ pub(crate) fn extract(
     X_WV: &Isometry3<f64>,
     range_max_m: f64,
     config: &OrganisedConfig,
+    inset: &InsetConfig,
 ) -> Extraction {
     // 1. Inverse depth, and one pass to the moments of its cells.
     let room = ROOM.take();
@@ -197,7 +199,10 @@ pub(crate) fn extract(
             face: shared(piece.label).then(|| format!("f{}", piece.label)),
             ..Surface::new(format!("s{i}"), X_WV * piece.X_VS, piece.polygon.clone())
         };
-        surface.set_outline_edges(piece.edges.clone());
+        surface.set_outline_edges(piece.edges.kinds.clone());
+        let pixel_rad = 1.0 / image.intrinsics.fx;
+        let view = inset.of_image(X_WV, pixel_rad, &piece.edges.inside_rad);
+        inset::apply(&mut surface, &view);
         surfaces.push(surface);
     }
     // 10. What the image's border cuts may go on beyond it.

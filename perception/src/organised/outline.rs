@@ -4,12 +4,12 @@ use nalgebra::{
     Isometry3, Point2, Point3, Rotation2, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
 };
 use serde::{Deserialize, Serialize};
-use surfaces::{ConvexPolygon, EdgeKind};
+use surfaces::ConvexPolygon;
 
 use super::bits::Bits;
 use super::contour;
 use super::cover::{CoverConfig, cover};
-use super::edges::{self, Seen};
+use super::edges::{Edges, Seen};
 use super::face::Face;
 use super::image::InverseImage;
 use super::plane::{Plane, Spread};
@@ -75,7 +75,7 @@ pub(super) struct Piece {
     /// Rings of the whole face in S, m.
     pub outline: Vec<Vec<[f64; 2]>>,
     /// What ends the face at each edge of each ring.
-    pub edges: Vec<Vec<EdgeKind>>,
+    pub edges: Edges,
     /// Covariance of the plane in S.
     pub covariance: Option<[[f64; 3]; 3]>,
 }
@@ -169,7 +169,7 @@ pub(super) fn pieces(
             X_VS,
             outline: rings.iter().map(ring).collect(),
             edges: edges
-                .get_or_insert_with(|| edges::kinds(around, face.label, &on_pixels))
+                .get_or_insert_with(|| Edges::new(around, face.label, &on_pixels))
                 .clone(),
             covariance: spread.covariance(&Point2::from(c), &turn_2, noise),
             polygon,

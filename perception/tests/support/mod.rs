@@ -271,8 +271,7 @@ impl Face<'_> {
     }
 }
 
-/// Lattice points of the surfaces' polygons with the given pitch, each once where they overlap
-/// in one surface only.
+/// Lattice points of a surface's polygon with the given pitch.
 pub fn lattice(surface: &surfaces::Surface, pitch: f64) -> Vec<Point3<f64>> {
     let polygon = &surface.polygon;
     let radius = polygon
@@ -330,4 +329,67 @@ pub fn against(pieces: &[&surfaces::Surface], face: &Face, world: &[Block]) -> (
         (square / n).sqrt(),
         cells.len() as f64 * pitch * pitch,
     )
+}
+
+/// How far a face is taken back before its coverage is measured, px: the drop-outs take 2 px off
+/// an edge in the air, and where an edge is can be told to 1 px.
+pub const EDGE_PX: usize = 3;
+
+/// Points of the face, one a pixel that sees it and nothing else within [`EDGE_PX`], and the area
+/// that each stands for but for a factor.
+pub fn eroded(exact: &Scan, face: &Face, world: &[Block]) -> Vec<(Point3<f64>, f64)> {
+    let depth = exact.depth.as_ref().unwrap();
+    let (width, height) = (depth.width, depth.height);
+    let point = |i: usize| {
+        let p = exact.cloud.points[i].map(f64::from);
+        exact.X_WV * Point3::from(p)
+    };
+    let on: Vec<bool> = (0..width * height)
+        .map(|i| {
+            let p = point(i);
+            depth.z_m[i] > 0.0 && face.height(&p).abs() < 2e-3 && face.holds(&p, world)
+        })
+        .collect();
+    let near = |k: usize, end: usize| k.saturating_sub(EDGE_PX)..(k + EDGE_PX + 1).min(end);
+    (0..width * height)
+        .filter(|i| {
+            let (u, v) = (i % width, i / width);
+            near(v, height).all(|v| near(u, width).all(|u| on[v * width + u]))
+        })
+        .map(|i| (point(i), f64::from(depth.z_m[i]).powi(3)))
+        .collect()
+}
+
+/// Steps, a table and a ramp on a floor before a wall.
+pub fn stairs() -> Vec<Block> {
+    vec![
+        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
+        block("wall", [4.35, 0.0, 1.5], [0.1, 12.0, 3.0], 0.0, 0.0),
+        block("step1", [1.15, 0.05, 0.075], [0.34, 0.62, 0.15], 0.1, 0.0),
+        block("step2", [1.50, -0.02, 0.15], [0.36, 0.70, 0.30], -0.07, 0.0),
+        block("step3", [1.88, 0.06, 0.22], [0.38, 0.55, 0.44], 0.05, 0.0),
+        block(
+            "step4",
+            [2.26, -0.03, 0.285],
+            [0.36, 0.60, 0.57],
+            -0.12,
+            0.0,
+        ),
+        block("table", [2.90, 0.0, 0.695], [0.80, 1.60, 0.03], 0.02, 0.0),
+        block("ramp", [1.9, -1.15, 0.105], [1.2, 0.8, 0.04], 0.0, -0.21),
+    ]
+}
+
+/// Faces in the shapes of an L and a U, and a table with a box on it.
+pub fn concave() -> Vec<Block> {
+    vec![
+        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
+        block("l_long", [1.55, 0.55, 0.10], [0.9, 0.35, 0.20], 0.0, 0.0),
+        block("l_short", [1.825, 0.175, 0.10], [0.35, 0.4, 0.20], 0.0, 0.0),
+        block("u_right", [1.6, -0.95, 0.15], [0.9, 0.25, 0.30], 0.0, 0.0),
+        block("u_far", [1.925, -0.625, 0.15], [0.25, 0.4, 0.30], 0.0, 0.0),
+        block("u_left", [1.6, -0.30, 0.15], [0.9, 0.25, 0.30], 0.0, 0.0),
+        block("table", [2.9, 0.2, 0.60], [0.9, 1.6, 0.04], 0.0, 0.0),
+        block("box", [2.85, 0.15, 0.72], [0.3, 0.3, 0.20], 0.35, 0.0),
+    ]
 }

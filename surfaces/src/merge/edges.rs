@@ -11,9 +11,9 @@ use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 use super::Config;
 use super::sheet::Sheet;
 use super::sight::Sight;
-use crate::edge::ring_edges;
+use crate::edge::{self, ring_edges};
 use crate::outline::Outline;
-use crate::{EdgeKind, Surface};
+use crate::{ConvexPolygon, EdgeKind, Surface};
 
 /// An edge of an outline that went into a face, in the face's frame P.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +23,8 @@ pub(super) struct Trace {
     /// Unit normal out of the face.
     pub out: Vector2<f64>,
     pub kind: EdgeKind,
+    /// Distance by which the face's pieces are taken back along it, m.
+    pub inset_m: f64,
     /// The member whose outline it is of, its ring (`None`: the polygon) and its edge there.
     pub of: (usize, Option<usize>, usize),
 }
@@ -39,7 +41,14 @@ const APART_M: f64 = 0.02;
 const PLACES_MAX: usize = 32;
 
 /// The traces of a surface's outline, or of its polygon where it has none, in a frame P on its plane.
-pub(super) fn traces(member: usize, surface: &Surface, X_PS: &Isometry3<f64>) -> Vec<Trace> {
+///
+/// `pieces` are the surfaces that share its outline, itself among them.
+pub(super) fn traces(
+    member: usize,
+    surface: &Surface,
+    pieces: &[&Surface],
+    X_PS: &Isometry3<f64>,
+) -> Vec<Trace> {
     let mut traces = Vec::new();
     let mut add = |ring: &[[f64; 2]], turn: f64, number: Option<usize>| {
         for (edge, (a, b)) in ring_edges(ring).enumerate() {
@@ -51,11 +60,15 @@ pub(super) fn traces(member: usize, surface: &Surface, X_PS: &Isometry3<f64>) ->
                 continue;
             };
             let out = Vector2::new(along.y, -along.x) * turn;
+            let inset_m = (pieces.iter())
+                .filter_map(|piece| kept(surface, piece, &a, &b))
+                .fold(0.0, f64::max);
             let trace = Trace {
                 a,
                 b,
                 out,
                 kind,
+                inset_m,
                 of: (member, number, edge),
             };
             traces.push(trace.moved(X_PS));
@@ -76,6 +89,14 @@ pub(super) fn traces(member: usize, surface: &Surface, X_PS: &Isometry3<f64>) ->
         add(&ring, 1.0, None);
     }
     traces
+}
+
+/// The distance by which a piece is taken back at an edge in the frame of `surface` along which it lies.
+fn kept(surface: &Surface, piece: &Surface, a: &Point2<f64>, b: &Point2<f64>) -> Option<f64> {
+    let X_ps = piece.X_WS.inverse() * surface.X_WS;
+    let [a, b] = [a, b].map(|p| (X_ps * Point3::new(p.x, p.y, 0.0)).xy());
+    let found = edge::bound(&piece.polygon, &a, &b, edge::ALONG_M)?;
+    piece.insets_m().get(found.edge).copied()
 }
 
 impl Trace {
@@ -124,18 +145,46 @@ pub(super) fn kinds(
         }
         nearest.map_or(EdgeKind::Real, |(_, kind)| kind)
     };
-    let of_edge = |(a, b): (Point2<f64>, Point2<f64>)| {
-        let along = b - a;
-        let out = Vector2::new(along.y, -along.x).normalize();
-        let places = ((along.norm() / APART_M).ceil() as usize).clamp(1, PLACES_MAX);
-        let found = (0..places).map(|i| {
-            let t = (i as f64 + 0.5) / places as f64;
-            at(&(a + along * t), &out)
-        });
-        EdgeKind::most(found)
-    };
+    let of_edge = |edge| EdgeKind::most(places(edge).map(|(p, out)| at(&p, &out)));
     let of_ring = |ring: &Vec<[f64; 2]>| ring_edges(ring).map(of_edge).collect();
     rings.iter().map(of_ring).collect()
+}
+
+/// The distances by which the edges of a piece in P are taken back: as far as a view that saw an edge
+/// there takes its own back, and what that lies farther inside; of several views the one that goes
+/// farthest out. Of an edge's places the largest; `otherwise_m` where no view has an edge, and nothing
+/// at seams.
+pub(super) fn insets_m(
+    traces: &[Trace],
+    piece: &ConvexPolygon,
+    kinds: &[EdgeKind],
+    otherwise_m: f64,
+    config: &Config,
+) -> Vec<f64> {
+    let at = |p: &Point2<f64>, out: &Vector2<f64>| {
+        let near = (traces.iter())
+            .filter(|t| t.out.dot(out) > ALIKE)
+            .map(|t| (t.distance(p), t.inset_m))
+            .filter(|(off, _)| *off <= config.edge_near_m);
+        let least = near.map(|(off, inset_m)| off + inset_m).reduce(f64::min);
+        least.unwrap_or(otherwise_m)
+    };
+    let edges = piece.edges().map(|(a, b)| (*a, *b)).zip(kinds);
+    let of_edge = |(edge, kind): ((Point2<f64>, Point2<f64>), &EdgeKind)| match kind {
+        EdgeKind::Seam => 0.0,
+        _ => places(edge)
+            .map(|(p, out)| at(&p, &out))
+            .fold(0.0, f64::max),
+    };
+    edges.map(of_edge).collect()
+}
+
+/// Places along an edge that has the face on its left, and the normal out of the face there.
+fn places((a, b): (Point2<f64>, Point2<f64>)) -> impl Iterator<Item = (Point2<f64>, Vector2<f64>)> {
+    let along = b - a;
+    let out = Vector2::new(along.y, -along.x).normalize();
+    let count = ((along.norm() / APART_M).ceil() as usize).clamp(1, PLACES_MAX);
+    (0..count).map(move |i| (a + along * ((i as f64 + 0.5) / count as f64), out))
 }
 
 /// Makes edges real beyond which a view looked through the plane.

@@ -48,6 +48,7 @@ pub(super) fn surfaces(sheet: Sheet, config: &Config) -> Vec<Surface> {
     );
     let of_piece = |(id, (polygon, part)): (String, (ConvexPolygon, Outline))| {
         let c = polygon.centroid().coords;
+        let in_P = polygon.clone();
         let corners: Vec<_> = polygon.vertices().iter().map(|v| v - c).collect();
         let polygon = ConvexPolygon::new(corners.into_iter().collect()).ok()?;
         let rings = part.rings();
@@ -60,7 +61,6 @@ pub(super) fn surfaces(sheet: Sheet, config: &Config) -> Vec<Surface> {
         let sigma = (sigma + sigma.transpose()) * 0.5;
         let mut surface = Surface {
             outline: rings.collect(),
-            inset_m,
             edge_m,
             depth_m,
             inliers,
@@ -71,6 +71,9 @@ pub(super) fn surfaces(sheet: Sheet, config: &Config) -> Vec<Surface> {
             ..Surface::new(id, sheet.X_WP * Translation3::new(c.x, c.y, 0.0), polygon)
         };
         surface.set_outline_edges(kinds);
+        let kinds = &surface.polygon_edges;
+        let insets = edges::insets_m(&sheet.traces, &in_P, kinds, inset_m, config);
+        surface.set_insets(insets);
         Some(surface)
     };
     ids.into_iter().zip(pieces).filter_map(of_piece).collect()

@@ -82,7 +82,11 @@ impl Sheet {
             }
             let X_PS = X_WP.inverse() * piece.X_WS;
             outline = outline.union(&own.moved(&X_PS));
-            traces.extend(edges::traces(i, piece, &X_PS));
+            let of_part = members[i..].iter();
+            let of_part: Vec<&Surface> = of_part
+                .filter(|other| std::ptr::eq(*other, piece) || other.shares_outline(piece))
+                .collect();
+            traces.extend(edges::traces(i, piece, &of_part, &X_PS));
         }
         Self {
             X_WP,

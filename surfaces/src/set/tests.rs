@@ -116,6 +116,16 @@ fn whatever_is_wrong_in_a_file_is_named() {
         ),
         (
             r#""inset_m": 0.01"#,
+            r#""inset_m": 0.01, "edge_insets_m": [0.01]"#,
+            "surface `step`: edge_insets_m: 1 insets for 4 edges",
+        ),
+        (
+            r#""inset_m": 0.01"#,
+            r#""inset_m": 0.01, "edge_insets_m": [0.01, 0, 0.02, 0]"#,
+            "surface `step`: edge_insets_m is 0.02, which is not between 0 and inset_m",
+        ),
+        (
+            r#""inset_m": 0.01"#,
             r#""polygon_edges": ["sharp"]"#,
             "surface `step` (number 1): unknown variant `sharp`",
         ),
@@ -195,6 +205,22 @@ fn bad_covariances_and_outlines_are_named() {
         outline.contains("outline ring 1: a polygon needs at least 3"),
         "{outline}"
     );
+}
+
+#[test]
+fn seams_are_not_taken_back_and_edges_have_insets_of_their_own() {
+    let with = |fields: &str| {
+        let text = FILE.replacen(r#""inset_m": 0.01"#, fields, 1);
+        let set = SurfaceSet::from_json(&text).unwrap();
+        // What is written is what was read.
+        assert_eq!(SurfaceSet::from_json(&set.to_json().unwrap()).unwrap(), set);
+        set.get("step").unwrap().effective_polygon().unwrap()
+    };
+    // 0.4 m by 0.6 m; the edges are those toward −y, +x, +y, −x.
+    let seam = with(r#""inset_m": 0.01, "polygon_edges": ["real", "seam", "occluded", "unknown"]"#);
+    approx::assert_relative_eq!(seam.area(), 0.39 * 0.58, max_relative = 1e-12);
+    let own = with(r#""inset_m": 0.02, "edge_insets_m": [0.02, 0, 0.01, 0]"#);
+    approx::assert_relative_eq!(own.area(), 0.4 * 0.57, max_relative = 1e-12);
 }
 
 #[test]
