@@ -15,6 +15,7 @@
 use nalgebra::{Point2, Vector2};
 use surfaces::EdgeKind;
 
+use crate::extraction::Segmentation;
 use crate::sensor::Noise;
 
 /// What a pixel shows.
@@ -29,7 +30,7 @@ pub(crate) enum Shown {
 }
 
 /// The label of a point without a plane.
-pub(crate) const NONE: u16 = u16::MAX;
+pub(crate) const NONE: u16 = Segmentation::NONE;
 
 /// What was seen, on pixels.
 pub(crate) trait Picture {

@@ -76,12 +76,7 @@ fn plane_covariances_are_the_size_of_the_errors() {
             let Some(piece) = on_face(&found, &face, &world).first().copied() else {
                 continue;
             };
-            let n = piece.X_WS.rotation.inverse() * face.normal_W();
-            let height = face.height(&Point3::from(piece.X_WS.translation.vector));
-            let error = Vector3::new(-n.y / n.z, n.x / n.z, -height / n.z);
-            let rows = piece.plane_covariance.unwrap();
-            let covariance = nalgebra::Matrix3::from_fn(|i, j| rows[i][j]);
-            nees.push(error.dot(&(covariance.try_inverse().unwrap() * error)) / 3.0);
+            nees.push(support::nees(piece, &face) / 3.0);
         }
     }
     let mean = nees.iter().sum::<f64>() / nees.len() as f64;

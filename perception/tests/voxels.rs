@@ -10,7 +10,7 @@ mod support;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{Config, Extraction, Method, PointCloud, Scan, extract};
-use support::{Block, against, block, camera, on_face, scan, top, unorganised};
+use support::{Block, against, block, camera, concave, on_face, scan, top, unorganised};
 use surfaces::Surface;
 
 fn stairs() -> Vec<Block> {
@@ -25,19 +25,6 @@ fn stairs() -> Vec<Block> {
         // Small ones, 0.2 m square; of 0.14 m not every one is found.
         block("stone1", [1.2, 0.75, 0.06], [0.2, 0.2, 0.12], 0.4, 0.0),
         block("stone2", [1.6, 0.80, 0.10], [0.2, 0.2, 0.20], -0.3, 0.0),
-    ]
-}
-
-fn concave() -> Vec<Block> {
-    vec![
-        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
-        block("l_long", [1.55, 0.55, 0.10], [0.9, 0.35, 0.20], 0.0, 0.0),
-        block("l_short", [1.825, 0.175, 0.10], [0.35, 0.4, 0.20], 0.0, 0.0),
-        block("u_right", [1.6, -0.95, 0.15], [0.9, 0.25, 0.30], 0.0, 0.0),
-        block("u_far", [1.925, -0.625, 0.15], [0.25, 0.4, 0.30], 0.0, 0.0),
-        block("u_left", [1.6, -0.30, 0.15], [0.9, 0.25, 0.30], 0.0, 0.0),
-        block("table", [2.9, 0.2, 0.60], [0.9, 1.6, 0.04], 0.0, 0.0),
-        block("box", [2.85, 0.15, 0.72], [0.3, 0.3, 0.20], 0.35, 0.0),
     ]
 }
 
@@ -254,12 +241,7 @@ fn plane_covariances_are_the_size_of_the_errors() {
             let Some(piece) = on_face(&found, &face, &world).first().copied() else {
                 continue;
             };
-            let n = piece.X_WS.rotation.inverse() * face.normal_W();
-            let height = face.height(&Point3::from(piece.X_WS.translation.vector));
-            let error = Vector3::new(-n.y / n.z, n.x / n.z, -height / n.z);
-            let rows = piece.plane_covariance.unwrap();
-            let covariance = nalgebra::Matrix3::from_fn(|i, j| rows[i][j]);
-            nees.push(error.dot(&(covariance.try_inverse().unwrap() * error)) / 3.0);
+            nees.push(support::nees(piece, &face) / 3.0);
         }
     }
     let mean = nees.iter().sum::<f64>() / nees.len() as f64;

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::ConvexPolygon;
 use crate::polygon::ring_area;
 use fragments::Fragments;
+pub(crate) use grow::distance_to_segment;
 pub use region::Region;
 
 /// When a cover is good enough.

@@ -8,7 +8,7 @@ use geo::{Area, BooleanOps, Coord, LineString, MultiPolygon, Polygon, Simplify};
 use nalgebra::{Isometry3, Point2, Point3};
 
 use crate::ConvexPolygon;
-use crate::cover::{self, Region, cover};
+use crate::cover::{self, Region, cover, distance_to_segment};
 
 /// Corners nearer than this to the line through their neighbours are on it, m.
 const FLAT_M: f64 = 1e-5;
@@ -251,7 +251,7 @@ fn without_tips(ring: &[Point2<f64>], tolerance_m: f64) -> Vec<Point2<f64>> {
             let between = (1..).map(|k| (before + k) % ring.len());
             let between = between.take_while(|k| *k != after);
             let off = between
-                .map(|k| distance(&ring[k], a, c))
+                .map(|k| distance_to_segment(&ring[k], a, c))
                 .fold(0.0, f64::max);
             if off <= tolerance_m && best.is_none_or(|(least, _)| off < least) {
                 best = Some((off, i));
@@ -261,18 +261,6 @@ fn without_tips(ring: &[Point2<f64>], tolerance_m: f64) -> Vec<Point2<f64>> {
         kept.remove(i);
     }
     kept.into_iter().map(|k| ring[k]).collect()
-}
-
-/// Distance of a point from a segment.
-fn distance(p: &Point2<f64>, a: &Point2<f64>, b: &Point2<f64>) -> f64 {
-    let along = b - a;
-    let square = along.norm_squared();
-    let t = if square > 0.0 {
-        ((p - a).dot(&along) / square).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    (p - a - along * t).norm()
 }
 
 fn region(part: &Polygon<f64>) -> Option<Region> {

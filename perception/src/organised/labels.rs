@@ -7,10 +7,11 @@ use super::growth::{CellNoise, Region};
 use super::image::{CELL_PX, Grid, InverseImage};
 use super::moments::Moments;
 use super::window::{OPEN, common, packed, single};
+use crate::extraction::Segmentation;
 use crate::sensor::Noise;
 
 /// The label of a pixel that belongs to no plane.
-pub(super) const NONE: u16 = u16::MAX;
+pub(super) const NONE: u16 = Segmentation::NONE;
 
 /// How far from the cells that were grown a plane may claim pixels, in cells.
 const RINGS: usize = 3;

@@ -138,7 +138,7 @@ pub(crate) fn extract(
         from_eye,
         planes.iter().map(own).collect(),
         range_max_m,
-        &scan.noise,
+        &noise,
     );
     let faces = Faces {
         points: &near,

@@ -393,3 +393,14 @@ pub fn concave() -> Vec<Block> {
         block("box", [2.85, 0.15, 0.72], [0.3, 0.3, 0.20], 0.35, 0.0),
     ]
 }
+
+/// Squared error of a surface's (rotation about x_S, about y_S, offset along z_S), in units of its
+/// covariance.
+pub fn nees(piece: &surfaces::Surface, face: &Face) -> f64 {
+    let n = piece.X_WS.rotation.inverse() * face.normal_W();
+    let height = face.height(&Point3::from(piece.X_WS.translation.vector));
+    let error = Vector3::new(-n.y / n.z, n.x / n.z, -height / n.z);
+    let rows = piece.plane_covariance.unwrap();
+    let covariance = nalgebra::Matrix3::from_fn(|i, j| rows[i][j]);
+    error.dot(&(covariance.try_inverse().unwrap() * error))
+}

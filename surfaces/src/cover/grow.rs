@@ -246,7 +246,8 @@ fn area_left(ring: &[Point2<f64>], half_plane: &HalfPlane) -> f64 {
     0.5 * doubled
 }
 
-fn distance_to_segment(p: &Point2<f64>, a: &Point2<f64>, b: &Point2<f64>) -> f64 {
+/// Distance of a point from a segment, m.
+pub(crate) fn distance_to_segment(p: &Point2<f64>, a: &Point2<f64>, b: &Point2<f64>) -> f64 {
     let edge = b - a;
     let length = edge.norm_squared();
     let along = if length > 0.0 {
