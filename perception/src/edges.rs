@@ -36,6 +36,17 @@ pub(crate) const NONE: u16 = Segmentation::NONE;
 pub(crate) trait Picture {
     /// What the nearest pixel shows.
     fn at(&self, p: &Point2<f64>) -> Shown;
+    /// Inverse depth of the nearest pixel's point, 1/m, if it is used and has this label.
+    fn on(&self, label: u16, p: &Point2<f64>) -> Option<f64> {
+        match self.at(p) {
+            Shown::Point {
+                w,
+                label: its,
+                used: true,
+            } => Some(w).filter(|_| its == label),
+            _ => None,
+        }
+    }
     /// Inverse depth of a plane at a place, 1/m; `None` where it is not known or not met.
     fn plane(&self, label: u16, p: &Point2<f64>) -> Option<f64>;
     /// Angle between neighbouring pixels, rad.
@@ -75,7 +86,7 @@ const LEAVES_SIGMAS: f64 = 3.0;
 const WAVES_SIGMAS: f64 = 2.0;
 const LEAVES_MIN: f64 = 0.5;
 /// Fewer places are no mean.
-const PLACES_MIN: f64 = 2.0;
+const PLACES_MIN: usize = 2;
 /// Where they are still as near as this in the end, they are the face's, in the same units.
 const LEAVES_END: f64 = 1.2;
 /// Steepest slope along the ray that something without a plane has, tan 80°.
@@ -146,9 +157,12 @@ pub(crate) fn kinds(
 fn leaves_px(
     picture: &impl Picture,
     label: u16,
-    from: impl Iterator<Item = Point2<f64>>,
+    from: impl ExactSizeIterator<Item = Point2<f64>>,
     out: &Vector2<f64>,
 ) -> Option<f64> {
+    if from.len() < PLACES_MIN {
+        return None;
+    }
     let step = out / out.x.abs().max(out.y.abs()).max(1e-9);
     let mut sums = [(0.0, 0.0); PROFILE];
     let noise = picture.noise();
@@ -164,15 +178,13 @@ fn leaves_px(
         slow += noise.systematic_ratio * own * inverse;
         for (k, (sum, count)) in sums.iter_mut().enumerate() {
             let k = k as f64 - INNER as f64;
-            if let Shown::Point { w, label: its, .. } = picture.at(&(place + step * k))
-                && its == label
-            {
+            if let Some(w) = picture.on(label, &(place + step * k)) {
                 *sum += (own + k * (next - own) - w) * inverse;
                 *count += 1.0;
             }
         }
     }
-    if places < PLACES_MIN {
+    if places < PLACES_MIN as f64 {
         return None;
     }
     // Places nearer than a correlated error is wide tell less than their number.

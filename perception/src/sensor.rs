@@ -39,6 +39,12 @@ impl Noise {
     pub fn sigma_inverse(&self, z_m: f64) -> f64 {
         self.sigma_z_m(z_m) / (z_m * z_m)
     }
+
+    /// The same at inverse depth `w`, 1/m, without a division: a w² + b (1 − z₀ w)².
+    pub fn sigma_at_inverse(&self, w: f64) -> f64 {
+        let beyond = (1.0 - self.knee_m * w).max(0.0);
+        self.floor_m * w * w + self.quadratic_per_m * beyond * beyond
+    }
 }
 
 /// One entry of the sensor table.

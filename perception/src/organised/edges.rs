@@ -16,9 +16,9 @@ pub(super) struct Seen<'a> {
     labels: &'a [u16],
     planes: &'a [Option<Plane>],
     noise: &'a Noise,
-    /// First column and row in which something was measured, and one past the last.
-    columns: (f64, f64),
-    rows: (f64, f64),
+    /// First column and row in which something was measured, and how many there are from it on.
+    first: (u32, u32),
+    count: (u32, u32),
 }
 
 impl<'a> Seen<'a> {
@@ -50,34 +50,52 @@ impl<'a> Seen<'a> {
             labels,
             planes,
             noise,
-            columns: (left as f64, (right + 1) as f64),
-            rows: (top.unwrap_or(0) as f64, (bottom.unwrap_or(0) + 1) as f64),
+            first: (left as u32, top.unwrap_or(0) as u32),
+            count: (
+                (right + 1).saturating_sub(left) as u32,
+                bottom.map_or(0, |bottom| bottom + 1 - top.unwrap_or(0)) as u32,
+            ),
         }
+    }
+
+    /// The index of the nearest pixel; `None` outside of what was measured.
+    #[inline]
+    fn index(&self, p: &Point2<f64>) -> Option<usize> {
+        // Pixels have their middles at whole numbers. One is added and taken off again: half a pixel
+        // before the first one is outside, and a cast goes toward zero.
+        let of = |x: f64| ((x + 1.5) as i32).wrapping_sub(1) as u32;
+        let (u, v) = (of(p.x), of(p.y));
+        let inside = (u.wrapping_sub(self.first.0) < self.count.0)
+            & (v.wrapping_sub(self.first.1) < self.count.1);
+        inside.then_some(v as usize * self.image.width + u as usize)
     }
 }
 
 impl Picture for Seen<'_> {
+    #[inline]
     fn at(&self, p: &Point2<f64>) -> Shown {
-        // Pixels have their middles at whole numbers; a call of `round` costs more than the rest.
-        let (u, v) = (p.x + 0.5, p.y + 0.5);
-        // Half a pixel before the first one is outside.
-        let inside = |x: f64, (low, end): (f64, f64)| x > 0.0 && (low..end).contains(&x);
-        if !inside(u, self.columns) || !inside(v, self.rows) {
+        let Some(i) = self.index(p) else {
             return Shown::Outside;
-        }
-        let i = v as usize * self.depth.width + u as usize;
-        let z = f64::from(self.depth.z_m[i]);
+        };
+        let (w, z) = (self.image.w[i], self.depth.z_m[i]);
         if z > 0.0 {
             Shown::Point {
-                w: 1.0 / z,
+                w: if w > 0.0 { w } else { 1.0 / z }.into(),
                 label: self.labels[i],
-                used: self.image.w[i] > 0.0,
+                used: w > 0.0,
             }
         } else {
             Shown::Nothing
         }
     }
 
+    #[inline]
+    fn on(&self, label: u16, p: &Point2<f64>) -> Option<f64> {
+        let i = self.index(p).filter(|i| self.labels[*i] == label)?;
+        Some(f64::from(self.image.w[i])).filter(|w| *w > 0.0)
+    }
+
+    #[inline]
     fn plane(&self, label: u16, p: &Point2<f64>) -> Option<f64> {
         let plane = self.planes.get(usize::from(label))?.as_ref()?;
         let (u0, v0) = self.image.centre;

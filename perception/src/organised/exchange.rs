@@ -22,9 +22,21 @@ pub(super) fn exchange(
     let mut owner = owners(grid, &regions);
     // Cells beside another region's.
     let mut border = Vec::new();
-    for i in (0..owner.len()).filter(|&i| owner[i] != FREE) {
-        for k in ahead(grid, i).filter(|&k| owner[k] != FREE && owner[k] != owner[i]) {
-            border.extend([i, k]);
+    let differ = |a: u32, b: u32| (a != b) & (a != FREE) & (b != FREE);
+    for (here, start) in owner
+        .chunks_exact(grid.cols.max(1))
+        .zip((0..).step_by(grid.cols))
+    {
+        for (pair, i) in here.windows(2).zip(start..) {
+            if differ(pair[0], pair[1]) {
+                border.extend([i, i + 1]);
+            }
+        }
+        let below = owner.get(start + grid.cols..).unwrap_or_default();
+        for ((a, b), i) in here.iter().zip(below).zip(start..) {
+            if differ(*a, *b) {
+                border.extend([i, i + grid.cols]);
+            }
         }
     }
     let mut changed = vec![false; regions.len()];
@@ -57,7 +69,7 @@ pub(super) fn exchange(
             regions[best.1 as usize].moments.add(cell, 1.0);
             (changed[own as usize], changed[best.1 as usize]) = (true, true);
             next.push(i);
-            next.extend(grid.beside(i).filter(|&k| owner[k] != FREE));
+            next.extend(grid.beside(i).iter().filter(|k| owner[**k] != FREE));
         }
         if !changed.contains(&true) {
             break;
@@ -73,13 +85,6 @@ pub(super) fn exchange(
     }
     regions.retain(|region| !region.cells.is_empty());
     regions
-}
-
-/// The neighbours to the right and below.
-fn ahead(grid: &Grid, i: usize) -> impl Iterator<Item = usize> {
-    let right = (!(i + 1).is_multiple_of(grid.cols)).then_some(i + 1);
-    let below = Some(i + grid.cols).filter(|k| *k < grid.cells.len());
-    right.into_iter().chain(below)
 }
 
 #[cfg(test)]

@@ -75,10 +75,12 @@ struct Border {
 impl Border {
     fn push(&mut self, a: &Moments, b: &Moments) {
         self.pairs += 1.0;
-        self.u += a.u / a.n - b.u / b.n;
-        self.v += a.v / a.n - b.v / b.n;
-        self.w += a.mean() - b.mean();
-        self.level += 0.5 * (a.mean() + b.mean());
+        let (of_a, of_b) = (1.0 / a.n, 1.0 / b.n);
+        self.u += a.u * of_a - b.u * of_b;
+        self.v += a.v * of_a - b.v * of_b;
+        let (of_a, of_b) = (a.w * of_a, b.w * of_b);
+        self.w += of_a - of_b;
+        self.level += 0.5 * (of_a + of_b);
     }
 
     /// Adds another, `sign` −1 when its regions are the other way around.

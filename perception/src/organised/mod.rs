@@ -6,6 +6,7 @@
 
 mod beyond;
 mod bits;
+mod cell;
 mod contour;
 mod cover;
 mod edges;
@@ -22,6 +23,7 @@ mod moments;
 mod narrow;
 mod outline;
 mod plane;
+mod seed;
 mod window;
 
 use std::cell::Cell;
@@ -45,7 +47,7 @@ use crate::scan::DepthImage;
 use crate::sensor::Noise;
 use bits::Bits;
 use face::Face;
-use growth::{FREE, Region, Seed, grow, owners};
+use growth::{FREE, Growth, Region, Seed, owners};
 use image::{Grid, InverseImage};
 use links::Links;
 use moments::Moments;
@@ -113,15 +115,9 @@ pub(crate) fn extract(
     // 2. Regions over large cells, merged where one plane explains two neighbours.
     let large = small.coarser(room.large);
     let least = config.growth.pixels_min;
-    let grown = grow(
-        &large,
-        &|_| true,
-        &[Seed::BLOCK],
-        least,
-        noise,
-        &config.growth,
-    );
-    let regions = grown
+    let grown = Growth::new(&large, |_| true, noise, &config.growth);
+    let regions = { grown }
+        .regions(&[Seed::BLOCK], least)
         .into_iter()
         .map(|region| refined(&large, &small, region))
         .collect();
@@ -130,10 +126,11 @@ pub(crate) fn extract(
     // 3. A second pass over the small cells that are left, then narrow faces; merge again, and
     // move the borders between regions to where the planes are.
     let owner = owners(&small, &regions);
-    let free = |i: usize| owner[i] == FREE;
-    let more = grow(&small, &free, &[Seed::BLOCK], least, noise, &config.growth);
-    let regions = regions.into_iter().chain(more).collect();
-    let regions = narrow::add(&small, regions, noise, &config.growth);
+    let mut growth = Growth::new(&small, |i| owner[i] == FREE, noise, &config.growth);
+    let mut regions: Vec<_> = { regions.into_iter() }
+        .chain(growth.regions(&[Seed::BLOCK], least))
+        .collect();
+    regions.extend(narrow::found(&mut growth, &regions, noise));
     let regions = merge::merge(&small, regions, noise, &config.merge);
     let regions = exchange::exchange(&small, regions, noise, &config.growth);
 
@@ -253,17 +250,12 @@ fn positive(values: &[f32]) -> usize {
 
 /// A region's cells on the grid that is twice as fine.
 fn refined(large: &Grid, small: &Grid, region: Region) -> Region {
-    let fine = |i: &usize| {
-        let corner = 2 * (i / large.cols) * small.cols + 2 * (i % large.cols);
-        [
-            corner,
-            corner + 1,
-            corner + small.cols,
-            corner + small.cols + 1,
-        ]
-    };
-    Region {
-        cells: region.cells.iter().flat_map(fine).collect(),
-        ..region
+    let mut cells = Vec::with_capacity(4 * region.cells.len());
+    for &i in &region.cells {
+        let (x, y) = large.place(i);
+        let corner = 2 * y * small.cols + 2 * x;
+        let below = corner + small.cols;
+        cells.extend_from_slice(&[corner, corner + 1, below, below + 1]);
     }
+    Region { cells, ..region }
 }

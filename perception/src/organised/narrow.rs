@@ -1,22 +1,15 @@
 //! Faces that are narrower than a block of cells: legs, rails, bars.
 
-use super::growth::{CellNoise, FREE, GrowthConfig, Region, Seed, grow, owners};
-use super::image::Grid;
+use super::growth::{CellNoise, FREE, Growth, Region, Seed, owners};
 use super::labels::{SIGMAS, SYSTEMATICS};
 use crate::sensor::Noise;
 
-/// The regions, and those that grow from strips over the cells that are left and stand out.
+/// The regions that grow from strips over the cells that are left beside those `known`, and stand out.
 ///
 /// A narrow face beside a larger one, the front of a board, say, cannot be told from the noise of
 /// that one's edge: what the plane beside it may claim as well is no face of its own.
-pub(super) fn add(
-    grid: &Grid,
-    regions: Vec<Region>,
-    noise: &Noise,
-    config: &GrowthConfig,
-) -> Vec<Region> {
-    let owner = owners(grid, &regions);
-    let length = config.strip_cells;
+pub(super) fn found(growth: &mut Growth, known: &[Region], noise: &Noise) -> Vec<Region> {
+    let (grid, length) = (growth.grid, growth.config.strip_cells);
     let along = Seed {
         cols: length,
         rows: 1,
@@ -25,33 +18,28 @@ pub(super) fn add(
         cols: 1,
         rows: length,
     };
-    let free = |i: usize| owner[i] == FREE;
-    let mut narrow = grow(
-        grid,
-        &free,
-        &[along, down],
-        config.strip_pixels_min,
-        noise,
-        config,
-    );
+    let mut narrow = growth.regions(&[along, down], growth.config.strip_pixels_min);
+    let owner = owners(grid, known);
     let claimed = |&cell: &usize| {
         let moments = &grid.cells[cell];
         let limit = CellNoise::at(noise, moments.mean()).square(SIGMAS, SYSTEMATICS);
-        let mut beside = grid.beside(cell).map(|k| owner[k]).filter(|o| *o != FREE);
-        beside.any(|o| moments.mean_square(&regions[o as usize].plane) < limit)
+        let beside = grid.beside(cell).map(|k| owner[k]);
+        let mut beside = beside.iter().filter(|o| **o != FREE);
+        beside.any(|o| moments.mean_square(&known[*o as usize].plane) < limit)
     };
     narrow.retain(|region| {
         let count = region.cells.iter().filter(|cell| claimed(cell)).count();
         2 * count < region.cells.len()
     });
-    regions.into_iter().chain(narrow).collect()
+    narrow
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::organised::image::InverseImage;
+    use crate::organised::growth::GrowthConfig;
+    use crate::organised::image::{Grid, InverseImage};
     use crate::scan::{DepthImage, Intrinsics};
     use crate::sensor::Sensor;
 
@@ -73,17 +61,10 @@ mod tests {
         let noise = Sensor::named("xtion").unwrap().noise;
         let config = GrowthConfig::default();
         let grid = Grid::new(&InverseImage::new(&depth, 10.0, Vec::new()), Vec::new());
-        let all = |_: usize| true;
-        let blocks = grow(
-            &grid,
-            &all,
-            &[Seed::BLOCK],
-            config.pixels_min,
-            &noise,
-            &config,
-        );
-        let before = blocks.len();
-        (before, add(&grid, blocks, &noise, &config).len())
+        let mut growth = Growth::new(&grid, |_| true, &noise, &config);
+        let blocks = growth.regions(&[Seed::BLOCK], config.pixels_min);
+        let narrow = found(&mut growth, &blocks, &noise);
+        (blocks.len(), blocks.len() + narrow.len())
     }
 
     #[test]

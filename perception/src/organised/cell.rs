@@ -1,0 +1,144 @@
+//! What growth asks of one cell: how well a plane fits it.
+
+use super::growth::GrowthConfig;
+use super::moments::{InversePlane, Moments};
+use crate::sensor::Noise;
+
+/// One cell's noise, for the tests of growth and merging.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CellNoise {
+    /// σ of one pixel's inverse depth, 1/m.
+    pub sigma: f64,
+    /// κ w: systematic error of inverse depth, 1/m.
+    pub systematic: f64,
+}
+
+impl CellNoise {
+    /// At inverse depth `w`, 1/m.
+    pub fn at(noise: &Noise, w: f64) -> Self {
+        Self {
+            sigma: noise.sigma_at_inverse(w),
+            systematic: noise.systematic_ratio * w,
+        }
+    }
+
+    /// (k σ)² + (m κ w)².
+    pub fn square(&self, sigmas: f64, systematics: f64) -> f64 {
+        (sigmas * self.sigma).powi(2) + (systematics * self.systematic).powi(2)
+    }
+}
+
+/// A cell about its own least-squares plane.
+///
+/// The mean square about any other plane is that about its own and a quadratic form of the
+/// differences between both,
+///
+///   m² = d² + (Δa² Σu² + 2 Δa Δb Σuv + Δb² Σv²)/n
+///
+/// with d, the difference at the cell's mean pixel, and sums about that: all small numbers, for
+/// which 32 bits do.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cell {
+    /// Mean pixel, and inverse depth and slopes of the cell's plane there.
+    u: f32,
+    v: f32,
+    w: f32,
+    a: f32,
+    b: f32,
+    /// Mean squares and product of the pixels about their mean.
+    uu: f32,
+    uv: f32,
+    vv: f32,
+    /// Largest misfit to the plane of its region, 1/m².
+    misfit_max: f32,
+    /// Largest mean square of a seed about it, 1/m².
+    pub seed_max: f32,
+}
+
+impl Cell {
+    /// Of moments; `None` where they are not planar.
+    pub fn new(m: &Moments, noise: &Noise, config: &GrowthConfig) -> Option<Self> {
+        let inverse = 1.0 / m.n;
+        let (u, v, w) = (m.u * inverse, m.v * inverse, m.w * inverse);
+        let uu = m.uu * inverse - u * u;
+        let uv = m.uv * inverse - u * v;
+        let vv = m.vv * inverse - v * v;
+        let (uw, vw) = (m.uw * inverse - u * w, m.vw * inverse - v * w);
+        let det = uu * vv - uv * uv;
+        if det.is_nan() || det <= 1e-9 {
+            return None;
+        }
+        let scale = 1.0 / det;
+        let a = (uw * vv - vw * uv) * scale;
+        let b = (vw * uu - uw * uv) * scale;
+        let own = m.ww * inverse - w * w - a * uw - b * vw;
+        let noise = CellNoise::at(noise, w);
+        (own <= config.planar(&noise)).then_some(Self {
+            u: u as f32,
+            v: v as f32,
+            w: w as f32,
+            a: a as f32,
+            b: b as f32,
+            uu: uu as f32,
+            uv: uv as f32,
+            vv: vv as f32,
+            misfit_max: config.misfit(&noise) as f32,
+            seed_max: config.seed(&noise) as f32,
+        })
+    }
+
+    /// Whether its misfit to a plane, beyond its own noise, is below its limit.
+    #[inline]
+    pub fn fits(&self, plane: &[f32; 3]) -> bool {
+        let [a, b, c] = *plane;
+        let d = a * self.u + b * self.v + c - self.w;
+        let (a, b) = (a - self.a, b - self.b);
+        let bend = a * (a * self.uu + 2.0 * b * self.uv) + b * b * self.vv;
+        d * d + bend <= self.misfit_max
+    }
+}
+
+/// A plane as [`Cell::fits`] takes it.
+pub(super) fn coefficients(plane: &InversePlane) -> [f32; 3] {
+    plane.0.map(|x| x as f32).into()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::Sensor;
+
+    #[test]
+    fn a_cell_fits_a_plane_as_its_moments_say() {
+        let noise = Sensor::named("xtion").unwrap().noise;
+        let config = GrowthConfig::default();
+        let mut m = Moments::default();
+        // A cell of 4 × 4 without a corner, far from the centre, not quite flat.
+        for (j, k) in (0..16).map(|i| (i % 4, i / 4)).filter(|p| *p != (0, 0)) {
+            let rough = if (j + k) % 3 == 0 { 4e-4 } else { -2e-4 };
+            let (u, v) = (f64::from(j - 300), f64::from(k + 201));
+            m.push(u, v, 0.7 + 2e-4 * u - 1e-4 * v + rough);
+        }
+        let cell = Cell::new(&m, &noise, &config).unwrap();
+        let own = m.mean_square(&m.plane().unwrap());
+        let limit = config.misfit(&CellNoise::at(&noise, m.mean()));
+        let (mut fits, mut not) = (0, 0);
+        for i in 0..400 {
+            let (i, j) = (f64::from(i % 20 - 10), f64::from(i / 20 - 10));
+            let plane = Vector3::new(2e-4 + 4e-4 * i, -1e-4 + 3e-4 * j, 0.7);
+            // Turned about the cell's own middle.
+            let c = plane.z - (plane.x - 2e-4) * -298.5 - (plane.y + 1e-4) * 202.5;
+            let plane = InversePlane(Vector3::new(plane.x, plane.y, c));
+            let misfit = m.mean_square(&plane) - own;
+            // Nothing so near the limit that 32 bits may decide.
+            if (misfit / limit - 1.0).abs() > 1e-3 {
+                assert_eq!(cell.fits(&coefficients(&plane)), misfit <= limit);
+                if misfit <= limit { fits += 1 } else { not += 1 }
+            }
+        }
+        assert!(fits > 20 && not > 20, "{fits} {not}");
+    }
+}
