@@ -71,9 +71,9 @@ impl<'a> Directions<'a> {
             noise,
         };
         let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(-1e9));
-        for (p, _) in points.clone() {
-            let angles = found.angles(&p);
-            (low, high) = (low.inf(&angles), high.sup(&angles));
+        let angles: Vec<_> = points.clone().map(|(p, _)| found.angles(&p)).collect();
+        for angles in &angles {
+            (low, high) = (low.inf(angles), high.sup(angles));
         }
         if !(low.x <= high.x && low.y <= high.y) {
             return found;
@@ -82,8 +82,8 @@ impl<'a> Directions<'a> {
         found.cols = ((high.x - low.x) / CELL_RAD) as usize + 1;
         found.rows = ((high.y - low.y) / CELL_RAD) as usize + 1;
         found.cells = vec![EMPTY; found.cols * found.rows];
-        for (p, label) in points {
-            let at = (found.angles(&p) - low) / CELL_RAD;
+        for ((p, label), angles) in points.zip(angles) {
+            let at = (angles - low) / CELL_RAD;
             let cell = &mut found.cells[at.y as usize * found.cols + at.x as usize];
             let w = (1.0 / p.norm().max(1e-6)) as f32;
             if w > cell.w {
@@ -103,7 +103,7 @@ impl<'a> Directions<'a> {
     fn angles(&self, p: &Vector3<f64>) -> Vector2<f64> {
         let (a, b, c) = (p[(self.axis + 1) % 3], p[(self.axis + 2) % 3], p[self.axis]);
         // From the side on which nothing is cut at half a turn for a camera that looks along an axis.
-        Vector2::new(b.atan2(a), c.atan2(a.hypot(b)))
+        Vector2::new(b.atan2(a), c.atan2((a * a + b * b).sqrt()))
     }
 
     /// The ray of a place, a unit vector.
@@ -115,6 +115,14 @@ impl<'a> Directions<'a> {
         ray[(self.axis + 2) % 3] = azimuth.sin() * elevation.cos();
         ray[self.axis] = elevation.sin();
         ray
+    }
+
+    /// The nearest cell to a place; `None` outside of the picture.
+    fn cell(&self, p: &Point2<f64>) -> Option<&Cell> {
+        let (x, y) = (p.x.round(), p.y.round());
+        let inside = (0.0..self.cols as f64).contains(&x) && (0.0..self.rows as f64).contains(&y);
+        let i = inside.then(|| y as usize * self.cols + x as usize)?;
+        self.cells.get(i)
     }
 
     /// The place of a point, in cells.
@@ -180,22 +188,22 @@ const PLACES_APART: f64 = 2.0;
 const PLACES_MAX: usize = 48;
 
 impl Picture for Directions<'_> {
-    fn at(&self, p: &Point2<f64>) -> Shown {
-        let (x, y) = (p.x.round(), p.y.round());
-        if !(0.0..self.cols as f64).contains(&x) || !(0.0..self.rows as f64).contains(&y) {
-            return Shown::Outside;
-        }
-        let cell = self.cells[y as usize * self.cols + x as usize];
-        if cell.w > 0.0 {
-            let w = f64::from(cell.w);
-            Shown::Point {
-                w,
+    fn at(&self, label: u16, p: &Point2<f64>) -> Shown {
+        match self.cell(p) {
+            None => Shown::Outside,
+            Some(cell) if cell.w <= 0.0 => Shown::Nothing,
+            Some(cell) if cell.label == label => Shown::Face,
+            Some(cell) => Shown::Other {
+                w: cell.w.into(),
                 label: cell.label,
-                used: w * self.range_max_m >= 1.0,
-            }
-        } else {
-            Shown::Nothing
+                used: f64::from(cell.w) * self.range_max_m >= 1.0,
+            },
         }
+    }
+
+    fn on(&self, label: u16, p: &Point2<f64>) -> Option<f64> {
+        let cell = self.cell(p).filter(|cell| cell.label == label)?;
+        Some(f64::from(cell.w)).filter(|w| *w > 0.0)
     }
 
     fn plane(&self, label: u16, p: &Point2<f64>) -> Option<f64> {

@@ -25,8 +25,10 @@ pub(crate) enum Shown {
     Outside,
     /// Nothing was measured.
     Nothing,
-    /// A point, with its inverse depth and the index of its plane, or [`NONE`].
-    Point { w: f64, label: u16, used: bool },
+    /// A point that has the label asked for.
+    Face,
+    /// Another point, with its inverse depth and the index of its plane, or [`NONE`].
+    Other { w: f64, label: u16, used: bool },
 }
 
 /// The label of a point without a plane.
@@ -34,19 +36,10 @@ pub(crate) const NONE: u16 = Segmentation::NONE;
 
 /// What was seen, on pixels.
 pub(crate) trait Picture {
-    /// What the nearest pixel shows.
-    fn at(&self, p: &Point2<f64>) -> Shown;
+    /// What the nearest pixel shows to someone who asks for a label.
+    fn at(&self, label: u16, p: &Point2<f64>) -> Shown;
     /// Inverse depth of the nearest pixel's point, 1/m, if it is used and has this label.
-    fn on(&self, label: u16, p: &Point2<f64>) -> Option<f64> {
-        match self.at(p) {
-            Shown::Point {
-                w,
-                label: its,
-                used: true,
-            } => Some(w).filter(|_| its == label),
-            _ => None,
-        }
-    }
+    fn on(&self, label: u16, p: &Point2<f64>) -> Option<f64>;
     /// Inverse depth of a plane at a place, 1/m; `None` where it is not known or not met.
     fn plane(&self, label: u16, p: &Point2<f64>) -> Option<f64>;
     /// Angle between neighbouring pixels, rad.
@@ -246,35 +239,30 @@ pub(crate) fn beyond(
     let (mut last, mut again, mut unlabelled) = (0, 0, None);
     for k in 1..=STEPS_MAX {
         let p = at(k);
-        let (w, its) = match picture.at(&p) {
+        let own = || picture.plane(label, &p);
+        let on = |w: f64| own().is_some_and(|own| near(picture, own, w));
+        let other = match picture.at(label, &p) {
             Shown::Outside if k - last > BORDER_PX => return found(EdgeKind::Unknown, last, k),
             Shown::Outside => return found(EdgeKind::FieldOfView, last, k),
             Shown::Nothing => continue,
-            Shown::Point {
-                w,
-                label: its,
-                used,
-            } => {
-                let own = || picture.plane(label, &p);
-                let on = || own().is_some_and(|own| near(picture, own, w));
-                if !used && on() {
-                    return found(EdgeKind::FieldOfView, last, k);
-                }
-                if its == label || (its == NONE && on()) {
-                    again += usize::from(again > 0 || k - last > GAP_PX);
-                    if again > AGAIN_PX {
-                        return found(EdgeKind::Unknown, last, last + 1);
-                    }
-                    last = k;
-                    unlabelled = None;
-                    continue;
-                }
-                if own().is_none_or(|own| w <= own) {
-                    return found(EdgeKind::Real, last, k);
-                }
-                (w, its)
+            Shown::Face => None,
+            Shown::Other { w, used, .. } if !used && on(w) => {
+                return found(EdgeKind::FieldOfView, last, k);
             }
+            Shown::Other { w, label, .. } => Some((w, label)).filter(|_| label != NONE || !on(w)),
         };
+        let Some((w, its)) = other else {
+            again += usize::from(again > 0 || k - last > GAP_PX);
+            if again > AGAIN_PX {
+                return found(EdgeKind::Unknown, last, last + 1);
+            }
+            last = k;
+            unlabelled = None;
+            continue;
+        };
+        if own().is_none_or(|own| w <= own) {
+            return found(EdgeKind::Real, last, k);
+        }
         // Something nearer than the plane: hidden, unless it meets the plane.
         if picture.plane(its, &p).is_some() {
             let kind = if meets(picture, [label, its], &at(last), &p, &step) {

@@ -192,7 +192,8 @@ impl Seen {
                 EdgeKind::FieldOfView => (0.0, 0.0),
                 _ => (view.k * view.sigma_rad * per_rad, inside_rad * per_rad),
             };
-            (view.k * across).hypot(own).hypot(view.further_m) - inside
+            let across = view.k * across;
+            (across * across + own * own + view.further_m * view.further_m).sqrt() - inside
         };
         places.map(lack).fold(f64::NEG_INFINITY, f64::max)
     }

@@ -73,17 +73,27 @@ impl<'a> Seen<'a> {
 
 impl Picture for Seen<'_> {
     #[inline]
-    fn at(&self, p: &Point2<f64>) -> Shown {
+    fn at(&self, label: u16, p: &Point2<f64>) -> Shown {
         let Some(i) = self.index(p) else {
             return Shown::Outside;
         };
-        let (w, z) = (self.image.w[i], self.depth.z_m[i]);
+        // The labels first, which are all that most steps need: the images are far from any cache.
+        let its = self.labels[i];
+        if its == label {
+            return Shown::Face;
+        }
+        let other = |w: f32, used| Shown::Other {
+            w: w.into(),
+            label: its,
+            used,
+        };
+        let w = self.image.w[i];
+        if w > 0.0 {
+            return other(w, true);
+        }
+        let z = self.depth.z_m[i];
         if z > 0.0 {
-            Shown::Point {
-                w: if w > 0.0 { w } else { 1.0 / z }.into(),
-                label: self.labels[i],
-                used: w > 0.0,
-            }
+            other(1.0 / z, false)
         } else {
             Shown::Nothing
         }
