@@ -146,11 +146,7 @@ pub(super) fn pieces(
         let c = piece.centroid().coords;
         let spread =
             spread.get_or_insert_with(|| Spread::new(&support(face, pixels), plane, at, noise));
-        let corners: Vec<_> = piece
-            .vertices()
-            .iter()
-            .map(|v| turn(v.coords - c))
-            .collect();
+        let corners: Vec<_> = piece.0.iter().map(|v| turn(v.coords - c)).collect();
         let Ok(polygon) = ConvexPolygon::hull(&corners) else {
             continue;
         };

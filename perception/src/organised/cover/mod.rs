@@ -1,8 +1,11 @@
 //! A region with holes, covered by few large convex pieces.
 
 mod grow;
-mod lattice;
+mod open;
+mod polish;
 mod ring;
+mod rows;
+mod segments;
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -10,9 +13,12 @@ use surfaces::ConvexPolygon;
 
 use crate::Error;
 use crate::error::within;
-use grow::{Edge, Grown, Region};
-use lattice::Lattice;
-use ring::Ring;
+use grow::{Piece, Region};
+use open::Open;
+use polish::polished;
+pub(super) use ring::Ring;
+use rows::{Frame, Rows};
+use segments::Point;
 
 /// How a face is covered by convex polygons.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -99,79 +105,94 @@ impl CoverConfig {
 /// Places that further pieces are grown from, before the best of all is taken.
 const SEEDS: usize = 4;
 /// Area that other pieces cover already counts this much: pieces overlap, not end at seams.
-const OVERLAP_WORTH: f64 = 0.05;
+const OVERLAP_WORTH: f32 = 0.05;
 
 /// Convex pieces of the region between the rings (the outer one first, then holes), greedily:
 /// each adds most to those before it. They overlap rather than meet at seams, and no edge of the
 /// region reaches more than `slack_m` into one.
+///
+/// Pieces are grown and compared in 32 bits about the middle of the region, cut out in 64.
 pub(in crate::organised) fn cover(
     rings: &[Vec<Point2<f64>>],
     slack_m: f64,
     config: &CoverConfig,
-) -> Vec<ConvexPolygon> {
-    let Some(Ok(hull)) = rings.first().map(|outer| ConvexPolygon::hull(outer)) else {
+) -> Vec<Ring> {
+    let Some(outer) = rings.first() else {
         return Vec::new();
     };
-    let edges: Vec<Edge> = rings
+    let mut hull = Ring::default();
+    hull.hull(&mut outer.clone());
+    let (low, high) = hull.bounds();
+    let middle = low + 0.5 * (high - low);
+    let near = |p: &Point2<f64>| [(p.x - middle.x) as f32, (p.y - middle.y) as f32];
+    let edges: Vec<(Point, Point)> = rings
         .iter()
         .flat_map(|ring| {
-            ring.iter()
-                .copied()
-                .zip(ring.iter().copied().cycle().skip(1))
+            let next = ring.iter().cycle().skip(1);
+            ring.iter().zip(next).map(|(a, b)| (near(a), near(b)))
         })
         .collect();
-    let hull = Ring(hull.vertices().to_vec());
-    let mut region = Region::new(hull, &edges, slack_m);
+    let frame = Frame::new(near(&low)[1], near(&high)[1]);
+    let mut region = Region::new(&frame, &hull.sides(near), &edges, slack_m as f32);
     // What is convex but for the slack is one piece.
     if region.is_convex() {
-        let piece = region.hull().clone();
-        return usable(&piece, config).into_iter().collect();
+        return usable(hull, config).into_iter().collect();
     }
-    let mut open = Lattice::new(region.hull(), &edges);
-    let total_m2 = open.area();
+    let mut open = Open::new(&frame, &edges);
+    let total_m2 = f64::from(open.area(&frame));
     let worthwhile = (config.gain_min_ratio * total_m2).min(config.gain_min_m2);
     let gain_min_m2 = config.area_min_m2.max(worthwhile);
-    let mut pieces: Vec<ConvexPolygon> = Vec::new();
-    let mut grown: Vec<Grown> = Vec::new();
+    let mut pieces: Vec<Ring> = Vec::new();
+    let mut started: Vec<Piece> = Vec::new();
     while pieces.len() < config.pieces_max {
-        // Grow from the places that are farthest from every edge and in no piece grown so far.
-        let worth = |piece: &Ring| open.gain(piece) + OVERLAP_WORTH * piece.area();
-        for seed in open.seeds(SEEDS) {
-            if !grown.iter().any(|g| g.ring.contains(&seed)) {
-                grown.extend(region.grow(&seed, &worth));
+        // Start from the places that are farthest from every edge and in no piece so far.
+        let worth = |rows: &Rows| open.gain(&frame, rows) + OVERLAP_WORTH * rows.area(&frame);
+        for seed in open.seeds(&frame, SEEDS) {
+            if !started.iter().any(|piece| piece.keeps(&seed)) {
+                started.extend(region.start(&seed));
             }
         }
-        // Take the one that adds most, its cuts turned to where they cost least.
-        let most = grown
+        // Grow the one that adds most, and turn its cuts to where they cost least.
+        let most = started
             .iter()
-            .map(|g| worth(&g.ring))
+            .map(|piece| worth(&piece.rows))
             .enumerate()
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
         let Some((index, _)) = most else { break };
-        let ring = region.polished(grown.swap_remove(index), &worth);
-        let Some(piece) = usable(&ring, config) else {
+        let piece = region.grow(started.swap_remove(index), &worth);
+        let piece = polished(&region, &piece)
+            .filter(|polished| worth(&polished.rows) >= worth(&piece.rows))
+            .unwrap_or(piece);
+        let ring = hull.clone().without(&piece.cuts, &middle);
+        let Some(ring) = usable(ring, config) else {
             break;
         };
-        let ring = Ring(piece.vertices().to_vec());
-        if !pieces.is_empty() && open.gain(&ring) < gain_min_m2 {
+        let mut rows = Rows::ALL;
+        for side in ring.sides(near) {
+            rows.cut(&frame, &side);
+        }
+        if !pieces.is_empty() && f64::from(open.gain(&frame, &rows)) < gain_min_m2 {
             break;
         }
-        open.close(&ring);
-        pieces.push(piece);
+        open.close(&rows);
+        pieces.push(ring);
         // Enough, or less left than a further piece must add.
-        if open.area() <= (1.0 - config.ratio) * total_m2 || open.area() < gain_min_m2 {
+        let left_m2 = f64::from(open.area(&frame));
+        if left_m2 <= (1.0 - config.ratio) * total_m2 || left_m2 < gain_min_m2 {
             break;
         }
     }
     pieces
 }
 
-/// The polygon of a piece, with as few corners as asked for, if it is large enough.
-fn usable(ring: &Ring, config: &CoverConfig) -> Option<ConvexPolygon> {
-    let piece = ConvexPolygon::hull(&ring.0).ok()?;
-    let piece = piece.simplified_inside(config.vertices_max);
-    let large =
-        piece.area() >= config.area_min_m2 && piece.inset(0.5 * config.width_min_m).is_some();
+/// A piece with as few corners as asked for, if it is large enough.
+fn usable(mut piece: Ring, config: &CoverConfig) -> Option<Ring> {
+    if piece.0.len() > config.vertices_max {
+        let polygon = ConvexPolygon::hull(&piece.0).ok()?;
+        let polygon = polygon.simplified_inside(config.vertices_max);
+        piece = Ring(polygon.vertices().to_vec());
+    }
+    let large = piece.area() >= config.area_min_m2 && piece.is_wide(config.width_min_m);
     large.then_some(piece)
 }
 
@@ -179,17 +200,29 @@ fn usable(ring: &Ring, config: &CoverConfig) -> Option<ConvexPolygon> {
 mod tests {
     use nalgebra::Vector2;
 
-    use super::grow::closest;
     use super::*;
 
     fn ring(corners: &[[f64; 2]]) -> Vec<Point2<f64>> {
         corners.iter().map(|&c| Point2::from(c)).collect()
     }
 
+    fn cover_of(rings: &[Vec<Point2<f64>>]) -> Vec<ConvexPolygon> {
+        let pieces = cover(rings, 1e-3, &CoverConfig::default());
+        let polygon = |piece: &Ring| ConvexPolygon::hull(&piece.0).unwrap();
+        pieces.iter().map(polygon).collect()
+    }
+
+    /// The point of a segment that is nearest to p.
+    fn closest(a: &Point2<f64>, b: &Point2<f64>, p: &Point2<f64>) -> Point2<f64> {
+        let along = b - a;
+        let t = (p - a).dot(&along) / along.norm_squared();
+        a + along * t.clamp(0.0, 1.0)
+    }
+
     /// Area of the region, and of what the pieces cover of it, on a fine lattice; panics where a
     /// piece leaves the region by more than the slack.
     fn covered(rings: &[Vec<Point2<f64>>], pieces: &[ConvexPolygon]) -> f64 {
-        let edges: Vec<Edge> = rings
+        let edges: Vec<(Point2<f64>, Point2<f64>)> = rings
             .iter()
             .flat_map(|r| r.iter().copied().zip(r.iter().copied().cycle().skip(1)))
             .collect();
@@ -204,7 +237,7 @@ mod tests {
             for j in 0..200 {
                 let p = Point2::new(0.0, 0.0) + Vector2::new(i as f64 + 0.5, j as f64 + 0.5) * 0.01;
                 let held = pieces.iter().any(|piece| piece.contains(&p, 0.0));
-                let near = |(a, b): &Edge| (p - closest(a, b, &p)).norm();
+                let near = |(a, b): &(Point2<f64>, Point2<f64>)| (p - closest(a, b, &p)).norm();
                 let near = edges.iter().map(near).fold(f64::INFINITY, f64::min);
                 assert!(
                     !held || inside(&p) || near < 0.002,
@@ -220,7 +253,7 @@ mod tests {
     #[test]
     fn a_convex_region_is_one_piece_and_itself() {
         let rings = [ring(&[[0.1, 0.1], [1.8, 0.2], [1.6, 1.4], [0.2, 1.7]])];
-        let pieces = cover(&rings, 1e-3, &CoverConfig::default());
+        let pieces = cover_of(&rings);
         assert_eq!(pieces.len(), 1);
         assert!((pieces[0].area() - ConvexPolygon::hull(&rings[0]).unwrap().area()).abs() < 1e-9);
     }
@@ -248,7 +281,7 @@ mod tests {
         let square = ring(&[[0., 0.], [2., 0.], [2., 2.], [0., 2.]]);
         let hole = ring(&[[0.6, 0.6], [0.6, 1.3], [1.3, 1.3], [1.3, 0.6]]);
         for (rings, most) in [(vec![l], 2), (vec![u], 3), (vec![square, hole], 4)] {
-            let pieces = cover(&rings, 1e-3, &CoverConfig::default());
+            let pieces = cover_of(&rings);
             let ratio = covered(&rings, &pieces);
             assert!(pieces.len() <= most, "{} pieces", pieces.len());
             assert!(ratio > 0.95, "{ratio}");

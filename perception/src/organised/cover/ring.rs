@@ -1,34 +1,37 @@
 //! Convex polygons that are only compared.
 
-use nalgebra::{Matrix2, Point2, Vector2};
+use nalgebra::{Point2, Vector2};
 use surfaces::HalfPlane;
+
+use super::segments::{Cut, Point};
 
 /// Corners of a convex polygon, counter-clockwise: [`surfaces::ConvexPolygon`] without its checks, for the
 /// many polygons that are only compared.
 #[derive(Clone, Default)]
-pub(super) struct Ring(pub Vec<Point2<f64>>);
+pub(in crate::organised) struct Ring(pub Vec<Point2<f64>>);
 
 impl Ring {
+    /// Its sides, each from a corner to the next.
     pub fn edges(&self) -> impl Iterator<Item = (&Point2<f64>, &Point2<f64>)> {
         let next = self.0[1.min(self.0.len())..].iter().chain(self.0.first());
         self.0.iter().zip(next)
     }
 
+    /// The least and the largest coordinates.
+    pub fn bounds(&self) -> (Point2<f64>, Point2<f64>) {
+        let first = self.0.first().copied().unwrap_or(Point2::origin());
+        self.0
+            .iter()
+            .fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)))
+    }
+
+    /// Area, m².
     pub fn area(&self) -> f64 {
         let Some(o) = self.0.first() else { return 0.0 };
         self.edges()
             .map(|(a, b)| (a - o).perp(&(b - o)))
             .sum::<f64>()
             / 2.0
-    }
-
-    pub fn contains(&self, p: &Point2<f64>) -> bool {
-        self.edges().all(|(a, b)| (b - a).perp(&(p - a)) >= 0.0)
-    }
-
-    /// Becomes what another one is.
-    pub fn copy(&mut self, other: &Self) {
-        self.0.clone_from(&other.0);
     }
 
     /// The smallest convex ring around points, which are sorted; two corners if they lie on a line.
@@ -58,65 +61,69 @@ impl Ring {
         }
     }
 
+    /// What cuts leave that are about `origin`.
+    pub(super) fn without(mut self, cuts: &[Cut], origin: &Point2<f64>) -> Self {
+        let mut spare = Self::default();
+        for cut in cuts {
+            let n = Vector2::from(cut.n.map(f64::from));
+            let b = f64::from(cut.b) + n.dot(&origin.coords);
+            self.clip(&HalfPlane { n, b }, &mut spare);
+        }
+        self
+    }
+
+    /// The half-planes along its sides, `near` the region's middle.
+    pub(super) fn sides(&self, near: impl Fn(&Point2<f64>) -> Point) -> Vec<Cut> {
+        self.edges()
+            .filter_map(|(a, b)| Cut::left_of(&near(a), &near(b)))
+            .collect()
+    }
+
+    /// Whether a circle of this diameter fits in, m.
+    pub fn is_wide(&self, width_m: f64) -> bool {
+        let (mut inner, mut spare) = (self.clone(), Self::default());
+        for (a, b) in self.edges().filter(|(a, b)| a != b) {
+            let mut side = HalfPlane::left_of(a, b);
+            side.b -= 0.5 * width_m;
+            inner.clip(&side, &mut spare);
+        }
+        inner.area() > 0.0
+    }
+
     /// Leaves the part in the half-plane {n·p ≤ b}; `spare` is overwritten.
-    pub fn clip(&mut self, cut: &HalfPlane, spare: &mut Self) {
+    fn clip(&mut self, cut: &HalfPlane, spare: &mut Self) {
         spare.0.clear();
-        self.clipped(cut, |p| spare.0.push(p));
-        std::mem::swap(self, spare);
-    }
-
-    /// Area of the part in the half-plane {n·p ≤ b}.
-    pub fn area_within(&self, cut: &HalfPlane) -> f64 {
-        // A fan of triangles from the first corner.
-        let (mut origin, mut last, mut double) = (None, Vector2::zeros(), 0.0);
-        self.clipped(cut, |p| {
-            let here = p - *origin.get_or_insert(p);
-            double += last.perp(&here);
-            last = here;
-        });
-        double / 2.0
-    }
-
-    /// Calls `with` for the corners of the part in the half-plane.
-    #[inline]
-    fn clipped(&self, cut: &HalfPlane, mut with: impl FnMut(Point2<f64>)) {
         let Some(mut a) = self.0.first() else { return };
         let mut ha = cut.value(a);
         for c in self.0[1..].iter().chain(self.0.first()) {
             let hc = cut.value(c);
             if ha <= 0.0 {
-                with(*a);
+                spare.0.push(*a);
             }
             if (ha < 0.0 && hc > 0.0) || (ha > 0.0 && hc < 0.0) {
-                with(a + (c - a) * (ha / (ha - hc)));
+                spare.0.push(a + (c - a) * (ha / (ha - hc)));
             }
             (a, ha) = (c, hc);
         }
+        std::mem::swap(self, spare);
     }
 
-    /// Centroid, and a matrix that makes the second moments those of a circle.
-    pub fn ellipse(&self) -> Option<(Point2<f64>, Matrix2<f64>)> {
-        let o = self.0.first()?;
-        let (mut area, mut first, mut second) = (0.0, Vector2::zeros(), Matrix2::zeros());
+    /// Centroid; the first corner where there is no area.
+    pub fn centroid(&self) -> Point2<f64> {
+        let Some(o) = self.0.first() else {
+            return Point2::origin();
+        };
+        let (mut double, mut first) = (0.0, Vector2::zeros());
         for (a, b) in self.edges() {
-            // ∫ 1, p and p pᵀ over the triangle (o, a, b), about o.
             let (a, b) = (a - o, b - o);
-            let (sum, double) = (a + b, a.perp(&b));
-            area += double / 2.0;
-            first += sum * (double / 6.0);
-            second +=
-                (a * a.transpose() + b * b.transpose() + sum * sum.transpose()) * (double / 24.0);
+            let part = a.perp(&b);
+            double += part;
+            first += (a + b) * part;
         }
-        let mean: Vector2<f64> = first / area;
-        // Of Σ = L Lᵀ, L⁻¹: which of the matrices M with Mᵀ M = Σ⁻¹ it is turns nothing.
-        let sigma = second / area - mean * mean.transpose();
-        let l = sigma[(0, 0)].sqrt();
-        let m = sigma[(0, 1)] / l;
-        let k = (sigma[(1, 1)] - m * m).sqrt();
-        let metric = Matrix2::new(1.0 / l, 0.0, -m / (l * k), 1.0 / k);
-        metric
-            .iter()
-            .all(|x| x.is_finite())
-            .then_some((o + mean, metric))
+        if double > 0.0 {
+            o + first / (3.0 * double)
+        } else {
+            *o
+        }
     }
 }

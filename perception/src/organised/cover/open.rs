@@ -1,0 +1,192 @@
+//! What of a region is in no piece yet, and where.
+
+use wide::f32x4;
+
+use super::rows::{FOURS, Frame, NOWHERE, ROWS, Rows};
+use super::segments::Point;
+
+/// Every so many rows are looked at for places to grow from.
+const STRIDE: usize = 2;
+
+/// The open parts of a region, in layers: of each row several intervals.
+pub(super) struct Open {
+    /// The whole region.
+    whole: Vec<Rows>,
+    open: Vec<Rows>,
+}
+
+impl Open {
+    /// All that is between the edges.
+    pub fn new(frame: &Frame, edges: &[(Point, Point)]) -> Self {
+        // Crossings of the rows with the edges: odd intervals are inside.
+        let row = |y: f32| {
+            let at = (y - frame.low) / frame.pitch_m + 0.5;
+            (at as usize).min(ROWS)
+        };
+        let mut crossings: Vec<(usize, f32)> = Vec::with_capacity(4 * ROWS);
+        for (a, b) in edges {
+            let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
+            let (first, end) = (row(a[1]), row(b[1]));
+            if first < end {
+                let slope = (b[0] - a[0]) / (b[1] - a[1]);
+                let at = |row: usize| a[0] + (frame.y(row) - a[1]) * slope;
+                crossings.extend((first..end).map(|row| (row, at(row))));
+            }
+        }
+        crossings.sort_unstable_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
+        let mut open: Vec<Rows> = Vec::new();
+        let mut used = [0; ROWS];
+        for pair in crossings.as_chunks::<2>().0 {
+            let [(row, from), (_, to)] = *pair;
+            put(&mut open, row, used[row], from, to);
+            used[row] += 1;
+        }
+        Self {
+            whole: open.clone(),
+            open,
+        }
+    }
+
+    /// Area that is open, m².
+    pub fn area(&self, frame: &Frame) -> f32 {
+        self.open.iter().map(|layer| layer.area(frame)).sum()
+    }
+
+    /// Area of a piece that is open, m².
+    pub fn gain(&self, frame: &Frame, piece: &Rows) -> f32 {
+        let layers = self.open.iter();
+        layers.map(|layer| layer.area_both(frame, piece)).sum()
+    }
+
+    /// Closes what is in a piece.
+    pub fn close(&mut self, piece: &Rows) {
+        for row in 0..ROWS {
+            let (from, to) = piece.get(row);
+            if from >= to {
+                continue;
+            }
+            for layer in 0..self.open.len() {
+                let (low, high) = self.open[layer].get(row);
+                if low >= high || high <= from || to <= low {
+                    continue;
+                }
+                let (left, right) = (low < from, to < high);
+                let here = match (left, right) {
+                    (true, _) => (low, from),
+                    (false, true) => (to, high),
+                    (false, false) => (NOWHERE, -NOWHERE),
+                };
+                self.open[layer].set(row, here);
+                if left && right {
+                    let empty = |layer: &Rows| layer.get(row).0 >= layer.get(row).1;
+                    let free = self.open.iter().position(empty);
+                    let free = free.unwrap_or(self.open.len());
+                    put(&mut self.open, row, free, to, high);
+                }
+            }
+        }
+    }
+
+    /// Middles of open intervals, those farthest from the region's border first, each out of the
+    /// free circles of those before it; at most `count`.
+    pub fn seeds(&self, frame: &Frame, count: usize) -> Vec<Point> {
+        let mut places: Vec<(f32, Point)> = Vec::new();
+        for layer in &self.open {
+            for row in (0..ROWS).step_by(STRIDE) {
+                let (from, to) = layer.get(row);
+                if from < to {
+                    let p = [0.5 * (from + to), frame.y(row)];
+                    places.push((self.depth(frame, &p), p));
+                }
+            }
+        }
+        let mut seeds: Vec<(f32, Point)> = Vec::new();
+        while seeds.len() < count {
+            let free = |p: &Point| {
+                seeds.iter().all(|(r, q)| {
+                    let (x, y) = (p[0] - q[0], p[1] - q[1]);
+                    x * x + y * y > 4.0 * r * r
+                })
+            };
+            let mut most: Option<(f32, Point)> = None;
+            for (depth, p) in &places {
+                if most.is_none_or(|m| *depth > m.0) && free(p) {
+                    most = Some((*depth, *p));
+                }
+            }
+            let Some(most) = most else { break };
+            seeds.push(most);
+        }
+        seeds.into_iter().map(|(_, p)| p).collect()
+    }
+
+    /// Distance of a place from what is not of the region, about, m.
+    fn depth(&self, frame: &Frame, p: &Point) -> f32 {
+        let mut least = f32x4::splat(NOWHERE);
+        for i in 0..FOURS {
+            // The distance along the row, 0 outside.
+            let mut along = f32x4::ZERO;
+            for layer in &self.whole {
+                let (left, right) = (-layer.from[i] + p[0], layer.to[i] - p[0]);
+                along = along.fast_max(left.fast_min(right));
+            }
+            let up = frame.y[i] - p[1];
+            least = least.fast_min(along * along + up * up);
+        }
+        let end = (p[1] - frame.low).min(frame.low + frame.pitch_m * ROWS as f32 - p[1]);
+        let least = least.to_array().into_iter().fold(end * end, f32::min);
+        least.sqrt()
+    }
+}
+
+/// Puts an interval of a row into a layer.
+fn put(layers: &mut Vec<Rows>, row: usize, layer: usize, from: f32, to: f32) {
+    if layer == layers.len() {
+        layers.push(Rows::NONE);
+    }
+    layers[layer].set(row, (from, to));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rows::tests::{near, rows, square};
+    use super::*;
+
+    #[test]
+    fn areas_are_those_of_the_region_without_its_hole_and_pieces() {
+        let frame = Frame::new(0.0, 4.0);
+        let edges = [square(0.0, 0.0, 4.0), square(1.0, 1.0, 2.0)].concat();
+        let mut open = Open::new(&frame, &edges);
+        assert!(near(open.area(&frame), 12.0));
+        // A piece that lies half in the hole, then one over it.
+        let piece = rows(&frame, &square(0.0, 1.0, 2.0));
+        assert!(near(piece.area(&frame), 4.0));
+        assert!(near(open.gain(&frame, &piece), 2.0));
+        open.close(&piece);
+        assert!(near(open.area(&frame), 10.0));
+        assert_eq!(open.gain(&frame, &piece), 0.0);
+        let over = rows(&frame, &square(0.0, 0.0, 3.0));
+        assert!(near(open.gain(&frame, &over), 3.0));
+        // One that splits rows.
+        open.close(&rows(&frame, &square(1.5, 3.0, 1.0)));
+        assert!(near(open.area(&frame), 9.0));
+        assert!(near(
+            open.gain(&frame, &rows(&frame, &square(0.0, 0.0, 4.0))),
+            9.0
+        ));
+    }
+
+    #[test]
+    fn the_first_seed_is_where_most_is_free() {
+        // A large square with a small one beside it.
+        let frame = Frame::new(0.0, 2.0);
+        let edges = [square(0.0, 0.0, 2.0), square(2.0, 0.0, 1.0)].concat();
+        let mut open = Open::new(&frame, &edges);
+        let seeds = open.seeds(&frame, 2);
+        let off = |p: &Point, x: f32, y: f32| (p[0] - x).hypot(p[1] - y);
+        assert!(off(&seeds[0], 1.0, 1.0) < 0.25, "{seeds:?}");
+        open.close(&rows(&frame, &square(0.0, 0.0, 2.0)));
+        let seeds = open.seeds(&frame, 2);
+        assert!(off(&seeds[0], 2.5, 0.5) < 0.25, "{seeds:?}");
+    }
+}
