@@ -50,7 +50,7 @@ pub(crate) trait Picture {
 
 /// Places along an edge are this far apart, px, and no more of them are looked at.
 const APART_PX: f64 = 4.0;
-const PLACES_MAX: usize = 48;
+const PLACES_MAX: usize = 24;
 /// The walk ends after so many pixels.
 const STEPS_MAX: usize = 96;
 /// Without a measurement for more than this, the border of the view is not what cuts a face, px.
@@ -117,18 +117,19 @@ pub(crate) fn kinds(
             };
             let right = Vector2::new(ahead.y, -ahead.x);
             let out = if left { right } else { -right };
-            let places = ((along.norm() / APART_PX).ceil() as usize).clamp(1, PLACES_MAX);
-            let found = (0..places).map(|i| {
-                let t = (i as f64 + 0.5) / places as f64;
-                beyond(picture, label, &(a + along * t), &out)
-            });
-            let found: Vec<Found> = found.collect();
+            let places = |apart_px: f64| {
+                let count = (along.norm() / apart_px).ceil() as usize;
+                let count = count.clamp(1, PLACES_MAX);
+                (0..count).map(move |i| a + along * ((i as f64 + 0.5) / count as f64))
+            };
+            let found: Vec<Found> = places(APART_PX)
+                .map(|place| beyond(picture, label, &place, &out))
+                .collect();
             let mut at_px: Vec<f64> = found.iter().map(|f| f.at_px).collect();
             at_px.sort_by(f64::total_cmp);
             let middle = at_px[(at_px.len() - 1) / 2];
-            // Half of the places tell as much: what is off the plane goes along the whole edge.
-            let every = places.div_ceil(2);
-            let from = (0..every).map(|i| a + along * ((i as f64 + 0.5) / every as f64));
+            // What is off the plane goes along the whole edge: half of the places tell as much.
+            let from = places(2.0 * APART_PX);
             // Real edges are round: what leaves the plane farther inside is the face still.
             let leaves = leaves_px(picture, label, from, &out)
                 .unwrap_or(middle)
