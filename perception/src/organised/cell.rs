@@ -58,30 +58,17 @@ pub(super) struct Cell {
 impl Cell {
     /// Of moments; `None` where they are not planar.
     pub fn new(m: &Moments, noise: &Noise, config: &GrowthConfig) -> Option<Self> {
-        let inverse = 1.0 / m.n;
-        let (u, v, w) = (m.u * inverse, m.v * inverse, m.w * inverse);
-        let uu = m.uu * inverse - u * u;
-        let uv = m.uv * inverse - u * v;
-        let vv = m.vv * inverse - v * v;
-        let (uw, vw) = (m.uw * inverse - u * w, m.vw * inverse - v * w);
-        let det = uu * vv - uv * uv;
-        if det.is_nan() || det <= 1e-9 {
-            return None;
-        }
-        let scale = 1.0 / det;
-        let a = (uw * vv - vw * uv) * scale;
-        let b = (vw * uu - uw * uv) * scale;
-        let own = m.ww * inverse - w * w - a * uw - b * vw;
-        let noise = CellNoise::at(noise, w);
-        (own <= config.planar(&noise)).then_some(Self {
-            u: u as f32,
-            v: v as f32,
-            w: w as f32,
-            a: a as f32,
-            b: b as f32,
-            uu: uu as f32,
-            uv: uv as f32,
-            vv: vv as f32,
+        let fit = m.fit()?;
+        let noise = CellNoise::at(noise, fit.w);
+        (fit.square <= config.planar(&noise)).then_some(Self {
+            u: fit.u as f32,
+            v: fit.v as f32,
+            w: fit.w as f32,
+            a: fit.a as f32,
+            b: fit.b as f32,
+            uu: fit.uu as f32,
+            uv: fit.uv as f32,
+            vv: fit.vv as f32,
             misfit_max: config.misfit(&noise) as f32,
             seed_max: config.seed(&noise) as f32,
         })

@@ -35,6 +35,24 @@ pub(super) struct Moments {
     pub ww: f64,
 }
 
+/// Pixels about their mean, and their least-squares plane there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fit {
+    /// Mean pixel and inverse depth.
+    pub u: f64,
+    pub v: f64,
+    pub w: f64,
+    /// Mean squares and product of the pixels about their mean.
+    pub uu: f64,
+    pub uv: f64,
+    pub vv: f64,
+    /// Slopes of the plane.
+    pub a: f64,
+    pub b: f64,
+    /// Mean square of the residuals, 1/m².
+    pub square: f64,
+}
+
 impl Moments {
     /// Adds one pixel.
     #[cfg(test)]
@@ -88,23 +106,43 @@ impl Moments {
     ///
     /// `None` when the pixels do not span a plane.
     pub fn plane(&self) -> Option<InversePlane> {
+        let fit = self.fit()?;
+        let c = fit.w - fit.a * fit.u - fit.b * fit.v;
+        Some(InversePlane(Vector3::new(fit.a, fit.b, c)))
+    }
+
+    /// The least-squares plane about the mean pixel; `None` when the pixels do not span a plane.
+    #[inline]
+    pub fn fit(&self) -> Option<Fit> {
         if self.n < 3.0 {
             return None;
         }
         // Centred, so that the 2×2 system keeps its digits far from the image's centre.
-        let (mu, mv, mw) = (self.u / self.n, self.v / self.n, self.w / self.n);
-        let uu = self.uu - self.u * mu;
-        let uv = self.uv - self.u * mv;
-        let vv = self.vv - self.v * mv;
-        let uw = self.uw - self.u * mw;
-        let vw = self.vw - self.v * mw;
+        let inverse = 1.0 / self.n;
+        let [u, v, w] = [self.u, self.v, self.w].map(|sum| sum * inverse);
+        let uu = self.uu * inverse - u * u;
+        let uv = self.uv * inverse - u * v;
+        let vv = self.vv * inverse - v * v;
+        let (uw, vw) = (self.uw * inverse - u * w, self.vw * inverse - v * w);
         let det = uu * vv - uv * uv;
-        if det.is_nan() || det <= 1e-9 * self.n * self.n {
+        if det.is_nan() || det <= 1e-9 {
             return None;
         }
-        let a = (uw * vv - vw * uv) / det;
-        let b = (vw * uu - uw * uv) / det;
-        Some(InversePlane(Vector3::new(a, b, mw - a * mu - b * mv)))
+        let scale = 1.0 / det;
+        let a = (uw * vv - vw * uv) * scale;
+        let b = (vw * uu - uw * uv) * scale;
+        let square = self.ww * inverse - w * w - a * uw - b * vw;
+        Some(Fit {
+            u,
+            v,
+            w,
+            uu,
+            uv,
+            vv,
+            a,
+            b,
+            square: square.max(0.0),
+        })
     }
 
     /// Mean square of a u + b v + c − w over the pixels, 1/m².

@@ -22,14 +22,14 @@ impl Seed {
         starts.map(move |start| start..start + self.cols)
     }
 
-    /// Where its cells all are open and fit one plane: the first cell, after how well they fit,
-    /// in bits that are in the order of the numbers.
+    /// Calls `found` where its cells all are open and fit one plane: with the mean square about
+    /// that in units of its limit, and the first cell.
     fn places(
         self,
         grid: &Grid,
         limit: impl Fn(usize) -> f32,
         shut: &[bool],
-        places: &mut Vec<(u32, u32)>,
+        mut found: impl FnMut(f32, usize),
     ) {
         // How many cells of each column are open from the row of cells on upward, as many as the seed
         // has rows at most, and the sums of these.
@@ -67,12 +67,11 @@ impl Seed {
                 let mut block = columns[first];
                 let rest = &columns[first + 1..=x];
                 rest.iter().for_each(|column| block.add(column, 1.0));
-                let Some(plane) = block.plane() else { continue };
+                let Some(fit) = block.fit() else { continue };
                 let middle = start + self.rows / 2 * grid.cols + first + self.cols / 2;
-                let score = block.mean_square(&plane) as f32 / limit(middle);
+                let score = fit.square as f32 / limit(middle);
                 if score <= 1.0 {
-                    // Bits of numbers that are not negative are in the order of the numbers.
-                    places.push((score.to_bits(), (start + first) as u32));
+                    found(score, start + first);
                 }
             }
         }
@@ -89,14 +88,14 @@ pub(super) fn seeds(
 ) -> Vec<(usize, usize)> {
     let mut seeds = Vec::new();
     for (number, shape) in shapes.iter().enumerate() {
-        let before = seeds.len();
-        shape.places(grid, &limit, shut, &mut seeds);
-        for (_, place) in &mut seeds[before..] {
-            *place = *place * shapes.len() as u32 + number as u32;
-        }
+        shape.places(grid, &limit, shut, |score, first| {
+            // Bits of numbers that are not negative are in the order of the numbers.
+            let place = first * shapes.len() + number;
+            seeds.push(u64::from(score.to_bits()) << 32 | place as u64);
+        });
     }
     seeds.sort_unstable();
-    let places = seeds.into_iter().map(|(_, place)| place as usize);
+    let places = seeds.into_iter().map(|seed| seed as u32 as usize);
     places
         .map(|place| (place / shapes.len(), place % shapes.len()))
         .collect()
