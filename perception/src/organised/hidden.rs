@@ -22,49 +22,44 @@ const PIXELS_MIN: f64 = 250.0;
 /// plane hidden between them.
 pub(super) fn merge(
     grid: &Grid,
-    mut regions: Vec<Region>,
+    regions: Vec<Region>,
     noise: &Noise,
     config: &MergeConfig,
 ) -> Vec<Region> {
-    // Which pairs were refused for what lies between them; merging does not change that.
-    let mut refused: Vec<(usize, usize)> = Vec::new();
-    loop {
-        let mut best: Option<(f64, InversePlane, (usize, usize))> = None;
-        for (j, b) in regions
-            .iter()
-            .enumerate()
-            .filter(|(_, r)| r.moments.n >= PIXELS_MIN)
-        {
-            for (i, a) in regions[..j].iter().enumerate() {
-                if a.moments.n < PIXELS_MIN || refused.contains(&(i, j)) {
-                    continue;
-                }
-                let least = best.as_ref().map_or(1.0, |(score, ..)| *score);
-                if let Some((score, plane)) = misfit(a, b, noise, config).filter(|m| m.0 < least) {
-                    best = Some((score, plane, (i, j)));
-                }
+    let mut regions: Vec<Option<Region>> = regions.into_iter().map(Some).collect();
+    // Where those of them end that were asked for.
+    let mut ends: Vec<Option<Ends>> = regions.iter().map(|_| None).collect();
+    let of_pair = |regions: &[Option<Region>], (i, j): (usize, usize)| {
+        let large = |k: usize| regions[k].as_ref().filter(|r| r.moments.n >= PIXELS_MIN);
+        let (score, plane) = misfit(large(i)?, large(j)?, noise, config)?;
+        (score < 1.0).then_some((score, plane, (i, j)))
+    };
+    let pairs = (0..regions.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+    let mut pairs: Vec<_> = pairs.filter_map(|pair| of_pair(&regions, pair)).collect();
+    while let Some(best) = (0..pairs.len()).min_by(|a, b| pairs[*a].0.total_cmp(&pairs[*b].0)) {
+        let (_, plane, (i, j)) = pairs.remove(best);
+        for k in [i, j] {
+            if let (None, Some(region)) = (&ends[k], &regions[k]) {
+                ends[k] = Some(Ends::new(grid, region));
             }
         }
-        let Some((_, plane, (i, j))) = best else {
-            break;
-        };
-        if !is_hidden(grid, &regions[i], &regions[j], &plane, noise) {
-            refused.push((i, j));
+        let both = ends[i].as_ref().zip(ends[j].as_ref());
+        if !both.is_some_and(|(a, b)| is_hidden(grid, [a, b], &plane, noise)) {
+            // Not for what lies between them; merging others does not change that.
             continue;
         }
-        let gone = regions.remove(j);
-        let kept = &mut regions[i];
-        kept.moments.add(&gone.moments, 1.0);
-        kept.cells.extend(gone.cells);
-        kept.plane = plane;
-        // Indices above j have moved, and region i is another one now.
-        refused.retain(|&(a, b)| [a, b].iter().all(|&k| k != i && k != j));
-        for pair in &mut refused {
-            pair.0 -= usize::from(pair.0 > j);
-            pair.1 -= usize::from(pair.1 > j);
+        ends[i] = None;
+        if let (Some(gone), Some(kept)) = (regions[j].take(), regions[i].as_mut()) {
+            kept.moments.add(&gone.moments, 1.0);
+            kept.cells.extend(gone.cells);
+            kept.plane = plane;
         }
+        // Region i is another one now.
+        pairs.retain(|(_, _, pair)| ![pair.0, pair.1].iter().any(|k| [i, j].contains(k)));
+        let others = (0..regions.len()).filter(|k| *k != i);
+        pairs.extend(others.filter_map(|k| of_pair(&regions, (i.min(k), i.max(k)))));
     }
-    regions
+    regions.into_iter().flatten().collect()
 }
 
 /// The larger misfit to the joint plane in units of its limit, and that plane.
@@ -87,42 +82,50 @@ fn misfit(
     worst.is_finite().then_some((worst.max(0.0), plane))
 }
 
+/// First and last place of a region along every row of the grid, then along every column; none where
+/// the first is after the last.
+struct Ends([Vec<(u32, u32)>; 2]);
+
+impl Ends {
+    fn new(grid: &Grid, region: &Region) -> Self {
+        let mut rows = vec![(u32::MAX, 0); grid.rows];
+        let mut cols = vec![(u32::MAX, 0); grid.cols];
+        let widen = |ends: &mut (u32, u32), k: usize| {
+            *ends = (ends.0.min(k as u32), ends.1.max(k as u32));
+        };
+        for &cell in &region.cells {
+            let (x, y) = grid.place(cell);
+            widen(&mut rows[y], x);
+            widen(&mut cols[x], y);
+        }
+        Self([rows, cols])
+    }
+}
+
 /// Whether most of the rows and columns of cells that hold both regions have the plane hidden
 /// between them.
-fn is_hidden(grid: &Grid, a: &Region, b: &Region, plane: &InversePlane, noise: &Noise) -> bool {
+fn is_hidden(grid: &Grid, [a, b]: [&Ends; 2], plane: &InversePlane, noise: &Noise) -> bool {
     let hides = |i: usize| {
         let m = &grid.cells[i];
         if m.n < 1.0 {
             return None;
         }
-        let w = plane.at(m.u / m.n, m.v / m.n);
-        let nearer = m.mean() - w;
+        let inverse = 1.0 / m.n;
+        let w = plane.at(m.u * inverse, m.v * inverse);
+        let nearer = m.w * inverse - w;
         let limit = CellNoise::at(noise, w).square(SIGMAS, SYSTEMATICS);
         Some(nearer > 0.0 && nearer * nearer > limit)
     };
     let (mut hidden, mut open) = (0, 0);
-    for (lines, count, step) in [(grid.rows, grid.cols, 1), (grid.cols, grid.rows, grid.cols)] {
-        // First and last place of either region along every line.
-        let place = |cell: usize| match step {
-            1 => (cell / grid.cols, cell % grid.cols),
-            _ => (cell % grid.cols, cell / grid.cols),
-        };
-        let ends = |region: &Region| {
-            let mut ends = vec![(count, 0); lines];
-            for &cell in &region.cells {
-                let (line, k) = place(cell);
-                let (first, last) = &mut ends[line];
-                (*first, *last) = ((*first).min(k), (*last).max(k));
-            }
-            ends
-        };
-        for (line, (a, b)) in ends(a).into_iter().zip(ends(b)).enumerate() {
+    // From line to line, and along one.
+    let steps = [(grid.cols, 1), (1, grid.cols)];
+    for ((a, b), (line, step)) in a.0.iter().zip(&b.0).zip(steps) {
+        for ((a, b), start) in a.iter().zip(b).zip((0..).step_by(line)) {
             let (from, to) = if a.1 < b.0 { (a.1, b.0) } else { (b.1, a.0) };
             if a.0 > a.1 || b.0 > b.1 || from + 1 >= to {
                 continue;
             }
-            let start = if step == 1 { line * grid.cols } else { line };
-            let seen = (from + 1..to).filter_map(|k| hides(start + k * step));
+            let seen = (from + 1..to).filter_map(|k| hides(start + k as usize * step));
             let (mut cells, mut nearer) = (0, 0);
             for is in seen {
                 cells += 1;
