@@ -7,6 +7,7 @@
 mod beyond;
 mod bits;
 mod cell;
+mod chart;
 mod contour;
 mod cover;
 mod edges;

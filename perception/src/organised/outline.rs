@@ -1,12 +1,13 @@
 //! A face → its outline with holes and the convex polygons that cover it.
 
 use nalgebra::{
-    Isometry3, Point2, Point3, Rotation2, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
+    Isometry3, Point2, Rotation2, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
 };
 use serde::{Deserialize, Serialize};
 use surfaces::ConvexPolygon;
 
 use super::bits::Bits;
+use super::chart::Chart;
 use super::contour;
 use super::cover::{CoverConfig, cover};
 use super::edges::{Edges, Seen};
@@ -111,15 +112,8 @@ pub(super) fn pieces(
     }
     // Coordinates of the plane that depend on the sensor only, so that its pose moves the pieces
     // and does not change them.
-    let R_VP = frame(plane, &Vector3::z(), &-Vector3::y());
-    let foot = Point3::from(plane.normal * plane.distance);
-    let R_PV = R_VP.inverse();
-    let at = |u: f64, v: f64| {
-        let p_V = plane.point(image, u, v)?;
-        let q = R_PV * (p_V - foot);
-        Some((Point2::new(q.x, q.y), p_V.z))
-    };
-    let in_P = |p: &Point2<f64>| Some(at(p.x, p.y)?.0);
+    let chart = Chart::new(image, plane);
+    let in_P = |p: &Point2<f64>| Some(chart.at(p.x, p.y)?.0);
 
     // The outline on the plane, covered by convex pieces.
     let (tolerance_px, notch_px) = (config.tolerance_px, config.notch_px);
@@ -135,29 +129,28 @@ pub(super) fn pieces(
 
     // Tangents as the world has them; each piece with its origin at its centroid.
     let R_VW = X_WV.rotation.inverse();
-    let R_VS = frame(plane, &(R_VW * Vector3::x()), &(R_VW * Vector3::z()));
-    let R_SP = R_VS.inverse() * R_VP;
-    let turn = |p: Vector2<f64>| Point2::from((R_SP * p.push(0.0)).xy());
-    let turn_2 = Rotation2::from_matrix_unchecked(R_SP.matrix().fixed_view::<2, 2>(0, 0).into());
+    let (forward, up) = (R_VW * Vector3::x(), R_VW * Vector3::z());
+    let R_VS = Rotation3::from_matrix_unchecked(tangent_frame(&-plane.normal, &forward, &up));
+    let R_SP = R_VS.inverse() * chart.R_VP;
+    let turn = Rotation2::from_matrix_unchecked(R_SP.matrix().fixed_view::<2, 2>(0, 0).into());
     let mut edges = None;
     let mut spread = None;
     let mut pieces = Vec::new();
     for piece in covering {
         let c = piece.centroid().coords;
-        let spread =
-            spread.get_or_insert_with(|| Spread::new(&support(face, pixels), plane, at, noise));
-        let corners: Vec<_> = piece.0.iter().map(|v| turn(v.coords - c)).collect();
+        let spread = spread.get_or_insert_with(|| Spread::new(face, pixels, plane, &chart, noise));
+        let corners: Vec<_> = piece.0.iter().map(|v| turn * (v - c)).collect();
         let Ok(polygon) = ConvexPolygon::hull(&corners) else {
             continue;
         };
-        let origin = foot + R_VP * c.push(0.0);
+        let origin = chart.foot + chart.R_VP * c.push(0.0);
         let X_VS = Isometry3::from_parts(
             Translation3::from(origin),
             UnitQuaternion::from_rotation_matrix(&R_VS),
         );
         let ring = |ring: &Vec<Point2<f64>>| {
             ring.iter()
-                .map(|p| turn(p.coords - c).coords.into())
+                .map(|p| (turn * (p - c)).coords.into())
                 .collect()
         };
         pieces.push(Piece {
@@ -167,33 +160,9 @@ pub(super) fn pieces(
             edges: edges
                 .get_or_insert_with(|| Edges::new(around, face.label, &on_pixels))
                 .clone(),
-            covariance: spread.covariance(&Point2::from(c), &turn_2, noise),
+            covariance: spread.covariance(&Point2::from(c), &turn, noise),
             polygon,
         });
     }
     pieces
-}
-
-/// Orientation of a plane in V: z toward the sensor, tangents by `forward` and `up` (in V).
-#[allow(non_snake_case)]
-fn frame(plane: &Plane, forward: &Vector3<f64>, up: &Vector3<f64>) -> Rotation3<f64> {
-    Rotation3::from_matrix_unchecked(tangent_frame(&-plane.normal, forward, up))
-}
-
-/// A lattice of the face's pixels, about this many, and how many pixels each stands for.
-const SUPPORT: f64 = 400.0;
-
-fn support(face: &Face, pixels: f64) -> Vec<(f64, f64, f64)> {
-    let stride = (pixels / SUPPORT).sqrt().ceil().max(1.0);
-    let step = stride as usize;
-    let rows = face
-        .runs
-        .iter()
-        .filter(|(v, ..)| (*v as usize).is_multiple_of(step));
-    rows.flat_map(|&(v, a, b)| {
-        let first = a.next_multiple_of(step as u32);
-        let columns = (first..b).step_by(step);
-        columns.map(move |u| (f64::from(u), f64::from(v), stride * stride))
-    })
-    .collect()
 }

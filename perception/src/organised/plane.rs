@@ -1,8 +1,10 @@
 //! The final plane of one region: weighted fit, residuals, covariance.
 #![allow(non_snake_case)]
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Point3, Rotation2, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Rotation2, RowVector3, Vector3};
 
+use super::chart::Chart;
+use super::face::Face;
 use super::growth::{CellNoise, Region};
 use super::image::{CELL_PX, Grid, InverseImage, holed};
 use super::labels::NONE;
@@ -25,13 +27,6 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// The point of the plane on the ray of a pixel, in V; `None` if the ray does not meet it.
-    pub fn point(&self, image: &InverseImage, u: f64, v: f64) -> Option<Point3<f64>> {
-        let w = self.inverse.at(u - image.centre.0, v - image.centre.1);
-        let k = &image.intrinsics;
-        (w > 1e-6).then(|| Point3::new((u - k.cx) / k.fx, (v - k.cy) / k.fy, 1.0) / w)
-    }
-
     /// Area of the plane that the pixel sees, m²: z³ / (d fx fy).
     pub fn pixel_area(&self, image: &InverseImage, u: f64, v: f64) -> f64 {
         let w = self
@@ -167,6 +162,9 @@ fn correlation_areas(noise: &Noise) -> (f64, f64) {
     (area(noise.correlation_px), area(noise.systematic_scale_px))
 }
 
+/// A lattice of a face's pixels, about this many, is enough for its covariance.
+const SUPPORT: f64 = 200.0;
+
 /// Sums over a face's pixels that its plane's covariance is made of, in coordinates of the plane.
 pub(super) struct Spread {
     /// Σ g gᵀ/σ_n² and Σ g gᵀ with g = (y, −x, 1).
@@ -179,34 +177,48 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// `support` are pixels of the face and how many each stands for; `at` is where the plane's
-    /// coordinates have the point of a pixel, and its depth.
-    pub fn new(
-        support: &[(f64, f64, f64)],
-        plane: &Plane,
-        at: impl Fn(f64, f64) -> Option<(Point2<f64>, f64)>,
-        noise: &Noise,
-    ) -> Self {
-        let mut white = Matrix3::zeros();
-        let mut slow = Matrix3::zeros();
-        // Moments of (x, y, 1) and of these with the pixel, for the regression of the latter.
-        let mut places = Matrix3::zeros();
-        let mut pixels = Matrix2x3::zeros();
-        for &(u, v, n) in support {
-            let Some((q, z)) = at(u, v) else { continue };
-            let sigma = plane.distance * noise.sigma_inverse(z) * z;
-            let g = Vector3::new(q.y, -q.x, 1.0);
-            let square = g * g.transpose() * n;
-            white += square / (sigma * sigma);
-            slow += square;
-            let p = Vector3::new(q.x, q.y, 1.0);
-            places += p * p.transpose() * n;
-            pixels += Vector2::new(u, v) * p.transpose() * n;
+    /// Of a face of so many pixels, over a lattice of them.
+    pub fn new(face: &Face, pixels: f64, plane: &Plane, chart: &Chart, noise: &Noise) -> Self {
+        let step = ((pixels / SUPPORT).sqrt().ceil() as usize).max(1);
+        // Sums of 1, x, y, x², x y, y², the same over σ_n², and of u and v with 1, x, y.
+        let mut sums = [0.0; 6];
+        let mut white = [0.0; 6];
+        let mut pixel = [[0.0; 3]; 2];
+        let rows = face.runs.iter();
+        for &(v, a, b) in rows.filter(|(v, ..)| (*v as usize).is_multiple_of(step)) {
+            for u in (a.next_multiple_of(step as u32)..b).step_by(step) {
+                let (u, v) = (f64::from(u), f64::from(v));
+                let Some((q, w)) = chart.at(u, v) else {
+                    continue;
+                };
+                // σ_n = d σ_w / w.
+                let sigma = noise.sigma_at_inverse(w);
+                let weight = w * w / (sigma * sigma);
+                let products = [1.0, q.x, q.y, q.x * q.x, q.x * q.y, q.y * q.y];
+                for k in 0..6 {
+                    sums[k] += products[k];
+                    white[k] += products[k] * weight;
+                }
+                for k in 0..3 {
+                    pixel[0][k] += products[k] * u;
+                    pixel[1][k] += products[k] * v;
+                }
+            }
         }
+        // Each stands for as many pixels as there are to one of the lattice.
+        let each = (step * step) as f64;
+        // Of (y, −x, 1).
+        let outer = |[n, x, y, xx, xy, yy]: [f64; 6], each: f64| {
+            Matrix3::new(yy, -xy, y, -xy, xx, -x, y, -x, n) * each
+        };
+        let [n, x, y, xx, xy, yy] = sums;
+        let places = Matrix3::new(xx, xy, x, xy, yy, y, x, y, n);
+        let pixels = pixel.map(|[n, x, y]| RowVector3::new(x, y, n));
+        let pixels = Matrix2x3::from_rows(&pixels);
         let slope = |inverse: Matrix3<f64>| (pixels * inverse).fixed_columns::<2>(0).into_owned();
         Self {
-            white,
-            slow,
+            white: outer(white, each / (plane.distance * plane.distance)),
+            slow: outer(sums, each),
             px_per_m: places.try_inverse().map_or(Matrix2::zeros(), slope),
             systematic_m: noise.systematic_ratio * plane.distance,
         }
