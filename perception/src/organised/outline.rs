@@ -1,8 +1,6 @@
 //! A face → its outline with holes and the convex polygons that cover it.
 
-use nalgebra::{
-    Isometry3, Point2, Rotation2, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
-};
+use nalgebra::{Isometry3, Point2, Rotation2, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use surfaces::ConvexPolygon;
 
