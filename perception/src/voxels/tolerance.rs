@@ -18,7 +18,7 @@ impl Tolerance<'_> {
     pub fn at(&self, p: &Vector3<f64>, plane: &Plane, k: f64, m: f64) -> f64 {
         let sigma = k * self.noise.sigma_z_m(p.norm());
         let slow = m * self.noise.systematic_ratio * p.norm();
-        (sigma.hypot(slow) * slant(p, plane)).min(self.distance_max_m)
+        ((sigma * sigma + slow * slow).sqrt() * slant(p, plane)).min(self.distance_max_m)
     }
 }
 
