@@ -131,7 +131,7 @@ pub(crate) fn kinds(
             // What is off the plane goes along the whole edge: half of the places tell as much.
             let from = places(2.0 * APART_PX);
             // Real edges are round: what leaves the plane farther inside is the face still.
-            let leaves = leaves_px(picture, label, from, &out)
+            let leaves = leaves_px(picture, label, from, &out, middle)
                 .unwrap_or(middle)
                 .max(0.0);
             (
@@ -144,7 +144,8 @@ pub(crate) fn kinds(
 
 /// Where the points that count as the face's leave its plane across an edge, px: something narrow may
 /// go on from the edge, the front of a board, that is within the noise of the plane point by point and
-/// in the mean over the edge is not. `None` where they stay on it.
+/// in the mean over the edge is not. `None` where they stay on it up to where the face
+/// ends, `end_px` on in the median.
 ///
 /// Residuals of inverse depth in units of their noise, averaged over the edge's places step by step,
 /// against those farther inside; the slowly varying error is in both.
@@ -153,12 +154,16 @@ fn leaves_px(
     label: u16,
     from: impl ExactSizeIterator<Item = Point2<f64>>,
     out: &Vector2<f64>,
+    end_px: f64,
 ) -> Option<f64> {
     if from.len() < PLACES_MIN {
         return None;
     }
     let step = out / out.x.abs().max(out.y.abs()).max(1e-9);
+    // No farther than the face goes.
+    let ahead = (end_px / step.norm()).max(0.0) as usize + 2;
     let mut sums = [(0.0, 0.0); PROFILE];
+    let sums = &mut sums[..(INNER + ahead).min(PROFILE)];
     let noise = picture.noise();
     let (mut places, mut slow) = (0.0, 0.0);
     for place in from {
