@@ -1,7 +1,7 @@
 //! One convex piece, grown from a point until the edges of the region stop it.
 
 use super::rows::{Frame, Rows};
-use super::segments::{Cut, Nearest, Point, Segments};
+use super::segments::{Ahead, Cut, Nearest, Point, Segments};
 
 /// Most rounds of growing a piece about its own ellipse.
 const ROUNDS: usize = 4;
@@ -31,7 +31,7 @@ pub(super) struct Region<'a> {
     /// The parts of the edges that reach into the hull.
     pub edges: Vec<Segments>,
     pub slack_m: f32,
-    ahead: Vec<Segments>,
+    ahead: Vec<Ahead>,
 }
 
 impl<'a> Region<'a> {
@@ -41,11 +41,11 @@ impl<'a> Region<'a> {
         let mut hull = Rows::ALL;
         for side in sides {
             hull.cut(frame, side);
-            inner
-                .iter_mut()
-                .for_each(|s| s.clip(&side.n, side.b - slack_m));
+            for edges in &mut inner {
+                edges.clip(&side.n, side.b - slack_m);
+            }
         }
-        inner.retain(|s| !s.is_gone());
+        inner.retain(|edges| !edges.is_gone());
         Self {
             frame,
             hull,
@@ -68,9 +68,10 @@ impl<'a> Region<'a> {
     /// Grows it: cut by the edges nearest in the metric of its own second moments, while it is worth more.
     ///
     /// Source: the alternation of [deits2015], with the moments in place of the inscribed ellipse.
-    pub fn grow(&mut self, mut best: Piece, worth: &dyn Fn(&Rows) -> f32) -> Piece {
-        let mut most = worth(&best.rows);
-        let mut about = best.rows.ellipse(self.frame, &[0.0; 2]);
+    pub fn grow(&mut self, start: &Piece, worth: &dyn Fn(&Rows) -> f32) -> Option<Piece> {
+        let mut best = None;
+        let mut most = worth(&start.rows);
+        let mut about = start.rows.ellipse(self.frame, &[0.0; 2]);
         for _ in 0..ROUNDS {
             let Some((centre, metric)) = about else { break };
             let Some(next) = self.inflate(&centre, &metric) else {
@@ -80,7 +81,7 @@ impl<'a> Region<'a> {
             let better = now > most * 1.005;
             about = next.rows.ellipse(self.frame, &centre);
             if now > most {
-                (best, most) = (next, now);
+                (best, most) = (Some(next), now);
             }
             if !better {
                 break;
@@ -94,11 +95,11 @@ impl<'a> Region<'a> {
     fn inflate(&mut self, centre: &Point, metric: &[f32; 3]) -> Option<Piece> {
         let [m0, m1, m2] = *metric;
         // In coordinates that make the metric Euclidean.
-        let mut nearest = Nearest::new();
+        let mut nearest = Nearest::NONE;
         self.ahead.clear();
         for edges in &self.edges {
-            let ahead = edges.about(centre, metric);
-            nearest.take(&ahead);
+            let ahead = Ahead::new(edges, centre, metric);
+            nearest.take(ahead.nearest());
             self.ahead.push(ahead);
         }
         let mut cuts = Vec::with_capacity(CUTS);
@@ -122,13 +123,12 @@ impl<'a> Region<'a> {
             cuts.push(cut);
             // Lengths along its normal are ‖Mᵀ u‖ times as long there.
             let slack = (self.slack_m * scale).max(1e-5 * length);
-            nearest = Nearest::new();
+            nearest = Nearest::NONE;
             let inner = length - slack;
             self.ahead.retain_mut(|ahead| {
-                ahead.clip(&u, inner);
-                let left = !ahead.is_gone();
+                let left = ahead.clip(&u, inner);
                 if left {
-                    nearest.take(ahead);
+                    nearest.take(ahead.nearest());
                 }
                 left
             });

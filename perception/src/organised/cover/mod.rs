@@ -159,19 +159,26 @@ pub(in crate::organised) fn cover(
             .enumerate()
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
         let Some((index, _)) = most else { break };
-        let piece = region.grow(started.swap_remove(index), &worth);
-        let piece = polished(&region, &piece)
-            .filter(|polished| worth(&polished.rows) >= worth(&piece.rows))
-            .unwrap_or(piece);
-        let ring = hull.clone().without(&piece.cuts, &middle);
-        let Some(ring) = usable(ring, config) else {
+        // What adds too little as it is started is not worth growing.
+        let gain = |rows: &Rows| f64::from(open.gain(&frame, rows));
+        if !pieces.is_empty() && gain(&started[index].rows) < gain_min_m2 {
+            break;
+        }
+        let start = started.swap_remove(index);
+        let grown = region.grow(&start, &worth);
+        let best = grown.as_ref().unwrap_or(&start);
+        let turned =
+            polished(&region, best).filter(|turned| worth(&turned.rows) >= worth(&best.rows));
+        let forms = [turned.as_ref(), grown.as_ref(), Some(&start)];
+        let ring = |piece: &Piece| usable(hull.clone().without(&piece.cuts, &middle), config);
+        let Some(ring) = forms.into_iter().flatten().find_map(ring) else {
             break;
         };
         let mut rows = Rows::ALL;
         for side in ring.sides(near) {
             rows.cut(&frame, &side);
         }
-        if !pieces.is_empty() && f64::from(open.gain(&frame, &rows)) < gain_min_m2 {
+        if !pieces.is_empty() && gain(&rows) < gain_min_m2 {
             break;
         }
         open.close(&rows);

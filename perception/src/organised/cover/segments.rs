@@ -76,12 +76,16 @@ impl Segments {
         [self.a, self.b].map(|[x, y]| x * n[0] + y * n[1] - b)
     }
 
-    /// Leaves the parts in the half-plane {n·p ≤ b}; n need not be a unit vector.
+    /// Leaves the parts in the half-plane {n·p ≤ b}; n need not be a unit vector. Returns whether
+    /// that changes any.
     #[inline]
-    pub fn clip(&mut self, n: &Point, b: f32) {
+    pub fn clip(&mut self, n: &Point, b: f32) -> bool {
         let [ha, hb] = self.values(n, b);
-        let t = ha / (ha - hb);
         let (a_out, b_out) = (ha.simd_ge(f32x4::ZERO), hb.simd_ge(f32x4::ZERO));
+        if !(a_out | b_out).any() {
+            return false;
+        }
+        let t = ha / (ha - hb);
         let gone = a_out & b_out;
         for k in 0..2 {
             let (a, b) = (self.a[k], self.b[k]);
@@ -89,6 +93,7 @@ impl Segments {
             self.a[k] = a_out.select(p, a);
             self.b[k] = b_out.select(p, b);
         }
+        true
     }
 
     /// Whether nothing is left of any.
@@ -99,7 +104,7 @@ impl Segments {
 
     /// The segments as M (p − c) has them, M = [[m₀, 0], [m₁, m₂]].
     #[inline]
-    pub fn about(&self, centre: &Point, metric: &[f32; 3]) -> Self {
+    fn about(&self, centre: &Point, metric: &[f32; 3]) -> Self {
         let gone = self.a[0].simd_ge(f32x4::splat(GONE));
         let at = |[x, y]: [f32x4; 2]| {
             let (x, y) = (x - centre[0], y - centre[1]);
@@ -111,37 +116,82 @@ impl Segments {
             b: at(self.b),
         }
     }
+
+    /// The points of each that are nearest to the origin.
+    #[inline]
+    fn nearest(&self) -> Nearest {
+        let [ax, ay] = self.a;
+        let (dx, dy) = (self.b[0] - ax, self.b[1] - ay);
+        let square = (dx * dx + dy * dy).fast_max(f32x4::splat(1e-30));
+        let t = -(ax * dx + ay * dy) / square;
+        let t = t.fast_max(f32x4::ZERO).fast_min(f32x4::ONE);
+        let (x, y) = (ax + dx * t, ay + dy * t);
+        Nearest {
+            point: [x, y],
+            square: x * x + y * y,
+        }
+    }
 }
 
-/// The point nearest to the origin of the segments so far, of each of the four on their own.
+/// Segments ahead of a growing piece, about its centre, each with its point nearest to that.
+#[derive(Clone, Copy)]
+pub(super) struct Ahead {
+    segments: Segments,
+    nearest: Nearest,
+}
+
+impl Ahead {
+    /// The segments as M (p − c) has them, M = [[m₀, 0], [m₁, m₂]].
+    #[inline]
+    pub fn new(segments: &Segments, centre: &Point, metric: &[f32; 3]) -> Self {
+        let segments = segments.about(centre, metric);
+        Self {
+            segments,
+            nearest: segments.nearest(),
+        }
+    }
+
+    /// The nearest points.
+    #[inline]
+    pub fn nearest(&self) -> &Nearest {
+        &self.nearest
+    }
+
+    /// Leaves the parts in the half-plane {n·p ≤ b}; returns whether anything is left.
+    #[inline]
+    pub fn clip(&mut self, n: &Point, b: f32) -> bool {
+        if self.segments.clip(n, b) {
+            if self.segments.is_gone() {
+                return false;
+            }
+            self.nearest = self.segments.nearest();
+        }
+        true
+    }
+}
+
+/// Points of four segments, or of more the nearest.
+#[derive(Clone, Copy)]
 pub(super) struct Nearest {
     point: [f32x4; 2],
     square: f32x4,
 }
 
 impl Nearest {
-    pub fn new() -> Self {
-        Self {
-            point: [f32x4::ZERO; 2],
-            square: f32x4::splat(GONE),
-        }
-    }
+    /// None.
+    pub const NONE: Self = Self {
+        point: [f32x4::ZERO; 2],
+        square: f32x4::splat(GONE),
+    };
 
+    /// The nearer ones.
     #[inline]
-    pub fn take(&mut self, segments: &Segments) {
-        let [ax, ay] = segments.a;
-        let (dx, dy) = (segments.b[0] - ax, segments.b[1] - ay);
-        let square = (dx * dx + dy * dy).fast_max(f32x4::splat(1e-30));
-        let t = -(ax * dx + ay * dy) / square;
-        let t = t.fast_max(f32x4::ZERO).fast_min(f32x4::ONE);
-        let (x, y) = (ax + dx * t, ay + dy * t);
-        let square = x * x + y * y;
-        let nearer = square.simd_lt(self.square);
-        self.point = [
-            nearer.select(x, self.point[0]),
-            nearer.select(y, self.point[1]),
-        ];
-        self.square = square.fast_min(self.square);
+    pub fn take(&mut self, other: &Self) {
+        let nearer = other.square.simd_lt(self.square);
+        for k in 0..2 {
+            self.point[k] = nearer.select(other.point[k], self.point[k]);
+        }
+        self.square = other.square.fast_min(self.square);
     }
 
     /// The nearest of all, none where there are no segments.
