@@ -39,13 +39,9 @@ impl Bits {
     }
 
     /// Whether a pixel is in it.
+    #[cfg(test)]
     pub fn has(&self, u: usize, v: usize) -> bool {
         self.words[v * self.stride + u / 64] >> (u % 64) & 1 == 1
-    }
-
-    /// Puts a pixel in.
-    pub fn set(&mut self, u: usize, v: usize) {
-        self.words[v * self.stride + u / 64] |= 1 << (u % 64);
     }
 
     /// Takes a pixel out.

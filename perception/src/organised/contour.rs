@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Vector2};
 
-use super::bits::Bits;
+use super::boundary::traces;
 use super::face::Face;
 
 /// Closed rings around the face in the pixel plane, the outer one first, then the holes.
@@ -11,25 +11,9 @@ use super::face::Face;
 /// is not the face's, and are then simplified: nowhere by more than `tolerance_px`, and notches no
 /// deeper than `notch_px` are filled, so that a face that is convex but for the noise of its edge
 /// has a convex ring. Rings that shrink to fewer than three corners are dropped.
-///
-/// `labels` are those that the face was found in, rows of `width`; `seen` marks those pixels that the rings
-/// came to from the left.
-pub(super) fn rings(
-    face: &Face,
-    labels: &[u16],
-    width: usize,
-    seen: &mut Bits,
-    tolerance_px: f64,
-    notch_px: f64,
-) -> Vec<Vec<Point2<f64>>> {
-    let mut rings = Vec::new();
-    for &(v, u, _) in &face.runs {
-        // A ring starts at a pixel of the face with nothing of it on the left.
-        if !seen.has(u as usize, v as usize) {
-            let traced = trace(face.label, labels, width, (u.into(), v.into()), seen);
-            rings.push(Ring::new(traced, tolerance_px));
-        }
-    }
+pub(super) fn rings(face: &Face, tolerance_px: f64, notch_px: f64) -> Vec<Vec<Point2<f64>>> {
+    let traces = traces(face).into_iter();
+    let mut rings: Vec<Ring> = traces.map(|ring| Ring::new(ring, tolerance_px)).collect();
     // The outer ring encloses all others.
     rings.sort_by(|a, b| b.area().abs().total_cmp(&a.area().abs()));
     for ring in &mut rings {
@@ -40,64 +24,6 @@ pub(super) fn rings(
         .map(Ring::corners)
         .filter(|corners| corners.len() >= 3)
         .collect()
-}
-
-/// Follows the pixel edges around the face from the left edge of `start`, keeping the face on
-/// the right hand; returns the pixels passed, but for those inside of a straight row: no chord has
-/// them farther off than both ends. Marks the left edges passed in `seen`.
-fn trace(
-    label: u16,
-    labels: &[u16],
-    width: usize,
-    start: (i64, i64),
-    seen: &mut Bits,
-) -> Vec<Point2<f64>> {
-    // Heading up, right, down, left.
-    const STEPS: [(i64, i64); 4] = [(0, -1), (1, 0), (0, 1), (-1, 0)];
-    let (columns, rows) = (width as i64, (labels.len() / width.max(1)) as i64);
-    let index = |(u, v): (i64, i64)| (v * columns + u) as usize;
-    let inside = |(u, v): (i64, i64)| {
-        (0..columns).contains(&u) && (0..rows).contains(&v) && labels[index((u, v))] == label
-    };
-    let step = |(u, v): (i64, i64), d: usize| (u + STEPS[d].0, v + STEPS[d].1);
-    let (mut pixel, mut heading) = (start, 0);
-    let (mut last, mut way) = (None, (0, 0));
-    let mut ring = Vec::new();
-    loop {
-        if heading == 0 {
-            let (u, v) = (pixel.0 as usize, pixel.1 as usize);
-            if seen.has(u, v) {
-                break;
-            }
-            seen.set(u, v);
-        }
-        if last != Some(pixel) {
-            // Of pixels in a row the last one stands for those between.
-            let from: (i64, i64) = last.unwrap_or(pixel);
-            let next = (pixel.0 - from.0, pixel.1 - from.1);
-            if next == way && ring.len() > 1 {
-                ring.pop();
-            }
-            ring.push(Point2::new(pixel.0 as f64, pixel.1 as f64));
-            (last, way) = (Some(pixel), next);
-        }
-        // `pixel` lies on the right of the edge walked. What is ahead of it, and left of that,
-        // decides: turn left, go straight, or turn right around the pixel.
-        let ahead = step(pixel, heading);
-        let left = step(ahead, (heading + 3) % 4);
-        if !inside(ahead) {
-            heading = (heading + 1) % 4;
-        } else if inside(left) {
-            pixel = left;
-            heading = (heading + 3) % 4;
-        } else {
-            pixel = ahead;
-        }
-    }
-    if ring.len() > 1 && ring.first() == ring.last() {
-        ring.pop();
-    }
-    ring
 }
 
 /// A closed chain of pixels and the ones of them that stand for it.
@@ -252,17 +178,6 @@ mod tests {
     use super::super::face::faces;
     use super::*;
 
-    fn trace_all(face: &Face, labels: &[u16], width: usize, notch: f64) -> Vec<Vec<Point2<f64>>> {
-        rings(
-            face,
-            labels,
-            width,
-            &mut Bits::new(width, labels.len() / width, |_, _| {}),
-            0.3,
-            notch,
-        )
-    }
-
     fn rings_of(picture: &[&str]) -> Vec<Vec<Point2<f64>>> {
         let labels: Vec<u16> = picture
             .iter()
@@ -270,7 +185,7 @@ mod tests {
             .collect();
         let faces = faces(&labels, picture[0].len());
         assert_eq!(faces.len(), 1);
-        trace_all(&faces[0], &labels, picture[0].len(), 0.0)
+        rings(&faces[0], 0.3, 0.0)
     }
 
     #[test]
@@ -303,7 +218,49 @@ mod tests {
                 .flat_map(|row| row.bytes().map(|b| if b == b'#' { 0 } else { u16::MAX }))
                 .collect();
             let face = &faces(&labels, 10)[0];
-            assert_eq!(trace_all(face, &labels, 10, 1.2)[0].len(), corners);
+            assert_eq!(rings(face, 0.3, 1.2)[0].len(), corners);
+        }
+    }
+
+    #[test]
+    fn rings_part_the_face_from_all_other_pixels() {
+        // Specks and holes of all forms, from a congruential generator.
+        let mut state = 1_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            state >> 24
+        };
+        const WIDTH: usize = 14;
+        for full in (60..230).step_by(10) {
+            let labels: Vec<u16> = (0..WIDTH * 12)
+                .map(|_| if random() < full { 0 } else { u16::MAX })
+                .collect();
+            for face in faces(&labels, WIDTH) {
+                let rings = rings(&face, 0.0, 0.0);
+                let held = |u: usize, v: usize| {
+                    let mut runs = face.runs.iter();
+                    runs.any(|r| r.0 as usize == v && (r.1..r.2).contains(&(u as u32)))
+                };
+                for (u, v) in (0..WIDTH * 12).map(|i| (i % WIDTH, i / WIDTH)) {
+                    let edges = (rings.iter()).flat_map(|r| r.iter().zip(r.iter().cycle().skip(1)));
+                    let (x, y) = (u as f64, v as f64);
+                    let crossed = edges.filter(|(a, b)| {
+                        (a.y > y) != (b.y > y) && x < a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y)
+                    });
+                    let inside = crossed.count() % 2 == 1;
+                    let around = |u: usize, v: usize| {
+                        let beside = (0..9).map(|k| (u + k % 3, v + k / 3));
+                        beside
+                            .into_iter()
+                            .all(|(u, v)| u > 0 && v > 0 && held(u - 1, v - 1))
+                    };
+                    assert!(held(u, v) || !inside, "{u} {v} is not the face's");
+                    assert!(
+                        !around(u, v) || inside,
+                        "{u} {v} is in the middle of the face"
+                    );
+                }
+            }
         }
     }
 }

@@ -6,6 +6,7 @@
 
 mod beyond;
 mod bits;
+mod boundary;
 mod cell;
 mod chart;
 mod contour;
@@ -46,7 +47,6 @@ use crate::extraction::{Extraction, Segmentation, Statistics};
 use crate::inset::{self, InsetConfig};
 use crate::scan::DepthImage;
 use crate::sensor::Noise;
-use bits::Bits;
 use face::Face;
 use growth::{FREE, Growth, Region, Seed, owners};
 use image::{Grid, InverseImage};
@@ -162,19 +162,16 @@ pub(crate) fn extract(
 
     // 8. Each connected face of a plane, covered by convex polygons.
     let around = edges::Seen::new(depth, &image, &labels, &planes, noise);
-    let seen = || Bits::new(image.width, image.height, |_, _| {});
-    let pieces = |seen: &mut Bits, face: &Face| {
+    let pieces = |face: &Face| {
         let plane = planes.get(usize::from(face.label)).and_then(Option::as_ref);
         plane.map_or_else(Vec::new, |plane| {
             let config = &config.outline;
-            outline::pieces(
-                &image, face, &faces, seen, &around, plane, noise, X_WV, config,
-            )
+            outline::pieces(&image, face, &around, plane, noise, X_WV, config)
         })
     };
     // Each on its own, so on as many threads as there are.
     let connected = face::faces(&faces, image.width);
-    let of_faces = connected.par_iter().map_init(seen, pieces);
+    let of_faces = connected.par_iter().map(pieces);
     let mut found: Vec<Piece> = of_faces.flatten_iter().collect();
 
     // 9. Frames to the world, last; ids by falling area.

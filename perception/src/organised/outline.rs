@@ -4,7 +4,6 @@ use nalgebra::{Isometry3, Point2, Rotation2, Rotation3, Translation3, UnitQuater
 use serde::{Deserialize, Serialize};
 use surfaces::ConvexPolygon;
 
-use super::bits::Bits;
 use super::chart::Chart;
 use super::contour;
 use super::cover::{CoverConfig, cover};
@@ -85,12 +84,9 @@ pub(super) struct Piece {
 /// size; the face's edges were taken back before, so pieces of one face meet without a seam. What ends
 /// the face beyond is looked up `around` it.
 #[allow(non_snake_case)]
-#[allow(clippy::too_many_arguments)]
 pub(super) fn pieces(
     image: &InverseImage,
     face: &Face,
-    labels: &[u16],
-    seen: &mut Bits,
     around: &Seen,
     plane: &Plane,
     noise: &Noise,
@@ -115,7 +111,7 @@ pub(super) fn pieces(
 
     // The outline on the plane, covered by convex pieces.
     let (tolerance_px, notch_px) = (config.tolerance_px, config.notch_px);
-    let rings = contour::rings(face, labels, image.width, seen, tolerance_px, notch_px);
+    let rings = contour::rings(face, tolerance_px, notch_px);
     let on_pixels = rings;
     let on_plane = on_pixels.iter().map(|ring| ring.iter().map(in_P).collect());
     let Some(rings) = on_plane.collect::<Option<Vec<Vec<_>>>>() else {
