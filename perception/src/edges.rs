@@ -108,6 +108,7 @@ pub(crate) fn kinds(
     left: bool,
 ) -> Vec<(EdgeKind, f64)> {
     let next = ring.iter().cycle().skip(1);
+    let (mut found, mut at_px) = (Vec::new(), Vec::new());
     ring.iter()
         .zip(next)
         .map(|(a, b)| {
@@ -122,12 +123,12 @@ pub(crate) fn kinds(
                 let count = count.clamp(1, PLACES_MAX);
                 (0..count).map(move |i| a + along * ((i as f64 + 0.5) / count as f64))
             };
-            let found: Vec<Found> = places(APART_PX)
-                .map(|place| beyond(picture, label, &place, &out))
-                .collect();
-            let mut at_px: Vec<f64> = found.iter().map(|f| f.at_px).collect();
-            at_px.sort_by(f64::total_cmp);
-            let middle = at_px[(at_px.len() - 1) / 2];
+            found.clear();
+            found.extend(places(APART_PX).map(|place| beyond(picture, label, &place, &out)));
+            at_px.clear();
+            at_px.extend(found.iter().map(|found| found.at_px));
+            let half = (at_px.len() - 1) / 2;
+            let (_, &mut middle, _) = at_px.select_nth_unstable_by(half, f64::total_cmp);
             // What is off the plane goes along the whole edge: half of the places tell as much.
             let from = places(2.0 * APART_PX);
             // Real edges are round: what leaves the plane farther inside is the face still.
@@ -207,15 +208,19 @@ fn leaves_px(
         let (sum, count) = total(pair);
         (count >= places).then(|| ((sum / count - reference).abs(), count))
     };
-    let offs: Vec<(f64, f64)> = beyond.windows(2).map_while(off).collect();
-    if offs.last().is_none_or(|(last, _)| *last < LEAVES_END) {
+    let offs = beyond.windows(2).map_while(off);
+    if offs
+        .clone()
+        .last()
+        .is_none_or(|(last, _)| last < LEAVES_END)
+    {
         return None;
     }
-    offs.iter().enumerate().find_map(|(k, (off, count))| {
+    { offs }.enumerate().find_map(|(k, (off, count))| {
         let limit = LEAVES_SIGMAS / (0.5 * count * alike).sqrt();
         let limit = limit.hypot(waves * (0.5 * REFERENCE as f64 + k as f64 + 1.0));
         let at = (REFERENCE + k) as f64 - INNER as f64 - 0.5;
-        (*off > limit.max(LEAVES_MIN)).then_some(at * step.norm())
+        (off > limit.max(LEAVES_MIN)).then_some(at * step.norm())
     })
 }
 

@@ -116,7 +116,7 @@ pub fn edge_insets_m(surface: &Surface, view: &EdgeView) -> Result<Vec<f64>, Err
         .map(|edge| edge.lack_m(view, EdgeKind::Real, 0.0));
     let reach_m = wanted.fold(edge::ALONG_M, f64::max);
     // What each edge lacks of the parts of the outline that bound the polygon there, and their lengths.
-    let mut parts: Vec<Vec<(f64, f64)>> = vec![Vec::new(); seen.len()];
+    let mut parts: Vec<(usize, f64, f64)> = Vec::with_capacity(2 * seen.len());
     let half_planes = surface.polygon.half_planes();
     for (number, ring) in surface.outline.iter().enumerate() {
         let inside = view.inside_rad.get(number);
@@ -125,33 +125,35 @@ pub fn edge_insets_m(surface: &Surface, view: &EdgeView) -> Result<Vec<f64>, Err
                 let inside = inside.and_then(|ring| ring.get(i)).copied().unwrap_or(0.0);
                 let kind = surface.outline_edge(number, i);
                 let lack = seen[found.edge].lack_m(view, kind, inside) - found.gap_m;
-                parts[found.edge].push((lack, found.length_m));
+                parts.push((found.edge, lack, found.length_m));
             }
         }
     }
     if surface.outline.is_empty() {
-        for (i, (edge, parts)) in seen.iter().zip(&mut parts).enumerate() {
+        for (i, edge) in seen.iter().enumerate() {
             let kind = surface.polygon_edges.get(i).copied().unwrap_or_default();
-            parts.push((edge.lack_m(view, kind, 0.0), 1.0));
+            parts.push((i, edge.lack_m(view, kind, 0.0), 1.0));
         }
     }
-    Ok(parts
-        .into_iter()
-        .map(|parts| worst(parts).max(0.0))
-        .collect())
+    // Edge by edge, the largest first.
+    parts.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    let mut insets = vec![0.0; seen.len()];
+    for parts in parts.chunk_by(|a, b| a.0 == b.0) {
+        insets[parts[0].0] = worst(parts).max(0.0);
+    }
+    Ok(insets)
 }
 
-/// The largest of values but for [`JAGS`] of their weight; 0 of none.
-fn worst(mut parts: Vec<(f64, f64)>) -> f64 {
-    parts.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut left = JAGS * parts.iter().map(|(_, weight)| weight).sum::<f64>();
-    for (value, weight) in &parts {
+/// The largest of values but for [`JAGS`] of their weight, the largest first: edge, value, weight.
+fn worst(parts: &[(usize, f64, f64)]) -> f64 {
+    let mut left = JAGS * parts.iter().map(|(_, _, weight)| weight).sum::<f64>();
+    for (_, value, weight) in parts {
         left -= weight;
         if left < 0.0 {
             return *value;
         }
     }
-    parts.last().map_or(0.0, |(value, _)| *value)
+    parts.last().map_or(0.0, |(_, value, _)| *value)
 }
 
 /// An edge of a polygon as it is seen, at both ends and in the middle.

@@ -135,26 +135,28 @@ pub fn kinds_of(
     kinds: &[Vec<EdgeKind>],
 ) -> Vec<EdgeKind> {
     let half_planes = polygon.half_planes();
-    let mut along = vec![Vec::new(); half_planes.len()];
+    let mut along = Vec::with_capacity(2 * half_planes.len());
     for (number, ring) in rings.iter().enumerate() {
         for (k, (a, b)) in ring_edges(ring).enumerate() {
             let kind = kinds.get(number).and_then(|kinds| kinds.get(k));
             if let Some(found) = bound_by(&half_planes, &a, &b, ALONG_M) {
-                along[found.edge].push((kind.copied().unwrap_or_default(), found.length_m));
+                along.push((
+                    found.edge,
+                    kind.copied().unwrap_or_default(),
+                    found.length_m,
+                ));
             }
         }
     }
-    let of_edge = |length_m: f64, parts: Vec<(EdgeKind, f64)>| {
-        let length: f64 = parts.iter().map(|(_, length)| length).sum();
-        let kind = EdgeKind::heaviest(parts.into_iter());
+    let of_edge = |(l, length_m): (usize, f64)| {
+        let parts = along.iter().filter(|(edge, ..)| *edge == l);
+        let length: f64 = parts.clone().map(|(.., length)| length).sum();
+        let kind = EdgeKind::heaviest(parts.map(|(_, kind, length)| (*kind, *length)));
         kind.filter(|_| length >= ALONG_MIN * length_m)
             .unwrap_or(EdgeKind::Seam)
     };
     let lengths = polygon.edges().map(|(a, b)| (b - a).norm());
-    lengths
-        .zip(along)
-        .map(|(length_m, parts)| of_edge(length_m, parts))
-        .collect()
+    lengths.enumerate().map(of_edge).collect()
 }
 
 /// The edges of a ring as pairs of corners, the closing one last.

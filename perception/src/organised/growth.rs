@@ -116,6 +116,10 @@ pub(super) struct Growth<'a> {
     index: Vec<u32>,
     /// Which take no part, or belong to a region by now.
     shut: Vec<bool>,
+    /// Cells of the region that grows, and those to go on from.
+    members: Vec<usize>,
+    queue: Vec<usize>,
+    refusing: Vec<usize>,
 }
 
 impl<'a> Growth<'a> {
@@ -144,6 +148,9 @@ impl<'a> Growth<'a> {
             cells,
             index,
             shut,
+            members: Vec::new(),
+            queue: Vec::new(),
+            refusing: Vec::new(),
         }
     }
 
@@ -157,31 +164,33 @@ impl<'a> Growth<'a> {
         let mut regions = Vec::new();
         let limit = |i: usize| self.cells[self.index[i] as usize].seed_max;
         for (first, number) in seeds(self.grid, limit, &self.shut, shapes) {
-            let block = || shapes[number].lines(first, self.grid);
-            if !block().any(|line| self.shut[line].contains(&true)) {
-                let block = block().flatten().collect();
-                regions.extend(self.one(block, pixels_min));
+            let mut block = shapes[number].cells(first, self.grid);
+            if !block.clone().any(|i| self.shut[i]) {
+                self.members.clear();
+                self.members.extend(&mut block);
+                regions.extend(self.one(pixels_min));
             }
         }
         regions
     }
 
-    /// One region from its seed block; gives its cells back if it stays too small.
-    fn one(&mut self, block: Vec<usize>, pixels_min: usize) -> Option<Region> {
-        let (grid, shut) = (self.grid, &mut self.shut);
+    /// One region from the members that it begins with; gives its cells back if it stays too small.
+    fn one(&mut self, pixels_min: usize) -> Option<Region> {
+        let (grid, shut, members) = (self.grid, &mut self.shut, &mut self.members);
+        let (queue, refusing) = (&mut self.queue, &mut self.refusing);
         let fits = |i: usize, plane: &[f32; 3]| self.cells[self.index[i] as usize].fits(plane);
+        let refit = |moments: &Moments, plane| moments.plane().map_or(plane, |p| coefficients(&p));
         let mut moments = Moments::default();
-        for &i in &block {
+        for &i in &*members {
             moments.add(&grid.cells[i], 1.0);
             shut[i] = true;
         }
-        let mut plane = coefficients(&moments.plane()?);
-        let mut refit_at = 2 * block.len();
-        let mut members = block.clone();
-        let mut queue = block;
+        let mut plane = refit(&moments, [0.0; 3]);
+        let mut refit_at = 2 * members.len();
+        queue.clone_from(members);
         // Twice: what the early planes refused, the final one may accept.
         for _ in 0..2 {
-            let mut refusing = Vec::new();
+            refusing.clear();
             let mut next = 0;
             while let Some(&i) = queue.get(next) {
                 next += 1;
@@ -200,13 +209,13 @@ impl<'a> Growth<'a> {
                     members.push(k);
                     queue.push(k);
                     if members.len() >= refit_at {
-                        plane = coefficients(&moments.plane()?);
+                        plane = refit(&moments, plane);
                         refit_at = members.len() * 3 / 2;
                     }
                 }
             }
-            plane = coefficients(&moments.plane()?);
-            queue = refusing;
+            plane = refit(&moments, plane);
+            std::mem::swap(queue, refusing);
         }
         // Cells that the final plane no longer fits go back.
         members.retain(|&i| {
@@ -222,7 +231,7 @@ impl<'a> Growth<'a> {
             Some(plane) if moments.n >= pixels_min as f64 => Some(Region {
                 moments,
                 plane,
-                cells: members,
+                cells: members.clone(),
             }),
             _ => {
                 members.iter().for_each(|&i| shut[i] = false);

@@ -1,7 +1,5 @@
 //! Where regions begin: blocks and strips of planar cells that fit one plane.
 
-use std::ops::Range;
-
 use super::image::Grid;
 use super::moments::Moments;
 
@@ -16,10 +14,10 @@ impl Seed {
     /// In what every face but a narrow one holds.
     pub const BLOCK: Self = Self { cols: 3, rows: 3 };
 
-    /// The rows of its cells, from the first cell on.
-    pub fn lines(self, first: usize, grid: &Grid) -> impl Iterator<Item = Range<usize>> {
+    /// Its cells, row by row, from the first one on.
+    pub fn cells(self, first: usize, grid: &Grid) -> impl Iterator<Item = usize> + Clone {
         let starts = (0..self.rows).map(move |k| first + k * grid.cols);
-        starts.map(move |start| start..start + self.cols)
+        starts.flat_map(move |start| start..start + self.cols)
     }
 
     /// Calls `found` where its cells all are open and fit one plane: with the mean square about
