@@ -1,36 +1,76 @@
 //! Bitmaps of the image, 64 pixels a word: what is said of pixels near each other, by bitwise AND.
 
-use super::labels::NONE;
+use super::words::{between, firsts, pack, packed, places, runs};
 
-/// One bit a pixel, row by row; a row begins with a word of its own.
+/// One bit a pixel, row by row. A row begins with a spare word, and another one follows on the last
+/// row: so every word of pixels has two neighbours, whatever the row. Bits that are no pixel's are not
+/// set.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Bits {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// Words of a row.
+    /// Words of a row, with the spare one.
     stride: usize,
     words: Vec<u64>,
 }
 
 impl Bits {
     /// The bitmap of an image, each row by `row`: the row and its words, which are all zero.
-    pub fn new(width: usize, height: usize, row: impl Fn(usize, &mut [u64])) -> Self {
-        let stride = width.div_ceil(64);
-        let mut words = vec![0; stride * height];
-        if stride > 0 {
-            for (v, words) in words.chunks_exact_mut(stride).enumerate() {
-                row(v, words);
-            }
-        }
+    pub fn new(width: usize, height: usize, mut row: impl FnMut(usize, &mut [u64])) -> Self {
+        let mut bits = Self::empty(width, height);
+        (0..height).for_each(|v| row(v, bits.row_mut(v)));
+        bits.ended()
+    }
+
+    /// A bitmap without a pixel.
+    pub fn empty(width: usize, height: usize) -> Self {
+        let stride = width.div_ceil(64) + 1;
         Self {
             width,
             height,
             stride,
-            words,
+            words: vec![0; stride * height + 1],
         }
     }
 
-    /// How many pixels are in it, if none beyond the rows' ends are.
+    /// The pixels of an image, in rows of `width`, for which `is` holds.
+    pub fn of<A: Copy>(image: &[A], width: usize, is: impl Fn(A) -> bool) -> Self {
+        let height = image.len() / width.max(1);
+        Self::new(width, height, |v, words| {
+            let line = &image[v * width..][..width];
+            pack(line, line, words, |a, _| is(a));
+        })
+    }
+
+    /// The pixels of a row, 64 a word.
+    pub fn row(&self, v: usize) -> &[u64] {
+        &self.words[v * self.stride..][1..self.stride]
+    }
+
+    /// The same to be changed; what lies beyond the row's end must not be set.
+    pub fn row_mut(&mut self, v: usize) -> &mut [u64] {
+        &mut self.words[v * self.stride..][1..self.stride]
+    }
+
+    /// Without what is no pixel.
+    fn ended(mut self) -> Self {
+        // Of a row's last word, what is the image's.
+        let end = match self.width % 64 {
+            0 => !0,
+            pixels => !(!0 << pixels),
+        };
+        for row in self.words.chunks_mut(self.stride) {
+            if let Some(last) = row.last_mut() {
+                *last &= end;
+            }
+            if let Some(spare) = row.first_mut() {
+                *spare = 0;
+            }
+        }
+        self
+    }
+
+    /// How many pixels are in it.
     pub fn count(&self) -> usize {
         self.words
             .iter()
@@ -39,21 +79,42 @@ impl Bits {
     }
 
     /// Whether a pixel is in it.
-    #[cfg(test)]
     pub fn has(&self, u: usize, v: usize) -> bool {
-        self.words[v * self.stride + u / 64] >> (u % 64) & 1 == 1
+        self.words[v * self.stride + 1 + u / 64] >> (u % 64) & 1 == 1
     }
 
     /// Takes a pixel out.
     pub fn clear(&mut self, u: usize, v: usize) {
-        self.words[v * self.stride + u / 64] &= !(1 << (u % 64));
+        self.words[v * self.stride + 1 + u / 64] &= !(1 << (u % 64));
+    }
+
+    /// Puts the pixels of a row from column `a` on in, up to the one before `b`.
+    pub fn fill(&mut self, v: usize, a: usize, b: usize) {
+        let words = self.row_mut(v).iter_mut().enumerate();
+        for (i, word) in words.take(b.div_ceil(64)).skip(a / 64) {
+            *word |= between(a, b, i);
+        }
+    }
+
+    /// What words have in common with those of another bitmap, from rows `v` and `w` on down to the end of
+    /// either, where that is anything: how many rows down, the number of the word, its pixels.
+    pub fn common(
+        &self,
+        v: usize,
+        other: &Self,
+        w: usize,
+    ) -> impl Iterator<Item = (usize, usize, u64)> {
+        let (stride, from) = (self.stride, |bits: &Self, v: usize| v * bits.stride);
+        let words = self.words[from(self, v)..].iter();
+        let both = words.zip(&other.words[from(other, w)..]).enumerate();
+        both.filter(|(_, (a, b))| **a & **b != 0)
+            .map(move |(i, (a, b))| (i / stride, i % stride - 1, a & b))
     }
 
     /// Those of its pixels for which `is` holds for what the image has there.
     pub fn filter<A: Copy>(mut self, image: &[A], is: impl Fn(A) -> bool) -> Self {
-        let rows = self.words.chunks_exact_mut(self.stride.max(1));
-        for (row, words) in rows.zip(image.chunks_exact(self.width.max(1))) {
-            for (pixels, word) in words.chunks(64).zip(row) {
+        for (v, pixels) in image.chunks_exact(self.width.max(1)).enumerate() {
+            for (pixels, word) in pixels.chunks(64).zip(self.row_mut(v)) {
                 if *word != 0 {
                     *word &= packed(pixels, pixels, |a, _| is(a));
                 }
@@ -70,171 +131,118 @@ impl Bits {
         self
     }
 
+    /// The pixels that are not in the other one.
+    pub fn without(mut self, other: &Self) -> Self {
+        for (a, b) in self.words.iter_mut().zip(&other.words) {
+            *a &= !b;
+        }
+        self
+    }
+
     /// The pixels in either.
     pub fn or(mut self, other: &Self) -> Self {
-        for (a, b) in self.words.iter_mut().zip(&other.words) {
-            *a |= b;
-        }
+        or(&mut self.words, &other.words);
         self
     }
 
     /// The pixels that are not in it.
     pub fn not(mut self) -> Self {
         self.words.iter_mut().for_each(|word| *word = !*word);
-        self
+        self.ended()
     }
 
-    /// The pixels after one that is in it, in their row.
-    pub fn shifted_along(mut self) -> Self {
-        for row in self.words.chunks_exact_mut(self.stride.max(1)) {
-            let mut carry = 0;
-            for word in row {
-                (*word, carry) = (*word << 1 | carry, *word >> 63);
-            }
-        }
-        self
-    }
-
-    /// The pixels below one that is in it.
-    pub fn shifted_down(mut self) -> Self {
-        let n = self.words.len();
-        self.words
-            .copy_within(..n - self.stride.min(n), self.stride.min(n));
-        self.words[..self.stride.min(n)].fill(0);
-        self
+    /// Of 64 columns, the `i`th such word, those at which a block of `N` × `N` pixels begins of which
+    /// some are in it; blocks begin at every `N`th column and at row `top`.
+    pub fn some<const N: usize>(&self, i: usize, top: usize) -> u64 {
+        let some = (top..top + N).fold(0, |some, v| some | self.row(v)[i]);
+        let some = (0..N).fold(0, |all, k| all | some >> k);
+        some & firsts::<N>()
     }
 
     /// Calls `with` for the column and the row of every pixel in it, row by row.
     pub fn for_each(&self, mut with: impl FnMut(usize, usize)) {
-        for (v, row) in self.words.chunks_exact(self.stride.max(1)).enumerate() {
-            for (i, &word) in row.iter().enumerate() {
-                let mut left = word;
-                while left != 0 {
-                    let u = 64 * i + left.trailing_zeros() as usize;
-                    if u < self.width {
-                        with(u, v);
-                    }
-                    left &= left - 1;
-                }
-            }
+        for v in 0..self.height {
+            places(self.row(v)).for_each(|u| with(u, v));
         }
     }
 
-    /// The pixels of which all those from `back` columns before to `ahead` columns after are in
-    /// it; beyond the image all are.
-    pub fn all_along(mut self, back: usize, ahead: usize) -> Self {
-        // Bits beyond the row's end count as set.
-        let last = !0_u64 << (self.width % 64) & if self.width.is_multiple_of(64) { 0 } else { !0 };
-        for row in self.words.chunks_exact_mut(self.stride.max(1)) {
-            if let Some(end) = row.last_mut() {
-                *end |= last;
-            }
-            for _ in 0..ahead {
-                for i in 0..row.len() {
-                    let next = row.get(i + 1).copied().unwrap_or(!0);
-                    row[i] &= row[i] >> 1 | next << 63;
-                }
-            }
-            for _ in 0..back {
-                for i in (0..row.len()).rev() {
-                    let before = if i > 0 { row[i - 1] } else { !0 };
-                    row[i] &= row[i] << 1 | before >> 63;
-                }
+    /// Calls `with` for every run of pixels in a row that are in it, row by row: the row, the first
+    /// column, one past the last. A run ends with a pixel that is in `cuts`.
+    pub fn for_runs(&self, cuts: &Self, mut with: impl FnMut(usize, usize, usize)) {
+        for v in 0..self.height {
+            runs(self.row(v), Some(cuts.row(v)), |a, b| with(v, a, b));
+        }
+    }
+
+    /// The pixels of which one of those from `back` columns before to `ahead` columns after is in it.
+    pub fn any_along(mut self, back: usize, ahead: usize) -> Self {
+        // Farther than a word's neighbours reach it is done in turns.
+        let near = |k: usize| k.min(63);
+        if back != near(back) || ahead != near(ahead) {
+            let first = self.any_along(near(back), near(ahead));
+            return first.any_along(back - near(back), ahead - near(ahead));
+        }
+        let of = self.words.clone();
+        let words = || of.iter().zip(&of[1..]);
+        for k in 1..=ahead {
+            for (any, (word, after)) in self.words.iter_mut().zip(words()) {
+                *any |= word >> k | after << (64 - k);
             }
         }
-        self
+        for k in 1..=back {
+            for (any, (before, word)) in self.words[1..].iter_mut().zip(words()) {
+                *any |= word << k | before >> (64 - k);
+            }
+        }
+        self.ended()
     }
 
     /// The same along the columns.
-    pub fn all_down(mut self, back: usize, ahead: usize) -> Self {
-        let n = self.words.len();
-        for _ in 0..ahead {
-            for i in self.stride..n {
-                self.words[i - self.stride] &= self.words[i];
-            }
+    pub fn any_down(mut self, back: usize, ahead: usize) -> Self {
+        let of = self.words.clone();
+        let offsets = |most: usize| (1..=most.min(self.height)).map(|k| k * self.stride);
+        for below in offsets(ahead) {
+            or(&mut self.words, &of[below..]);
         }
-        for _ in 0..back {
-            for i in (self.stride..n).rev() {
-                self.words[i] &= self.words[i - self.stride];
-            }
+        for above in offsets(back) {
+            or(&mut self.words[above..], &of);
         }
         self
     }
 
-    /// The pixels of which all those within `r` (in the maximum norm) are in it.
-    pub fn eroded(self, r: usize) -> Self {
-        self.all_along(r, r).all_down(r, r)
-    }
-
-    /// The pixels within `r` of one that is in it.
+    /// The pixels within `r` (in the maximum norm) of one that is in it.
     pub fn dilated(self, r: usize) -> Self {
-        self.not().eroded(r).not()
+        if r == 0 {
+            return self;
+        }
+        self.any_along(r, r).any_down(r, r)
     }
 
-    /// The labels of the pixels in it, and [`NONE`] for all others.
-    pub fn kept(&self, labels: &[u16]) -> Vec<u16> {
-        let mut kept = Vec::with_capacity(labels.len());
-        let rows = labels.chunks_exact(self.width.max(1));
-        for (labels, words) in rows.zip(self.words.chunks_exact(self.stride.max(1))) {
-            for (labels, &word) in labels.chunks(64).zip(words) {
-                match word {
-                    0 => kept.resize(kept.len() + labels.len(), NONE),
-                    _ if word == !0 => kept.extend_from_slice(labels),
-                    _ => kept.extend(labels.iter().enumerate().map(|(i, &label)| {
-                        // All bits set where it is not.
-                        label | ((word >> i & 1) as u16).wrapping_sub(1)
-                    })),
-                }
-            }
-        }
-        kept
+    /// The pixels of which all those within `r` are in it; beyond the image all are.
+    pub fn eroded(self, r: usize) -> Self {
+        self.not().dilated(r).not()
     }
 }
 
-/// Writes the bits of up to 64 pixels a word, where `is` holds for what the two lines have there.
-pub(super) fn pack<A: Copy, B: Copy>(
-    a: &[A],
-    b: &[B],
-    words: &mut [u64],
-    is: impl Fn(A, B) -> bool,
-) {
-    for ((a, b), word) in a.chunks(64).zip(b.chunks(64)).zip(words) {
-        *word = packed(a, b, &is);
-    }
-}
-
-/// The bits of up to 64 pixels.
-#[inline]
-fn packed<A: Copy, B: Copy>(a: &[A], b: &[B], is: impl Fn(A, B) -> bool) -> u64 {
-    let mut flags = [0_u8; 64];
-    if let (Some(a), Some(b)) = (a.first_chunk::<64>(), b.first_chunk::<64>()) {
-        // Of a length that the compiler knows.
-        for i in 0..64 {
-            flags[i] = u8::from(is(a[i], b[i]));
-        }
-    } else {
-        for ((flag, &a), &b) in flags.iter_mut().zip(a).zip(b) {
-            *flag = u8::from(is(a, b));
-        }
-    }
-    let eights = flags.as_chunks().0.iter().copied().map(u64::from_le_bytes);
-    let (all, any) = eights
-        .clone()
-        .fold((!0, 0), |(all, any), eight| (all & eight, any | eight));
-    // Most words are all one or the other.
-    match (all, any) {
-        (_, 0) => 0,
-        (0x0101_0101_0101_0101, _) => !0,
-        // Gathers the lowest bits of eight bytes in the highest byte, the first one lowest.
-        _ => (0..).zip(eights).fold(0, |word, (i, eight)| {
-            word | (eight.wrapping_mul(0x0102_0408_1020_4080) >> 56) << (8 * i)
-        }),
+fn or(to: &mut [u64], from: &[u64]) {
+    for (a, b) in to.iter_mut().zip(from) {
+        *a |= b;
     }
 }
 
 #[cfg(test)]
 pub(super) mod tests {
+    use super::super::labels::NONE;
     use super::*;
+
+    /// The labels of the pixels in it, and NONE for all others.
+    pub fn kept(bits: &Bits, labels: &[u16]) -> Vec<u16> {
+        let kept = |(i, &label): (usize, &u16)| match bits.has(i % bits.width, i / bits.width) {
+            true => label,
+            false => NONE,
+        };
+        labels.iter().enumerate().map(kept).collect()
+    }
 
     /// Whether (u, v) is in it, counting what lies beyond the image as `beyond`.
     pub fn at(bits: &Bits, u: i64, v: i64, beyond: bool) -> bool {

@@ -175,7 +175,7 @@ fn area(ring: &[Point2<f64>]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::face::faces;
+    use super::super::face::tests::of_labels as faces;
     use super::*;
 
     fn rings_of(picture: &[&str]) -> Vec<Vec<Point2<f64>>> {

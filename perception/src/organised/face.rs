@@ -1,6 +1,7 @@
 //! Connected parts of the eroded labels: the visible faces, run by run.
 
-use super::labels::NONE;
+use super::bits::Bits;
+use super::cuts::Cuts;
 
 /// Pixels of one face, connected by their sides.
 pub(super) struct Face {
@@ -10,44 +11,32 @@ pub(super) struct Face {
     pub runs: Vec<(u32, u32, u32)>,
 }
 
-/// The faces of the labels, in the order of their first pixels.
+/// The faces of the pixels that are in `sure`, in the order of their first pixels; `cuts` are those
+/// of the labels.
 ///
 /// Runs of adjacent rows that overlap in a column are joined (union–find).
-pub(super) fn faces(labels: &[u16], width: usize) -> Vec<Face> {
+pub(super) fn faces(labels: &[u16], sure: &Bits, cuts: &Cuts) -> Vec<Face> {
     let mut runs: Vec<(u32, u32, u32, u16)> = Vec::new();
-    let mut parent: Vec<usize> = Vec::new();
-    let mut above = 0..0;
-    for (v, line) in labels.chunks_exact(width.max(1)).enumerate() {
-        let first = runs.len();
-        let mut u = 0;
-        while u < width {
-            let label = line[u];
-            let start = u;
-            u += same(&line[u..]);
-            if label != NONE {
-                parent.push(runs.len());
-                runs.push((v as u32, start as u32, u as u32, label));
+    cuts.for_runs(sure, |v, a, b| {
+        let label = labels[v * sure.width + a];
+        runs.push((v as u32, a as u32, b as u32, label));
+    });
+    let mut parent: Vec<usize> = (0..runs.len()).collect();
+    // The first run that is one row above, and ends after this one begins.
+    let mut above = 0;
+    for here in 0..runs.len() {
+        let (v, a, b, label) = runs[here];
+        while runs[above].0 + 1 < v || (runs[above].0 + 1 == v && runs[above].2 <= a) {
+            above += 1;
+        }
+        let over = |run: &&(u32, u32, u32, u16)| run.0 < v && run.1 < b;
+        for (k, run) in (above..).zip(runs[above..here].iter().take_while(over)) {
+            if run.3 == label {
+                let (p, q) = (root(&mut parent, here), root(&mut parent, k));
+                // The earlier run is the root.
+                parent[p.max(q)] = p.min(q);
             }
         }
-        let mut over = above.clone();
-        for here in first..runs.len() {
-            let (_, a, b, label) = runs[here];
-            // Runs above are sorted: skip those that end before this one begins.
-            while over.start < over.end && runs[over.start].2 <= a {
-                over.start += 1;
-            }
-            for (k, run) in runs.iter().enumerate().take(over.end).skip(over.start) {
-                if run.1 >= b {
-                    break;
-                }
-                if run.3 == label {
-                    let (p, q) = (root(&mut parent, here), root(&mut parent, k));
-                    // The earlier run is the root.
-                    parent[p.max(q)] = p.min(q);
-                }
-            }
-        }
-        above = first..runs.len();
     }
     let mut index = vec![usize::MAX; runs.len()];
     let mut faces: Vec<Face> = Vec::new();
@@ -65,16 +54,6 @@ pub(super) fn faces(labels: &[u16], width: usize) -> Vec<Face> {
     faces
 }
 
-/// How many labels are as the first one.
-fn same(line: &[u16]) -> usize {
-    let Some(&first) = line.first() else { return 0 };
-    // Sixteen at once as long as all agree.
-    let agree = |chunk: &&[u16; 16]| chunk.iter().fold(0, |all, label| all | (label ^ first)) == 0;
-    let whole = 16 * line.as_chunks().0.iter().take_while(agree).count();
-    let rest = line[whole..].iter().take_while(|label| **label == first);
-    whole + rest.count()
-}
-
 fn root(parent: &mut [usize], mut i: usize) -> usize {
     while parent[i] != i {
         parent[i] = parent[parent[i]];
@@ -84,8 +63,16 @@ fn root(parent: &mut [usize], mut i: usize) -> usize {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
+    use super::super::labels::NONE;
     use super::*;
+
+    /// The faces of all pixels with a label, in rows of `width`.
+    pub fn of_labels(labels: &[u16], width: usize) -> Vec<Face> {
+        let height = labels.len() / width;
+        let sure = Bits::of(labels, width, |label| label != NONE);
+        faces(labels, &sure, &Cuts::new(labels, width, height))
+    }
 
     #[test]
     fn a_u_is_one_face_and_its_inside_another() {
@@ -94,7 +81,7 @@ mod tests {
             .iter()
             .flat_map(|row| row.bytes().map(|b| if b == b'#' { 0 } else { 1 }))
             .collect();
-        let faces = faces(&labels, 4);
+        let faces = of_labels(&labels, 4);
         let sizes: Vec<(u16, usize)> = faces
             .iter()
             .map(|f| {

@@ -18,8 +18,13 @@ pub(super) struct InverseImage {
 
 impl InverseImage {
     /// The image of 1/z for points within `range_max_m` of the sensor (along the ray), in the room
-    /// of a vector that is no longer needed.
-    pub fn new(depth: &DepthImage, range_max_m: f64, mut inverse: Vec<f32>) -> Self {
+    /// of a vector that is no longer needed; and how many pixels were measured, and how many of these
+    /// are within the range.
+    pub fn new(
+        depth: &DepthImage,
+        range_max_m: f64,
+        mut inverse: Vec<f32>,
+    ) -> (Self, usize, usize) {
         let k = depth.intrinsics;
         let (width, height) = (depth.width, depth.height);
         // |p| = z |ray| ≤ range  ⇔  w ≥ |ray| / range; |ray|² splits into a column's and a row's part.
@@ -34,21 +39,29 @@ impl InverseImage {
         let rows = inverse
             .chunks_exact_mut(width.max(1))
             .zip(depth.z_m.chunks_exact(width.max(1)));
+        let (mut measured, mut used) = (0, 0);
         for ((out, z), y) in rows.zip(&yy) {
+            // Counted in 32 bits, of which four fit side by side.
+            let (mut measured_here, mut used_here) = (0_u32, 0_u32);
             for ((out, &z), x) in out.iter_mut().zip(z).zip(&xx) {
                 let w = 1.0 / z;
                 let seen = (z > 0.0) & (w * w >= x + y + zz);
                 *out = if seen { w } else { 0.0 };
+                measured_here += u32::from(z > 0.0);
+                used_here += u32::from(seen);
             }
+            measured += measured_here as usize;
+            used += used_here as usize;
         }
         let centre = ((width / 2) as f64, (height / 2) as f64);
-        Self {
+        let image = Self {
             width,
             height,
             w: inverse,
             intrinsics: k,
             centre,
-        }
+        };
+        (image, measured, used)
     }
 }
 

@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bits::{Bits, pack};
-use super::growth::{CellNoise, Region};
+use super::bits::Bits;
+use super::cell::CellNoise;
+use super::cuts::Cuts;
+use super::growth::Region;
 use super::image::InverseImage;
 use super::labels::NONE;
-use super::links::Links;
 use crate::Error;
 use crate::error::within;
 use crate::sensor::Noise;
@@ -20,7 +21,7 @@ pub struct MaskConfig {
     /// How far edges are taken back where a face ends at unmeasured pixels (an edge in the air:
     /// the drop-outs have taken some of it), px.
     pub edge_unseen_px: usize,
-    /// How far edges are taken back where a face meets another surface, px.
+    /// How far edges are taken back where a face meets another surface, px; by one at least.
     pub edge_seen_px: usize,
     /// Pixels within two cells of another face are left out where the two planes agree to this
     /// many κ z: the border between two planes at a small angle is anywhere.
@@ -53,16 +54,18 @@ impl MaskConfig {
         for (key, value) in [
             ("gap_px", self.gap_px),
             ("edge_unseen_px", self.edge_unseen_px),
-            ("edge_seen_px", self.edge_seen_px),
             ("neck_px", self.neck_px),
         ] {
             within(key, value as f64, 0.0, 64.0, "must be in [0, 64] px")?;
         }
-        Ok(())
+        // Two faces must be apart to be told apart.
+        let seen_px = self.edge_seen_px as f64;
+        within("edge_seen_px", seen_px, 1.0, 64.0, "must be in [1, 64] px")
     }
 }
 
-/// Closes small gaps of the labels along rows, then along columns; returns the pixels still without.
+/// Closes small gaps of the labels along rows, then along columns; returns the pixels still without,
+/// and which of them were not measured.
 ///
 /// A gap is closed where it is bounded by the same label on both sides and holds nothing that
 /// contradicts the plane: unmeasured pixels and outliers near the plane, never another label.
@@ -72,101 +75,85 @@ pub(super) fn close(
     labels: &mut [u16],
     noise: &Noise,
     gap_px: usize,
-) -> Bits {
+) -> (Bits, Bits) {
     let width = image.width;
-    let agrees = |i: usize, label: u16| {
-        let w = f64::from(image.w[i]);
-        if w <= 0.0 {
+    let mut none = Bits::of(labels, width, |label| label == NONE);
+    let unmeasured = none.clone().filter(&image.w, |w| w == 0.0);
+    let agrees = |u: usize, v: usize, label: u16| {
+        if unmeasured.has(u, v) {
             return true;
         }
-        let (x, y) = (
-            (i % width) as f64 - image.centre.0,
-            (i / width) as f64 - image.centre.1,
-        );
+        let w = f64::from(image.w[v * width + u]);
+        let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
         let e = regions[usize::from(label)].plane.at(x, y) - w;
         e * e <= CellNoise::at(noise, w).square(5.0, 3.0)
     };
-    let mut none = Bits::new(width, image.height, |v, words| {
-        let line = &labels[v * width..(v + 1) * width];
-        pack(line, line, words, |label, _| label == NONE);
-    });
-    // Along the rows, then down the columns: where a label follows on none, from it back over the
-    // unlabelled pixels before it.
+    // Along the rows, then down the columns: from the first pixel of each gap that is short enough.
     for down in [false, true] {
-        // None is before the first column, or row; it is not before what is beyond.
-        let after = if down {
-            none.clone().shifted_down()
-        } else {
-            none.clone().shifted_along()
-        };
         let step = if down { width } else { 1 };
-        after.and(&none.clone().not()).for_each(|u, v| {
+        gaps(&none, gap_px, down).for_each(|u, v| {
             let i = v * width + u;
-            let (label, before) = (labels[i], if down { v } else { u });
-            let mut steps = 1..=before.min(gap_px + 1);
-            let Some(gap) = steps.find(|k| labels[i - k * step] != NONE) else {
-                return;
-            };
-            if labels[i - gap * step] == label && (1..gap).all(|k| agrees(i - k * step, label)) {
-                for k in 1..gap {
-                    labels[i - k * step] = label;
-                    let (u, v) = if down { (u, v - k) } else { (u - k, v) };
+            let label = labels[i - step];
+            let gap = (1..gap_px)
+                .take_while(|k| labels[i + k * step] == NONE)
+                .count()
+                + 1;
+            let pixels = || (0..gap).map(|k| if down { (u, v + k) } else { (u + k, v) });
+            if labels[i + gap * step] == label && pixels().all(|(u, v)| agrees(u, v, label)) {
+                for (u, v) in pixels() {
+                    labels[v * width + u] = label;
                     none.clear(u, v);
                 }
             }
         });
     }
-    none
+    let unmeasured = unmeasured.and(&none);
+    (none, unmeasured)
+}
+
+/// The first pixels of the gaps along the rows, or down the columns, that are no longer than
+/// `most` pixels and not at the image's border.
+fn gaps(none: &Bits, most: usize, down: bool) -> Bits {
+    // With a label before them, and with one after them that is near enough.
+    let any = |back: usize, ahead: usize| {
+        let labelled = none.clone().not();
+        if down {
+            labelled.any_down(back, ahead)
+        } else {
+            labelled.any_along(back, ahead)
+        }
+    };
+    none.clone().and(&any(1, 0)).and(&any(0, most))
 }
 
 /// The pixels that surely lie on their face.
 ///
 /// Every face loses its outermost `unseen_px` pixels where it ends at unmeasured ones, and
 /// `seen_px` where another surface is beside it (in the maximum norm). Nothing is taken off at the
-/// border of the image, where only the view ends. `none` are the pixels without a label.
+/// border of the image, where only the view ends. `none` are the pixels without a label, of which
+/// some are `unmeasured`.
 pub(super) fn erode(
-    image: &InverseImage,
     none: Bits,
-    links: &Links,
+    unmeasured: &Bits,
+    cuts: &Cuts,
     unseen_px: usize,
     seen_px: usize,
 ) -> Bits {
-    let unmeasured = none.clone().filter(&image.w, |w| w == 0.0);
-    let labelled = none.not();
-    let seen = links.through(&unmeasured).uniform(seen_px);
-    labelled.and(&seen).and(&links.uniform(unseen_px))
+    let seen = cuts.near(seen_px, Some(unmeasured));
+    none.or(&seen).or(&cuts.near(unseen_px, None)).not()
 }
 
 /// The pixels of the parts that are wider than 2 `neck_px`: eroded, and grown back within what was
-/// there. `links` are those of the labels.
-pub(super) fn open(sure: Bits, links: &Links, neck_px: usize) -> Bits {
-    // The core of a face is what is far from all that is not the face; what is near a core is all
-    // of one face.
-    let core = sure.eroded(neck_px).and(&links.uniform(neck_px));
-    core.dilated(neck_px)
+/// there. Of the sure pixels those beside each other must be of one face, as they are after [`erode`].
+pub(super) fn open(sure: Bits, neck_px: usize) -> Bits {
+    // What is near the core of a face, far from all that is not sure, is all of that face.
+    sure.eroded(neck_px).dilated(neck_px)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::bits::tests::kept;
     use super::*;
-    use crate::scan::Intrinsics;
-
-    fn image(width: usize, w: Vec<f32>) -> InverseImage {
-        let height = w.len() / width;
-        let intrinsics = Intrinsics {
-            fx: 100.0,
-            fy: 100.0,
-            cx: 0.0,
-            cy: 0.0,
-        };
-        InverseImage {
-            width,
-            height,
-            w,
-            intrinsics,
-            centre: (0.0, 0.0),
-        }
-    }
 
     #[test]
     fn erosion_takes_more_off_at_a_surface_than_in_the_air_and_none_at_the_border() {
@@ -181,16 +168,10 @@ mod tests {
                 _ => NONE,
             })
             .collect();
-        let w = picture
-            .bytes()
-            .map(|b| if b == b'.' { 0.0 } else { 1.0 })
-            .collect();
-        let links = Links::new(&labels, row.len(), 3);
-        let none = Bits::new(row.len(), 3, |v, words| {
-            let line = &labels[v * row.len()..][..row.len()];
-            pack(line, line, words, |label, _| label == NONE);
-        });
-        let eroded = erode(&image(row.len(), w), none, &links, 1, 2).kept(&labels);
+        let cuts = Cuts::new(&labels, row.len(), 3);
+        let none = Bits::of(&labels, row.len(), |label| label == NONE);
+        let unmeasured = Bits::of(picture.as_bytes(), row.len(), |b| b == b'.');
+        let eroded = kept(&erode(none, &unmeasured, &cuts, 1, 2), &labels);
         let expected = "aaa....bbb....".repeat(3);
         for (i, (&label, want)) in eroded.iter().zip(expected.bytes()).enumerate() {
             let got = match label {
@@ -215,13 +196,8 @@ mod tests {
             .iter()
             .flat_map(|row| row.bytes().map(|b| if b == b'#' { 3 } else { NONE }))
             .collect();
-        let links = Links::new(&labels, 11, 5);
-        let sure = Bits::new(11, 5, |v, words| {
-            pack(&labels[v * 11..][..11], &[0; 11], words, |label, _| {
-                label != NONE
-            });
-        });
-        let opened = open(sure, &links, 1).kept(&labels);
+        let sure = Bits::of(&labels, 11, |label| label != NONE);
+        let opened = kept(&open(sure, 1), &labels);
         for (i, (&before, &after)) in labels.iter().zip(&opened).enumerate() {
             let expected = if i % 11 < 7 { before } else { NONE };
             assert_eq!(after, expected, "pixel {i}");

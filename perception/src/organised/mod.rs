@@ -11,6 +11,8 @@ mod cell;
 mod chart;
 mod contour;
 mod cover;
+mod cuts;
+mod doubt;
 mod edges;
 mod exchange;
 mod face;
@@ -18,15 +20,15 @@ mod growth;
 mod hidden;
 mod image;
 mod labels;
-mod links;
 mod mask;
 mod merge;
 mod moments;
 mod narrow;
+mod near;
 mod outline;
 mod plane;
 mod seed;
-mod window;
+mod words;
 
 use std::cell::Cell;
 
@@ -47,10 +49,10 @@ use crate::extraction::{Extraction, Segmentation, Statistics};
 use crate::inset::{self, InsetConfig};
 use crate::scan::DepthImage;
 use crate::sensor::Noise;
+use cuts::Cuts;
 use face::Face;
 use growth::{FREE, Growth, Region, Seed, owners};
 use image::{Grid, InverseImage};
-use links::Links;
 use moments::Moments;
 use outline::Piece;
 
@@ -110,7 +112,7 @@ pub(crate) fn extract(
 ) -> Extraction {
     // 1. Inverse depth, and one pass to the moments of its cells.
     let room = ROOM.take();
-    let image = InverseImage::new(depth, range_max_m, room.inverse);
+    let (image, valid, used) = InverseImage::new(depth, range_max_m, room.inverse);
     let small = Grid::new(&image, room.small);
 
     // 2. Regions over large cells, merged where one plane explains two neighbours.
@@ -143,22 +145,20 @@ pub(crate) fn extract(
     // 5. Every pixel to the nearest of the planes around it; gaps closed.
     let (mut labels, cells) = labels::label(&image, &small, &regions, noise);
     let mask = &config.mask;
-    let none = mask::close(&image, &regions, &mut labels, noise, mask.gap_px);
+    let (none, unmeasured) = mask::close(&image, &regions, &mut labels, noise, mask.gap_px);
 
     // 6. The pixels that surely lie on their face: edges taken off, doubtful borders, necks.
-    let links = Links::new(&labels, image.width, image.height);
+    let cuts = Cuts::new(&labels, image.width, image.height);
     let assigned = labels.len() - none.count();
     let (unseen, seen) = (mask.edge_unseen_px, mask.edge_seen_px);
-    let mut sure = mask::erode(&image, none, &links, unseen, seen);
+    let mut sure = mask::erode(none, &unmeasured, &cuts, unseen, seen);
     let doubt = mask.doubt_systematics;
-    labels::drop_doubtful(
-        &image, &small, &regions, &cells, &labels, &mut sure, doubt, noise,
-    );
-    let sure = mask::open(sure, &links, mask.neck_px);
-    let faces = sure.kept(&labels);
+    doubt::drop_doubtful(&image, &regions, &cells, &labels, &mut sure, doubt, noise);
+    let sure = mask::open(sure, mask.neck_px);
 
     // 7. The final planes, fitted to the pixels that surely lie on their face.
-    let planes = plane::fit(&image, &small, &faces, &regions, noise);
+    let grids = (&small, &large);
+    let planes = plane::fit(&image, grids, &labels, &sure, &cuts, &regions, noise);
 
     // 8. Each connected face of a plane, covered by convex polygons.
     let around = edges::Seen::new(depth, &image, &labels, &planes, noise);
@@ -170,7 +170,7 @@ pub(crate) fn extract(
         })
     };
     // Each on its own, so on as many threads as there are.
-    let connected = face::faces(&faces, image.width);
+    let connected = face::faces(&labels, &sure, &cuts);
     let of_faces = connected.par_iter().map(pieces);
     let mut found: Vec<Piece> = of_faces.flatten_iter().collect();
 
@@ -204,8 +204,8 @@ pub(crate) fn extract(
     let obstacles = beyond::bodies(&surfaces, &config.beyond);
     let statistics = Statistics {
         points: depth.z_m.len(),
-        valid: positive(&depth.z_m),
-        used: positive(&image.w),
+        valid,
+        used,
         regions: regions.len(),
         planes: planes.iter().flatten().count(),
         assigned,
@@ -231,19 +231,6 @@ pub(crate) fn extract(
         statistics,
         segmentation: Some(segmentation),
     }
-}
-
-fn positive(values: &[f32]) -> usize {
-    // In 32 bits, of which four fit side by side.
-    let (eights, rest) = values.as_chunks::<8>();
-    let mut counts = [0_u32; 8];
-    for eight in eights {
-        for (count, x) in counts.iter_mut().zip(eight) {
-            *count += u32::from(*x > 0.0);
-        }
-    }
-    let rest = rest.iter().filter(|x| **x > 0.0).count();
-    counts.iter().sum::<u32>() as usize + rest
 }
 
 /// A region's cells on the grid that is twice as fine.

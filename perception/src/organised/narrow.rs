@@ -60,7 +60,7 @@ mod tests {
         };
         let noise = Sensor::named("xtion").unwrap().noise;
         let config = GrowthConfig::default();
-        let grid = Grid::new(&InverseImage::new(&depth, 10.0, Vec::new()), Vec::new());
+        let grid = Grid::new(&InverseImage::new(&depth, 10.0, Vec::new()).0, Vec::new());
         let mut growth = Growth::new(&grid, |_| true, &noise, &config);
         let blocks = growth.regions(&[Seed::BLOCK], config.pixels_min);
         let narrow = found(&mut growth, &blocks, &noise);

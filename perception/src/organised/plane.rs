@@ -3,12 +3,16 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Rotation2, RowVector3, Vector3};
 
+use super::bits::Bits;
+use super::cell::CellNoise;
 use super::chart::Chart;
+use super::cuts::Cuts;
 use super::face::Face;
-use super::growth::{CellNoise, Region};
+use super::growth::Region;
 use super::image::{CELL_PX, Grid, InverseImage, holed};
 use super::labels::NONE;
 use super::moments::{InversePlane, Moments};
+use super::words::Ones;
 use crate::sensor::Noise;
 
 /// A plane in the sensor's frame: n·p = d, n away from the sensor, d > 0.
@@ -40,18 +44,21 @@ impl Plane {
 /// Labels that keep fewer pixels than this are not fitted to them.
 const PIXELS_MIN: f64 = 16.0;
 
-/// Weighted least squares over the pixels of every label.
+/// Weighted least squares over the sure pixels of every label.
 ///
 ///   min Σ (a u + b v + c − w)² / (A_σ σ_w² + A_κ (κ w)²)
 ///
 /// A = 4π s² is the number of pixels over which an error of correlation length s repeats itself:
 /// it says how much the pixel's white noise and how much the slowly varying error weigh.
-/// A label that keeps too few pixels has the plane that its region was grown with; `None` where that
-/// is none.
+/// Pixels are weighed alike with those of their label around them, in windows that the noise hardly
+/// changes in. A label that keeps too few pixels has the plane that its region was grown with; `None`
+/// where that is none.
 pub(super) fn fit(
     image: &InverseImage,
-    grid: &Grid,
+    (small, large): (&Grid, &Grid),
     labels: &[u16],
+    sure: &Bits,
+    cuts: &Cuts,
     regions: &[Region],
     noise: &Noise,
 ) -> Vec<Option<Plane>> {
@@ -61,15 +68,23 @@ pub(super) fn fit(
     // The same pixels, weighted to give squares of distances along the normal: d (ŵ − w) / w.
     let mut metric = vec![Moments::default(); count];
     let mut number = vec![0.0; count];
-    for_cells(image, grid, labels, |label, chunk| {
+    let add = |label: u16, chunk: &Moments| {
+        // Gaps that were closed may be all there is.
+        if chunk.n <= 0.0 {
+            return;
+        }
+        let label = usize::from(label);
         let w = chunk.mean();
         let noise = CellNoise::at(noise, w);
         let variance =
             area_noise * noise.sigma.powi(2) + area_systematic * noise.systematic.powi(2);
-        weighted[label].add(chunk, 1.0 / variance);
-        metric[label].add(chunk, 1.0 / (w * w));
+        // 1/σ² and 1/w² by one division.
+        let inverse = 1.0 / (variance * w * w);
+        weighted[label].add(chunk, inverse * w * w);
+        metric[label].add(chunk, inverse * variance);
         number[label] += chunk.n;
-    });
+    };
+    for_parts(image, (small, large), labels, sure, cuts, add);
     for (label, region) in regions.iter().enumerate() {
         if number[label] < PIXELS_MIN {
             let w = region.moments.mean();
@@ -105,54 +120,85 @@ pub(super) fn fit(
         .collect()
 }
 
-/// Calls `with` for the moments of every set of pixels of one cell that have one label.
-fn for_cells(
+/// Calls `with` for the moments of disjoint sets of sure pixels of one label, which are all of them;
+/// each set is of a window of 64 columns and as many rows as a large cell has.
+///
+/// Large cells that are whole are added up, the small ones of the others, and what is left in small
+/// cells.
+fn for_parts(
     image: &InverseImage,
-    grid: &Grid,
+    (small, large): (&Grid, &Grid),
     labels: &[u16],
-    mut with: impl FnMut(usize, &Moments),
+    sure: &Bits,
+    cuts: &Cuts,
+    mut with: impl FnMut(u16, &Moments),
 ) {
-    let band = image.width * CELL_PX;
-    let bands = (labels.chunks_exact(band.max(1))).zip(image.w.chunks_exact(band.max(1)));
-    let rows = grid.cells.chunks_exact(grid.cols.max(1));
-    let mut there = Vec::new();
-    for ((labels, w), (cells, v0)) in bands.zip(rows.zip((0..).step_by(CELL_PX))) {
-        let line = |k: usize| labels[k * image.width..][..image.width].as_chunks().0;
-        let lines = line(0).iter().zip(line(1)).zip(line(2)).zip(line(3));
-        for ((i, whole), (((a, b), c), d)) in cells.iter().enumerate().zip(lines) {
-            let lines: [&[u16; CELL_PX]; CELL_PX] = [a, b, c, d];
-            let first = a[0];
-            if lines.iter().all(|line| **line == [first; CELL_PX]) {
-                if first != NONE && whole.n > 0.0 {
-                    with(usize::from(first), whole);
-                }
-                continue;
+    const LARGE_PX: usize = 2 * CELL_PX;
+    let label = |u: usize, v: usize| labels[v * image.width + u];
+    let words = image.width.div_ceil(64);
+    for (y, i) in (0..small.rows.div_ceil(2)).flat_map(|y| (0..words).map(move |i| (y, i))) {
+        let columns = |word: u64| Ones(word).map(move |bit| 64 * i + bit);
+        // As a rule a window has one label, or one after the other.
+        let (mut last, mut sum) = (NONE, Moments::default());
+        let mut add = |label: u16, part: &Moments| {
+            if label != last {
+                with(last, &sum);
+                (last, sum) = (label, Moments::default());
             }
-            // The pixels of each label that is there, on their own.
-            there.clear();
-            for &label in lines.into_iter().flatten() {
-                if label != NONE && there.last() != Some(&label) && !there.contains(&label) {
-                    there.push(label);
-                }
-            }
-            let (x0, y0) = (
-                (i * CELL_PX) as f64 - image.centre.0,
-                f64::from(v0) - image.centre.1,
-            );
-            for &label in &there {
-                let mut parts = [[0.0; CELL_PX]; CELL_PX];
-                for (k, (part, line)) in parts.iter_mut().zip(lines).enumerate() {
-                    let w: &[f32; CELL_PX] = &w[k * image.width..].as_chunks().0[i];
-                    for j in 0..CELL_PX {
-                        part[j] = if line[j] == label { w[j] } else { 0.0 };
-                    }
-                }
-                let part = holed(parts, x0, y0);
-                if part.n > 0.0 {
-                    with(usize::from(label), &part);
-                }
+            sum.add(part, 1.0);
+        };
+        let mut large_first = 0;
+        if y < large.rows {
+            large_first = cuts.blocks::<LARGE_PX>(sure, i, y * LARGE_PX);
+            for u in columns(large_first) {
+                let cell = y * large.cols + u / LARGE_PX;
+                add(label(u, y * LARGE_PX), &large.cells[cell]);
             }
         }
+        let taken = large_first | large_first << CELL_PX;
+        for y in (2 * y..2 * y + 2).filter(|y| *y < small.rows) {
+            let v = y * CELL_PX;
+            let whole = cuts.blocks::<CELL_PX>(sure, i, v);
+            for u in columns(whole & !taken) {
+                add(label(u, v), &small.cells[y * small.cols + u / CELL_PX]);
+            }
+            for u in columns(sure.some::<CELL_PX>(i, v) & !whole) {
+                parts(image, labels, sure, (u, v), &mut add);
+            }
+        }
+        with(last, &sum);
+    }
+}
+
+/// The same for the pixels of one small cell, the first at (u, v).
+fn parts(
+    image: &InverseImage,
+    labels: &[u16],
+    sure: &Bits,
+    (u, v): (usize, usize),
+    with: &mut impl FnMut(u16, &Moments),
+) {
+    let (mut left, mut w) = ([[NONE; CELL_PX]; CELL_PX], [[0.0; CELL_PX]; CELL_PX]);
+    for k in 0..CELL_PX {
+        let start = (v + k) * image.width + u;
+        left[k].copy_from_slice(&labels[start..][..CELL_PX]);
+        w[k].copy_from_slice(&image.w[start..][..CELL_PX]);
+        let sure = sure.row(v + k)[u / 64] >> (u % 64);
+        for (j, label) in left[k].iter_mut().enumerate() {
+            // All bits set where it is not.
+            *label |= ((sure >> j & 1) as u16).wrapping_sub(1);
+        }
+    }
+    let (x0, y0) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
+    let left = left.as_flattened_mut();
+    while let Some(&label) = left.iter().find(|label| **label != NONE) {
+        let mut part = w;
+        for (w, other) in part.as_flattened_mut().iter_mut().zip(left.iter_mut()) {
+            let here = *other == label;
+            *w = if here { *w } else { 0.0 };
+            *other = if here { NONE } else { *other };
+        }
+        with(label, &holed(part, x0, y0));
     }
 }
 
