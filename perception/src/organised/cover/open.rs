@@ -23,21 +23,21 @@ impl Open {
             let at = (y - frame.low) / frame.pitch_m + 0.5;
             (at as usize).min(ROWS)
         };
-        let mut crossings: Vec<(usize, f32)> = Vec::with_capacity(4 * ROWS);
+        let mut crossings: Vec<u64> = Vec::with_capacity(4 * ROWS);
         for (a, b) in edges {
             let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
             let (first, end) = (row(a[1]), row(b[1]));
             if first < end {
                 let slope = (b[0] - a[0]) / (b[1] - a[1]);
                 let at = |row: usize| a[0] + (frame.y(row) - a[1]) * slope;
-                crossings.extend((first..end).map(|row| (row, at(row))));
+                crossings.extend((first..end).map(|row| crossing(row, at(row))));
             }
         }
-        crossings.sort_unstable_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
+        crossings.sort_unstable();
         let mut open: Vec<Rows> = Vec::new();
         let mut used = [0; ROWS];
         for pair in crossings.as_chunks::<2>().0 {
-            let [(row, from), (_, to)] = *pair;
+            let [(row, from), (_, to)] = pair.map(row_and_place);
             put(&mut open, row, used[row], from, to);
             used[row] += 1;
         }
@@ -90,32 +90,38 @@ impl Open {
     /// Middles of open intervals, those farthest from the region's border first, each out of the
     /// free circles of those before it; at most `count`.
     pub fn seeds(&self, frame: &Frame, count: usize) -> Vec<Point> {
-        let mut places: Vec<(f32, Point)> = Vec::new();
+        // Each with its depth, or more: that along its row alone.
+        let mut places: Vec<(f32, bool, Point)> = Vec::new();
         for layer in &self.open {
             for row in (0..ROWS).step_by(STRIDE) {
                 let (from, to) = layer.get(row);
                 if from < to {
-                    let p = [0.5 * (from + to), frame.y(row)];
-                    places.push((self.depth(frame, &p), p));
+                    let x = 0.5 * (from + to);
+                    let whole = self.whole.iter().map(|layer| layer.get(row));
+                    let along = whole.map(|(from, to)| (x - from).min(to - x));
+                    places.push((along.fold(0.0, f32::max), false, [x, frame.y(row)]));
                 }
             }
         }
         let mut seeds: Vec<(f32, Point)> = Vec::new();
         while seeds.len() < count {
-            let free = |p: &Point| {
-                seeds.iter().all(|(r, q)| {
-                    let (x, y) = (p[0] - q[0], p[1] - q[1]);
-                    x * x + y * y > 4.0 * r * r
-                })
+            let deeper = |a: usize, b: usize| if places[b].0 > places[a].0 { b } else { a };
+            let Some(most) = (0..places.len()).reduce(deeper) else {
+                break;
             };
-            let mut most: Option<(f32, Point)> = None;
-            for (depth, p) in &places {
-                if most.is_none_or(|m| *depth > m.0) && free(p) {
-                    most = Some((*depth, *p));
-                }
+            let (depth, known, p) = places[most];
+            let free = seeds.iter().all(|(r, q)| {
+                let (x, y) = (p[0] - q[0], p[1] - q[1]);
+                x * x + y * y > 4.0 * r * r
+            });
+            if free && !known {
+                places[most] = (self.depth(frame, &p), true, p);
+                continue;
             }
-            let Some(most) = most else { break };
-            seeds.push(most);
+            places.swap_remove(most);
+            if free {
+                seeds.push((depth, p));
+            }
         }
         seeds.into_iter().map(|(_, p)| p).collect()
     }
@@ -137,6 +143,20 @@ impl Open {
         let least = least.to_array().into_iter().fold(end * end, f32::min);
         least.sqrt()
     }
+}
+
+/// A row and a place in it as a number that sorts like them.
+fn crossing(row: usize, x: f32) -> u64 {
+    let bits = x.to_bits();
+    // Of negative numbers the larger have the smaller bits.
+    let flip = if bits >> 31 == 1 { u32::MAX } else { 1 << 31 };
+    (row as u64) << 32 | u64::from(bits ^ flip)
+}
+
+fn row_and_place(crossing: u64) -> (usize, f32) {
+    let bits = crossing as u32;
+    let flip = if bits >> 31 == 1 { 1 << 31 } else { u32::MAX };
+    ((crossing >> 32) as usize, f32::from_bits(bits ^ flip))
 }
 
 /// Puts an interval of a row into a layer.
@@ -174,6 +194,17 @@ mod tests {
             open.gain(&frame, &rows(&frame, &square(0.0, 0.0, 4.0))),
             9.0
         ));
+    }
+
+    #[test]
+    fn crossings_sort_by_row_and_place() {
+        let places = [-3.5, -1e-3, 0.0, 2e-5, 7.25];
+        let of = |row: usize| places.map(|x| crossing(row, x));
+        let all = [of(0), of(1), of(31)].concat();
+        assert!(all.is_sorted());
+        for (i, &c) in all.iter().enumerate() {
+            assert_eq!(row_and_place(c), ([0, 1, 31][i / 5], places[i % 5]));
+        }
     }
 
     #[test]
