@@ -53,38 +53,40 @@ pub(super) fn label(
         let (one, several) = counted(&near, cols, rows);
         let (one, several) = (one.and(&untried), several.and(&untried));
         untried = untried.without(&one);
+        // Cells that had none have what most of their pixels have.
+        fresh.fill(NONE);
+        let mut settle = |painter: &Painter, x: usize, y: usize, candidates: &[u16]| {
+            let cell = y * cols + x;
+            cells[cell] = painter.most(x, y, candidates);
+            fresh[cell] = cells[cell];
+        };
         let mut here = Vec::new();
         for y in 0..rows {
             painter.begin(y);
             here.clear();
-            here.extend(
-                (0..)
-                    .zip(&near)
-                    .filter_map(|(label, near)| Some((label, near.row(y)?))),
-            );
+            for (label, near) in (0..).zip(&near) {
+                here.extend(near.row(y).map(|row| (label, row)));
+            }
             for &(label, near) in &here {
                 let alone = one.row(y).iter().zip(several.row(y));
                 let words = near.iter().zip(alone);
                 single.clear();
                 single.extend(words.map(|(near, (one, several))| near & one & !several));
                 runs(&single, None, |a, b| painter.run(label, y, a..b));
+                let had = single.iter_mut().zip(labelled.row(y));
+                had.for_each(|(single, had)| *single &= !had);
+                places(&single).for_each(|x| settle(&painter, x, y, &[label]));
             }
             places(several.row(y)).for_each(|x| {
-                let near = here
-                    .iter()
-                    .filter(|(_, near)| near[x / 64] >> (x % 64) & 1 == 1);
+                let is_near = |(_, near): &&(u16, &[u64])| near[x / 64] >> (x % 64) & 1 == 1;
                 candidates.clear();
-                candidates.extend(near.map(|(label, _)| *label));
+                candidates.extend(here.iter().filter(is_near).map(|(label, _)| *label));
                 painter.cell(x, y, &candidates);
+                if !labelled.has(x, y) {
+                    settle(&painter, x, y, &candidates);
+                }
             });
         }
-        // Those that had none have what most of their pixels have.
-        fresh.fill(NONE);
-        one.without(&labelled).for_each(|x, y| {
-            let cell = y * cols + x;
-            cells[cell] = painter.most(x, y);
-            fresh[cell] = cells[cell];
-        });
     }
     (painter.pixels(), CellLabels(cells))
 }
@@ -213,25 +215,18 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// The label that half of a cell's pixels have at least, or [`NONE`].
-    fn most(&self, x: usize, y: usize) -> u16 {
+    /// The first of the candidates that half of a cell's pixels have at least, or [`NONE`].
+    fn most(&self, x: usize, y: usize, candidates: &[u16]) -> u16 {
         let mut labels = [[NONE; CELL_PX]; CELL_PX];
         for (k, line) in labels.iter_mut().enumerate() {
             let start = (y * CELL_PX + k) * self.image.width + x * CELL_PX;
             line.copy_from_slice(&self.pixels[start..][..CELL_PX]);
         }
-        let labels = labels.as_flattened_mut();
-        // From the lowest one on; NONE is the highest.
-        loop {
-            let label = labels.iter().copied().min().unwrap_or(NONE);
-            let same = labels.iter().map(|other| u16::from(*other == label));
-            if label == NONE || 2 * usize::from(same.sum::<u16>()) >= labels.len() {
-                return label;
-            }
-            for other in labels.iter_mut() {
-                *other = if *other == label { NONE } else { *other };
-            }
-        }
+        let half = |label: &&u16| {
+            let same = labels.as_flattened().iter().map(|l| u16::from(l == *label));
+            2 * usize::from(same.sum::<u16>()) >= CELL_PX * CELL_PX
+        };
+        candidates.iter().find(half).copied().unwrap_or(NONE)
     }
 }
 
