@@ -26,6 +26,7 @@ mod moments;
 mod narrow;
 mod near;
 mod outline;
+mod parts;
 mod plane;
 mod seed;
 mod words;

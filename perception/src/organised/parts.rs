@@ -1,0 +1,90 @@
+//! The sure pixels of each label as few sets of which the moments are known.
+
+use super::bits::Bits;
+use super::cuts::Cuts;
+use super::image::{CELL_PX, Grid, InverseImage, holed};
+use super::labels::NONE;
+use super::moments::Moments;
+use super::words::Ones;
+
+/// Calls `with` for the moments of disjoint sets of sure pixels of one label, which are all of them;
+/// each set is of a window of 64 columns and as many rows as a large cell has.
+///
+/// Large cells that are whole are added up, the small ones of the others, and what is left in small
+/// cells.
+pub(super) fn for_parts(
+    image: &InverseImage,
+    (small, large): (&Grid, &Grid),
+    labels: &[u16],
+    sure: &Bits,
+    cuts: &Cuts,
+    mut with: impl FnMut(u16, &Moments),
+) {
+    const LARGE_PX: usize = 2 * CELL_PX;
+    let label = |u: usize, v: usize| labels[v * image.width + u];
+    let words = image.width.div_ceil(64);
+    for (y, i) in (0..small.rows.div_ceil(2)).flat_map(|y| (0..words).map(move |i| (y, i))) {
+        let columns = |word: u64| Ones(word).map(move |bit| 64 * i + bit);
+        // As a rule a window has one label, or one after the other.
+        let (mut last, mut sum) = (NONE, Moments::default());
+        let mut add = |label: u16, part: &Moments| {
+            if label != last {
+                with(last, &sum);
+                (last, sum) = (label, Moments::default());
+            }
+            sum.add(part, 1.0);
+        };
+        let mut large_first = 0;
+        if y < large.rows {
+            large_first = cuts.blocks::<LARGE_PX>(sure, i, y * LARGE_PX);
+            for u in columns(large_first) {
+                let cell = y * large.cols + u / LARGE_PX;
+                add(label(u, y * LARGE_PX), &large.cells[cell]);
+            }
+        }
+        let taken = large_first | large_first << CELL_PX;
+        for y in (2 * y..2 * y + 2).filter(|y| *y < small.rows) {
+            let v = y * CELL_PX;
+            let whole = cuts.blocks::<CELL_PX>(sure, i, v);
+            for u in columns(whole & !taken) {
+                add(label(u, v), &small.cells[y * small.cols + u / CELL_PX]);
+            }
+            for u in columns(sure.some::<CELL_PX>(i, v) & !whole) {
+                of_cell(image, labels, sure, (u, v), &mut add);
+            }
+        }
+        with(last, &sum);
+    }
+}
+
+/// The same for the pixels of one small cell, the first at (u, v).
+fn of_cell(
+    image: &InverseImage,
+    labels: &[u16],
+    sure: &Bits,
+    (u, v): (usize, usize),
+    with: &mut impl FnMut(u16, &Moments),
+) {
+    let (mut left, mut w) = ([[NONE; CELL_PX]; CELL_PX], [[0.0; CELL_PX]; CELL_PX]);
+    for k in 0..CELL_PX {
+        let start = (v + k) * image.width + u;
+        left[k].copy_from_slice(&labels[start..][..CELL_PX]);
+        w[k].copy_from_slice(&image.w[start..][..CELL_PX]);
+        let sure = sure.row(v + k)[u / 64] >> (u % 64);
+        for (j, label) in left[k].iter_mut().enumerate() {
+            // All bits set where it is not.
+            *label |= ((sure >> j & 1) as u16).wrapping_sub(1);
+        }
+    }
+    let (x0, y0) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
+    let left = left.as_flattened_mut();
+    while let Some(&label) = left.iter().find(|label| **label != NONE) {
+        let mut part = w;
+        for (w, other) in part.as_flattened_mut().iter_mut().zip(left.iter_mut()) {
+            let here = *other == label;
+            *w = if here { *w } else { 0.0 };
+            *other = if here { NONE } else { *other };
+        }
+        with(label, &holed(part, x0, y0));
+    }
+}
