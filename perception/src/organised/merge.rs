@@ -219,12 +219,16 @@ fn borders(grid: &Grid, regions: &[Region]) -> Borders {
                 (right.min(down), cols + 1),
                 (x.min(down), cols - 1),
             ];
-            for (most, step) in ways {
-                let mut ahead = (1..=most.min(3)).map(|k| i + k * step);
-                let Some(j) = ahead.find(|&j| owner[j] != FREE).filter(|&j| owner[j] != a) else {
+            for &(most, step) in &ways {
+                // The first cell of any region, if that is another one.
+                let mut ahead = (1..most.min(3) + 1).map(|k| i + k * step);
+                let Some(j) = ahead.find(|&j| owner[j] != FREE) else {
                     continue;
                 };
                 let b = owner[j];
+                if b == a {
+                    continue;
+                }
                 let (first, second) = if a < b { (i, j) } else { (j, i) };
                 let (first, second) = (&grid.cells[first], &grid.cells[second]);
                 if first.n > 0.0 && second.n > 0.0 {
