@@ -218,7 +218,8 @@ fn leaves_px(
     }
     { offs }.enumerate().find_map(|(k, (off, count))| {
         let limit = LEAVES_SIGMAS / (0.5 * count * alike).sqrt();
-        let limit = limit.hypot(waves * (0.5 * REFERENCE as f64 + k as f64 + 1.0));
+        let wave = waves * (0.5 * REFERENCE as f64 + k as f64 + 1.0);
+        let limit = (limit * limit + wave * wave).sqrt();
         let at = (REFERENCE + k) as f64 - INNER as f64 - 0.5;
         (off > limit.max(LEAVES_MIN)).then_some(at * step.norm())
     })

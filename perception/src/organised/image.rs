@@ -1,5 +1,7 @@
 //! The inverse-depth image and its cells.
 
+use wide::f32x4;
+
 use super::moments::Moments;
 use crate::scan::{DepthImage, Intrinsics};
 
@@ -223,30 +225,48 @@ impl Columns {
 
 /// The moments of those of a cell's pixels that were measured; the first is at (x0, y0).
 pub(super) fn holed(lines: [[f32; CELL_PX]; CELL_PX], x0: f64, y0: f64) -> Moments {
-    let mut sums = Moments::default();
-    if lines.as_flattened().iter().all(|w| *w <= 0.0) {
-        return sums;
+    let [a, b, c, d] = lines.map(f32x4::from);
+    // About the largest, so that the sums are of small numbers, for which 32 bits do.
+    let [e, f, g, h] = a.fast_max(b).fast_max(c.fast_max(d)).to_array();
+    let base = e.max(f).max(g.max(h));
+    if base <= 0.0 {
+        return Moments::default();
     }
-    // About the first pixel; what is missing adds nothing to the sums of w.
-    for (k, line) in (0..).zip(&lines) {
-        let k = f64::from(k);
-        let seen = line.map(|w| if w > 0.0 { 1.0 } else { 0.0 });
-        let w = line.map(f64::from);
-        let n = (seen[0] + seen[1]) + (seen[2] + seen[3]);
-        let j = seen[1] + 2.0 * seen[2] + 3.0 * seen[3];
-        let sum = (w[0] + w[1]) + (w[2] + w[3]);
-        sums.n += n;
-        sums.u += j;
-        sums.v += k * n;
-        sums.uu += seen[1] + 4.0 * seen[2] + 9.0 * seen[3];
-        sums.uv += k * j;
-        sums.vv += k * k * n;
-        sums.w += sum;
-        sums.uw += w[1] + 2.0 * w[2] + 3.0 * w[3];
-        sums.vw += k * sum;
-        sums.ww += (w[0] * w[0] + w[1] * w[1]) + (w[2] * w[2] + w[3] * w[3]);
-    }
-    sums.moved(x0, y0)
+    // One where there is a measurement, and its difference.
+    let one = |line: f32x4| line.simd_gt(f32x4::ZERO) & f32x4::ONE;
+    let (p, q, r, s) = (one(a), one(b), one(c), one(d));
+    let rest = f32x4::splat(base);
+    let (a, b, c, d) = (
+        (a - rest) * p,
+        (b - rest) * q,
+        (c - rest) * r,
+        (d - rest) * s,
+    );
+    // Down the columns, k the row: Σ 1, Σ k, Σ k², Σ w, Σ k w and Σ w²; then along the row of sums.
+    let (two, three) = (f32x4::splat(2.0), f32x4::splat(3.0));
+    let n = ((p + q) + (r + s)).to_array();
+    let down = (q + two * r + three * s).to_array();
+    let downs = (q + f32x4::splat(4.0) * r + f32x4::splat(9.0) * s).to_array();
+    let w = ((a + b) + (c + d)).to_array();
+    let down_w = (b + two * c + three * d).to_array();
+    let square = ((a * a + b * b) + (c * c + d * d)).to_array();
+    let across = |[a, b, c, d]: [f32; CELL_PX]| f64::from((a + b) + (c + d));
+    let along = |[_, b, c, d]: [f32; CELL_PX]| f64::from(b + 2.0 * c + 3.0 * d);
+    let (count, u, v) = (across(n), along(n), across(down));
+    let (sum, base) = (across(w), f64::from(base));
+    let local = Moments {
+        n: count,
+        u,
+        v,
+        uu: f64::from(n[1] + 4.0 * n[2] + 9.0 * n[3]),
+        uv: along(down),
+        vv: across(downs),
+        w: sum + count * base,
+        uw: along(w) + u * base,
+        vw: across(down_w) + v * base,
+        ww: across(square) + base * (2.0 * sum + count * base),
+    };
+    local.moved(x0, y0)
 }
 
 fn lesser(a: f32, b: f32) -> f32 {
