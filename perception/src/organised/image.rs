@@ -82,18 +82,13 @@ impl Grid {
     pub fn new(image: &InverseImage, mut cells: Vec<Moments>) -> Self {
         let (cols, rows) = (image.width / CELL_PX, image.height / CELL_PX);
         cells.resize(cols * rows, Moments::default());
-        let mut columns = Columns::new(cols * CELL_PX);
         let bands = image.w.chunks_exact((image.width * CELL_PX).max(1));
         for (j, (row, band)) in cells.chunks_exact_mut(cols.max(1)).zip(bands).enumerate() {
             let lines = [0, 1, 2, 3].map(|k| &band[k * image.width..][..cols * CELL_PX]);
-            columns.sum(lines);
             let y0 = (j * CELL_PX) as f64 - image.centre.1;
             for (i, cell) in row.iter_mut().enumerate() {
                 let x0 = (i * CELL_PX) as f64 - image.centre.0;
-                *cell = columns.cell(i, x0, y0).unwrap_or_else(|| {
-                    let line = |k: usize| lines[k].as_chunks().0[i];
-                    holed([0, 1, 2, 3].map(line), x0, y0)
-                });
+                *cell = of_cell(lines.map(|line| line.as_chunks().0[i]), x0, y0);
             }
         }
         Self {
@@ -147,79 +142,35 @@ impl Grid {
     }
 }
 
-/// Sums down the columns of a row of cells, of the differences to one pixel of each cell: small
-/// numbers, for which 32 bits do.
-struct Columns {
-    /// The pixel that is subtracted.
-    base: Vec<f32>,
-    /// Σ w, Σ w² and Σ k w, k the row in the cell.
-    sum: Vec<f32>,
-    square: Vec<f32>,
-    down: Vec<f32>,
-    /// The least, 0 where a pixel is missing.
-    least: Vec<f32>,
-}
-
-impl Columns {
-    fn new(width: usize) -> Self {
-        let [base, sum, square, down, least] = [0; 5].map(|_| vec![0.0; width]);
-        Self {
-            base,
-            sum,
-            square,
-            down,
-            least,
-        }
+/// The moments of a cell's pixels, the first of which is at (x0, y0).
+fn of_cell(lines: [[f32; CELL_PX]; CELL_PX], x0: f64, y0: f64) -> Moments {
+    let [a, b, c, d] = lines.map(f32x4::from);
+    let least = a.fast_min(b).fast_min(c.fast_min(d)).to_array();
+    if least.iter().any(|w| *w <= 0.0) {
+        return holed(lines, x0, y0);
     }
-
-    fn sum(&mut self, [a, b, c, d]: [&[f32]; CELL_PX]) {
-        let cells = self.base.as_chunks_mut().0;
-        for (base, line) in cells.iter_mut().zip(a.as_chunks().0) {
-            let [first, ..]: [f32; CELL_PX] = *line;
-            *base = [first; CELL_PX];
-        }
-        // Of one length, so that the compiler takes as many columns at once as there are lanes.
-        let n = self.base.len();
-        let (base, sum, square) = (&self.base[..n], &mut self.sum[..n], &mut self.square[..n]);
-        let (down, least) = (&mut self.down[..n], &mut self.least[..n]);
-        let (a, b, c, d) = (&a[..n], &b[..n], &c[..n], &d[..n]);
-        for i in 0..n {
-            let [e, f, g, h] = [a[i], b[i], c[i], d[i]].map(|w| w - base[i]);
-            sum[i] = (e + f) + (g + h);
-            square[i] = (e * e + f * f) + (g * g + h * h);
-            down[i] = f + 2.0 * g + 3.0 * h;
-            let (ab, cd) = (lesser(a[i], b[i]), lesser(c[i], d[i]));
-            least[i] = lesser(ab, cd);
-        }
-    }
-
-    /// The moments of a cell's pixels, whose first is at (x0, y0), if all were measured.
-    fn cell(&self, i: usize, x0: f64, y0: f64) -> Option<Moments> {
-        let of = |sums: &[f32]| -> [f32; CELL_PX] { sums.as_chunks().0[i] };
-        let [a, b, c, d] = of(&self.least);
-        if lesser(lesser(a, b), lesser(c, d)) <= 0.0 {
-            return None;
-        }
-        let across = |line: [f32; CELL_PX]| f64::from((line[0] + line[1]) + (line[2] + line[3]));
-        let sums = of(&self.sum);
-        let along = f64::from(sums[1] + 2.0 * sums[2] + 3.0 * sums[3]);
-        let (w0, sum) = (f64::from(self.base[i * CELL_PX]), across(sums));
-        let (square, down) = (across(of(&self.square)), across(of(&self.down)));
-        // Of 16 pixels: Σ 1 = 16, Σ k = 24, Σ k² = 56, Σ j k = 36.
-        let (n, one, two, both) = (16.0, 24.0, 56.0, 36.0);
-        let w = sum + n * w0;
-        Some(Moments {
-            n,
-            u: one + n * x0,
-            v: one + n * y0,
-            uu: two + x0 * (2.0 * one + n * x0),
-            uv: both + one * (x0 + y0) + n * x0 * y0,
-            vv: two + y0 * (2.0 * one + n * y0),
-            w,
-            uw: along + one * w0 + w * x0,
-            vw: down + one * w0 + w * y0,
-            ww: square + w0 * (2.0 * sum + n * w0),
-        })
+    // Differences to one of them are small numbers, for which 32 bits do.
+    let base = lines[0][0];
+    let [e, f, g, h] = [a, b, c, d].map(|line| line - f32x4::splat(base));
+    let sums = ((e + f) + (g + h)).to_array();
+    let squares = ((e * e + f * f) + (g * g + h * h)).to_array();
+    let down = (f + f32x4::splat(2.0) * g + f32x4::splat(3.0) * h).to_array();
+    let (w0, sum) = (f64::from(base), across(sums));
+    let (square, down, along) = (across(squares), across(down), along(sums));
+    // Of 16 pixels: Σ 1 = 16, Σ k = 24, Σ k² = 56, Σ j k = 36.
+    let (n, one, two, both) = (16.0, 24.0, 56.0, 36.0);
+    let w = sum + n * w0;
+    Moments {
+        n,
+        u: one + n * x0,
+        v: one + n * y0,
+        uu: two + x0 * (2.0 * one + n * x0),
+        uv: both + one * (x0 + y0) + n * x0 * y0,
+        vv: two + y0 * (2.0 * one + n * y0),
+        w,
+        uw: along + one * w0 + w * x0,
+        vw: down + one * w0 + w * y0,
+        ww: square + w0 * (2.0 * sum + n * w0),
     }
 }
 
@@ -250,8 +201,6 @@ pub(super) fn holed(lines: [[f32; CELL_PX]; CELL_PX], x0: f64, y0: f64) -> Momen
     let w = ((a + b) + (c + d)).to_array();
     let down_w = (b + two * c + three * d).to_array();
     let square = ((a * a + b * b) + (c * c + d * d)).to_array();
-    let across = |[a, b, c, d]: [f32; CELL_PX]| f64::from((a + b) + (c + d));
-    let along = |[_, b, c, d]: [f32; CELL_PX]| f64::from(b + 2.0 * c + 3.0 * d);
     let (count, u, v) = (across(n), along(n), across(down));
     let (sum, base) = (across(w), f64::from(base));
     let local = Moments {
@@ -269,8 +218,14 @@ pub(super) fn holed(lines: [[f32; CELL_PX]; CELL_PX], x0: f64, y0: f64) -> Momen
     local.moved(x0, y0)
 }
 
-fn lesser(a: f32, b: f32) -> f32 {
-    if b < a { b } else { a }
+/// Sum of a row.
+fn across([a, b, c, d]: [f32; CELL_PX]) -> f64 {
+    f64::from((a + b) + (c + d))
+}
+
+/// Sum of a row, each times its column.
+fn along([_, b, c, d]: [f32; CELL_PX]) -> f64 {
+    f64::from(b + 2.0 * c + 3.0 * d)
 }
 
 #[cfg(test)]
@@ -293,11 +248,7 @@ mod tests {
                     sums.push(x0 + j as f64, y0 + k as f64, w.into());
                 }
             }
-            let mut columns = Columns::new(CELL_PX);
-            columns.sum(lines.each_ref().map(<[f32; CELL_PX]>::as_slice));
-            let whole = columns.cell(0, x0, y0);
-            assert_eq!(whole.is_none(), sums.n < 16.0);
-            let got = whole.unwrap_or_else(|| holed(lines, x0, y0));
+            let got = of_cell(lines, x0, y0);
             for (a, b) in [
                 (got.n, sums.n),
                 (got.u, sums.u),
