@@ -117,11 +117,10 @@ impl<'a> Directions<'a> {
         ray
     }
 
-    /// The nearest cell to a place; `None` outside of the picture.
-    fn cell(&self, p: &Point2<f64>) -> Option<&Cell> {
-        let (x, y) = (p.x.round(), p.y.round());
-        let inside = (0.0..self.cols as f64).contains(&x) && (0.0..self.rows as f64).contains(&y);
-        let i = inside.then(|| y as usize * self.cols + x as usize)?;
+    /// A cell; `None` outside of the picture.
+    fn cell(&self, [x, y]: [i32; 2]) -> Option<&Cell> {
+        let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
+        let i = (x < self.cols).then(|| y * self.cols + x)?;
         self.cells.get(i)
     }
 
@@ -188,8 +187,8 @@ const PLACES_APART: f64 = 2.0;
 const PLACES_MAX: usize = 48;
 
 impl Picture for Directions<'_> {
-    fn at(&self, label: u16, p: &Point2<f64>) -> Shown {
-        match self.cell(p) {
+    fn at(&self, label: u16, pixel: [i32; 2]) -> Shown {
+        match self.cell(pixel) {
             None => Shown::Outside,
             Some(cell) if cell.w <= 0.0 => Shown::Nothing,
             Some(cell) if cell.label == label => Shown::Face,
@@ -201,8 +200,8 @@ impl Picture for Directions<'_> {
         }
     }
 
-    fn on(&self, label: u16, p: &Point2<f64>) -> Option<f64> {
-        let cell = self.cell(p).filter(|cell| cell.label == label)?;
+    fn on(&self, label: u16, pixel: [i32; 2]) -> Option<f64> {
+        let cell = self.cell(pixel).filter(|cell| cell.label == label)?;
         Some(f64::from(cell.w)).filter(|w| *w > 0.0)
     }
 

@@ -36,16 +36,49 @@ pub(crate) const NONE: u16 = Segmentation::NONE;
 
 /// What was seen, on pixels.
 pub(crate) trait Picture {
-    /// What the nearest pixel shows to someone who asks for a label.
-    fn at(&self, label: u16, p: &Point2<f64>) -> Shown;
-    /// Inverse depth of the nearest pixel's point, 1/m, if it is used and has this label.
-    fn on(&self, label: u16, p: &Point2<f64>) -> Option<f64>;
+    /// What a pixel (column, row) shows to someone who asks for a label.
+    fn at(&self, label: u16, pixel: [i32; 2]) -> Shown;
+    /// Inverse depth of a pixel's point, 1/m, if it is used and has this label.
+    fn on(&self, label: u16, pixel: [i32; 2]) -> Option<f64>;
     /// Inverse depth of a plane at a place, 1/m; `None` where it is not known or not met.
     fn plane(&self, label: u16, p: &Point2<f64>) -> Option<f64>;
     /// Angle between neighbouring pixels, rad.
     fn pixel_rad(&self) -> f64;
     /// The sensor's noise.
     fn noise(&self) -> &Noise;
+}
+
+/// The pixels nearest to places one step after another, which count in whole parts of a pixel.
+struct Steps {
+    at: [i64; 2],
+    by: [i64; 2],
+}
+
+impl Steps {
+    const PARTS: f64 = 65536.0;
+
+    /// From `first` steps after a place on.
+    fn new(from: &Point2<f64>, step: &Vector2<f64>, first: f64) -> Self {
+        // Pixels have their middles at whole numbers.
+        let at = from + step * first;
+        Self {
+            at: [at.x, at.y].map(|x| ((x + 0.5) * Self::PARTS).floor() as i64),
+            by: [step.x, step.y].map(|x| (x * Self::PARTS) as i64),
+        }
+    }
+}
+
+impl Iterator for Steps {
+    type Item = [i32; 2];
+
+    #[inline]
+    fn next(&mut self) -> Option<[i32; 2]> {
+        let pixel = self.at.map(|x| (x >> 16) as i32);
+        let [x, y] = &mut self.at;
+        *x = x.wrapping_add(self.by[0]);
+        *y = y.wrapping_add(self.by[1]);
+        Some(pixel)
+    }
 }
 
 /// Places along an edge are this far apart, px, and no more of them are looked at.
@@ -173,15 +206,18 @@ fn leaves_px(
         else {
             continue;
         };
-        let inverse = 1.0 / noise.sigma_inverse(1.0 / own);
+        let slope = next - own;
+        let inverse = 1.0 / noise.sigma_at_inverse(own);
         places += 1.0;
         slow += noise.systematic_ratio * own * inverse;
-        for (k, (sum, count)) in sums.iter_mut().enumerate() {
-            let k = k as f64 - INNER as f64;
-            if let Some(w) = picture.on(label, &(place + step * k)) {
-                *sum += (own + k * (next - own) - w) * inverse;
+        let first = -(INNER as f64);
+        let mut own = own + first * slope;
+        for ((sum, count), pixel) in sums.iter_mut().zip(Steps::new(&place, &step, first)) {
+            if let Some(w) = picture.on(label, pixel) {
+                *sum += (own - w) * inverse;
                 *count += 1.0;
             }
+            own += slope;
         }
     }
     if places < PLACES_MIN as f64 {
@@ -249,11 +285,10 @@ pub(crate) fn beyond(
     };
     // The last pixel of the face before something else, and how many of it followed a gap.
     let (mut last, mut again, mut unlabelled) = (0, 0, None);
-    for k in 1..=STEPS_MAX {
-        let p = at(k);
-        let own = || picture.plane(label, &p);
+    for (k, pixel) in (1..STEPS_MAX + 1).zip(Steps::new(from, &step, 1.0)) {
+        let own = || picture.plane(label, &at(k));
         let on = |w: f64| own().is_some_and(|own| near(picture, own, w));
-        let other = match picture.at(label, &p) {
+        let other = match picture.at(label, pixel) {
             Shown::Outside if k - last > BORDER_PX => return found(EdgeKind::Unknown, last, k),
             Shown::Outside => return found(EdgeKind::FieldOfView, last, k),
             Shown::Nothing => continue,
@@ -276,6 +311,7 @@ pub(crate) fn beyond(
             return found(EdgeKind::Real, last, k);
         }
         // Something nearer than the plane: hidden, unless it meets the plane.
+        let p = at(k);
         if picture.plane(its, &p).is_some() {
             let kind = if meets(picture, [label, its], &at(last), &p, &step) {
                 EdgeKind::Real
@@ -307,7 +343,7 @@ pub(crate) fn beyond(
 /// Whether a point lies on a plane, both by inverse depth.
 fn near(picture: &impl Picture, own: f64, w: f64) -> bool {
     let noise = picture.noise();
-    let sigma = SIGMAS * noise.sigma_inverse(1.0 / own.max(1e-6));
+    let sigma = SIGMAS * noise.sigma_at_inverse(own);
     let systematic = SYSTEMATICS * noise.systematic_ratio * own;
     (w - own) * (w - own) <= sigma * sigma + systematic * systematic
 }
@@ -332,6 +368,7 @@ fn meets(
     let slope = (further - apart_here).abs() / step.norm();
     let reach = 0.5 * (to - from).norm() + MEETING_PX * step.norm();
     let noise = picture.noise();
-    let sigma = 3.0 * noise.sigma_inverse(1.0 / w.max(1e-6));
-    apart_here.abs() <= sigma.hypot(SYSTEMATICS * noise.systematic_ratio * w) + slope * reach
+    let sigma = 3.0 * noise.sigma_at_inverse(w);
+    let slow = SYSTEMATICS * noise.systematic_ratio * w;
+    apart_here.abs() <= (sigma * sigma + slow * slow).sqrt() + slope * reach
 }

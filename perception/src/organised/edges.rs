@@ -58,13 +58,10 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// The index of the nearest pixel; `None` outside of what was measured.
+    /// The index of a pixel; `None` outside of what was measured.
     #[inline]
-    fn index(&self, p: &Point2<f64>) -> Option<usize> {
-        // Pixels have their middles at whole numbers. One is added and taken off again: half a pixel
-        // before the first one is outside, and a cast goes toward zero.
-        let of = |x: f64| ((x + 1.5) as i32).wrapping_sub(1) as u32;
-        let (u, v) = (of(p.x), of(p.y));
+    fn index(&self, [u, v]: [i32; 2]) -> Option<usize> {
+        let (u, v) = (u as u32, v as u32);
         let inside = (u.wrapping_sub(self.first.0) < self.count.0)
             & (v.wrapping_sub(self.first.1) < self.count.1);
         inside.then_some(v as usize * self.image.width + u as usize)
@@ -73,8 +70,8 @@ impl<'a> Seen<'a> {
 
 impl Picture for Seen<'_> {
     #[inline]
-    fn at(&self, label: u16, p: &Point2<f64>) -> Shown {
-        let Some(i) = self.index(p) else {
+    fn at(&self, label: u16, pixel: [i32; 2]) -> Shown {
+        let Some(i) = self.index(pixel) else {
             return Shown::Outside;
         };
         // The labels first, which are all that most steps need: the images are far from any cache.
@@ -100,8 +97,8 @@ impl Picture for Seen<'_> {
     }
 
     #[inline]
-    fn on(&self, label: u16, p: &Point2<f64>) -> Option<f64> {
-        let i = self.index(p).filter(|i| self.labels[*i] == label)?;
+    fn on(&self, label: u16, pixel: [i32; 2]) -> Option<f64> {
+        let i = self.index(pixel).filter(|i| self.labels[*i] == label)?;
         Some(f64::from(self.image.w[i])).filter(|w| *w > 0.0)
     }
 
