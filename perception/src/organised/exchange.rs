@@ -23,10 +23,8 @@ pub(super) fn exchange(
     // Cells beside another region's.
     let mut border = Vec::new();
     let differ = |a: u32, b: u32| (a != b) & (a != FREE) & (b != FREE);
-    for (here, start) in owner
-        .chunks_exact(grid.cols.max(1))
-        .zip((0..).step_by(grid.cols))
-    {
+    for (here, y) in owner.chunks_exact(grid.cols.max(1)).zip(0..) {
+        let start = y * grid.cols;
         for (pair, i) in here.windows(2).zip(start..) {
             if differ(pair[0], pair[1]) {
                 border.extend([i, i + 1]);

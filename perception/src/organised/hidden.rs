@@ -120,7 +120,7 @@ fn is_hidden(grid: &Grid, [a, b]: [&Ends; 2], plane: &InversePlane, noise: &Nois
     // From line to line, and along one.
     let steps = [(grid.cols, 1), (1, grid.cols)];
     for ((a, b), (line, step)) in a.0.iter().zip(&b.0).zip(steps) {
-        for ((a, b), start) in a.iter().zip(b).zip((0..).step_by(line)) {
+        for ((a, b), start) in a.iter().zip(b).zip((0..).map(|k| k * line)) {
             let (from, to) = if a.1 < b.0 { (a.1, b.0) } else { (b.1, a.0) };
             if a.0 > a.1 || b.0 > b.1 || from + 1 >= to {
                 continue;
