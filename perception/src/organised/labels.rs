@@ -40,7 +40,7 @@ pub(super) fn label(
             cells[cell] = r as u16;
         }
     }
-    let mut painter = Painter::new(image, regions, noise);
+    let mut painter = Painter::new(image, grid, regions, noise);
     // The cells that had a region, those that no plane was tried in, and those that have a region
     // since the last ring.
     let labelled = Bits::of(&cells, cols, |label| label != NONE);
@@ -104,12 +104,10 @@ fn counted(near: &[Near], cols: usize, rows: usize) -> (Bits, Bits) {
     (one, several)
 }
 
-/// Middle of a cell from the middle of its first pixel, px.
-const MIDDLE: f32 = (CELL_PX - 1) as f32 / 2.0;
-
 /// Writes labels cell by cell.
 struct Painter<'a> {
     image: &'a InverseImage,
+    grid: &'a Grid,
     /// Coefficients of each region's plane.
     planes: Vec<[f32; 3]>,
     noise: NearNoise,
@@ -121,10 +119,11 @@ struct Painter<'a> {
 }
 
 impl<'a> Painter<'a> {
-    fn new(image: &'a InverseImage, regions: &[Region], noise: &Noise) -> Self {
+    fn new(image: &'a InverseImage, grid: &'a Grid, regions: &[Region], noise: &Noise) -> Self {
         let plane = |region: &Region| region.plane.0.map(|x| x as f32).into();
         Self {
             image,
+            grid,
             planes: regions.iter().map(plane).collect(),
             noise: NearNoise::new(noise),
             pixels: Vec::with_capacity(image.w.len()),
@@ -159,16 +158,14 @@ impl<'a> Painter<'a> {
         let [a, b, c] = self.planes[usize::from(label)];
         let (x0, y0) = self.place(u0, v0);
         let first = a * x0 + (b * y0 + c);
-        // The limit in the middle of the rows does for all.
-        let middle = first + b * MIDDLE;
         self.rise.clear();
         self.rise.extend((0..count as i32).map(|i| a * i as f32));
         self.limit.clear();
-        let limits = self
-            .rise
-            .iter()
-            .map(|rise| self.noise.square(middle + rise));
-        self.limit.extend(limits);
+        // The noise is that of the cell. One without a pixel has none, and nothing is nearer than that.
+        for m in &self.grid.cells[y * self.grid.cols..][columns] {
+            let limit = self.noise.square((m.w / m.n) as f32);
+            self.limit.extend([limit; CELL_PX]);
+        }
         for k in 0..CELL_PX {
             let start = (v0 + k) * self.image.width + u0;
             let first = first + b * k as f32;
@@ -193,10 +190,11 @@ impl<'a> Painter<'a> {
         for (k, line) in lines.iter_mut().enumerate() {
             line.copy_from_slice(&self.image.w[start(k)..][..CELL_PX]);
         }
+        let m = &self.grid.cells[y * self.grid.cols + x];
+        let limit = self.noise.square((m.w / m.n) as f32);
         for &candidate in candidates {
             let [a, b, c] = self.planes[usize::from(candidate)];
             let first = a * x0 + (b * y0 + c);
-            let limit = self.noise.square(first + (a + b) * MIDDLE);
             for k in 0..CELL_PX {
                 let first = first + b * k as f32;
                 for j in 0..CELL_PX {
