@@ -55,15 +55,17 @@ struct Steps {
 }
 
 impl Steps {
-    const PARTS: f64 = 65536.0;
+    /// A pixel has 2 to this many parts.
+    const BITS: u32 = 16;
 
     /// From `first` steps after a place on.
     fn new(from: &Point2<f64>, step: &Vector2<f64>, first: f64) -> Self {
         // Pixels have their middles at whole numbers.
         let at = from + step * first;
+        let parts = f64::from(1_u32 << Self::BITS);
         Self {
-            at: [at.x, at.y].map(|x| ((x + 0.5) * Self::PARTS).floor() as i64),
-            by: [step.x, step.y].map(|x| (x * Self::PARTS) as i64),
+            at: [at.x, at.y].map(|x| ((x + 0.5) * parts).floor() as i64),
+            by: [step.x, step.y].map(|x| (x * parts) as i64),
         }
     }
 }
@@ -73,7 +75,7 @@ impl Iterator for Steps {
 
     #[inline]
     fn next(&mut self) -> Option<[i32; 2]> {
-        let pixel = self.at.map(|x| (x >> 16) as i32);
+        let pixel = self.at.map(|x| (x >> Self::BITS) as i32);
         let [x, y] = &mut self.at;
         *x = x.wrapping_add(self.by[0]);
         *y = y.wrapping_add(self.by[1]);
@@ -252,7 +254,7 @@ fn leaves_px(
     {
         return None;
     }
-    { offs }.enumerate().find_map(|(k, (off, count))| {
+    offs.enumerate().find_map(|(k, (off, count))| {
         let limit = LEAVES_SIGMAS / (0.5 * count * alike).sqrt();
         let wave = waves * (0.5 * REFERENCE as f64 + k as f64 + 1.0);
         let limit = (limit * limit + wave * wave).sqrt();

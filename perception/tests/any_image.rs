@@ -57,7 +57,7 @@ proptest! {
         (width, height) in (1_usize..200, 1_usize..160),
         planes in 0_usize..6,
         sigma in prop_oneof![Just(0.0), Just(0.002), Just(0.05)],
-        (gap, unseen, seen, neck) in (0_usize..70, 0_usize..5, 1_usize..5, 0_usize..5),
+        (gap, unseen, seen, neck) in (0_usize..=64, 0_usize..5, 1_usize..5, 0_usize..5),
         seed: u64,
     ) {
         let depth = image(width, height, planes, sigma, seed);
@@ -70,8 +70,8 @@ proptest! {
         };
         let mut config = Config { method: Method::Organised, ..Config::default() };
         let mask = &mut config.organised.mask;
-        mask.gap_px = gap.min(64);
-        (mask.edge_unseen_px, mask.edge_seen_px, mask.neck_px) = (unseen, seen, neck);
+        (mask.gap_px, mask.neck_px) = (gap, neck);
+        (mask.edge_unseen_px, mask.edge_seen_px) = (unseen, seen);
         let found = extract(&scan, &Isometry3::identity(), &config).unwrap();
         let pixels = found.segmentation.unwrap();
         prop_assert_eq!(pixels.labels.len(), width * height);

@@ -7,7 +7,7 @@
 use nalgebra::{Point2, Point3, Vector3};
 use planner::plan::{Change, Plan, Stance, StanceContact};
 use scandent::verify::Check;
-use surfaces::{ConvexPolygon, Obstacle};
+use surfaces::{ConvexPolygon, Obstacle, Surface};
 
 /// One way to break a plan.
 pub struct Mutation {
@@ -258,6 +258,15 @@ fn surface_of_start(plan: &Plan) -> Option<(usize, StanceContact)> {
     Some((index, contact))
 }
 
+/// The same surface, and where the contact is in its frame.
+fn under_start(plan: &mut Plan) -> Option<(&mut Surface, Point3<f64>)> {
+    let (i, contact) = surface_of_start(plan)?;
+    let surface = &mut plan.surfaces[i];
+    let place = Point3::from(contact.X_WC.p);
+    let centre = surface.X_WS.inverse_transform_point(&place);
+    Some((surface, centre))
+}
+
 fn surface_sunk(plan: &mut Plan) {
     let Some((i, _)) = surface_of_start(plan) else {
         return;
@@ -309,13 +318,9 @@ fn contact_moved(plan: &mut Plan) {
 }
 
 fn surface_cut(plan: &mut Plan) {
-    let Some((i, contact)) = surface_of_start(plan) else {
+    let Some((surface, centre)) = under_start(plan) else {
         return;
     };
-    let surface = &mut plan.surfaces[i];
-    let centre = surface
-        .X_WS
-        .inverse_transform_point(&Point3::from(contact.X_WC.p));
     // Everything beyond the middle of the foot falls off.
     let side = if centre.x > 0.0 { 1.0 } else { -1.0 };
     let inside = |p: &Point2<f64>| side * (p.x - centre.x) <= 0.0;
@@ -337,13 +342,9 @@ fn surface_cut(plan: &mut Plan) {
 
 /// Takes the edges of the surface back until the foot is over one.
 fn edge_taken_back(plan: &mut Plan) {
-    let Some((i, contact)) = surface_of_start(plan) else {
+    let Some((surface, centre)) = under_start(plan) else {
         return;
     };
-    let surface = &mut plan.surfaces[i];
-    let centre = surface
-        .X_WS
-        .inverse_transform_point(&Point3::from(contact.X_WC.p));
     let edges = surface.polygon.half_planes();
     let insets_m = edges.iter().map(|h| -h.value(&centre.xy())).enumerate();
     surface.set_insets(

@@ -4,7 +4,8 @@
 //! the floor, and what it took there tilts its plane, which then explains more. Each exchange makes
 //! both planes truer, and is followed by another until there is none.
 
-use super::growth::{CellNoise, FREE, GrowthConfig, Region, owners};
+use super::cell::CellNoise;
+use super::growth::{FREE, GrowthConfig, Region, owners};
 use super::image::Grid;
 use crate::sensor::Noise;
 

@@ -2,12 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-pub(super) use super::cell::CellNoise;
-use super::cell::{Cell, coefficients};
+use super::cell::{Cell, CellNoise, coefficients};
 use super::image::Grid;
 use super::moments::{InversePlane, Moments};
-pub(super) use super::seed::Seed;
-use super::seed::seeds;
+use super::seed::{Seed, seeds};
 use crate::Error;
 use crate::error::within;
 use crate::sensor::Noise;

@@ -3,7 +3,8 @@
 //! A floor goes on behind a ramp that stands on it, a wall behind a table. Regions apart are one
 //! plane where one explains both and what is seen between them is in front of it.
 
-use super::growth::{CellNoise, Region};
+use super::cell::CellNoise;
+use super::growth::Region;
 use super::image::Grid;
 use super::merge::MergeConfig;
 use super::moments::InversePlane;

@@ -3,8 +3,10 @@
 use std::ops::Range;
 
 use super::bits::Bits;
+use super::cell::{CellNoise, coefficients};
 use super::growth::Region;
 use super::image::{CELL_PX, Grid, InverseImage};
+use super::moments::Moments;
 use super::near::Near;
 use super::words::{places, runs};
 use crate::extraction::Segmentation;
@@ -16,9 +18,14 @@ pub(super) const NONE: u16 = Segmentation::NONE;
 /// How far from the cells that were grown a plane may claim pixels, in cells.
 const RINGS: usize = 3;
 /// A pixel belongs to a plane within √((3σ)² + (2κw)²) of it.
-pub(super) const SIGMAS: f64 = 3.0;
-/// See [`SIGMAS`].
-pub(super) const SYSTEMATICS: f64 = 2.0;
+const SIGMAS: f64 = 3.0;
+const SYSTEMATICS: f64 = 2.0;
+
+/// The square of that distance for the pixels of a cell, 1/m²; nothing is nearer than that of one
+/// without a pixel.
+pub(super) fn limit(cell: &Moments, noise: &Noise) -> f64 {
+    CellNoise::at(noise, cell.mean()).square(SIGMAS, SYSTEMATICS)
+}
 
 /// Index of the region that has most of each small cell, or [`NONE`].
 pub(super) struct CellLabels(pub Vec<u16>);
@@ -110,7 +117,7 @@ struct Painter<'a> {
     grid: &'a Grid,
     /// Coefficients of each region's plane.
     planes: Vec<[f32; 3]>,
-    noise: NearNoise,
+    noise: &'a Noise,
     pixels: Vec<u16>,
     /// Of the run that is being painted, for each of its columns: how far the plane has risen since
     /// the first one, and the square of the distance within which pixels belong to it.
@@ -119,13 +126,13 @@ struct Painter<'a> {
 }
 
 impl<'a> Painter<'a> {
-    fn new(image: &'a InverseImage, grid: &'a Grid, regions: &[Region], noise: &Noise) -> Self {
-        let plane = |region: &Region| region.plane.0.map(|x| x as f32).into();
+    fn new(image: &'a InverseImage, grid: &'a Grid, regions: &[Region], noise: &'a Noise) -> Self {
+        let plane = |region: &Region| coefficients(&region.plane);
         Self {
             image,
             grid,
             planes: regions.iter().map(plane).collect(),
-            noise: NearNoise::new(noise),
+            noise,
             pixels: Vec::with_capacity(image.w.len()),
             rise: Vec::new(),
             limit: Vec::new(),
@@ -161,10 +168,8 @@ impl<'a> Painter<'a> {
         self.rise.clear();
         self.rise.extend((0..count as i32).map(|i| a * i as f32));
         self.limit.clear();
-        // The noise is that of the cell. One without a pixel has none, and nothing is nearer than that.
-        for m in &self.grid.cells[y * self.grid.cols..][columns] {
-            let limit = self.noise.square((m.w / m.n) as f32);
-            self.limit.extend([limit; CELL_PX]);
+        for cell in &self.grid.cells[y * self.grid.cols..][columns] {
+            self.limit.extend([limit(cell, self.noise) as f32; CELL_PX]);
         }
         for k in 0..CELL_PX {
             let start = (v0 + k) * self.image.width + u0;
@@ -184,14 +189,13 @@ impl<'a> Painter<'a> {
         let (x0, y0) = self.place(u0, v0);
         let start = |k: usize| (v0 + k) * self.image.width + u0;
         // Square of the distance to the nearest plane, and which it is; four pixels at once.
-        let mut best = [[f32::INFINITY; CELL_PX]; CELL_PX];
+        let cell = &self.grid.cells[y * self.grid.cols + x];
+        let mut best = [[limit(cell, self.noise) as f32; CELL_PX]; CELL_PX];
         let mut won = [[u32::from(NONE); CELL_PX]; CELL_PX];
         let mut lines = [[0.0_f32; CELL_PX]; CELL_PX];
         for (k, line) in lines.iter_mut().enumerate() {
             line.copy_from_slice(&self.image.w[start(k)..][..CELL_PX]);
         }
-        let m = &self.grid.cells[y * self.grid.cols + x];
-        let limit = self.noise.square((m.w / m.n) as f32);
         for &candidate in candidates {
             let [a, b, c] = self.planes[usize::from(candidate)];
             let first = a * x0 + (b * y0 + c);
@@ -201,7 +205,7 @@ impl<'a> Painter<'a> {
                     let w = lines[k][j];
                     let e = a * j as f32 + first - w;
                     let square = e * e;
-                    let better = (square < best[k][j]) & (square < limit) & (w > 0.0);
+                    let better = (square < best[k][j]) & (w > 0.0);
                     best[k][j] = if better { square } else { best[k][j] };
                     won[k][j] = if better { candidate.into() } else { won[k][j] };
                 }
@@ -225,34 +229,5 @@ impl<'a> Painter<'a> {
             2 * usize::from(same.sum::<u16>()) >= CELL_PX * CELL_PX
         };
         candidates.iter().find(half).copied().unwrap_or(NONE)
-    }
-}
-
-/// The noise as a function of inverse depth, in 32 bits.
-struct NearNoise {
-    floor: f32,
-    quadratic: f32,
-    knee: f32,
-    systematic: f32,
-}
-
-impl NearNoise {
-    fn new(noise: &Noise) -> Self {
-        Self {
-            floor: (SIGMAS * noise.floor_m) as f32,
-            quadratic: (SIGMAS * noise.quadratic_per_m) as f32,
-            knee: noise.knee_m as f32,
-            systematic: (SYSTEMATICS * noise.systematic_ratio) as f32,
-        }
-    }
-
-    /// Square of the distance within which pixels belong to a plane, where that has inverse depth `w`
-    /// (1/m), 1/m²: σ_w = a w² + b (1 − z₀ w)².
-    fn square(&self, w: f32) -> f32 {
-        let beyond = 1.0 - self.knee * w;
-        let beyond = if beyond > 0.0 { beyond } else { 0.0 };
-        let sigmas = self.floor * (w * w) + self.quadratic * (beyond * beyond);
-        let systematics = self.systematic * w;
-        sigmas * sigmas + systematics * systematics
     }
 }

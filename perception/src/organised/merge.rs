@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::growth::{CellNoise, FREE, Region, owners};
+use super::cell::CellNoise;
+use super::growth::{FREE, Region, owners};
 use super::image::Grid;
 use super::moments::Moments;
 use crate::Error;

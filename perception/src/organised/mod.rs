@@ -52,10 +52,11 @@ use crate::scan::DepthImage;
 use crate::sensor::Noise;
 use cuts::Cuts;
 use face::Face;
-use growth::{FREE, Growth, Region, Seed, owners};
+use growth::{FREE, Growth, Region, owners};
 use image::{Grid, InverseImage};
 use moments::Moments;
 use outline::Piece;
+use seed::Seed;
 
 /// Parameters of the organised path, a table a step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -119,21 +120,16 @@ pub(crate) fn extract(
     // 2. Regions over large cells, merged where one plane explains two neighbours.
     let large = small.coarser(room.large);
     let least = config.growth.pixels_min;
-    let grown = Growth::new(&large, |_| true, noise, &config.growth);
-    let regions = { grown }
-        .regions(&[Seed::BLOCK], least)
-        .into_iter()
-        .map(|region| refined(&large, &small, region))
-        .collect();
-    let regions = merge::merge(&small, regions, noise, &config.merge);
+    let grown = Growth::new(&large, |_| true, noise, &config.growth).regions(&[Seed::BLOCK], least);
+    let regions = grown.into_iter().map(|r| refined(&large, &small, r));
+    let regions = regions.collect();
+    let mut regions = merge::merge(&small, regions, noise, &config.merge);
 
     // 3. A second pass over the small cells that are left, then narrow faces; merge again, and
     // move the borders between regions to where the planes are.
     let owner = owners(&small, &regions);
     let mut growth = Growth::new(&small, |i| owner[i] == FREE, noise, &config.growth);
-    let mut regions: Vec<_> = { regions.into_iter() }
-        .chain(growth.regions(&[Seed::BLOCK], least))
-        .collect();
+    regions.extend(growth.regions(&[Seed::BLOCK], least));
     regions.extend(narrow::found(&mut growth, &regions, noise));
     let regions = merge::merge(&small, regions, noise, &config.merge);
     let regions = exchange::exchange(&small, regions, noise, &config.growth);

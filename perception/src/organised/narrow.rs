@@ -1,7 +1,8 @@
 //! Faces that are narrower than a block of cells: legs, rails, bars.
 
-use super::growth::{CellNoise, FREE, Growth, Region, Seed, owners};
-use super::labels::{SIGMAS, SYSTEMATICS};
+use super::growth::{FREE, Growth, Region, owners};
+use super::labels::limit;
+use super::seed::Seed;
 use crate::sensor::Noise;
 
 /// The regions that grow from strips over the cells that are left beside those `known`, and stand out.
@@ -22,7 +23,7 @@ pub(super) fn found(growth: &mut Growth, known: &[Region], noise: &Noise) -> Vec
     let owner = owners(grid, known);
     let claimed = |&cell: &usize| {
         let moments = &grid.cells[cell];
-        let limit = CellNoise::at(noise, moments.mean()).square(SIGMAS, SYSTEMATICS);
+        let limit = limit(moments, noise);
         let beside = grid.beside(cell).map(|k| owner[k]);
         let mut beside = beside.iter().filter(|o| **o != FREE);
         beside.any(|o| moments.mean_square(&known[*o as usize].plane) < limit)
