@@ -111,8 +111,7 @@ pub(super) fn pieces(
 
     // The outline on the plane, covered by convex pieces.
     let (tolerance_px, notch_px) = (config.tolerance_px, config.notch_px);
-    let rings = contour::rings(face, tolerance_px, notch_px);
-    let on_pixels = rings;
+    let on_pixels = contour::rings(face, tolerance_px, notch_px);
     let on_plane = on_pixels.iter().map(|ring| ring.iter().map(in_P).collect());
     let Some(rings) = on_plane.collect::<Option<Vec<Vec<_>>>>() else {
         return Vec::new();
