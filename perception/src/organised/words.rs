@@ -1,5 +1,7 @@
 //! Words of 64 bits, one a pixel.
 
+use wide::u8x16;
+
 /// Of 64 columns, the `i`th such word, those from `a` on, up to the one before `b`.
 pub(super) fn between(a: usize, b: usize, i: usize) -> u64 {
     let below = |column: usize| match column.saturating_sub(64 * i) {
@@ -84,28 +86,11 @@ pub(super) fn packed<A: Copy, B: Copy>(a: &[A], b: &[B], is: impl Fn(A, B) -> bo
 fn packed_64<A: Copy, B: Copy>(a: &[A; 64], b: &[B; 64], is: impl Fn(A, B) -> bool) -> u64 {
     let mut flags = [0_u8; 64];
     for i in 0..64 {
-        flags[i] = u8::from(is(a[i], b[i]));
+        flags[i] = if is(a[i], b[i]) { 0xff } else { 0 };
     }
-    // Eight pixels are a byte: the lowest bits of eight bytes, so far.
-    let eights = flags.as_chunks().0.iter().copied().map(u64::from_le_bytes);
-    transposed(
-        (0..)
-            .zip(eights)
-            .fold(0, |word, (j, eight)| word | eight << j),
-    )
-}
-
-/// Bit j of byte i becomes bit i of byte j.
-fn transposed(word: u64) -> u64 {
-    // Halves, quarters and eighths of the square change places across its diagonal.
-    let swaps = [
-        (28, 0x0000_0000_f0f0_f0f0),
-        (14, 0x0000_cccc_0000_cccc),
-        (7, 0x00aa_00aa_00aa_00aa),
-    ];
-    swaps.iter().fold(word, |word, (shift, mask)| {
-        let change = (word ^ word >> shift) & mask;
-        word ^ change ^ change << shift
+    let sixteens = (0..).step_by(16).zip(flags.as_chunks::<16>().0);
+    sixteens.fold(0, |word, (place, flags)| {
+        word | u64::from(u8x16::new(*flags).to_bitmask()) << place
     })
 }
 
