@@ -83,6 +83,11 @@ impl Bits {
         self.words[v * self.stride + 1 + u / 64] >> (u % 64) & 1 == 1
     }
 
+    /// Puts a pixel in.
+    pub fn set(&mut self, u: usize, v: usize) {
+        self.words[v * self.stride + 1 + u / 64] |= 1 << (u % 64);
+    }
+
     /// Takes a pixel out.
     pub fn clear(&mut self, u: usize, v: usize) {
         self.words[v * self.stride + 1 + u / 64] &= !(1 << (u % 64));

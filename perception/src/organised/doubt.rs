@@ -153,7 +153,6 @@ mod tests {
         let region = |plane| Region {
             moments: Moments::default(),
             plane,
-            cells: Vec::new(),
         };
         let regions = planes.map(region);
         let cell = |x: usize, y: usize| match (x, y) {

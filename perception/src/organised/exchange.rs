@@ -4,72 +4,65 @@
 //! the floor, and what it took there tilts its plane, which then explains more. Each exchange makes
 //! both planes truer, and is followed by another until there is none.
 
+use super::bits::Bits;
 use super::cell::CellNoise;
-use super::growth::{FREE, GrowthConfig, Region, owners};
+use super::growth::{GrowthConfig, Region};
 use super::image::Grid;
+use super::labels::NONE;
+use super::partition::Partition;
+use super::words::pack;
 use crate::sensor::Noise;
 
 /// A border moves by one cell a sweep; few move by more than this.
 const SWEEPS: usize = 24;
 
-/// Gives cells of regions (on the grid) to side neighbours whose planes fit them better, refits the
-/// planes and goes on around the cells that moved, as long as there are any.
+/// Gives cells of regions to side neighbours whose planes fit them better, refits the planes and goes
+/// on around the cells that moved, as long as there are any.
 pub(super) fn exchange(
     grid: &Grid,
-    mut regions: Vec<Region>,
+    partition: &mut Partition,
     noise: &Noise,
     config: &GrowthConfig,
-) -> Vec<Region> {
-    let mut owner = owners(grid, &regions);
-    // Cells beside another region's.
-    let mut border = Vec::new();
-    let differ = |a: u32, b: u32| (a != b) & (a != FREE) & (b != FREE);
-    for (here, y) in owner.chunks_exact(grid.cols.max(1)).zip(0..) {
-        let start = y * grid.cols;
-        for (pair, i) in here.windows(2).zip(start..) {
-            if differ(pair[0], pair[1]) {
-                border.extend([i, i + 1]);
-            }
-        }
-        let below = owner.get(start + grid.cols..).unwrap_or_default();
-        for ((a, b), i) in here.iter().zip(below).zip(start..) {
-            if differ(*a, *b) {
-                border.extend([i, i + grid.cols]);
-            }
-        }
-    }
+) {
+    let Partition { regions, owner } = partition;
+    let mut border = border(owner, grid.cols, grid.rows);
     let mut changed = vec![false; regions.len()];
     for _ in 0..SWEEPS {
-        border.sort_unstable();
-        border.dedup();
         changed.fill(false);
-        let mut next = Vec::new();
-        for &i in &border {
+        let mut next = Bits::empty(grid.cols, grid.rows);
+        border.for_each(|x, y| {
+            let i = y * grid.cols + x;
             let cell = &grid.cells[i];
             let own = owner[i];
+            let beside = grid.beside(i);
             // Without a neighbour that fits better it stays where it is.
-            let mut best = (cell.mean_square(&regions[own as usize].plane), own);
-            for other in grid.beside(i).map(|k| owner[k]) {
-                if other != FREE && other != own && other != best.1 {
-                    let misfit = cell.mean_square(&regions[other as usize].plane);
-                    best = if misfit < best.0 {
-                        (misfit, other)
-                    } else {
-                        best
-                    };
+            let square = |region: u16| cell.mean_square(&regions[usize::from(region)].plane);
+            let mut best = (None, own);
+            for other in beside.map(|k| owner[k]) {
+                if other != NONE && other != own && other != best.1 {
+                    let least = *best.0.get_or_insert_with(|| square(own));
+                    let misfit = square(other);
+                    if misfit < least {
+                        best = (Some(misfit), other);
+                    }
                 }
             }
+            let (Some(misfit), to) = best else { return };
             let noise = CellNoise::at(noise, cell.mean());
-            if best.1 == own || best.0 > config.planar(&noise) + config.misfit(&noise) {
-                continue;
+            if to == own || misfit > config.planar(&noise) + config.misfit(&noise) {
+                return;
             }
-            owner[i] = best.1;
-            regions[own as usize].moments.add(cell, -1.0);
-            regions[best.1 as usize].moments.add(cell, 1.0);
-            (changed[own as usize], changed[best.1 as usize]) = (true, true);
-            next.push(i);
-            next.extend(grid.beside(i).iter().filter(|k| owner[**k] != FREE));
-        }
+            owner[i] = to;
+            let (from, to) = (usize::from(own), usize::from(to));
+            regions[from].moments.add(cell, -1.0);
+            regions[to].moments.add(cell, 1.0);
+            (changed[from], changed[to]) = (true, true);
+            next.set(x, y);
+            for k in beside.into_iter().filter(|k| owner[*k] != NONE) {
+                let (x, y) = grid.place(k);
+                next.set(x, y);
+            }
+        });
         if !changed.contains(&true) {
             break;
         }
@@ -78,19 +71,37 @@ pub(super) fn exchange(
         }
         border = next;
     }
-    regions.iter_mut().for_each(|region| region.cells.clear());
-    for (i, &o) in owner.iter().enumerate().filter(|(_, o)| **o != FREE) {
-        regions[o as usize].cells.push(i);
+    // What has no cell left is no region.
+    if regions.iter().any(|region| region.moments.n < 1.0) {
+        let left = |region: &Region| (region.moments.n >= 1.0).then_some(*region);
+        let left = regions.iter().map(left).collect();
+        let own: Vec<u16> = (0..).take(regions.len()).collect();
+        partition.replace(left, &own);
     }
-    regions.retain(|region| !region.cells.is_empty());
-    regions
+}
+
+/// The cells beside another region's.
+fn border(owner: &[u16], cols: usize, rows: usize) -> Bits {
+    let differ = |a: u16, b: u16| (a != b) & (a != NONE) & (b != NONE);
+    let line = |y: usize| &owner[y * cols..][..cols];
+    let right = Bits::new(cols, rows, |y, words| {
+        pack(line(y), &line(y)[1.min(cols)..], words, differ);
+    });
+    let below = Bits::new(cols, rows, |y, words| {
+        if y + 1 < rows {
+            pack(line(y), line(y + 1), words, differ);
+        }
+    });
+    right.any_along(1, 0).or(&below.any_down(1, 0))
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::organised::growth::Grown;
     use crate::organised::image::InverseImage;
+    use crate::organised::moments::Moments;
     use crate::scan::Intrinsics;
     use crate::sensor::Sensor;
 
@@ -114,26 +125,26 @@ mod tests {
             centre: (48.0, 24.0),
         };
         let grid = Grid::new(&image, Vec::new());
-        let region = |columns: std::ops::Range<usize>| {
+        let mut partition = Partition::new(&grid);
+        for columns in [0..16, 16..24] {
             let cells: Vec<usize> = (0..grid.cells.len())
                 .filter(|i| columns.contains(&(i % grid.cols)))
                 .collect();
-            let mut moments = crate::organised::moments::Moments::default();
+            let mut moments = Moments::default();
             cells.iter().for_each(|&i| moments.add(&grid.cells[i], 1.0));
-            Region {
-                moments,
-                plane: moments.plane().unwrap(),
-                cells,
-            }
-        };
+            let plane = moments.plane().unwrap();
+            let region = Region { moments, plane };
+            partition.add(Grown { region, cells });
+        }
         let noise = Sensor::named("xtion").unwrap().noise;
-        let regions = vec![region(0..16), region(16..24)];
-        let exchanged = exchange(&grid, regions, &noise, &GrowthConfig::default());
-        let columns = |r: usize| {
-            let columns = exchanged[r].cells.iter().map(|i| i % grid.cols);
+        exchange(&grid, &mut partition, &noise, &GrowthConfig::default());
+        let columns = |r: u16| {
+            let cells = (0..grid.cells.len()).filter(|i| partition.owner[*i] == r);
+            let columns = cells.map(|i| i % grid.cols);
             (columns.clone().min().unwrap(), columns.max().unwrap())
         };
         assert_eq!((columns(0), columns(1)), ((0, 11), (12, 23)));
-        assert!(exchanged[0].plane.0.x.abs() < 1e-6, "{:?}", exchanged[0]);
+        let first = &partition.regions[0];
+        assert!(first.plane.0.x.abs() < 1e-6, "{first:?}");
     }
 }

@@ -84,25 +84,17 @@ impl GrowthConfig {
     }
 }
 
-/// Cells of one grid that share a plane.
-#[derive(Debug, Clone)]
+/// What is known of cells that share a plane.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Region {
     pub moments: Moments,
     pub plane: InversePlane,
-    /// Indices of the cells in the grid that was grown over.
-    pub cells: Vec<usize>,
 }
 
-/// No region's cell.
-pub(super) const FREE: u32 = u32::MAX;
-
-/// The index of the region that each cell of the grid belongs to, or [`FREE`].
-pub(super) fn owners(grid: &Grid, regions: &[Region]) -> Vec<u32> {
-    let mut owner = vec![FREE; grid.cells.len()];
-    for (region, r) in regions.iter().zip(0..) {
-        region.cells.iter().for_each(|&cell| owner[cell] = r);
-    }
-    owner
+/// A region, and the indices of its cells in the grid that it was grown over.
+pub(super) struct Grown {
+    pub region: Region,
+    pub cells: Vec<usize>,
 }
 
 /// Growth over the cells of a grid.
@@ -158,7 +150,7 @@ impl<'a> Growth<'a> {
     /// with accumulated moments, its plane refitted as it doubles, and is kept if it comes to
     /// `pixels_min`. Every cell belongs to one region at most, in an order that depends on the image
     /// only; those of earlier calls keep theirs.
-    pub fn regions(&mut self, shapes: &[Seed], pixels_min: usize) -> Vec<Region> {
+    pub fn regions(&mut self, shapes: &[Seed], pixels_min: usize) -> Vec<Grown> {
         let mut regions = Vec::new();
         let limit = |i: usize| self.cells[self.index[i] as usize].seed_max;
         for (first, number) in seeds(self.grid, limit, &self.shut, shapes) {
@@ -173,7 +165,7 @@ impl<'a> Growth<'a> {
     }
 
     /// One region from the members that it begins with; gives its cells back if it stays too small.
-    fn one(&mut self, pixels_min: usize) -> Option<Region> {
+    fn one(&mut self, pixels_min: usize) -> Option<Grown> {
         let (grid, shut, members) = (self.grid, &mut self.shut, &mut self.members);
         let (queue, refusing) = (&mut self.queue, &mut self.refusing);
         let fits = |i: usize, plane: &[f32; 3]| self.cells[self.index[i] as usize].fits(plane);
@@ -226,9 +218,8 @@ impl<'a> Growth<'a> {
         });
         let plane = moments.plane();
         match plane {
-            Some(plane) if moments.n >= pixels_min as f64 => Some(Region {
-                moments,
-                plane,
+            Some(plane) if moments.n >= pixels_min as f64 => Some(Grown {
+                region: Region { moments, plane },
                 cells: members.clone(),
             }),
             _ => {

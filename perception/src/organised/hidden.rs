@@ -3,11 +3,14 @@
 //! A floor goes on behind a ramp that stands on it, a wall behind a table. Regions apart are one
 //! plane where one explains both and what is seen between them is in front of it.
 
+use super::bits::Bits;
 use super::cell::CellNoise;
 use super::growth::Region;
 use super::image::Grid;
 use super::merge::MergeConfig;
 use super::moments::InversePlane;
+use super::partition::Partition;
+use super::words::Ones;
 use crate::sensor::Noise;
 
 /// Cells that are nearer than the plane by √((3σ)² + (2κw)²) hide it.
@@ -18,16 +21,12 @@ const HIDDEN_RATIO: f64 = 0.7;
 /// Regions smaller than this tell too little of their plane, px.
 const PIXELS_MIN: f64 = 250.0;
 
-/// Merges regions (cells on the grid) that do not touch, the best pair first, where both keep a
+/// Merges regions (of cells of the grid) that do not touch, the best pair first, where both keep a
 /// misfit below that of `config` for hidden gaps and most rows and columns that hold both have the
 /// plane hidden between them.
-pub(super) fn merge(
-    grid: &Grid,
-    regions: Vec<Region>,
-    noise: &Noise,
-    config: &MergeConfig,
-) -> Vec<Region> {
-    let mut regions: Vec<Option<Region>> = regions.into_iter().map(Some).collect();
+pub(super) fn merge(grid: &Grid, partition: &mut Partition, noise: &Noise, config: &MergeConfig) {
+    let mut regions: Vec<Option<Region>> = partition.regions.iter().copied().map(Some).collect();
+    let mut into: Vec<u16> = (0..).take(regions.len()).collect();
     // Where those of them end that were asked for.
     let mut ends: Vec<Option<Ends>> = regions.iter().map(|_| None).collect();
     let of_pair = |regions: &[Option<Region>], (i, j): (usize, usize)| {
@@ -40,19 +39,19 @@ pub(super) fn merge(
     while let Some(best) = (0..pairs.len()).min_by(|a, b| pairs[*a].0.total_cmp(&pairs[*b].0)) {
         let (_, plane, (i, j)) = pairs.remove(best);
         for k in [i, j] {
-            if let (None, Some(region)) = (&ends[k], &regions[k]) {
-                ends[k] = Some(Ends::new(grid, region));
-            }
+            ends[k].get_or_insert_with(|| Ends::new(grid, &partition.owner, k as u16));
         }
         let both = ends[i].as_ref().zip(ends[j].as_ref());
         if !both.is_some_and(|(a, b)| is_hidden(grid, [a, b], &plane, noise)) {
             // Not for what lies between them; merging others does not change that.
             continue;
         }
-        ends[i] = None;
+        into[j] = i as u16;
+        if let (Some(gone), Some(kept)) = (ends[j].take(), ends[i].as_mut()) {
+            kept.add(&gone);
+        }
         if let (Some(gone), Some(kept)) = (regions[j].take(), regions[i].as_mut()) {
             kept.moments.add(&gone.moments, 1.0);
-            kept.cells.extend(gone.cells);
             kept.plane = plane;
         }
         // Region i is another one now.
@@ -60,7 +59,7 @@ pub(super) fn merge(
         let others = (0..regions.len()).filter(|k| *k != i);
         pairs.extend(others.filter_map(|k| of_pair(&regions, (i.min(k), i.max(k)))));
     }
-    regions.into_iter().flatten().collect()
+    partition.replace(regions, &into);
 }
 
 /// The larger misfit to the joint plane in units of its limit, and that plane.
@@ -88,18 +87,41 @@ fn misfit(
 struct Ends([Vec<(u32, u32)>; 2]);
 
 impl Ends {
-    fn new(grid: &Grid, region: &Region) -> Self {
-        let mut rows = vec![(u32::MAX, 0); grid.rows];
-        let mut cols = vec![(u32::MAX, 0); grid.cols];
-        let widen = |ends: &mut (u32, u32), k: usize| {
-            *ends = (ends.0.min(k as u32), ends.1.max(k as u32));
-        };
-        for &cell in &region.cells {
-            let (x, y) = grid.place(cell);
-            widen(&mut rows[y], x);
-            widen(&mut cols[x], y);
+    fn new(grid: &Grid, owner: &[u16], region: u16) -> Self {
+        let none = (u32::MAX, 0);
+        let mut rows = vec![none; grid.rows];
+        let mut cols = vec![none; grid.cols];
+        let cells = Bits::of(owner, grid.cols, |o| o == region);
+        for (y, ends) in rows.iter_mut().enumerate() {
+            let words = (0..).zip(cells.row(y)).filter(|(_, word)| **word != 0);
+            for (i, word) in words {
+                let (first, last) = (word.trailing_zeros(), 63 - word.leading_zeros());
+                *ends = (ends.0.min(64 * i + first), 64 * i + last);
+            }
         }
+        first(&cells, 0..grid.rows, |x, y| cols[x].0 = y as u32);
+        first(&cells, (0..grid.rows).rev(), |x, y| cols[x].1 = y as u32);
         Self([rows, cols])
+    }
+
+    /// Those of both regions.
+    fn add(&mut self, other: &Self) {
+        let own = self.0.iter_mut().flatten();
+        for (a, b) in own.zip(other.0.iter().flatten()) {
+            *a = (a.0.min(b.0), a.1.max(b.1));
+        }
+    }
+}
+
+/// Calls `with` for the first cell of each column, and its row, when the rows are taken in this order.
+fn first(cells: &Bits, rows: impl Iterator<Item = usize>, mut with: impl FnMut(usize, usize)) {
+    // Columns without one in the rows so far.
+    let mut open = vec![!0; cells.width.div_ceil(64)];
+    for y in rows {
+        for (i, (open, word)) in open.iter_mut().zip(cells.row(y)).enumerate() {
+            Ones(*open & word).for_each(|bit| with(64 * i + bit, y));
+            *open &= !word;
+        }
     }
 }
 

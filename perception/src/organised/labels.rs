@@ -32,21 +32,16 @@ pub(super) struct CellLabels(pub Vec<u16>);
 
 /// The index of the region, or [`NONE`], for every pixel and for every small cell.
 ///
-/// The pixels of a cell may go to the planes of the cell and of the eight cells around it, to the
+/// `cells` has the region of each small cell. The pixels of a cell may go to the planes of the cell and of the eight cells around it, to the
 /// nearest one; cells that went to no plane so far are reached ring by ring.
 pub(super) fn label(
     image: &InverseImage,
     grid: &Grid,
     regions: &[Region],
+    mut cells: Vec<u16>,
     noise: &Noise,
 ) -> (Vec<u16>, CellLabels) {
     let (cols, rows) = (grid.cols, grid.rows);
-    let mut cells = vec![NONE; cols * rows];
-    for (r, region) in regions.iter().enumerate() {
-        for &cell in &region.cells {
-            cells[cell] = r as u16;
-        }
-    }
     let mut painter = Painter::new(image, grid, regions, noise);
     // The cells that had a region, those that no plane was tried in, and those that have a region
     // since the last ring.

@@ -1,13 +1,13 @@
 //! Merging of neighbouring regions that one plane explains.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
+use super::borders::{Border, Sums, borders};
 use super::cell::CellNoise;
-use super::growth::{FREE, Region, owners};
+use super::growth::Region;
 use super::image::Grid;
 use super::moments::Moments;
+use super::partition::Partition;
 use crate::Error;
 use crate::error::within;
 use crate::sensor::Noise;
@@ -57,107 +57,75 @@ impl MergeConfig {
     }
 }
 
-/// The common borders of regions (smaller index first).
-type Borders = BTreeMap<(usize, usize), Border>;
-
-/// Sums over the pairs of neighbouring cells of two regions, one of each: all that the step of a
-/// plane's residuals across their border needs.
-#[derive(Debug, Clone, Copy, Default)]
-struct Border {
-    pairs: f64,
-    /// Differences of the cells' mean u, v and w, first region less second.
-    u: f64,
-    v: f64,
-    w: f64,
-    /// Mean w of both.
-    level: f64,
+/// Two regions with a common border, the one with the smaller index first.
+struct Pair {
+    regions: (u16, u16),
+    border: Border,
+    /// Misfit in units of its limit; none where that is above it.
+    score: Option<f64>,
 }
 
-impl Border {
-    fn push(&mut self, a: &Moments, b: &Moments) {
-        self.pairs += 1.0;
-        let (of_a, of_b) = (1.0 / a.n, 1.0 / b.n);
-        self.u += a.u * of_a - b.u * of_b;
-        self.v += a.v * of_a - b.v * of_b;
-        let (of_a, of_b) = (a.w * of_a, b.w * of_b);
-        self.w += of_a - of_b;
-        self.level += 0.5 * (of_a + of_b);
-    }
-
-    /// Adds another, `sign` −1 when its regions are the other way around.
-    fn add(&mut self, other: &Self, sign: f64) {
-        self.pairs += other.pairs;
-        self.u += sign * other.u;
-        self.v += sign * other.v;
-        self.w += sign * other.w;
-        self.level += other.level;
+impl Pair {
+    fn has(&self, region: u16) -> bool {
+        self.regions.0 == region || self.regions.1 == region
     }
 }
 
-/// Merges regions (cells on the small grid) that lie within three cells of each other, the best
+/// Merges regions (of cells of the small grid) that lie within three cells of each other, the best
 /// pair first, only where *both* keep a small misfit under the joint plane and the surface does
 /// not step at their border.
-pub(super) fn merge(
-    grid: &Grid,
-    regions: Vec<Region>,
-    noise: &Noise,
-    config: &MergeConfig,
-) -> Vec<Region> {
-    let mut borders = borders(grid, &regions);
-    let mut regions: Vec<Option<Region>> = regions.into_iter().map(Some).collect();
-    // Misfit of every pair in units of its limit; only pairs that a merge touches change.
-    let pixels = (grid.size * grid.size) as f64;
-    let score = |regions: &[Option<Region>], (i, j): (usize, usize), border: &Border| {
-        let (a, b) = (regions[i].as_ref()?, regions[j].as_ref()?);
-        misfit(a, b, border, pixels, noise, config)
+pub(super) fn merge(grid: &Grid, partition: &mut Partition, noise: &Noise, config: &MergeConfig) {
+    let mut regions: Vec<Option<Region>> = partition.regions.iter().copied().map(Some).collect();
+    let score = |regions: &[Option<Region>], (i, j): (u16, u16), border: &Border| {
+        let of = |k: u16| regions[usize::from(k)].as_ref();
+        misfit(of(i)?, of(j)?, border, grid, noise, config)
     };
-    let mut scores: BTreeMap<(usize, usize), f64> = borders
-        .iter()
-        .filter_map(|(&pair, border)| Some((pair, score(&regions, pair, border)?)))
-        .collect();
+    let borders = borders(grid, partition).into_iter();
+    let scored = |(pair, border)| Pair {
+        regions: pair,
+        score: score(&regions, pair, &border),
+        border,
+    };
+    let mut pairs: Vec<Pair> = borders.map(scored).collect();
+    let mut into: Vec<u16> = (0..).take(regions.len()).collect();
     loop {
-        let best = scores
-            .iter()
-            .min_by(|a, b| a.1.total_cmp(b.1))
-            .filter(|(_, s)| **s <= 1.0);
-        let Some((&(i, j), _)) = best else { break };
-        let gone = regions[j].take();
-        if let (Some(kept), Some(gone)) = (regions[i].as_mut(), gone) {
+        let scores = pairs.iter().filter_map(|p| Some((p.score?, p.regions)));
+        let best = scores.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let Some((_, (i, j))) = best else { break };
+        into[usize::from(j)] = i;
+        let gone = regions[usize::from(j)].take();
+        if let (Some(kept), Some(gone)) = (regions[usize::from(i)].as_mut(), gone) {
             kept.moments.add(&gone.moments, 1.0);
-            kept.cells.extend(gone.cells);
             kept.plane = kept.moments.plane().unwrap_or(kept.plane);
         }
-        // Borders of j become borders of i; the scores of i's are stale.
-        borders.remove(&(i, j));
-        let of_j: Vec<_> = borders
-            .keys()
-            .copied()
-            .filter(|p| p.0 == j || p.1 == j)
-            .collect();
-        for pair in of_j {
-            let other = if pair.0 == j { pair.1 } else { pair.0 };
-            let swap = (pair.0 == j) != (i < other);
-            let moved = borders.remove(&pair).unwrap_or_default();
-            let entry = borders.entry((i.min(other), i.max(other))).or_default();
-            entry.add(&moved, if swap { -1.0 } else { 1.0 });
-        }
-        scores.retain(|p, _| p.0 != i && p.1 != i && p.0 != j && p.1 != j);
-        for (&pair, border) in borders.iter().filter(|(p, _)| p.0 == i || p.1 == i) {
-            if let Some(s) = score(&regions, pair, border) {
-                scores.insert(pair, s);
+        // Borders of j become borders of i; only the scores of i's change.
+        pairs.retain(|pair| pair.regions != (i, j));
+        for mut pair in pairs.extract_if(.., |pair| pair.has(j)).collect::<Vec<_>>() {
+            let (first, second) = pair.regions;
+            let other = if first == j { second } else { first };
+            if (first == j) != (i < other) {
+                pair.border.iter_mut().for_each(|cells| cells.reverse());
+            }
+            pair.regions = (i.min(other), i.max(other));
+            match pairs.iter_mut().find(|known| known.regions == pair.regions) {
+                Some(known) => known.border.append(&mut pair.border),
+                None => pairs.push(pair),
             }
         }
+        for pair in pairs.iter_mut().filter(|pair| pair.has(i)) {
+            pair.score = score(&regions, pair.regions, &pair.border);
+        }
     }
-    regions.into_iter().flatten().collect()
+    partition.replace(regions, &into);
 }
 
 /// Largest of both misfits to the joint plane and the step at the border, each in units of its
-/// limit. `pixels` are those of a cell.
+/// limit; `None` where it is above that, or no plane is the plane of both.
 fn misfit(
     a: &Region,
     b: &Region,
     border: &Border,
-    pixels: f64,
+    grid: &Grid,
     noise: &Noise,
     config: &MergeConfig,
 ) -> Option<f64> {
@@ -182,85 +150,24 @@ fn misfit(
         )
     };
     let (of_a, of_b) = (one(a), one(b));
+    let worst = of_a.1.max(of_b.1);
+    if worst > 1.0 {
+        return None;
+    }
     // Mean difference of the residuals of the cells on either side of the border. The joint plane
     // of two patches of a size lies a quarter of the step between them off each, in the mean: what
     // is far more is an error of the cells there, at the edge of what hides the rest.
-    let count = border.pairs.max(1.0);
+    let border = Sums::new(grid, border)?;
+    let count = border.pairs;
     let step = (border.w - plane.0.x * border.u - plane.0.y * border.v) / count;
     let step = step.abs().min(STEP_OF_MISFIT * of_a.0.max(of_b.0));
     let alike = 4.0 * std::f64::consts::PI * noise.correlation_px.powi(2);
+    let pixels = (grid.size * grid.size) as f64;
     let sigmas = 2.0 * (alike / (count * pixels)).min(1.0).sqrt();
     let limit = CellNoise::at(noise, border.level / count).square(sigmas, config.step_systematics);
-    Some(of_a.1.max(of_b.1).max(step / limit.sqrt()))
+    let score = worst.max(step / limit.sqrt());
+    (score <= 1.0).then_some(score)
 }
 
 /// A step is at most this many times the larger misfit.
 const STEP_OF_MISFIT: f64 = 5.0;
-
-/// The common borders of all regions: pairs of their cells that are at most three apart with no
-/// cell of another region between.
-fn borders(grid: &Grid, regions: &[Region]) -> Borders {
-    let owner = owners(grid, regions);
-    // Of each region, those with the regions after it.
-    let mut found: Vec<Vec<(u32, Border)>> = vec![Vec::new(); regions.len()];
-    let (cols, rows) = (grid.cols, grid.rows);
-    // Of a row, the cells with no other region on the right, below, and below on the right and left.
-    let mut inside = vec![false; cols];
-    for y in 0..rows {
-        let (here, below) = owner[y * cols..].split_at(cols);
-        inside_of(here, below.get(..cols).unwrap_or_default(), &mut inside);
-        let outer = (0..cols).filter(|&x| here[x] != FREE && !inside[x]);
-        for x in outer {
-            let (a, i) = (here[x], y * cols + x);
-            let (right, down) = (cols - 1 - x, rows - 1 - y);
-            // To the right, down, and down to the right and left: how far the grid goes, and the step.
-            let ways = [
-                (right, 1),
-                (down, cols),
-                (right.min(down), cols + 1),
-                (x.min(down), cols - 1),
-            ];
-            for &(most, step) in &ways {
-                // The first cell of any region, if that is another one.
-                let mut ahead = (1..most.min(3) + 1).map(|k| i + k * step);
-                let Some(j) = ahead.find(|&j| owner[j] != FREE) else {
-                    continue;
-                };
-                let b = owner[j];
-                if b == a {
-                    continue;
-                }
-                let (first, second) = if a < b { (i, j) } else { (j, i) };
-                let (first, second) = (&grid.cells[first], &grid.cells[second]);
-                if first.n > 0.0 && second.n > 0.0 {
-                    let (low, high) = (a.min(b) as usize, a.max(b));
-                    let known = found[low].iter().position(|(other, _)| *other == high);
-                    let k = known.unwrap_or_else(|| {
-                        found[low].push((high, Border::default()));
-                        found[low].len() - 1
-                    });
-                    found[low][k].1.push(first, second);
-                }
-            }
-        }
-    }
-    let pairs = found.into_iter().enumerate().flat_map(|(low, others)| {
-        let pair = move |(high, border): (u32, Border)| ((low, high as usize), border);
-        others.into_iter().map(pair)
-    });
-    pairs.collect()
-}
-
-/// Whether each cell is as those to the right, down, and down to the right and left.
-fn inside_of(here: &[u32], below: &[u32], inside: &mut [bool]) {
-    inside.fill(false);
-    let Some(n) = here.len().checked_sub(2).filter(|_| !below.is_empty()) else {
-        return;
-    };
-    let (left, down, other) = (&below[..n], &below[1..=n], &below[2..]);
-    let (here, right, inside) = (&here[1..=n], &here[2..], &mut inside[1..=n]);
-    for i in 0..n {
-        let differs = (right[i] ^ here[i]) | (left[i] ^ here[i]);
-        inside[i] = differs | (down[i] ^ here[i]) | (other[i] ^ here[i]) == 0;
-    }
-}

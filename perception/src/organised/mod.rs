@@ -6,6 +6,7 @@
 
 mod beyond;
 mod bits;
+mod borders;
 mod boundary;
 mod cell;
 mod chart;
@@ -26,6 +27,7 @@ mod moments;
 mod narrow;
 mod near;
 mod outline;
+mod partition;
 mod parts;
 mod plane;
 mod seed;
@@ -52,10 +54,11 @@ use crate::scan::DepthImage;
 use crate::sensor::Noise;
 use cuts::Cuts;
 use face::Face;
-use growth::{FREE, Growth, Region, owners};
+use growth::Growth;
 use image::{Grid, InverseImage};
 use moments::Moments;
 use outline::Piece;
+use partition::Partition;
 use seed::Seed;
 
 /// Parameters of the organised path, a table a step.
@@ -121,26 +124,28 @@ pub(crate) fn extract(
     let large = small.coarser(room.large);
     let least = config.growth.pixels_min;
     let grown = Growth::new(&large, |_| true, noise, &config.growth).regions(&[Seed::BLOCK], least);
-    let regions = grown.into_iter().map(|r| refined(&large, &small, r));
-    let regions = regions.collect();
-    let mut regions = merge::merge(&small, regions, noise, &config.merge);
+    let mut partition = Partition::new(&small);
+    let grown = grown.into_iter();
+    grown.for_each(|grown| partition.add_large(grown, &large, &small));
+    merge::merge(&small, &mut partition, noise, &config.merge);
 
     // 3. A second pass over the small cells that are left, then narrow faces; merge again, and
     // move the borders between regions to where the planes are.
-    let owner = owners(&small, &regions);
-    let mut growth = Growth::new(&small, |i| owner[i] == FREE, noise, &config.growth);
-    regions.extend(growth.regions(&[Seed::BLOCK], least));
-    regions.extend(narrow::found(&mut growth, &regions, noise));
-    let regions = merge::merge(&small, regions, noise, &config.merge);
-    let regions = exchange::exchange(&small, regions, noise, &config.growth);
+    let free = |i: usize| partition.owner[i] == labels::NONE;
+    let mut growth = Growth::new(&small, free, noise, &config.growth);
+    let grown = growth.regions(&[Seed::BLOCK], least).into_iter();
+    grown.for_each(|grown| partition.add(grown));
+    let grown = narrow::found(&mut growth, &partition, noise).into_iter();
+    grown.for_each(|grown| partition.add(grown));
+    merge::merge(&small, &mut partition, noise, &config.merge);
+    exchange::exchange(&small, &mut partition, noise, &config.growth);
 
     // 4. One plane for what goes on behind something nearer.
-    let mut regions = hidden::merge(&small, regions, noise, &config.merge);
-    // Labels are 16 bits: of more planes (an image of many megapixels) the first are kept.
-    regions.truncate(usize::from(labels::NONE));
+    hidden::merge(&small, &mut partition, noise, &config.merge);
 
     // 5. Every pixel to the nearest of the planes around it; gaps closed.
-    let (mut labels, cells) = labels::label(&image, &small, &regions, noise);
+    let Partition { regions, owner } = partition;
+    let (mut labels, cells) = labels::label(&image, &small, &regions, owner, noise);
     let mask = &config.mask;
     let (none, unmeasured) = mask::close(&image, &regions, &mut labels, noise, mask.gap_px);
 
@@ -228,16 +233,4 @@ pub(crate) fn extract(
         statistics,
         segmentation: Some(segmentation),
     }
-}
-
-/// A region's cells on the grid that is twice as fine.
-fn refined(large: &Grid, small: &Grid, region: Region) -> Region {
-    let mut cells = Vec::with_capacity(4 * region.cells.len());
-    for &i in &region.cells {
-        let (x, y) = large.place(i);
-        let corner = 2 * y * small.cols + 2 * x;
-        let below = corner + small.cols;
-        cells.extend_from_slice(&[corner, corner + 1, below, below + 1]);
-    }
-    Region { cells, ..region }
 }

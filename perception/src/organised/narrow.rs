@@ -1,7 +1,8 @@
 //! Faces that are narrower than a block of cells: legs, rails, bars.
 
-use super::growth::{FREE, Growth, Region, owners};
-use super::labels::limit;
+use super::growth::{Grown, Growth};
+use super::labels::{NONE, limit};
+use super::partition::Partition;
 use super::seed::Seed;
 use crate::sensor::Noise;
 
@@ -9,7 +10,7 @@ use crate::sensor::Noise;
 ///
 /// A narrow face beside a larger one, the front of a board, say, cannot be told from the noise of
 /// that one's edge: what the plane beside it may claim as well is no face of its own.
-pub(super) fn found(growth: &mut Growth, known: &[Region], noise: &Noise) -> Vec<Region> {
+pub(super) fn found(growth: &mut Growth, known: &Partition, noise: &Noise) -> Vec<Grown> {
     let (grid, length) = (growth.grid, growth.config.strip_cells);
     let along = Seed {
         cols: length,
@@ -20,13 +21,12 @@ pub(super) fn found(growth: &mut Growth, known: &[Region], noise: &Noise) -> Vec
         rows: length,
     };
     let mut narrow = growth.regions(&[along, down], growth.config.strip_pixels_min);
-    let owner = owners(grid, known);
     let claimed = |&cell: &usize| {
         let moments = &grid.cells[cell];
         let limit = limit(moments, noise);
-        let beside = grid.beside(cell).map(|k| owner[k]);
-        let mut beside = beside.iter().filter(|o| **o != FREE);
-        beside.any(|o| moments.mean_square(&known[*o as usize].plane) < limit)
+        let beside = grid.beside(cell).map(|k| known.owner[k]);
+        let mut beside = beside.iter().filter(|o| **o != NONE);
+        beside.any(|o| moments.mean_square(&known.regions[usize::from(*o)].plane) < limit)
     };
     narrow.retain(|region| {
         let count = region.cells.iter().filter(|cell| claimed(cell)).count();
@@ -63,9 +63,14 @@ mod tests {
         let config = GrowthConfig::default();
         let grid = Grid::new(&InverseImage::new(&depth, 10.0, Vec::new()).0, Vec::new());
         let mut growth = Growth::new(&grid, |_| true, &noise, &config);
+        let mut known = Partition::new(&grid);
         let blocks = growth.regions(&[Seed::BLOCK], config.pixels_min);
-        let narrow = found(&mut growth, &blocks, &noise);
-        (blocks.len(), blocks.len() + narrow.len())
+        blocks.into_iter().for_each(|block| known.add(block));
+        let (blocks, narrow) = (
+            known.regions.len(),
+            found(&mut growth, &known, &noise).len(),
+        );
+        (blocks, blocks + narrow)
     }
 
     #[test]
