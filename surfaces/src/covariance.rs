@@ -118,17 +118,12 @@ pub fn edge_insets_m(surface: &Surface, view: &EdgeView) -> Result<Vec<f64>, Err
     // What each edge lacks of the parts of the outline that bound the polygon there, and their lengths.
     let mut parts: Vec<(usize, f64, f64)> = Vec::with_capacity(2 * seen.len());
     let half_planes = surface.polygon.half_planes();
-    for (number, ring) in surface.outline.iter().enumerate() {
-        let inside = view.inside_rad.get(number);
-        for (i, (a, b)) in edge::ring_edges(ring).enumerate() {
-            if let Some(found) = edge::bound_by(&half_planes, &a, &b, reach_m) {
-                let inside = inside.and_then(|ring| ring.get(i)).copied().unwrap_or(0.0);
-                let kind = surface.outline_edge(number, i);
-                let lack = seen[found.edge].lack_m(view, kind, inside) - found.gap_m;
-                parts.push((found.edge, lack, found.length_m));
-            }
-        }
-    }
+    edge::for_bounds(&half_planes, &surface.outline, reach_m, |ring, k, found| {
+        let inside = view.inside_rad.get(ring).and_then(|ring| ring.get(k));
+        let kind = surface.outline_edge(ring, k);
+        let lack = seen[found.edge].lack_m(view, kind, inside.copied().unwrap_or(0.0));
+        parts.push((found.edge, lack - found.gap_m, found.length_m));
+    });
     if surface.outline.is_empty() {
         for (i, edge) in seen.iter().enumerate() {
             let kind = surface.polygon_edges.get(i).copied().unwrap_or_default();

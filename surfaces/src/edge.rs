@@ -87,41 +87,75 @@ pub fn bound(
     reach_m: f64,
 ) -> Option<Bound> {
     bound_by(&polygon.half_planes(), a, b, reach_m)
+        .ok()
+        .flatten()
 }
 
-/// [`bound`] of the polygon with these half planes ([`ConvexPolygon::half_planes`]).
-pub(crate) fn bound_by(
+/// [`bound`] of each edge of the rings that bounds the polygon with these half planes
+/// ([`ConvexPolygon::half_planes`]), with the indices of its ring and in it.
+pub(crate) fn for_bounds(
     half_planes: &[HalfPlane],
+    rings: &[Vec<[f64; 2]>],
+    reach_m: f64,
+    mut found: impl FnMut(usize, usize, Bound),
+) {
+    for (number, ring) in rings.iter().enumerate() {
+        // Most edges are beyond a half plane, mostly the one beyond which the edge before is.
+        let mut last = None;
+        for (k, (a, b)) in ring_edges(ring).enumerate() {
+            if last.is_some_and(|h: &HalfPlane| h.value(&a) > reach_m && h.value(&b) > reach_m) {
+                continue;
+            }
+            match bound_by(half_planes, &a, &b, reach_m) {
+                Ok(bound) => {
+                    last = None;
+                    if let Some(bound) = bound {
+                        found(number, k, bound);
+                    }
+                }
+                Err(beyond) => last = Some(beyond),
+            }
+        }
+    }
+}
+
+/// [`bound`] of the polygon with these half planes; the half plane beyond which the edge is, if it is
+/// wholly beyond one.
+fn bound_by<'a>(
+    half_planes: &'a [HalfPlane],
     a: &Point2<f64>,
     b: &Point2<f64>,
     reach_m: f64,
-) -> Option<Bound> {
+) -> Result<Option<Bound>, &'a HalfPlane> {
     // The part of the edge in the piece widened by the reach.
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     for h in half_planes {
         let (va, vb) = (h.value(a) - reach_m, h.value(b) - reach_m);
         match (va > 0.0, vb > 0.0) {
-            (true, true) => return None,
+            (true, true) => return Err(h),
             (true, false) => from = from.max(va / (va - vb)),
             (false, true) => to = to.min(va / (va - vb)),
             (false, false) => {}
         }
     }
     if from > to {
-        return None;
+        return Ok(None);
     }
     let (near, far) = (a + (b - a) * from, a + (b - a) * to);
-    let gap = |h: &HalfPlane| h.value(&near).min(h.value(&far));
-    let (gap_m, edge) = half_planes
-        .iter()
-        .enumerate()
-        .map(|(l, h)| (gap(h), l))
-        .reduce(|best, next| if next.0 > best.0 { next } else { best })?;
-    Some(Bound {
+    let mut best = None;
+    let mut most = f64::NEG_INFINITY;
+    for (edge, h) in half_planes.iter().enumerate() {
+        let (u, v) = (h.value(&near), h.value(&far));
+        let gap_m = if v < u { v } else { u };
+        if gap_m > most {
+            (best, most) = (Some(edge), gap_m);
+        }
+    }
+    Ok(best.map(|edge| Bound {
         edge,
-        gap_m,
+        gap_m: most,
         length_m: (far - near).norm(),
-    })
+    }))
 }
 
 /// The kinds of a piece's edges, by those of the outline's edges along which they lie.
@@ -136,18 +170,11 @@ pub fn kinds_of(
 ) -> Vec<EdgeKind> {
     let half_planes = polygon.half_planes();
     let mut along = Vec::with_capacity(2 * half_planes.len());
-    for (number, ring) in rings.iter().enumerate() {
-        for (k, (a, b)) in ring_edges(ring).enumerate() {
-            let kind = kinds.get(number).and_then(|kinds| kinds.get(k));
-            if let Some(found) = bound_by(&half_planes, &a, &b, ALONG_M) {
-                along.push((
-                    found.edge,
-                    kind.copied().unwrap_or_default(),
-                    found.length_m,
-                ));
-            }
-        }
-    }
+    for_bounds(&half_planes, rings, ALONG_M, |ring, k, found| {
+        let kind = kinds.get(ring).and_then(|kinds| kinds.get(k));
+        let kind = kind.copied().unwrap_or_default();
+        along.push((found.edge, kind, found.length_m));
+    });
     let of_edge = |(l, length_m): (usize, f64)| {
         let parts = along.iter().filter(|(edge, ..)| *edge == l);
         let length: f64 = parts.clone().map(|(.., length)| length).sum();
@@ -227,6 +254,28 @@ mod tests {
     }
 
     proptest! {
+        /// Edges are left out for the one before them: none that bounds the polygon.
+        #[test]
+        fn all_edges_of_rings_that_bound_a_piece_are_found(
+            piece in polygons(), a in polygons(), b in polygons(), reach in 0.01..0.5,
+        ) {
+            let both = Outline::from_polygon(&a).union(&Outline::from_polygon(&b));
+            for part in both.parts() {
+                let rings = part.rings();
+                let mut expected = Vec::new();
+                for (number, ring) in rings.iter().enumerate() {
+                    for (k, (p, q)) in ring_edges(ring).enumerate() {
+                        expected.extend(bound(&piece, &p, &q, reach).map(|b| (number, k, b)));
+                    }
+                }
+                let mut found = Vec::new();
+                for_bounds(&piece.half_planes(), &rings, reach, |number, k, bound| {
+                    found.push((number, k, bound));
+                });
+                prop_assert_eq!(found, expected);
+            }
+        }
+
         /// A piece moved back by what an edge lacks of a distance keeps that distance from it.
         #[test]
         fn an_edge_moved_by_what_it_lacks_keeps_the_distance(
