@@ -59,7 +59,7 @@ impl<'a> Ends<'a> {
 
     /// Follows the boundary from the left end of a run; marks the left ends passed in `seen`.
     fn trace(&self, start: usize, seen: &mut [bool]) -> Vec<Point2<f64>> {
-        let mut path = Path::default();
+        let mut path = Path::new(self.runs[start].1, self.runs[start].0, 2 * self.rows.len());
         let mut end = End::Left(start);
         loop {
             end = match end {
@@ -137,28 +137,41 @@ impl<'a> Ends<'a> {
 }
 
 /// The pixels of a ring.
-#[derive(Default)]
 struct Path {
     points: Vec<Point2<f64>>,
     last: (i32, i32),
-    /// The direction of the last step.
-    way: (i32, i32),
+    /// The direction of the last step, none before the first.
+    way: i32,
 }
 
 impl Path {
+    /// From a pixel, with room for so many.
+    fn new(u: u32, v: u32, room: usize) -> Self {
+        let mut points = Vec::with_capacity(room);
+        points.push(Point2::new(u.into(), v.into()));
+        Self {
+            points,
+            last: (u as i32, v as i32),
+            way: 0,
+        }
+    }
+
     /// Goes on to a pixel, straight or to one beside it.
+    #[inline]
     fn to(&mut self, u: u32, v: u32) {
         let (u, v) = (u as i32, v as i32);
-        let way = ((u - self.last.0).signum(), (v - self.last.1).signum());
-        if way == (0, 0) && !self.points.is_empty() {
+        // One number for each of the eight directions.
+        let way = (u - self.last.0).signum() + 3 * (v - self.last.1).signum();
+        if way == 0 {
             return;
         }
+        let point = Point2::new(u.into(), v.into());
         // Of pixels in a row the last one stands for those between.
-        if way == self.way && self.points.len() > 1 {
-            self.points.pop();
+        match self.points.last_mut() {
+            Some(last) if way == self.way => *last = point,
+            _ => self.points.push(point),
         }
-        self.points.push(Point2::new(u.into(), v.into()));
-        self.way = if self.points.len() > 1 { way } else { (0, 0) };
+        self.way = way;
         self.last = (u, v);
     }
 

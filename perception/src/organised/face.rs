@@ -16,7 +16,7 @@ pub(super) struct Face {
 ///
 /// Runs of adjacent rows that overlap in a column are joined (union–find).
 pub(super) fn faces(labels: &[u16], sure: &Bits, cuts: &Cuts) -> Vec<Face> {
-    let mut runs: Vec<(u32, u32, u32, u16)> = Vec::new();
+    let mut runs: Vec<(u32, u32, u32, u16)> = Vec::with_capacity(8 * sure.height);
     cuts.for_runs(sure, |v, a, b| {
         let label = labels[v * sure.width + a];
         runs.push((v as u32, a as u32, b as u32, label));
@@ -38,16 +38,20 @@ pub(super) fn faces(labels: &[u16], sure: &Bits, cuts: &Cuts) -> Vec<Face> {
             }
         }
     }
-    let mut index = vec![usize::MAX; runs.len()];
+    // The parents of all are before them: from the first on, each run's is its root.
+    let mut counts = vec![0; runs.len()];
+    for k in 0..runs.len() {
+        parent[k] = parent[parent[k]];
+        counts[parent[k]] += 1;
+    }
     let mut faces: Vec<Face> = Vec::new();
+    let mut index = vec![0; runs.len()];
     for (k, &(v, a, b, label)) in runs.iter().enumerate() {
-        let r = root(&mut parent, k);
-        if index[r] == usize::MAX {
+        let r = parent[k];
+        if r == k {
             index[r] = faces.len();
-            faces.push(Face {
-                label,
-                runs: Vec::new(),
-            });
+            let runs = Vec::with_capacity(counts[r]);
+            faces.push(Face { label, runs });
         }
         faces[index[r]].runs.push((v, a, b));
     }

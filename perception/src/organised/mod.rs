@@ -178,23 +178,22 @@ pub(crate) fn extract(
 
     // 9. Frames to the world, last; ids by falling area.
     found.sort_by(|a, b| b.polygon.area().total_cmp(&a.polygon.area()));
-    let shared = |label: u16| found.iter().filter(|p| p.label == label).count() > 1;
+    let plane_of_surface: Vec<u16> = found.iter().map(|p| p.label).collect();
     let mut surfaces = Vec::with_capacity(found.len());
-    for (i, piece) in found.iter().enumerate() {
-        let Some(plane) = planes
-            .get(usize::from(piece.label))
-            .and_then(Option::as_ref)
-        else {
+    for (i, piece) in found.into_iter().enumerate() {
+        let label = usize::from(piece.label);
+        let Some(plane) = planes.get(label).and_then(Option::as_ref) else {
             continue;
         };
+        let of_plane = plane_of_surface.iter().filter(|l| **l == piece.label);
         let mut surface = Surface {
-            outline: piece.outline.clone(),
+            outline: piece.outline,
             inliers: plane.inliers,
             rms_m: plane.rms_m,
             plane_covariance: piece.covariance,
             source: Source::Scan,
-            face: shared(piece.label).then(|| format!("f{}", piece.label)),
-            ..Surface::new(format!("s{i}"), X_WV * piece.X_VS, piece.polygon.clone())
+            face: (of_plane.count() > 1).then(|| format!("f{label}")),
+            ..Surface::new(format!("s{i}"), X_WV * piece.X_VS, piece.polygon)
         };
         surface.set_outline_edges(piece.edges.kinds.clone());
         let pixel_rad = 1.0 / image.intrinsics.fx;
@@ -216,7 +215,7 @@ pub(crate) fn extract(
         width: image.width,
         height: image.height,
         labels,
-        plane_of_surface: found.iter().map(|p| p.label).collect(),
+        plane_of_surface,
         planes_V: planes
             .iter()
             .map(|p| p.map(|p| (-p.normal, p.distance)))

@@ -1,5 +1,7 @@
 //! A face → its outline with holes and the convex polygons that cover it.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Point2, Rotation2, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use surfaces::ConvexPolygon;
@@ -73,7 +75,7 @@ pub(super) struct Piece {
     /// Rings of the whole face in S, m.
     pub outline: Vec<Vec<[f64; 2]>>,
     /// What ends the face at each edge of each ring.
-    pub edges: Edges,
+    pub edges: Arc<Edges>,
     /// Covariance of the plane in S.
     pub covariance: Option<[[f64; 3]; 3]>,
 }
@@ -151,7 +153,7 @@ pub(super) fn pieces(
             X_VS,
             outline: rings.iter().map(ring).collect(),
             edges: edges
-                .get_or_insert_with(|| Edges::new(around, face.label, &on_pixels))
+                .get_or_insert_with(|| Arc::new(Edges::new(around, face.label, &on_pixels)))
                 .clone(),
             covariance: spread.covariance(&Point2::from(c), &turn, noise),
             polygon,
