@@ -1,7 +1,7 @@
 //! One convex piece, grown from a point until the edges of the region stop it.
 
 use super::rows::{Frame, Rows};
-use super::segments::{Ahead, Cut, Nearest, Point, Segments};
+use super::segments::{Ahead, Cut, Point, Segments};
 
 /// Most rounds of growing a piece about its own ellipse.
 const ROUNDS: usize = 4;
@@ -31,7 +31,7 @@ pub(super) struct Region<'a> {
     /// The parts of the edges that reach into the hull.
     pub edges: Vec<Segments>,
     pub slack_m: f32,
-    ahead: Vec<Ahead>,
+    ahead: Ahead,
 }
 
 impl<'a> Region<'a> {
@@ -51,7 +51,7 @@ impl<'a> Region<'a> {
             hull,
             edges: inner,
             slack_m,
-            ahead: Vec::new(),
+            ahead: Ahead::default(),
         }
     }
 
@@ -95,16 +95,10 @@ impl<'a> Region<'a> {
     fn inflate(&mut self, centre: &Point, metric: &[f32; 3]) -> Option<Piece> {
         let [m0, m1, m2] = *metric;
         // In coordinates that make the metric Euclidean.
-        let mut nearest = Nearest::NONE;
-        self.ahead.clear();
-        for edges in &self.edges {
-            let ahead = Ahead::new(edges, centre, metric);
-            nearest.take(ahead.nearest());
-            self.ahead.push(ahead);
-        }
+        self.ahead.fill(&self.edges, centre, metric);
         let mut cuts = Vec::with_capacity(CUTS);
         let mut rows = self.hull.clone();
-        while let Some(q) = nearest.point() {
+        while let Some(q) = self.ahead.nearest() {
             if cuts.len() == CUTS_MAX {
                 return None;
             }
@@ -123,15 +117,7 @@ impl<'a> Region<'a> {
             cuts.push(cut);
             // Lengths along its normal are ‖Mᵀ u‖ times as long there.
             let slack = (self.slack_m * scale).max(1e-5 * length);
-            nearest = Nearest::NONE;
-            let inner = length - slack;
-            self.ahead.retain_mut(|ahead| {
-                let left = ahead.clip(&u, inner);
-                if left {
-                    nearest.take(ahead.nearest());
-                }
-                left
-            });
+            self.ahead.clip(&u, length - slack);
         }
         Some(Piece { cuts, rows })
     }

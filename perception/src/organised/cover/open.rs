@@ -5,9 +5,6 @@ use wide::f32x4;
 use super::rows::{FOURS, Frame, NOWHERE, ROWS, Rows};
 use super::segments::Point;
 
-/// Every so many rows are looked at for places to grow from.
-const STRIDE: usize = 2;
-
 /// The open parts of a region, in layers: of each row several intervals.
 pub(super) struct Open {
     /// The whole region.
@@ -90,59 +87,82 @@ impl Open {
     /// Middles of open intervals, those farthest from the region's border first, each out of the
     /// free circles of those before it; at most `count`.
     pub fn seeds(&self, frame: &Frame, count: usize) -> Vec<Point> {
-        // Each with its depth, or more: that along its row alone.
-        let mut places: Vec<(f32, bool, Point)> = Vec::new();
+        // Every other row will do.
+        let looked_at = f32x4::from([1.0, 0.0, 1.0, 0.0]).simd_gt(f32x4::ZERO);
+        let mut places: Vec<Middles> = Vec::with_capacity(FOURS * self.open.len());
         for layer in &self.open {
-            for row in (0..ROWS).step_by(STRIDE) {
-                let (from, to) = layer.get(row);
-                if from < to {
-                    let x = 0.5 * (from + to);
-                    let whole = self.whole.iter().map(|layer| layer.get(row));
-                    let along = whole.map(|(from, to)| (x - from).min(to - x));
-                    places.push((along.fold(0.0, f32::max), false, [x, frame.y(row)]));
+            for i in 0..FOURS {
+                let open = layer.from[i].simd_lt(layer.to[i]) & looked_at;
+                if open.any() {
+                    let (x, y) = ((layer.from[i] + layer.to[i]) * 0.5, frame.y[i]);
+                    let most = self.along(i, x).fast_min(frame.end(y));
+                    let depth = open & most;
+                    places.push(Middles {
+                        x,
+                        y,
+                        depth,
+                        known: 0,
+                    });
                 }
             }
         }
-        let mut seeds: Vec<(f32, Point)> = Vec::new();
+        let mut seeds = Vec::with_capacity(count);
         while seeds.len() < count {
-            let deeper = |a: usize, b: usize| if places[b].0 > places[a].0 { b } else { a };
-            let Some(most) = (0..places.len()).reduce(deeper) else {
+            let deepest = places.iter().fold(f32x4::ZERO, |m, p| m.fast_max(p.depth));
+            let deepest = deepest.to_array().into_iter().fold(0.0, f32::max);
+            let is_deepest = |p: &Middles| p.depth.simd_eq(f32x4::splat(deepest)).to_bitmask();
+            let found = places.iter_mut().find(|p| is_deepest(p) != 0);
+            let Some(four) = found.filter(|_| deepest > 0.0) else {
                 break;
             };
-            let (depth, known, p) = places[most];
-            let free = seeds.iter().all(|(r, q)| {
-                let (x, y) = (p[0] - q[0], p[1] - q[1]);
-                x * x + y * y > 4.0 * r * r
-            });
-            if free && !known {
-                places[most] = (self.depth(frame, &p), true, p);
+            let k = is_deepest(four).trailing_zeros() as usize;
+            let p = [four.x, four.y].map(|lanes| lanes.as_array()[k]);
+            if four.known >> k & 1 == 0 {
+                four.depth.as_mut_array()[k] = self.depth(frame, &p);
+                four.known |= 1 << k;
                 continue;
             }
-            places.swap_remove(most);
-            if free {
-                seeds.push((depth, p));
+            seeds.push(p);
+            for four in &mut places {
+                let (x, y) = (four.x - p[0], four.y - p[1]);
+                let out = (x * x + y * y).simd_gt(f32x4::splat(4.0 * deepest * deepest));
+                four.depth &= out;
             }
         }
-        seeds.into_iter().map(|(_, p)| p).collect()
+        seeds
+    }
+
+    /// Distances of places in four rows from what is not of the region along their rows, 0 outside.
+    #[inline]
+    fn along(&self, i: usize, x: f32x4) -> f32x4 {
+        let inside = |layer: &Rows| (x - layer.from[i]).fast_min(layer.to[i] - x);
+        let layers = self.whole.iter().map(inside);
+        layers.fold(f32x4::ZERO, f32x4::fast_max)
     }
 
     /// Distance of a place from what is not of the region, about, m.
     fn depth(&self, frame: &Frame, p: &Point) -> f32 {
         let mut least = f32x4::splat(NOWHERE);
         for i in 0..FOURS {
-            // The distance along the row, 0 outside.
-            let mut along = f32x4::ZERO;
-            for layer in &self.whole {
-                let (left, right) = (-layer.from[i] + p[0], layer.to[i] - p[0]);
-                along = along.fast_max(left.fast_min(right));
-            }
+            let along = self.along(i, f32x4::splat(p[0]));
             let up = frame.y[i] - p[1];
             least = least.fast_min(along * along + up * up);
         }
-        let end = (p[1] - frame.low).min(frame.low + frame.pitch_m * ROWS as f32 - p[1]);
+        let [end, ..] = frame.end(f32x4::splat(p[1])).to_array();
         let least = least.to_array().into_iter().fold(end * end, f32::min);
         least.sqrt()
     }
+}
+
+/// The middles of intervals in four rows.
+struct Middles {
+    x: f32x4,
+    y: f32x4,
+    /// The depth of each, or more: that along its row, or to the region's top or bottom; 0 where
+    /// none is looked for.
+    depth: f32x4,
+    /// Which are known, one bit each.
+    known: u32,
 }
 
 /// A row and a place in it as a number that sorts like them.

@@ -27,6 +27,7 @@ pub(super) fn polished(region: &Region, piece: &Piece) -> Option<Piece> {
     let mut corners: Vec<Point> = Vec::new();
     let mut needless = Vec::new();
     for i in 0..cuts.len() {
+        let own = bit(i);
         let mut without = rows.clone();
         without.both(&after[i]);
         let old = without.area_within(frame, &cuts[i]);
@@ -34,13 +35,16 @@ pub(super) fn polished(region: &Region, piece: &Piece) -> Option<Piece> {
         if without.area(frame) - old >= SLIVER * old {
             corners.clear();
             for (sides, edges) in sides.iter().zip(&region.edges) {
-                sides.corners(edges, &cuts, i, region.slack_m, &mut corners);
+                let free = sides.free(own);
+                if free != 0 {
+                    sides.corners(edges, free, &cuts, i, region.slack_m, &mut corners);
+                }
             }
             if corners.is_empty() {
                 needless.push(i);
                 // Nothing is out of it.
                 cuts[i].b = f32::INFINITY;
-                sides.iter_mut().for_each(|sides| sides.forget(i));
+                sides.iter_mut().for_each(|sides| sides.forget(own));
                 continue;
             }
             if let Some(cut) = best_cut(frame, &without, &corners, &cuts[i], &centre)
@@ -48,7 +52,7 @@ pub(super) fn polished(region: &Region, piece: &Piece) -> Option<Piece> {
             {
                 cuts[i] = cut;
                 for (sides, edges) in sides.iter_mut().zip(&region.edges) {
-                    sides.set(i, edges, &cut, region.slack_m);
+                    sides.set(own, edges, &cut, region.slack_m);
                 }
             }
         }
@@ -70,44 +74,64 @@ struct Sides {
 
 impl Sides {
     fn of(region: &Region, cuts: &[Cut]) -> Vec<Self> {
-        let of = |edges: &Segments| {
-            let mut sides = Self::default();
-            for (i, cut) in cuts.iter().enumerate() {
-                sides.set(i, edges, cut, region.slack_m);
+        let mut sides = vec![Self::default(); region.edges.len()];
+        for (i, cut) in cuts.iter().enumerate() {
+            let own = bit(i);
+            for (sides, edges) in sides.iter_mut().zip(&region.edges) {
+                sides.set(own, edges, cut, region.slack_m);
             }
-            sides
-        };
-        region.edges.iter().map(of).collect()
+        }
+        sides
     }
 
+    /// What is known of the cut with this bit.
     #[inline]
-    fn set(&mut self, i: usize, edges: &Segments, cut: &Cut, slack_m: f32) {
-        let bit = bit(i);
+    fn set(&mut self, own: u32x4, edges: &Segments, cut: &Cut, slack_m: f32) {
         let [ha, hb] = edges.values(&cut.n, cut.b - slack_m);
         let out = ha.fast_min(hb).simd_ge(f32x4::ZERO);
         let within = ha.fast_max(hb).simd_le(f32x4::ZERO);
-        self.out = (self.out & !bit) | (lanes(out) & bit);
-        self.within = (self.within & !bit) | (lanes(within) & bit);
+        self.out = (self.out & !own) | (lanes(out) & own);
+        self.within = (self.within & !own) | (lanes(within) & own);
     }
 
     /// A cut that nothing is out of.
-    fn forget(&mut self, i: usize) {
-        self.out &= !bit(i);
-        self.within |= bit(i);
+    fn forget(&mut self, own: u32x4) {
+        self.out &= !own;
+        self.within |= own;
     }
 
-    /// Adds the ends of what of the edges reaches into all half-planes but `i`.
+    /// The edges that are wholly out of no half-plane but the one with this bit, one bit each.
     #[inline]
-    fn corners(&self, edges: &Segments, cuts: &[Cut], i: usize, slack_m: f32, to: &mut Vec<Point>) {
-        let free = (self.out & !bit(i)).simd_eq(u32x4::ZERO).to_bitmask();
-        if free == 0 {
-            return;
-        }
-        let within = self.within.to_array();
+    fn free(&self, own: u32x4) -> u32 {
+        (self.out & !own).simd_eq(u32x4::ZERO).to_bitmask()
+    }
+
+    /// Adds the ends of what of the `free` edges reaches into all half-planes but `i`.
+    fn corners(
+        &self,
+        edges: &Segments,
+        free: u32,
+        cuts: &[Cut],
+        i: usize,
+        slack_m: f32,
+        to: &mut Vec<Point>,
+    ) {
+        // The cuts that it is not within.
+        let all = u32x4::splat(u32::MAX >> (32 - cuts.len().clamp(1, 32)));
+        let crossed = (!self.within & !bit(i) & all).to_array();
         for (k, a, b) in edges.iter().filter(|(k, ..)| free >> k & 1 == 1) {
-            let across = |c: usize| c != i && (c >= 32 || within[k] >> c & 1 == 0);
-            let mut crossed = cuts.iter().enumerate().filter(|(c, _)| across(*c));
-            let left = crossed.try_fold((a, b), |edge, (_, cut)| clipped(&edge, cut, slack_m));
+            let mut left = Some((a, b));
+            let mut crossed = crossed[k];
+            while crossed != 0
+                && let Some(edge) = left
+            {
+                left = clipped(&edge, &cuts[crossed.trailing_zeros() as usize], slack_m);
+                crossed &= crossed - 1;
+            }
+            let mut others = cuts.iter().enumerate().skip(32).filter(|(c, _)| *c != i);
+            let left = left.and_then(|edge| {
+                others.try_fold(edge, |edge, (_, cut)| clipped(&edge, cut, slack_m))
+            });
             if let Some((a, b)) = left {
                 // Edges mostly follow each other.
                 if to.last() != Some(&a) {

@@ -40,6 +40,7 @@ impl Ring {
     pub fn hull(&mut self, points: &mut [Point2<f64>]) {
         points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         self.0.clear();
+        self.0.reserve(points.len() + 1);
         for back in [false, true] {
             let start = self.0.len();
             let mut push = |p: &Point2<f64>| {
@@ -63,7 +64,7 @@ impl Ring {
 
     /// What cuts leave that are about `origin`.
     pub(super) fn without(mut self, cuts: &[Cut], origin: &Point2<f64>) -> Self {
-        let mut spare = Self::default();
+        let mut spare = Self(Vec::with_capacity(self.0.len() + cuts.len()));
         for cut in cuts {
             let n = Vector2::from(cut.n.map(f64::from));
             let b = f64::from(cut.b) + n.dot(&origin.coords);
@@ -81,7 +82,17 @@ impl Ring {
 
     /// Whether a circle of this diameter fits in, m.
     pub fn is_wide(&self, width_m: f64) -> bool {
-        let (mut inner, mut spare) = (self.clone(), Self::default());
+        // That of the largest circle is between 2 A/L and 4 A/L.
+        let around: f64 = self.edges().map(|(a, b)| (b - a).norm()).sum();
+        let ratio = 2.0 * self.area() / around;
+        if ratio >= width_m {
+            return true;
+        }
+        if 2.0 * ratio < width_m {
+            return false;
+        }
+        let mut inner = self.clone();
+        let mut spare = Self(Vec::with_capacity(2 * self.0.len()));
         for (a, b) in self.edges().filter(|(a, b)| a != b) {
             let mut side = HalfPlane::left_of(a, b);
             side.b -= 0.5 * width_m;
@@ -124,6 +135,24 @@ impl Ring {
             o + first / (3.0 * double)
         } else {
             *o
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_width_is_that_of_the_largest_circle() {
+        let ring = |corners: &[[f64; 2]]| Ring(corners.iter().map(|&c| Point2::from(c)).collect());
+        // The circles in all have a diameter of 2.
+        let square = ring(&[[0., 0.], [2., 0.], [2., 2.], [0., 2.]]);
+        let board = ring(&[[0., 0.], [90., 0.], [90., 2.], [0., 2.]]);
+        let triangle = ring(&[[0., 0.], [3., 0.], [0., 4.]]);
+        for shape in [square, board, triangle] {
+            assert!(shape.is_wide(1.0) && shape.is_wide(1.99));
+            assert!(!shape.is_wide(2.01) && !shape.is_wide(5.0));
         }
     }
 }

@@ -34,6 +34,13 @@ impl Frame {
     pub fn y(&self, row: usize) -> f32 {
         self.low + (row as f32 + 0.5) * self.pitch_m
     }
+
+    /// Distance from the lowest or the highest place.
+    #[inline]
+    pub fn end(&self, y: f32x4) -> f32x4 {
+        let high = self.low + self.pitch_m * ROWS as f32;
+        (y - self.low).fast_min(-y + high)
+    }
 }
 
 /// One interval of each row.
