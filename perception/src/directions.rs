@@ -170,12 +170,12 @@ impl<'a> Directions<'a> {
                 // A hundredth of the range aside is a straight line of cells still.
                 let middle = a + (b - a) * 0.5;
                 let aside = middle + out * (0.01 * middle.coords.norm());
-                let aside = self.place(&aside) - self.place(&middle);
+                let way = edges::Way::new(&(self.place(&aside) - self.place(&middle)));
                 let places = ((to - from).norm() / PLACES_APART).ceil();
                 let places = (places as usize).clamp(1, PLACES_MAX);
                 EdgeKind::most((0..places).map(|i| {
                     let t = (i as f64 + 0.5) / places as f64;
-                    edges::beyond(self, label, &self.place(&(a + (b - a) * t)), &aside).kind
+                    edges::beyond(self, label, &self.place(&(a + (b - a) * t)), &way).kind
                 }))
             })
             .collect()

@@ -12,11 +12,16 @@
 //! Most of an edge's places decide. The picture is a depth image or a cloud's directions
 //! ([`crate::directions`]).
 
+mod profile;
+mod way;
+
 use nalgebra::{Point2, Vector2};
 use surfaces::EdgeKind;
 
 use crate::extraction::Segmentation;
 use crate::sensor::Noise;
+use profile::leaves_px;
+pub(crate) use way::Way;
 
 /// What a pixel shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,43 +53,8 @@ pub(crate) trait Picture {
     fn noise(&self) -> &Noise;
 }
 
-/// The pixels nearest to places one step after another, which count in whole parts of a pixel.
-struct Steps {
-    at: [i64; 2],
-    by: [i64; 2],
-}
-
-impl Steps {
-    /// A pixel has 2 to this many parts.
-    const BITS: u32 = 16;
-
-    /// From `first` steps after a place on.
-    fn new(from: &Point2<f64>, step: &Vector2<f64>, first: f64) -> Self {
-        // Pixels have their middles at whole numbers.
-        let at = from + step * first;
-        let parts = f64::from(1_u32 << Self::BITS);
-        Self {
-            at: [at.x, at.y].map(|x| ((x + 0.5) * parts).floor() as i64),
-            by: [step.x, step.y].map(|x| (x * parts) as i64),
-        }
-    }
-}
-
-impl Iterator for Steps {
-    type Item = [i32; 2];
-
-    #[inline]
-    fn next(&mut self) -> Option<[i32; 2]> {
-        let pixel = self.at.map(|x| (x >> Self::BITS) as i32);
-        let [x, y] = &mut self.at;
-        *x = x.wrapping_add(self.by[0]);
-        *y = y.wrapping_add(self.by[1]);
-        Some(pixel)
-    }
-}
-
 /// Places along an edge are this far apart, px, and no more of them are looked at.
-const APART_PX: f64 = 4.0;
+const APART_PX: f64 = 8.0;
 const PLACES_MAX: usize = 24;
 /// The walk ends after so many pixels.
 const STEPS_MAX: usize = 96;
@@ -104,19 +74,6 @@ const SIGMAS: f64 = 5.0;
 const SYSTEMATICS: f64 = 3.0;
 /// Where two surfaces meet is known to this, px.
 const MEETING_PX: f64 = 2.0;
-/// Steps of a profile across an edge: so many, from so far inside; the first are the reference.
-const PROFILE: usize = 24;
-const INNER: usize = 12;
-const REFERENCE: usize = 6;
-/// Points leave a plane where their mean is off it by so many of its standard deviations, by so many of
-/// the slowly varying error's change from step to step, and by this part of a single point's.
-const LEAVES_SIGMAS: f64 = 3.0;
-const WAVES_SIGMAS: f64 = 2.0;
-const LEAVES_MIN: f64 = 0.5;
-/// Fewer places are no mean.
-const PLACES_MIN: usize = 2;
-/// Where they are still as near as this in the end, they are the face's, in the same units.
-const LEAVES_END: f64 = 1.2;
 /// Steepest slope along the ray that something without a plane has, tan 80°.
 const STEEPEST: f64 = 5.7;
 
@@ -152,22 +109,22 @@ pub(crate) fn kinds(
                 return (EdgeKind::Unknown, 0.0);
             };
             let right = Vector2::new(ahead.y, -ahead.x);
-            let out = if left { right } else { -right };
-            let places = |apart_px: f64| {
-                let count = (along.norm() / apart_px).ceil() as usize;
-                let count = count.clamp(1, PLACES_MAX);
-                (0..count).map(move |i| a + along * ((i as f64 + 0.5) / count as f64))
-            };
+            let out = Way::new(&if left { right } else { -right });
+            let count = (along.norm() / APART_PX).ceil() as usize;
+            let count = count.clamp(1, PLACES_MAX);
+            let places = (0..count).map(|i| a + along * ((i as f64 + 0.5) / count as f64));
             found.clear();
-            found.extend(places(APART_PX).map(|place| beyond(picture, label, &place, &out)));
+            found.extend(
+                places
+                    .clone()
+                    .map(|place| beyond(picture, label, &place, &out)),
+            );
             at_px.clear();
             at_px.extend(found.iter().map(|found| found.at_px));
             let half = (at_px.len() - 1) / 2;
             let (_, &mut middle, _) = at_px.select_nth_unstable_by(half, f64::total_cmp);
-            // What is off the plane goes along the whole edge: half of the places tell as much.
-            let from = places(2.0 * APART_PX);
             // Real edges are round: what leaves the plane farther inside is the face still.
-            let leaves = leaves_px(picture, label, from, &out, middle)
+            let leaves = leaves_px(picture, label, places, &out, middle)
                 .unwrap_or(middle)
                 .max(0.0);
             (
@@ -178,101 +135,9 @@ pub(crate) fn kinds(
         .collect()
 }
 
-/// Where the points that count as the face's leave its plane across an edge, px: something narrow may
-/// go on from the edge, the front of a board, that is within the noise of the plane point by point and
-/// in the mean over the edge is not. `None` where they stay on it up to where the face
-/// ends, `end_px` on in the median.
-///
-/// Residuals of inverse depth in units of their noise, averaged over the edge's places step by step,
-/// against those farther inside; the slowly varying error is in both.
-fn leaves_px(
-    picture: &impl Picture,
-    label: u16,
-    from: impl ExactSizeIterator<Item = Point2<f64>>,
-    out: &Vector2<f64>,
-    end_px: f64,
-) -> Option<f64> {
-    if from.len() < PLACES_MIN {
-        return None;
-    }
-    let step = out / out.x.abs().max(out.y.abs()).max(1e-9);
-    // No farther than the face goes.
-    let ahead = (end_px / step.norm()).max(0.0) as usize + 2;
-    let mut sums = [(0.0, 0.0); PROFILE];
-    let sums = &mut sums[..(INNER + ahead).min(PROFILE)];
-    let noise = picture.noise();
-    let (mut places, mut slow) = (0.0, 0.0);
-    for place in from {
-        // Along a line of pixels a plane's inverse depth is a straight line, its noise nearly constant.
-        let [Some(own), Some(next)] = [0.0, 1.0].map(|k| picture.plane(label, &(place + step * k)))
-        else {
-            continue;
-        };
-        let slope = next - own;
-        let inverse = 1.0 / noise.sigma_at_inverse(own);
-        places += 1.0;
-        slow += noise.systematic_ratio * own * inverse;
-        let first = -(INNER as f64);
-        let mut own = own + first * slope;
-        for ((sum, count), pixel) in sums.iter_mut().zip(Steps::new(&place, &step, first)) {
-            if let Some(w) = picture.on(label, pixel) {
-                *sum += (own - w) * inverse;
-                *count += 1.0;
-            }
-            own += slope;
-        }
-    }
-    if places < PLACES_MIN as f64 {
-        return None;
-    }
-    // Places nearer than a correlated error is wide tell less than their number.
-    let apart = APART_PX / (std::f64::consts::PI.sqrt() * noise.correlation_px);
-    let alike = apart.min(1.0);
-    let total = |part: &[(f64, f64)]| {
-        let add = |a: (f64, f64), b: &(f64, f64)| (a.0 + b.0, a.1 + b.1);
-        part.iter().fold((0.0, 0.0), add)
-    };
-    let (inner, beyond) = sums.split_at(REFERENCE);
-    let (sum, count) = total(inner);
-    if count < REFERENCE as f64 {
-        return None;
-    }
-    let reference = sum / count;
-    // Slowly varying errors differ by so much a step, in the same units.
-    let waves = WAVES_SIGMAS * slow / places * step.norm() / noise.systematic_scale_px;
-    // Two steps at a time, while most places are on the face: the first from which on they are off the
-    // plane, if they end up well off it.
-    let off = |pair: &[(f64, f64)]| {
-        let (sum, count) = total(pair);
-        (count >= places).then(|| ((sum / count - reference).abs(), count))
-    };
-    let offs = beyond.windows(2).map_while(off);
-    if offs
-        .clone()
-        .last()
-        .is_none_or(|(last, _)| last < LEAVES_END)
-    {
-        return None;
-    }
-    offs.enumerate().find_map(|(k, (off, count))| {
-        let limit = LEAVES_SIGMAS / (0.5 * count * alike).sqrt();
-        let wave = waves * (0.5 * REFERENCE as f64 + k as f64 + 1.0);
-        let limit = (limit * limit + wave * wave).sqrt();
-        let at = (REFERENCE + k) as f64 - INNER as f64 - 0.5;
-        (off > limit.max(LEAVES_MIN)).then_some(at * step.norm())
-    })
-}
-
 /// What ends the face beyond one place of its outline.
-pub(crate) fn beyond(
-    picture: &impl Picture,
-    label: u16,
-    from: &Point2<f64>,
-    out: &Vector2<f64>,
-) -> Found {
-    // Steps from one pixel to the next.
-    let step = out / out.x.abs().max(out.y.abs()).max(1e-9);
-    let at = |k: usize| from + step * k as f64;
+pub(crate) fn beyond(picture: &impl Picture, label: u16, from: &Point2<f64>, out: &Way) -> Found {
+    let at = |k: usize| out.place(from, k as f64);
     let found = |kind: EdgeKind, last: usize, first: usize| {
         let between = first - last - 1;
         let half = if between <= DROPPED_PX {
@@ -282,12 +147,12 @@ pub(crate) fn beyond(
         };
         Found {
             kind,
-            at_px: (last as f64 + 0.5 + half) * step.norm(),
+            at_px: (last as f64 + 0.5 + half) * out.length,
         }
     };
     // The last pixel of the face before something else, and how many of it followed a gap.
     let (mut last, mut again, mut unlabelled) = (0, 0, None);
-    for (k, pixel) in (1..STEPS_MAX + 1).zip(Steps::new(from, &step, 1.0)) {
+    for (k, pixel) in (1..STEPS_MAX + 1).zip(out.pixels(from, 1.0)) {
         let own = || picture.plane(label, &at(k));
         let on = |w: f64| own().is_some_and(|own| near(picture, own, w));
         let other = match picture.at(label, pixel) {
@@ -315,7 +180,7 @@ pub(crate) fn beyond(
         // Something nearer than the plane: hidden, unless it meets the plane.
         let p = at(k);
         if picture.plane(its, &p).is_some() {
-            let kind = if meets(picture, [label, its], &at(last), &p, &step) {
+            let kind = if meets(picture, [label, its], &at(last), &p, out) {
                 EdgeKind::Real
             } else {
                 EdgeKind::Occluded
@@ -356,19 +221,20 @@ fn meets(
     labels: [u16; 2],
     from: &Point2<f64>,
     to: &Point2<f64>,
-    step: &Vector2<f64>,
+    out: &Way,
 ) -> bool {
     let apart = |p: &Point2<f64>| {
         let [own, its] = labels.map(|label| picture.plane(label, p));
         Some((own?, its? - own?))
     };
     let middle = from + (to - from) * 0.5;
-    let (Some((w, apart_here)), Some((_, further))) = (apart(&middle), apart(&(middle + step)))
+    let (Some((w, apart_here)), Some((_, further))) =
+        (apart(&middle), apart(&out.place(&middle, 1.0)))
     else {
         return false;
     };
-    let slope = (further - apart_here).abs() / step.norm();
-    let reach = 0.5 * (to - from).norm() + MEETING_PX * step.norm();
+    let slope = (further - apart_here).abs() / out.length;
+    let reach = 0.5 * (to - from).norm() + MEETING_PX * out.length;
     let noise = picture.noise();
     let sigma = 3.0 * noise.sigma_at_inverse(w);
     let slow = SYSTEMATICS * noise.systematic_ratio * w;
