@@ -1,6 +1,6 @@
 //! Bitmaps of the image, 64 pixels a word: what is said of pixels near each other, by bitwise AND.
 
-use super::words::{between, firsts, pack, packed, places, runs};
+use super::words::{Ones, between, firsts, pack, packed, runs};
 
 /// One bit a pixel, row by row. A row begins with a spare word, and another one follows on the last
 /// row: so every word of pixels has two neighbours, whatever the row. Bits that are no pixel's are not
@@ -166,9 +166,46 @@ impl Bits {
 
     /// Calls `with` for the column and the row of every pixel in it, row by row.
     pub fn for_each(&self, mut with: impl FnMut(usize, usize)) {
+        self.for_words(|v, i, word| Ones(word).for_each(|bit| with(64 * i + bit, v)));
+    }
+
+    /// Calls `with` for every word with a pixel in it: the row, the number of the word, its pixels.
+    pub fn for_words(&self, mut with: impl FnMut(usize, usize, u64)) {
         for v in 0..self.height {
-            places(self.row(v)).for_each(|u| with(u, v));
+            for (i, &word) in self
+                .row(v)
+                .iter()
+                .enumerate()
+                .filter(|(_, word)| **word != 0)
+            {
+                with(v, i, word);
+            }
         }
+    }
+
+    /// Of 64 columns, the `i`th such word, those from which the pixel `k` steps on, at most 64, is in
+    /// it: along row `v`, or down the column.
+    #[inline]
+    pub fn ahead(&self, v: usize, i: usize, k: usize, down: bool) -> u64 {
+        if down {
+            return if v + k < self.height {
+                self.row(v + k)[i]
+            } else {
+                0
+            };
+        }
+        let at = v * self.stride + 1 + i;
+        let both = u128::from(self.words[at]) | u128::from(self.words[at + 1]) << 64;
+        (both >> k) as u64
+    }
+
+    /// The same of the pixel one step back.
+    pub fn behind(&self, v: usize, i: usize, down: bool) -> u64 {
+        if down {
+            return if v > 0 { self.row(v - 1)[i] } else { 0 };
+        }
+        let at = v * self.stride + 1 + i;
+        self.words[at] << 1 | self.words[at - 1] >> 63
     }
 
     /// Calls `with` for every run of pixels in a row that are in it, row by row: the row, the first

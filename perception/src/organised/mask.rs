@@ -8,6 +8,7 @@ use super::cuts::Cuts;
 use super::growth::Region;
 use super::image::InverseImage;
 use super::labels::NONE;
+use super::words::Ones;
 use crate::Error;
 use crate::error::within;
 use crate::sensor::Noise;
@@ -80,50 +81,48 @@ pub(super) fn close(
     let mut none = Bits::of(labels, width, |label| label == NONE);
     let unmeasured = none.clone().filter(&image.w, |w| w == 0.0);
     let agrees = |u: usize, v: usize, label: u16| {
-        if unmeasured.has(u, v) {
-            return true;
-        }
         let w = f64::from(image.w[v * width + u]);
         let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
         let e = regions[usize::from(label)].plane.at(x, y) - w;
-        e * e <= CellNoise::at(noise, w).square(5.0, 3.0)
+        (w == 0.0) | (e * e <= CellNoise::at(noise, w).square(5.0, 3.0))
     };
-    // Along the rows, then down the columns: from the first pixel of each gap that is short enough.
+    // Along the rows, then down the columns. A gap ends at pixels with a label: to close it changes no
+    // other one.
     for down in [false, true] {
         let step = if down { width } else { 1 };
-        gaps(&none, gap_px, down).for_each(|u, v| {
-            let i = v * width + u;
-            let label = labels[i - step];
-            let gap = (1..gap_px)
-                .take_while(|k| labels[i + k * step] == NONE)
-                .count()
-                + 1;
-            let pixels = || (0..gap).map(|k| if down { (u, v + k) } else { (u + k, v) });
-            if labels[i + gap * step] == label && pixels().all(|(u, v)| agrees(u, v, label)) {
-                for (u, v) in pixels() {
-                    labels[v * width + u] = label;
-                    none.clear(u, v);
+        let labelled = none.clone().not();
+        none.clone().for_words(|v, i, word| {
+            let before = labelled.behind(v, i, down);
+            // The first pixels of gaps that are no shorter than `gap`.
+            let mut open = word & before;
+            for gap in 1..=gap_px {
+                if open == 0 {
+                    break;
+                }
+                let ends = open & labelled.ahead(v, i, gap, down);
+                open &= !ends;
+                for bit in Ones(ends) {
+                    let u = 64 * i + bit;
+                    let first = v * width + u;
+                    let label = labels[first - step];
+                    if labels[first + gap * step] != label {
+                        continue;
+                    }
+                    let pixels = (0..gap).map(|k| if down { (u, v + k) } else { (u + k, v) });
+                    // All are asked: where to stop could not be foreseen.
+                    let agree = |all, (u, v)| all & agrees(u, v, label);
+                    if pixels.clone().fold(true, agree) {
+                        for (u, v) in pixels {
+                            labels[v * width + u] = label;
+                            none.clear(u, v);
+                        }
+                    }
                 }
             }
         });
     }
     let unmeasured = unmeasured.and(&none);
     (none, unmeasured)
-}
-
-/// The first pixels of the gaps along the rows, or down the columns, that are no longer than
-/// `most` pixels and not at the image's border.
-fn gaps(none: &Bits, most: usize, down: bool) -> Bits {
-    // With a label before them, and with one after them that is near enough.
-    let any = |back: usize, ahead: usize| {
-        let labelled = none.clone().not();
-        if down {
-            labelled.any_down(back, ahead)
-        } else {
-            labelled.any_along(back, ahead)
-        }
-    };
-    none.clone().and(&any(1, 0)).and(&any(0, most))
 }
 
 /// The pixels that surely lie on their face.
