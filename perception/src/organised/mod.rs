@@ -27,6 +27,7 @@ mod moments;
 mod narrow;
 mod near;
 mod outline;
+mod painter;
 mod partition;
 mod parts;
 mod plane;

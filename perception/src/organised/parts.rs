@@ -5,7 +5,7 @@ use super::cuts::Cuts;
 use super::image::{CELL_PX, Grid, InverseImage, holed};
 use super::labels::NONE;
 use super::moments::Moments;
-use super::words::Ones;
+use super::words::{Ones, packed_16};
 
 /// Calls `with` for the moments of disjoint sets of sure pixels of one label, which are all of them;
 /// each set is of a window of 64 columns and as many rows as a large cell has.
@@ -65,26 +65,35 @@ fn of_cell(
     (u, v): (usize, usize),
     with: &mut impl FnMut(u16, &Moments),
 ) {
-    let (mut left, mut w) = ([[NONE; CELL_PX]; CELL_PX], [[0.0; CELL_PX]; CELL_PX]);
+    let (mut its, mut w) = ([NONE; CELL_PX * CELL_PX], [[0.0; CELL_PX]; CELL_PX]);
+    let mut left = 0;
     for k in 0..CELL_PX {
         let start = (v + k) * image.width + u;
-        left[k].copy_from_slice(&labels[start..][..CELL_PX]);
+        its[k * CELL_PX..][..CELL_PX].copy_from_slice(&labels[start..][..CELL_PX]);
         w[k].copy_from_slice(&image.w[start..][..CELL_PX]);
-        let sure = sure.row(v + k)[u / 64] >> (u % 64);
-        for (j, label) in left[k].iter_mut().enumerate() {
-            // All bits set where it is not.
-            *label |= ((sure >> j & 1) as u16).wrapping_sub(1);
-        }
+        left |= (sure.row(v + k)[u / 64] >> (u % 64) & 0xf) << (k * CELL_PX);
     }
     let (x0, y0) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
-    let left = left.as_flattened_mut();
-    while let Some(&label) = left.iter().find(|label| **label != NONE) {
+    while let Some(first) = Ones(left).next() {
+        let label = its[first];
+        let own = left & packed_16(&its, &its, |other, _| other == label);
+        left &= !own;
         let mut part = w;
-        for (w, other) in part.as_flattened_mut().iter_mut().zip(left.iter_mut()) {
-            let here = *other == label;
-            *w = if here { *w } else { 0.0 };
-            *other = if here { NONE } else { *other };
+        for (k, line) in part.iter_mut().enumerate() {
+            let lanes = &LANES[(own >> (k * CELL_PX) & 0xf) as usize];
+            line.iter_mut().zip(lanes).for_each(|(w, lane)| *w *= lane);
         }
         with(label, &holed(part, x0, y0));
     }
 }
+
+/// One where a number of four bits has one, from the lowest on.
+const LANES: [[f32; CELL_PX]; 16] = {
+    let mut lanes = [[0.0; CELL_PX]; 16];
+    let mut i = 0;
+    while i < 64 {
+        lanes[i / 4][i % 4] = ((i / 4) >> (i % 4) & 1) as f32;
+        i += 1;
+    }
+    lanes
+};

@@ -84,14 +84,24 @@ pub(super) fn packed<A: Copy, B: Copy>(a: &[A], b: &[B], is: impl Fn(A, B) -> bo
 
 #[inline]
 fn packed_64<A: Copy, B: Copy>(a: &[A; 64], b: &[B; 64], is: impl Fn(A, B) -> bool) -> u64 {
-    let mut flags = [0_u8; 64];
-    for i in 0..64 {
-        flags[i] = if is(a[i], b[i]) { 0xff } else { 0 };
-    }
-    let sixteens = (0..).step_by(16).zip(flags.as_chunks::<16>().0);
-    sixteens.fold(0, |word, (place, flags)| {
-        word | u64::from(u8x16::new(*flags).to_bitmask()) << place
+    let parts = a.as_chunks().0.iter().zip(b.as_chunks().0).enumerate();
+    parts.fold(0, |word, (k, (a, b))| {
+        word | packed_16(a, b, &is) << (16 * k)
     })
+}
+
+/// The bits of 16 pixels.
+#[inline]
+pub(super) fn packed_16<A: Copy, B: Copy>(
+    a: &[A; 16],
+    b: &[B; 16],
+    is: impl Fn(A, B) -> bool,
+) -> u64 {
+    let mut flags = [0_u8; 16];
+    for i in 0..16 {
+        flags[i] = if is(a[i], b[i]) { !0 } else { 0 };
+    }
+    u8x16::from(flags).to_bitmask().into()
 }
 
 #[cfg(test)]
