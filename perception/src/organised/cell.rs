@@ -60,7 +60,7 @@ impl Cell {
     pub fn new(m: &Moments, noise: &Noise, config: &GrowthConfig) -> Option<Self> {
         let fit = m.fit()?;
         let noise = CellNoise::at(noise, fit.w);
-        (fit.square <= config.planar(&noise)).then_some(Self {
+        (fit.square() <= config.planar(&noise)).then_some(Self {
             u: fit.u as f32,
             v: fit.v as f32,
             w: fit.w as f32,

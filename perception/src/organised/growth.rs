@@ -126,7 +126,7 @@ impl<'a> Growth<'a> {
         let mut index = vec![0; grid.cells.len()];
         let mut shut = vec![true; grid.cells.len()];
         for (i, m) in grid.cells.iter().enumerate() {
-            let takes_part = m.n >= least && free(i);
+            let takes_part = free(i) && m.n >= least;
             if let Some(cell) = takes_part.then(|| Cell::new(m, noise, config)).flatten() {
                 (index[i], shut[i]) = (cells.len() as u32, false);
                 cells.push(cell);
@@ -184,7 +184,7 @@ impl<'a> Growth<'a> {
             let mut next = 0;
             while let Some(&i) = queue.get(next) {
                 next += 1;
-                for k in grid.beside(i) {
+                for &k in &grid.beside(i) {
                     if shut[k] {
                         continue;
                     }

@@ -1,6 +1,9 @@
 //! Additive moments of inverse depth, and the plane they give.
 
+use std::ops::{Add, Div, Mul, Sub};
+
 use nalgebra::Vector3;
+use wide::f64x2;
 
 /// A plane seen through a pinhole: inverse depth linear in the pixel.
 ///
@@ -35,22 +38,97 @@ pub(super) struct Moments {
     pub ww: f64,
 }
 
-/// Pixels about their mean, and their least-squares plane there.
+/// Pixels about their mean, and their least-squares plane there; or those of two sets at once.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Fit {
+pub(super) struct Fit<T = f64> {
     /// Mean pixel and inverse depth.
-    pub u: f64,
-    pub v: f64,
-    pub w: f64,
+    pub u: T,
+    pub v: T,
+    pub w: T,
     /// Mean squares and product of the pixels about their mean.
-    pub uu: f64,
-    pub uv: f64,
-    pub vv: f64,
+    pub uu: T,
+    pub uv: T,
+    pub vv: T,
     /// Slopes of the plane.
-    pub a: f64,
-    pub b: f64,
+    pub a: T,
+    pub b: T,
+    /// Mean square of the residuals, 1/m²; by rounding it may be below zero.
+    square: T,
+    /// Determinant of the mean squares, px⁴.
+    det: T,
+}
+
+/// One number, or one for each of two sets.
+pub(super) trait Real:
+    Copy + From<f64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+}
+
+impl Real for f64 {}
+impl Real for f64x2 {}
+
+impl<T: Real> Fit<T> {
+    /// Of sums in the order in which [`Moments`] has them.
+    #[inline(always)]
+    fn new([n, u, v, uu, uv, vv, w, uw, vw, ww]: [T; 10]) -> Self {
+        // Centred, so that the 2×2 system keeps its digits far from the image's centre.
+        let inverse = T::from(1.0) / n;
+        let (u, v, w) = (u * inverse, v * inverse, w * inverse);
+        let uu = uu * inverse - u * u;
+        let uv = uv * inverse - u * v;
+        let vv = vv * inverse - v * v;
+        let (uw, vw) = (uw * inverse - u * w, vw * inverse - v * w);
+        let det = uu * vv - uv * uv;
+        let scale = T::from(1.0) / det;
+        let a = (uw * vv - vw * uv) * scale;
+        let b = (vw * uu - uw * uv) * scale;
+        let square = ww * inverse - w * w - a * uw - b * vw;
+        Self {
+            u,
+            v,
+            w,
+            uu,
+            uv,
+            vv,
+            a,
+            b,
+            square,
+            det,
+        }
+    }
+}
+
+impl Fit {
     /// Mean square of the residuals, 1/m².
-    pub square: f64,
+    pub fn square(&self) -> f64 {
+        self.square.max(0.0)
+    }
+}
+
+/// Pixels span a plane where the determinant of their mean squares is above this, px⁴.
+const DET_MIN: f64 = 1e-9;
+
+/// The mean squares of the residuals of two sets of pixels about their own planes, 1/m²; none where
+/// the pixels do not span a plane.
+#[inline]
+pub(super) fn squares(a: &Moments, b: &Moments) -> [Option<f64>; 2] {
+    let both = |of: fn(&Moments) -> f64| f64x2::from([of(a), of(b)]);
+    let fit = Fit::new([
+        both(|m| m.n),
+        both(|m| m.u),
+        both(|m| m.v),
+        both(|m| m.uu),
+        both(|m| m.uv),
+        both(|m| m.vv),
+        both(|m| m.w),
+        both(|m| m.uw),
+        both(|m| m.vw),
+        both(|m| m.ww),
+    ]);
+    let (squares, dets) = (fit.square.to_array(), fit.det.to_array());
+    let one =
+        |i: usize, m: &Moments| (m.n >= 3.0 && dets[i] > DET_MIN).then(|| squares[i].max(0.0));
+    [one(0, a), one(1, b)]
 }
 
 impl Moments {
@@ -114,35 +192,11 @@ impl Moments {
     /// The least-squares plane about the mean pixel; `None` when the pixels do not span a plane.
     #[inline]
     pub fn fit(&self) -> Option<Fit> {
-        if self.n < 3.0 {
-            return None;
-        }
-        // Centred, so that the 2×2 system keeps its digits far from the image's centre.
-        let inverse = 1.0 / self.n;
-        let [u, v, w] = [self.u, self.v, self.w].map(|sum| sum * inverse);
-        let uu = self.uu * inverse - u * u;
-        let uv = self.uv * inverse - u * v;
-        let vv = self.vv * inverse - v * v;
-        let (uw, vw) = (self.uw * inverse - u * w, self.vw * inverse - v * w);
-        let det = uu * vv - uv * uv;
-        if det.is_nan() || det <= 1e-9 {
-            return None;
-        }
-        let scale = 1.0 / det;
-        let a = (uw * vv - vw * uv) * scale;
-        let b = (vw * uu - uw * uv) * scale;
-        let square = self.ww * inverse - w * w - a * uw - b * vw;
-        Some(Fit {
-            u,
-            v,
-            w,
-            uu,
-            uv,
-            vv,
-            a,
-            b,
-            square: square.max(0.0),
-        })
+        let sums = [
+            self.n, self.u, self.v, self.uu, self.uv, self.vv, self.w, self.uw, self.vw, self.ww,
+        ];
+        let fit = Fit::new(sums);
+        (self.n >= 3.0 && fit.det > DET_MIN).then_some(fit)
     }
 
     /// Mean square of a u + b v + c − w over the pixels, 1/m².
@@ -187,6 +241,23 @@ mod tests {
             m.push(f64::from(i % 4), f64::from(i / 4), 0.5 + off);
         }
         assert!((m.mean_square(&plane) - 1e-4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn two_fits_at_once_are_those_of_each() {
+        let mut sets = [Moments::default(); 3];
+        for (i, (u, v)) in (0..40).map(|i| (i, (f64::from(i % 8), f64::from(i / 8)))) {
+            let rough = if i % 3 == 0 { 2e-3 } else { 0.0 };
+            sets[0].push(u, v, 0.4 + 1e-3 * u + rough);
+            sets[1].push(u - 300.0, v + 90.0, 0.9 - 2e-3 * v - 0.5 * rough);
+            sets[2].push(u, 7.0, 0.5);
+        }
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            let of = |k: usize| sets[k].fit().map(|fit| fit.square());
+            assert_eq!(squares(&sets[a], &sets[b]), [of(a), of(b)]);
+        }
+        assert!(sets[0].fit().is_some_and(|fit| fit.square() > 1e-7));
+        assert!(sets[2].fit().is_none());
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! Where regions begin: blocks and strips of planar cells that fit one plane.
 
+use super::bits::Bits;
 use super::image::Grid;
-use super::moments::Moments;
+use super::moments::squares;
+use super::words::runs;
 
 /// The cells that a region begins with: so many columns and rows of them.
 #[derive(Debug, Clone, Copy)]
@@ -29,49 +31,47 @@ impl Seed {
         shut: &[bool],
         mut found: impl FnMut(f32, usize),
     ) {
-        // How many cells of each column are open from the row of cells on upward, as many as the seed
-        // has rows at most, and the sums of these.
-        let mut heights = vec![0_u16; grid.cols];
-        let tall = self.rows as u16;
-        let mut columns = vec![Moments::default(); grid.cols];
-        for (y, shut) in shut.chunks_exact(grid.cols.max(1)).enumerate() {
-            for (height, shut) in heights.iter_mut().zip(shut) {
-                let next = if *height < tall { *height + 1 } else { tall };
-                *height = if *shut { 0 } else { next };
+        let open = Bits::of(shut, grid.cols, |shut| !shut);
+        let (mut all, mut columns, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
+        for y in 0..(open.height + 1).saturating_sub(self.rows) {
+            // Where as many rows as the seed has are open, and runs of that.
+            all.clear();
+            all.extend_from_slice(open.row(y));
+            for below in (y + 1..y + self.rows).map(|y| open.row(y)) {
+                all.iter_mut()
+                    .zip(below)
+                    .for_each(|(all, open)| *all &= open);
             }
-            // Most rows have none where faces are known already.
-            if !heights
-                .iter()
-                .fold(false, |any, height| any | (*height == tall))
-            {
-                continue;
-            }
-            let start = (y + 1 - self.rows) * grid.cols;
-            let (mut open, mut summed) = (0, 0);
-            for (x, &height) in heights.iter().enumerate() {
-                // How many columns up to this one are open.
-                open = if height < tall { 0 } else { open + 1 };
-                if open < self.cols {
-                    continue;
+            runs(&all, None, |a, b| {
+                if b - a < self.cols {
+                    return;
                 }
-                let first = x + 1 - self.cols;
-                let from = summed.max(first);
-                for (column, sum) in (from..).zip(&mut columns[from..=x]) {
-                    *sum = Moments::default();
-                    let cells = (0..self.rows).map(|k| start + k * grid.cols + column);
-                    cells.for_each(|i| sum.add(&grid.cells[i], 1.0));
+                let (from, to) = (y * grid.cols + a, y * grid.cols + b);
+                columns.clear();
+                columns.extend((from..to).map(|top| {
+                    let mut sum = grid.cells[top];
+                    let below = (1..self.rows).map(|k| top + k * grid.cols);
+                    below.for_each(|i| sum.add(&grid.cells[i], 1.0));
+                    sum
+                }));
+                blocks.clear();
+                blocks.extend(columns.windows(self.cols).map(|columns| {
+                    let mut sum = columns[0];
+                    columns[1..].iter().for_each(|column| sum.add(column, 1.0));
+                    sum
+                }));
+                let middle = self.rows / 2 * grid.cols + self.cols / 2;
+                for (two, from) in blocks.chunks(2).zip((from..).step_by(2)) {
+                    let squares = squares(&two[0], &two[two.len() - 1]);
+                    for (square, from) in squares.into_iter().zip(from..).take(two.len()) {
+                        let Some(square) = square else { continue };
+                        let score = square as f32 / limit(from + middle);
+                        if score <= 1.0 {
+                            found(score, from);
+                        }
+                    }
                 }
-                summed = x + 1;
-                let mut block = columns[first];
-                let rest = &columns[first + 1..=x];
-                rest.iter().for_each(|column| block.add(column, 1.0));
-                let Some(fit) = block.fit() else { continue };
-                let middle = start + self.rows / 2 * grid.cols + first + self.cols / 2;
-                let score = fit.square as f32 / limit(middle);
-                if score <= 1.0 {
-                    found(score, start + first);
-                }
-            }
+            });
         }
     }
 }
