@@ -122,7 +122,7 @@ impl<'a> Growth<'a> {
     ) -> Self {
         let pixels = (grid.size * grid.size) as f64;
         let least = (1.0 - config.missing_ratio_max) * pixels;
-        let mut cells = Vec::new();
+        let mut cells = Vec::with_capacity(grid.cells.len());
         let mut index = vec![0; grid.cells.len()];
         let mut shut = vec![true; grid.cells.len()];
         for (i, m) in grid.cells.iter().enumerate() {

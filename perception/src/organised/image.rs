@@ -1,8 +1,7 @@
 //! The inverse-depth image and its cells.
 
-use wide::f32x4;
-
 use super::moments::Moments;
+use super::pixels::{Column, holed, of_four};
 use crate::scan::{DepthImage, Intrinsics};
 
 /// Side of the small cells, px; large cells are 2 × 2 of them.
@@ -82,13 +81,23 @@ impl Grid {
     pub fn new(image: &InverseImage, mut cells: Vec<Moments>) -> Self {
         let (cols, rows) = (image.width / CELL_PX, image.height / CELL_PX);
         cells.resize(cols * rows, Moments::default());
+        let places = (0..cols).map(|i| (i * CELL_PX) as f64 - image.centre.0);
+        let columns: Vec<Column> = places.map(Column::new).collect();
+        let (columns, last) = columns.as_chunks();
         let bands = image.w.chunks_exact((image.width * CELL_PX).max(1));
         for (j, (row, band)) in cells.chunks_exact_mut(cols.max(1)).zip(bands).enumerate() {
             let lines = [0, 1, 2, 3].map(|k| &band[k * image.width..][..cols * CELL_PX]);
             let y0 = (j * CELL_PX) as f64 - image.centre.1;
-            for (i, cell) in row.iter_mut().enumerate() {
-                let x0 = (i * CELL_PX) as f64 - image.centre.0;
-                *cell = of_cell(lines.map(|line| line.as_chunks().0[i]), x0, y0);
+            let (fours, rest) = row.as_chunks_mut();
+            let [a, b, c, d] = lines.map(|line| line.as_chunks().0.iter());
+            for ((lines, columns), four) in a.zip(b).zip(c.zip(d)).zip(columns).zip(fours) {
+                let ((a, b), (c, d)) = lines;
+                of_four([a, b, c, d], columns, y0, four);
+            }
+            // Fewer than four are left.
+            let first = cols - rest.len();
+            for ((cell, column), i) in rest.iter_mut().zip(last).zip(first..) {
+                *cell = holed(lines.map(|line| line.as_chunks().0[i]), column.x0, y0);
             }
         }
         Self {
@@ -139,131 +148,5 @@ impl Grid {
             cell(x + 1 < self.cols, i + 1),
             cell(i + self.cols < self.cells.len(), i + self.cols),
         ]
-    }
-}
-
-/// The moments of a cell's pixels, the first of which is at (x0, y0).
-fn of_cell(lines: [[f32; CELL_PX]; CELL_PX], x0: f64, y0: f64) -> Moments {
-    let [a, b, c, d] = lines.map(f32x4::from);
-    let least = a.fast_min(b).fast_min(c.fast_min(d)).to_array();
-    if least.iter().any(|w| *w <= 0.0) {
-        return holed(lines, x0, y0);
-    }
-    // Differences to one of them are small numbers, for which 32 bits do.
-    let base = lines[0][0];
-    let [e, f, g, h] = [a, b, c, d].map(|line| line - f32x4::splat(base));
-    let sums = ((e + f) + (g + h)).to_array();
-    let squares = ((e * e + f * f) + (g * g + h * h)).to_array();
-    let down = (f + f32x4::splat(2.0) * g + f32x4::splat(3.0) * h).to_array();
-    let (w0, sum) = (f64::from(base), across(sums));
-    let (square, down, along) = (across(squares), across(down), along(sums));
-    // Of 16 pixels: Σ 1 = 16, Σ k = 24, Σ k² = 56, Σ j k = 36.
-    let (n, one, two, both) = (16.0, 24.0, 56.0, 36.0);
-    let w = sum + n * w0;
-    Moments {
-        n,
-        u: one + n * x0,
-        v: one + n * y0,
-        uu: two + x0 * (2.0 * one + n * x0),
-        uv: both + one * (x0 + y0) + n * x0 * y0,
-        vv: two + y0 * (2.0 * one + n * y0),
-        w,
-        uw: along + one * w0 + w * x0,
-        vw: down + one * w0 + w * y0,
-        ww: square + w0 * (2.0 * sum + n * w0),
-    }
-}
-
-/// The moments of those of a cell's pixels that were measured; the first is at (x0, y0).
-pub(super) fn holed(lines: [[f32; CELL_PX]; CELL_PX], x0: f64, y0: f64) -> Moments {
-    let [a, b, c, d] = lines.map(f32x4::from);
-    // About the largest, so that the sums are of small numbers, for which 32 bits do.
-    let [e, f, g, h] = a.fast_max(b).fast_max(c.fast_max(d)).to_array();
-    let base = e.max(f).max(g.max(h));
-    if base <= 0.0 {
-        return Moments::default();
-    }
-    // One where there is a measurement, and its difference.
-    let one = |line: f32x4| line.simd_gt(f32x4::ZERO) & f32x4::ONE;
-    let (p, q, r, s) = (one(a), one(b), one(c), one(d));
-    let rest = f32x4::splat(base);
-    let (a, b, c, d) = (
-        (a - rest) * p,
-        (b - rest) * q,
-        (c - rest) * r,
-        (d - rest) * s,
-    );
-    // Down the columns, k the row: Σ 1, Σ k, Σ k², Σ w, Σ k w and Σ w²; then along the row of sums.
-    let (two, three) = (f32x4::splat(2.0), f32x4::splat(3.0));
-    let n = ((p + q) + (r + s)).to_array();
-    let down = (q + two * r + three * s).to_array();
-    let downs = (q + f32x4::splat(4.0) * r + f32x4::splat(9.0) * s).to_array();
-    let w = ((a + b) + (c + d)).to_array();
-    let down_w = (b + two * c + three * d).to_array();
-    let square = ((a * a + b * b) + (c * c + d * d)).to_array();
-    let (count, u, v) = (across(n), along(n), across(down));
-    let (sum, base) = (across(w), f64::from(base));
-    let local = Moments {
-        n: count,
-        u,
-        v,
-        uu: f64::from(n[1] + 4.0 * n[2] + 9.0 * n[3]),
-        uv: along(down),
-        vv: across(downs),
-        w: sum + count * base,
-        uw: along(w) + u * base,
-        vw: across(down_w) + v * base,
-        ww: across(square) + base * (2.0 * sum + count * base),
-    };
-    local.moved(x0, y0)
-}
-
-/// Sum of a row.
-fn across([a, b, c, d]: [f32; CELL_PX]) -> f64 {
-    f64::from((a + b) + (c + d))
-}
-
-/// Sum of a row, each times its column.
-fn along([_, b, c, d]: [f32; CELL_PX]) -> f64 {
-    f64::from(b + 2.0 * c + 3.0 * d)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_cell_has_the_moments_of_its_pixels() {
-        let mut lines = [[0.0_f32; CELL_PX]; CELL_PX];
-        for (k, j) in (0..CELL_PX).flat_map(|k| (0..CELL_PX).map(move |j| (k, j))) {
-            lines[k][j] = 0.4 + 0.003 * j as f32 - 0.001 * (k * k) as f32;
-        }
-        let mut other = lines;
-        (other[1][2], other[3][0]) = (0.0, 0.0);
-        for lines in [lines, other] {
-            let (x0, y0) = (-120.0, 76.0);
-            let mut sums = Moments::default();
-            for (k, line) in lines.iter().enumerate() {
-                for (j, &w) in line.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-                    sums.push(x0 + j as f64, y0 + k as f64, w.into());
-                }
-            }
-            let got = of_cell(lines, x0, y0);
-            for (a, b) in [
-                (got.n, sums.n),
-                (got.u, sums.u),
-                (got.v, sums.v),
-                (got.uu, sums.uu),
-                (got.uv, sums.uv),
-                (got.vv, sums.vv),
-                (got.w, sums.w),
-                (got.uw, sums.uw),
-                (got.vw, sums.vw),
-                (got.ww, sums.ww),
-            ] {
-                // Differences of 0.01 in 32 bits.
-                assert!((a - b).abs() <= 1e-9 * b.abs(), "{got:?} {sums:?}");
-            }
-        }
     }
 }

@@ -30,6 +30,7 @@ mod outline;
 mod painter;
 mod partition;
 mod parts;
+mod pixels;
 mod plane;
 mod seed;
 mod words;

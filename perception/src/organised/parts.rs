@@ -2,9 +2,10 @@
 
 use super::bits::Bits;
 use super::cuts::Cuts;
-use super::image::{CELL_PX, Grid, InverseImage, holed};
+use super::image::{CELL_PX, Grid, InverseImage};
 use super::labels::NONE;
 use super::moments::Moments;
+use super::pixels::holed;
 use super::words::{Ones, packed_16};
 
 /// Calls `with` for the moments of disjoint sets of sure pixels of one label, which are all of them;
