@@ -116,7 +116,7 @@ pub fn edge_insets_m(surface: &Surface, view: &EdgeView) -> Result<Vec<f64>, Err
         .map(|edge| edge.lack_m(view, EdgeKind::Real, 0.0));
     let reach_m = wanted.fold(edge::ALONG_M, f64::max);
     // What each edge lacks of the parts of the outline that bound the polygon there, and their lengths.
-    let mut parts: Vec<(usize, f64, f64)> = Vec::with_capacity(2 * seen.len());
+    let mut parts: Vec<(usize, f64, f64)> = Vec::with_capacity(8 * seen.len());
     let half_planes = surface.polygon.half_planes();
     edge::for_bounds(&half_planes, &surface.outline, reach_m, |ring, k, found| {
         let inside = view.inside_rad.get(ring).and_then(|ring| ring.get(k));

@@ -169,7 +169,7 @@ pub fn kinds_of(
     kinds: &[Vec<EdgeKind>],
 ) -> Vec<EdgeKind> {
     let half_planes = polygon.half_planes();
-    let mut along = Vec::with_capacity(2 * half_planes.len());
+    let mut along = Vec::with_capacity(8 * half_planes.len());
     for_bounds(&half_planes, rings, ALONG_M, |ring, k, found| {
         let kind = kinds.get(ring).and_then(|kinds| kinds.get(k));
         let kind = kind.copied().unwrap_or_default();

@@ -50,8 +50,10 @@ impl Ring {
         let low = at(&points, points.iter().min_by(|a, b| by_x(a, b))).unwrap_or(0);
         points.rotate_left(low);
         let high = at(&points, points.iter().max_by(|a, b| by_x(a, b))).unwrap_or(0);
-        let mut kept = vec![0, high];
-        let mut stack = vec![(0, high), (high, n)];
+        let mut kept = Vec::with_capacity(64);
+        kept.extend([0, high]);
+        let mut stack = Vec::with_capacity(64);
+        stack.extend([(0, high), (high, n)]);
         while let Some((a, b)) = stack.pop() {
             let chord = Chord::new(&points[a], &points[b % n]);
             let mut worst = (tolerance * tolerance, 0);

@@ -30,11 +30,13 @@ pub(super) fn faces(labels: &[u16], sure: &Bits, cuts: &Cuts) -> Vec<Face> {
             above += 1;
         }
         let over = |run: &&(u32, u32, u32, u16)| run.0 < v && run.1 < b;
+        let mut own = here;
         for (k, run) in (above..).zip(runs[above..here].iter().take_while(over)) {
             if run.3 == label {
-                let (p, q) = (root(&mut parent, here), root(&mut parent, k));
-                // The earlier run is the root.
-                parent[p.max(q)] = p.min(q);
+                // The earlier run is the root of both.
+                let other = root(&mut parent, k);
+                parent[own.max(other)] = own.min(other);
+                own = own.min(other);
             }
         }
     }

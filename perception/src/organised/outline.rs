@@ -109,15 +109,19 @@ pub(super) fn pieces(
     // Coordinates of the plane that depend on the sensor only, so that its pose moves the pieces
     // and does not change them.
     let chart = Chart::new(image, plane);
-    let in_P = |p: &Point2<f64>| Some(chart.at(p.x, p.y)?.0);
 
     // The outline on the plane, covered by convex pieces.
     let (tolerance_px, notch_px) = (config.tolerance_px, config.notch_px);
     let on_pixels = contour::rings(face, tolerance_px, notch_px);
-    let on_plane = on_pixels.iter().map(|ring| ring.iter().map(in_P).collect());
-    let Some(rings) = on_plane.collect::<Option<Vec<Vec<_>>>>() else {
-        return Vec::new();
-    };
+    let mut rings = Vec::with_capacity(on_pixels.len());
+    for ring in &on_pixels {
+        let mut on_plane = Vec::with_capacity(ring.len());
+        on_plane.extend(ring.iter().map_while(|p| Some(chart.at(p.x, p.y)?.0)));
+        if on_plane.len() < ring.len() {
+            return Vec::new();
+        }
+        rings.push(on_plane);
+    }
     let pixels: f64 = face.runs.iter().map(|(_, a, b)| f64::from(b - a)).sum();
     let slack_m = SLACK_PX * (area / pixels).sqrt();
     let covering = cover(&rings, slack_m, &config.cover);

@@ -125,13 +125,11 @@ pub(in crate::organised) fn cover(
     let (low, high) = hull.bounds();
     let middle = low + 0.5 * (high - low);
     let near = |p: &Point2<f64>| [(p.x - middle.x) as f32, (p.y - middle.y) as f32];
-    let edges: Vec<(Point, Point)> = rings
-        .iter()
-        .flat_map(|ring| {
-            let next = ring.iter().cycle().skip(1);
-            ring.iter().zip(next).map(|(a, b)| (near(a), near(b)))
-        })
-        .collect();
+    let mut edges: Vec<(Point, Point)> = Vec::with_capacity(rings.iter().map(Vec::len).sum());
+    for ring in rings {
+        let next = ring.iter().cycle().skip(1);
+        edges.extend(ring.iter().zip(next).map(|(a, b)| (near(a), near(b))));
+    }
     let frame = Frame::new(near(&low)[1], near(&high)[1]);
     let mut region = Region::new(&frame, &hull.sides(near), &edges, slack_m as f32);
     // What is convex but for the slack is one piece.
@@ -143,7 +141,7 @@ pub(in crate::organised) fn cover(
     let worthwhile = (config.gain_min_ratio * total_m2).min(config.gain_min_m2);
     let gain_min_m2 = config.area_min_m2.max(worthwhile);
     let mut pieces: Vec<Ring> = Vec::new();
-    let mut started: Vec<Piece> = Vec::new();
+    let mut started: Vec<Piece> = Vec::with_capacity(2 * SEEDS);
     while pieces.len() < config.pieces_max {
         // Start from the places that are farthest from every edge and in no piece so far.
         let worth = |rows: &Rows| open.gain(&frame, rows) + OVERLAP_WORTH * rows.area(&frame);

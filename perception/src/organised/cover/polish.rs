@@ -24,7 +24,7 @@ pub(super) fn polished(region: &Region, piece: &Piece) -> Option<Piece> {
         after[i - 1] = rows;
     }
     let mut rows = region.hull.clone();
-    let mut corners: Vec<Point> = Vec::new();
+    let mut corners: Vec<Point> = Vec::with_capacity(64);
     let mut needless = Vec::new();
     for i in 0..cuts.len() {
         let own = bit(i);
