@@ -187,14 +187,11 @@ impl Bits {
     /// it: along row `v`, or down the column.
     #[inline]
     pub fn ahead(&self, v: usize, i: usize, k: usize, down: bool) -> u64 {
-        if down {
-            return if v + k < self.height {
-                self.row(v + k)[i]
-            } else {
-                0
-            };
-        }
         let at = v * self.stride + 1 + i;
+        if down {
+            // Beyond the last row there are no words.
+            return self.words.get(at + k * self.stride).copied().unwrap_or(0);
+        }
         let both = u128::from(self.words[at]) | u128::from(self.words[at + 1]) << 64;
         (both >> k) as u64
     }

@@ -79,7 +79,6 @@ pub(super) fn close(
 ) -> (Bits, Bits) {
     let width = image.width;
     let mut none = Bits::of(labels, width, |label| label == NONE);
-    let unmeasured = none.clone().filter(&image.w, |w| w == 0.0);
     let agrees = |u: usize, v: usize, label: u16| {
         let w = f64::from(image.w[v * width + u]);
         let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
@@ -88,41 +87,54 @@ pub(super) fn close(
     };
     // Along the rows, then down the columns. A gap ends at pixels with a label: to close it changes no
     // other one.
+    let mut gaps = Vec::new();
     for down in [false, true] {
         let step = if down { width } else { 1 };
-        let labelled = none.clone().not();
-        none.clone().for_words(|v, i, word| {
-            let before = labelled.behind(v, i, down);
-            // The first pixels of gaps that are no shorter than `gap`.
-            let mut open = word & before;
-            for gap in 1..=gap_px {
-                if open == 0 {
-                    break;
-                }
-                let ends = open & labelled.ahead(v, i, gap, down);
-                open &= !ends;
-                for bit in Ones(ends) {
-                    let u = 64 * i + bit;
-                    let first = v * width + u;
-                    let label = labels[first - step];
-                    if labels[first + gap * step] != label {
-                        continue;
-                    }
-                    let pixels = (0..gap).map(|k| if down { (u, v + k) } else { (u + k, v) });
-                    // All are asked: where to stop could not be foreseen.
-                    let agree = |all, (u, v)| all & agrees(u, v, label);
-                    if pixels.clone().fold(true, agree) {
-                        for (u, v) in pixels {
-                            labels[v * width + u] = label;
-                            none.clear(u, v);
-                        }
-                    }
+        gaps.clear();
+        find_gaps(&none, gap_px, down, &mut gaps);
+        for &(u, v, gap) in &gaps {
+            let (u, v) = (u as usize, v as usize);
+            let first = v * width + u;
+            let label = labels[first - step];
+            if labels[first + gap * step] != label {
+                continue;
+            }
+            let pixels = (0..gap).map(|k| if down { (u, v + k) } else { (u + k, v) });
+            // All are asked: where to stop could not be foreseen.
+            let agree = |all, (u, v)| all & agrees(u, v, label);
+            if pixels.clone().fold(true, agree) {
+                for (u, v) in pixels {
+                    labels[v * width + u] = label;
+                    none.clear(u, v);
                 }
             }
-        });
+        }
     }
-    let unmeasured = unmeasured.and(&none);
+    let unmeasured = none.clone().filter(&image.w, |w| w == 0.0);
     (none, unmeasured)
+}
+
+/// The gaps along the rows, or down the columns, that are no longer than `most` pixels and not at the
+/// image's border: column and row of the first pixel, and how many they are.
+fn find_gaps(none: &Bits, most: usize, down: bool, gaps: &mut Vec<(u32, u32, usize)>) {
+    let labelled = none.clone().not();
+    let mut longer = [0; 64];
+    none.for_words(|v, i, word| {
+        // The first pixels of gaps, and those of gaps that are longer than 1, 2, …
+        let starts = word & labelled.behind(v, i, down);
+        if starts == 0 {
+            return;
+        }
+        let mut open = starts;
+        for (gap, longer) in (1..).zip(&mut longer[..most]) {
+            open &= !labelled.ahead(v, i, gap, down);
+            *longer = open;
+        }
+        for bit in Ones(starts & !open) {
+            let more: u64 = longer[..most].iter().map(|longer| longer >> bit & 1).sum();
+            gaps.push(((64 * i + bit) as u32, v as u32, 1 + more as usize));
+        }
+    });
 }
 
 /// The pixels that surely lie on their face.
