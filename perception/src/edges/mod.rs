@@ -54,7 +54,7 @@ pub(crate) trait Picture {
 }
 
 /// Places along an edge are this far apart, px, and no more of them are looked at.
-const APART_PX: f64 = 8.0;
+const APART_PX: f64 = 12.0;
 const PLACES_MAX: usize = 24;
 /// The walk ends after so many pixels.
 const STEPS_MAX: usize = 96;
