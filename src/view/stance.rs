@@ -156,13 +156,18 @@ fn support(stance: &Stance, required: &RequiredMargins) -> Option<Value> {
     let region = region_of(|c| &c.vertices_W, 1.0)?;
     let kept = region_of(|c| &c.force_points_W, required.friction_use);
     let [x, y, _] = stance.com_W;
-    let edge = ConvexPolygon::hull(&region)
-        .ok()
-        .map(|hull| -hull.signed_distance(&Point2::new(x, y)));
+    let hull = ConvexPolygon::hull(&region).ok();
+    let inside = |p: &Point2<f64>| hull.as_ref().map(|hull| -hull.signed_distance(p));
+    // Narrow patches are shrunk by less than the margin asked for.
+    let promised = kept.as_ref().and_then(|kept| {
+        let inside = kept.iter().map(inside);
+        inside.reduce(|a, b| Some(a?.min(b?))).flatten()
+    });
     Some(json!({
         "region": plane_points(&region),
         "kept": kept.as_ref().map(plane_points),
-        "com_edge_m": edge.map(metres),
+        "com_edge_m": inside(&Point2::new(x, y)).map(metres),
+        "com_promised_m": promised.map(metres),
         "level": is_level(&loaded),
     }))
 }

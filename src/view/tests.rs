@@ -109,6 +109,8 @@ fn the_support_region_is_that_of_the_loaded_feet() {
     // On the left foot alone, one foot of 0.08 × 0.16 m remains.
     let support = &data["stances"][1]["support"];
     assert_eq!(support["com_edge_m"], 0.04);
+    // The forces act in its inner half.
+    assert_eq!(support["com_promised_m"], 0.02);
     // The forces may act in the inner half of a foot, wherever they come from.
     let kept = support["kept"].as_array().unwrap();
     assert!(kept.iter().all(|p| p[0].as_f64().unwrap().abs() <= 0.0401));

@@ -14,8 +14,8 @@ export function marginRows(stance, required) {
     least('Clearance to itself', m.self_clearance_m, required.self_clearance_m, millimetres, 'none near'),
     least('Patch inside surface', m.inclusion_m, 0, millimetres),
     // On level contacts the shrunk patches promise a distance; elsewhere only the forces do.
-    stance.support?.level
-      ? least('CoM inside support', stance.support.com_edge_m, required.com_m, millimetres)
+    stance.support?.level && isNumber(stance.support.com_promised_m)
+      ? least('CoM inside support', stance.support.com_edge_m, stance.support.com_promised_m, millimetres)
       : plain('CoM inside support', stance.support?.com_edge_m, millimetres),
     plain('Contact closure', m.closure_m, (x) => millimetres(x, 3)),
     plain('Equilibrium, of weight', m.equilibrium, scientific),
