@@ -80,7 +80,7 @@ function meter({ full, mark }) {
 }
 
 function supportNote(stance, { required }) {
-  const kept = `the patches shrunk by ${millimetres(required.com_m, 0)} and ${percent(required.friction_use, 0)} of the friction`;
+  const kept = `the patches shrunk by up to ${millimetres(required.com_m, 0)} and ${percent(required.friction_use, 0)} of the friction`;
   const ground = `Drawn in the 3-D view at the height of the lowest loaded contact, ${metres(stance.support_level_m, 2)}.`;
   if (!stance.support) {
     return el('p', { class: 'note bad' }, 'No CoM position is in static equilibrium on the loaded contacts.');

@@ -64,7 +64,6 @@ pub(super) fn label(
         };
         let mut here = Vec::new();
         for y in 0..rows {
-            painter.begin(y);
             here.clear();
             for (label, near) in (0..).zip(&near) {
                 here.extend(near.row(y).map(|row| (label, row)));
@@ -96,7 +95,7 @@ pub(super) fn label(
             });
         }
     }
-    (painter.pixels(), CellLabels(cells))
+    (painter.pixels, CellLabels(cells))
 }
 
 /// The cells near one region or more, and those near two or more.

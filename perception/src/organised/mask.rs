@@ -118,7 +118,7 @@ pub(super) fn close(
 /// image's border: column and row of the first pixel, and how many they are.
 fn find_gaps(none: &Bits, most: usize, down: bool, gaps: &mut Vec<(u32, u32, usize)>) {
     let labelled = none.clone().not();
-    let mut longer = [0; 64];
+    let mut longer = vec![0; most];
     none.for_words(|v, i, word| {
         // The first pixels of gaps, and those of gaps that are longer than 1, 2, …
         let starts = word & labelled.behind(v, i, down);
@@ -126,12 +126,12 @@ fn find_gaps(none: &Bits, most: usize, down: bool, gaps: &mut Vec<(u32, u32, usi
             return;
         }
         let mut open = starts;
-        for (gap, longer) in (1..).zip(&mut longer[..most]) {
+        for (gap, longer) in (1..).zip(&mut longer) {
             open &= !labelled.ahead(v, i, gap, down);
             *longer = open;
         }
         for bit in Ones(starts & !open) {
-            let more: u64 = longer[..most].iter().map(|longer| longer >> bit & 1).sum();
+            let more: u64 = longer.iter().map(|longer| longer >> bit & 1).sum();
             gaps.push(((64 * i + bit) as u32, v as u32, 1 + more as usize));
         }
     });

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use wide::bytemuck::cast;
-use wide::{f32x4, i16x8, i32x8, u16x8, u32x4};
+use wide::{f32x4, i16x8, i32x8, u16x8};
 
 use super::cell::coefficients;
 use super::growth::Region;
@@ -21,7 +21,8 @@ pub(super) struct Painter<'a> {
     cols: usize,
     /// For each cell the square of the distance within which its pixels belong to a plane.
     limits: Vec<f32>,
-    pixels: Vec<u16>,
+    /// The label of every pixel; a margin of the image narrower than a cell has none.
+    pub pixels: Vec<u16>,
     /// Of the row of cells that is being painted: what the planes take, and for each column of pixels
     /// how far its plane has risen since the first of the run, and the square of the distance within
     /// which pixels belong to it.
@@ -39,24 +40,11 @@ impl<'a> Painter<'a> {
             planes: regions.iter().map(plane).collect(),
             cols: grid.cols,
             limits: limits.collect(),
-            pixels: Vec::with_capacity(image.w.len()),
+            pixels: vec![NONE; image.w.len()],
             runs: Vec::new(),
             rise: vec![0.0; image.width],
             limit: vec![0.0; image.width],
         }
-    }
-
-    /// Before the first label is written in a row of cells.
-    pub fn begin(&mut self, y: usize) {
-        let end = (y + 1) * CELL_PX * self.image.width;
-        self.pixels.resize(end.max(self.pixels.len()), NONE);
-    }
-
-    /// The label of every pixel.
-    pub fn pixels(mut self) -> Vec<u16> {
-        // A margin of the image narrower than a cell has none.
-        self.pixels.resize(self.image.w.len(), NONE);
-        self.pixels
     }
 
     /// A pixel's coordinates as planes have them.
@@ -112,30 +100,30 @@ impl<'a> Painter<'a> {
         let (u0, v0) = (x * CELL_PX, y * CELL_PX);
         let (x0, y0) = self.place(u0, v0);
         let start = |k: usize| (v0 + k) * self.image.width + u0;
-        let w: [f32x4; CELL_PX] = [0, 1, 2, 3].map(|k| {
-            let line = self.image.w[start(k)..].first_chunk().copied();
-            f32x4::from(line.unwrap_or_default())
-        });
-        // Square of the distance to the nearest plane, and which it is; nothing is near where nothing
-        // was measured.
-        let limit = f32x4::splat(self.limits[y * self.cols + x]);
-        let mut best = w.map(|w| w.simd_gt(f32x4::ZERO) & limit);
-        let mut won = [u32x4::splat(NONE.into()); CELL_PX];
+        // Square of the distance to the nearest plane, and which it is; four pixels at once.
+        let mut best = [[self.limits[y * self.cols + x]; CELL_PX]; CELL_PX];
+        let mut won = [[u32::from(NONE); CELL_PX]; CELL_PX];
+        let mut lines = [[0.0_f32; CELL_PX]; CELL_PX];
+        for (k, line) in lines.iter_mut().enumerate() {
+            line.copy_from_slice(&self.image.w[start(k)..][..CELL_PX]);
+        }
         for &candidate in candidates {
             let [a, b, c] = self.planes[usize::from(candidate)];
             let first = a * x0 + (b * y0 + c);
-            let rise = f32x4::splat(a) * f32x4::from([0.0, 1.0, 2.0, 3.0]);
-            let label = u32x4::splat(candidate.into());
             for k in 0..CELL_PX {
-                let e = rise + f32x4::splat(first + b * k as f32) - w[k];
-                let square = e * e;
-                let better = square.simd_lt(best[k]);
-                best[k] = better.bitselect(square, best[k]);
-                won[k] = cast::<_, u32x4>(better).bitselect(label, won[k]);
+                let first = first + b * k as f32;
+                for j in 0..CELL_PX {
+                    let w = lines[k][j];
+                    let e = a * j as f32 + first - w;
+                    let square = e * e;
+                    let better = (square < best[k][j]) & (w > 0.0);
+                    best[k][j] = if better { square } else { best[k][j] };
+                    won[k][j] = if better { candidate.into() } else { won[k][j] };
+                }
             }
         }
         for (k, won) in won.iter().enumerate() {
-            let labels = won.to_array().map(|label| label as u16);
+            let labels = won.map(|label| label as u16);
             self.pixels[start(k)..][..CELL_PX].copy_from_slice(&labels);
         }
     }
