@@ -1,8 +1,8 @@
 //! What of a region is in no piece yet, and where.
 
-use wide::f32x4;
+use wide::f32x8;
 
-use super::rows::{FOURS, Frame, NOWHERE, ROWS, Rows};
+use super::rows::{EIGHTS, Frame, NOWHERE, ROWS, Rows};
 use super::segments::Point;
 
 /// The open parts of a region, in layers: of each row several intervals.
@@ -88,10 +88,10 @@ impl Open {
     /// free circles of those before it; at most `count`.
     pub fn seeds(&self, frame: &Frame, count: usize) -> Vec<Point> {
         // Every other row will do.
-        let looked_at = f32x4::from([1.0, 0.0, 1.0, 0.0]).simd_gt(f32x4::ZERO);
-        let mut places: Vec<Middles> = Vec::with_capacity(FOURS * self.open.len());
+        let looked_at = f32x8::from([1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0]).simd_gt(f32x8::ZERO);
+        let mut places: Vec<Middles> = Vec::with_capacity(EIGHTS * self.open.len());
         for layer in &self.open {
-            for i in 0..FOURS {
+            for i in 0..EIGHTS {
                 let open = layer.from[i].simd_lt(layer.to[i]) & looked_at;
                 if open.any() {
                     let (x, y) = ((layer.from[i] + layer.to[i]) * 0.5, frame.y[i]);
@@ -108,59 +108,59 @@ impl Open {
         }
         let mut seeds = Vec::with_capacity(count);
         while seeds.len() < count {
-            let deepest = places.iter().fold(f32x4::ZERO, |m, p| m.fast_max(p.depth));
+            let deepest = places.iter().fold(f32x8::ZERO, |m, p| m.fast_max(p.depth));
             let deepest = deepest.to_array().into_iter().fold(0.0, f32::max);
-            let is_deepest = |p: &Middles| p.depth.simd_eq(f32x4::splat(deepest)).to_bitmask();
+            let is_deepest = |p: &Middles| p.depth.simd_eq(f32x8::splat(deepest)).to_bitmask();
             let found = places.iter_mut().find(|p| is_deepest(p) != 0);
-            let Some(four) = found.filter(|_| deepest > 0.0) else {
+            let Some(eight) = found.filter(|_| deepest > 0.0) else {
                 break;
             };
-            let k = is_deepest(four).trailing_zeros() as usize;
-            let p = [four.x, four.y].map(|lanes| lanes.as_array()[k]);
-            if four.known >> k & 1 == 0 {
-                four.depth.as_mut_array()[k] = self.depth(frame, &p);
-                four.known |= 1 << k;
+            let k = is_deepest(eight).trailing_zeros() as usize;
+            let p = [eight.x, eight.y].map(|lanes| lanes.as_array()[k]);
+            if eight.known >> k & 1 == 0 {
+                eight.depth.as_mut_array()[k] = self.depth(frame, &p);
+                eight.known |= 1 << k;
                 continue;
             }
             seeds.push(p);
-            for four in &mut places {
-                let (x, y) = (four.x - p[0], four.y - p[1]);
-                let out = (x * x + y * y).simd_gt(f32x4::splat(4.0 * deepest * deepest));
-                four.depth &= out;
+            for eight in &mut places {
+                let (x, y) = (eight.x - p[0], eight.y - p[1]);
+                let out = (x * x + y * y).simd_gt(f32x8::splat(4.0 * deepest * deepest));
+                eight.depth &= out;
             }
         }
         seeds
     }
 
-    /// Distances of places in four rows from what is not of the region along their rows, 0 outside.
+    /// Distances of places in eight rows from what is not of the region along their rows, 0 outside.
     #[inline]
-    fn along(&self, i: usize, x: f32x4) -> f32x4 {
+    fn along(&self, i: usize, x: f32x8) -> f32x8 {
         let inside = |layer: &Rows| (x - layer.from[i]).fast_min(layer.to[i] - x);
         let layers = self.whole.iter().map(inside);
-        layers.fold(f32x4::ZERO, f32x4::fast_max)
+        layers.fold(f32x8::ZERO, f32x8::fast_max)
     }
 
     /// Distance of a place from what is not of the region, about, m.
     fn depth(&self, frame: &Frame, p: &Point) -> f32 {
-        let mut least = f32x4::splat(NOWHERE);
-        for i in 0..FOURS {
-            let along = self.along(i, f32x4::splat(p[0]));
+        let mut least = f32x8::splat(NOWHERE);
+        for i in 0..EIGHTS {
+            let along = self.along(i, f32x8::splat(p[0]));
             let up = frame.y[i] - p[1];
             least = least.fast_min(along * along + up * up);
         }
-        let [end, ..] = frame.end(f32x4::splat(p[1])).to_array();
+        let [end, ..] = frame.end(f32x8::splat(p[1])).to_array();
         let least = least.to_array().into_iter().fold(end * end, f32::min);
         least.sqrt()
     }
 }
 
-/// The middles of intervals in four rows.
+/// The middles of intervals in eight rows.
 struct Middles {
-    x: f32x4,
-    y: f32x4,
+    x: f32x8,
+    y: f32x8,
     /// The depth of each, or more: that along its row, or to the region's top or bottom; 0 where
     /// none is looked for.
-    depth: f32x4,
+    depth: f32x8,
     /// Which are known, one bit each.
     known: u32,
 }

@@ -1,6 +1,6 @@
 //! The cuts of a piece, turned to where they cost least.
 
-use wide::{f32x4, u32x4};
+use wide::{f32x8, u32x8};
 
 use super::grow::{Piece, Region};
 use super::rows::{Frame, Rows};
@@ -64,12 +64,12 @@ pub(super) fn polished(region: &Region, piece: &Piece) -> Option<Piece> {
     Some(Piece { cuts, rows })
 }
 
-/// On which side of the cuts four edges wholly lie, one bit a cut; of cuts after the last bit nothing is
+/// On which side of the cuts eight edges wholly lie, one bit a cut; of cuts after the last bit nothing is
 /// said.
 #[derive(Clone, Copy, Default)]
 struct Sides {
-    out: u32x4,
-    within: u32x4,
+    out: u32x8,
+    within: u32x8,
 }
 
 impl Sides {
@@ -86,24 +86,24 @@ impl Sides {
 
     /// What is known of the cut with this bit.
     #[inline]
-    fn set(&mut self, own: u32x4, edges: &Segments, cut: &Cut, slack_m: f32) {
+    fn set(&mut self, own: u32x8, edges: &Segments, cut: &Cut, slack_m: f32) {
         let [ha, hb] = edges.values(&cut.n, cut.b - slack_m);
-        let out = ha.fast_min(hb).simd_ge(f32x4::ZERO);
-        let within = ha.fast_max(hb).simd_le(f32x4::ZERO);
+        let out = ha.fast_min(hb).simd_ge(f32x8::ZERO);
+        let within = ha.fast_max(hb).simd_le(f32x8::ZERO);
         self.out = (self.out & !own) | (lanes(out) & own);
         self.within = (self.within & !own) | (lanes(within) & own);
     }
 
     /// A cut that nothing is out of.
-    fn forget(&mut self, own: u32x4) {
+    fn forget(&mut self, own: u32x8) {
         self.out &= !own;
         self.within |= own;
     }
 
     /// The edges that are wholly out of no half-plane but the one with this bit, one bit each.
     #[inline]
-    fn free(&self, own: u32x4) -> u32 {
-        (self.out & !own).simd_eq(u32x4::ZERO).to_bitmask()
+    fn free(&self, own: u32x8) -> u32 {
+        (self.out & !own).simd_eq(u32x8::ZERO).to_bitmask()
     }
 
     /// Adds the ends of what of the `free` edges reaches into all half-planes but `i`.
@@ -117,7 +117,7 @@ impl Sides {
         to: &mut Vec<Point>,
     ) {
         // The cuts that it is not within.
-        let all = u32x4::splat(u32::MAX >> (32 - cuts.len().clamp(1, 32)));
+        let all = u32x8::splat(u32::MAX >> (32 - cuts.len().clamp(1, 32)));
         let crossed = (!self.within & !bit(i) & all).to_array();
         for (k, a, b) in edges.iter().filter(|(k, ..)| free >> k & 1 == 1) {
             let mut left = Some((a, b));
@@ -144,13 +144,13 @@ impl Sides {
 }
 
 /// The bit of a cut.
-fn bit(i: usize) -> u32x4 {
-    u32x4::splat(1_u32.checked_shl(i as u32).unwrap_or(0))
+fn bit(i: usize) -> u32x8 {
+    u32x8::splat(1_u32.checked_shl(i as u32).unwrap_or(0))
 }
 
 /// All bits of the lanes of which something is true.
-fn lanes(is: f32x4) -> u32x4 {
-    u32x4::from(is.to_array().map(f32::to_bits))
+fn lanes(is: f32x8) -> u32x8 {
+    u32x8::from(is.to_array().map(f32::to_bits))
 }
 
 /// What of an edge reaches more than `slack` into the half-plane.

@@ -1,12 +1,12 @@
-//! Areas measured along rows, four side by side.
+//! Areas measured along rows, eight side by side.
 
-use wide::f32x4;
+use wide::f32x8;
 
 use super::segments::{Cut, LANES, Point};
 
-/// Rows over the height of a region, in fours.
-pub(super) const FOURS: usize = 8;
-pub(super) const ROWS: usize = LANES * FOURS;
+/// Rows over the height of a region, in eights.
+pub(super) const EIGHTS: usize = 4;
+pub(super) const ROWS: usize = LANES * EIGHTS;
 
 /// What is where no row is.
 pub(super) const NOWHERE: f32 = 1e15;
@@ -15,7 +15,7 @@ pub(super) const NOWHERE: f32 = 1e15;
 pub(super) struct Frame {
     pub low: f32,
     pub pitch_m: f32,
-    pub y: [f32x4; FOURS],
+    pub y: [f32x8; EIGHTS],
 }
 
 impl Frame {
@@ -26,7 +26,7 @@ impl Frame {
         Self {
             low,
             pitch_m,
-            y: std::array::from_fn(|i| f32x4::from(std::array::from_fn(|k| y(LANES * i + k)))),
+            y: std::array::from_fn(|i| f32x8::from(std::array::from_fn(|k| y(LANES * i + k)))),
         }
     }
 
@@ -37,7 +37,7 @@ impl Frame {
 
     /// Distance from the lowest or the highest place.
     #[inline]
-    pub fn end(&self, y: f32x4) -> f32x4 {
+    pub fn end(&self, y: f32x8) -> f32x8 {
         let high = self.low + self.pitch_m * ROWS as f32;
         (y - self.low).fast_min(-y + high)
     }
@@ -46,8 +46,8 @@ impl Frame {
 /// One interval of each row.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
-    pub from: [f32x4; FOURS],
-    pub to: [f32x4; FOURS],
+    pub from: [f32x8; EIGHTS],
+    pub to: [f32x8; EIGHTS],
 }
 
 /// Where a line leaves the rows.
@@ -71,7 +71,7 @@ impl Line {
     }
 
     #[inline]
-    fn at(&self, y: f32x4) -> f32x4 {
+    fn at(&self, y: f32x8) -> f32x8 {
         -(y * self.slope) + self.start
     }
 }
@@ -79,13 +79,13 @@ impl Line {
 impl Rows {
     /// Whole rows.
     pub const ALL: Self = Self {
-        from: [f32x4::splat(-NOWHERE); FOURS],
-        to: [f32x4::splat(NOWHERE); FOURS],
+        from: [f32x8::splat(-NOWHERE); EIGHTS],
+        to: [f32x8::splat(NOWHERE); EIGHTS],
     };
     /// Nothing of any.
     pub const NONE: Self = Self {
-        from: [f32x4::splat(NOWHERE); FOURS],
-        to: [f32x4::splat(-NOWHERE); FOURS],
+        from: [f32x8::splat(NOWHERE); EIGHTS],
+        to: [f32x8::splat(-NOWHERE); EIGHTS],
     };
 
     /// The interval of a row.
@@ -105,7 +105,7 @@ impl Rows {
     #[inline]
     pub fn cut(&mut self, frame: &Frame, cut: &Cut) {
         let line = Line::new(cut);
-        for i in 0..FOURS {
+        for i in 0..EIGHTS {
             let x = line.at(frame.y[i]);
             if line.left {
                 self.to[i] = self.to[i].fast_min(x);
@@ -118,7 +118,7 @@ impl Rows {
     /// Leaves what is in both.
     #[inline]
     pub fn both(&mut self, other: &Self) {
-        for i in 0..FOURS {
+        for i in 0..EIGHTS {
             self.from[i] = self.from[i].fast_max(other.from[i]);
             self.to[i] = self.to[i].fast_min(other.to[i]);
         }
@@ -154,9 +154,9 @@ impl Rows {
     /// Centroid, and a matrix [[m₀, 0], [m₁, m₂]] that makes the second moments those of a circle.
     pub fn ellipse(&self, frame: &Frame, about: &Point) -> Option<(Point, [f32; 3])> {
         // Sums of 1, x, y, x², x y, y², about a place nearby.
-        let mut sums = [f32x4::ZERO; 6];
-        for i in 0..FOURS {
-            let width = (self.to[i] - self.from[i]).fast_max(f32x4::ZERO);
+        let mut sums = [f32x8::ZERO; 6];
+        for i in 0..EIGHTS {
+            let width = (self.to[i] - self.from[i]).fast_max(f32x8::ZERO);
             // Where there is nothing the middle is anything finite.
             let x = (self.to[i] + self.from[i]) * 0.5 - about[0];
             let y = frame.y[i] - about[1];
@@ -167,7 +167,7 @@ impl Rows {
             sums[4] += width * x * y;
             sums[5] += width * y * y;
         }
-        let [n, x, y, xx, xy, yy] = sums.map(f32x4::reduce_add);
+        let [n, x, y, xx, xy, yy] = sums.map(f32x8::reduce_add);
         let [x, y, xx, xy, yy] = [x, y, xx, xy, yy].map(|s| s / n);
         let thick = frame.pitch_m * frame.pitch_m / 12.0;
         let (xx, xy, yy) = (xx - x * x, xy - x * y, yy - y * y + thick);
@@ -183,10 +183,10 @@ impl Rows {
 
 /// Sum of what is positive.
 #[inline]
-fn sum(of: impl Fn(usize) -> f32x4) -> f32 {
-    let mut sum = f32x4::ZERO;
-    for i in 0..FOURS {
-        sum += of(i).fast_max(f32x4::ZERO);
+fn sum(of: impl Fn(usize) -> f32x8) -> f32 {
+    let mut sum = f32x8::ZERO;
+    for i in 0..EIGHTS {
+        sum += of(i).fast_max(f32x8::ZERO);
     }
     sum.reduce_add()
 }

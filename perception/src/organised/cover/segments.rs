@@ -1,9 +1,9 @@
-//! Segments that half-planes cut, four side by side.
+//! Segments that half-planes cut, eight side by side.
 
-use wide::f32x4;
+use wide::f32x8;
 
 /// How many are side by side.
-pub(super) const LANES: usize = 4;
+pub(super) const LANES: usize = 8;
 
 /// A point of the plane, m.
 pub(super) type Point = [f32; 2];
@@ -38,27 +38,27 @@ impl Cut {
 /// Segments from `a` to `b`.
 #[derive(Clone, Copy)]
 pub(super) struct Segments {
-    a: [f32x4; 2],
-    b: [f32x4; 2],
+    a: [f32x8; 2],
+    b: [f32x8; 2],
 }
 
 impl Segments {
-    /// The segments of a list, four at a time.
+    /// The segments of a list, eight at a time.
     pub fn list(segments: &[(Point, Point)]) -> Vec<Self> {
-        let four = |four: &[(Point, Point)]| {
+        let eight = |eight: &[(Point, Point)]| {
             let lanes = |of: &dyn Fn(&(Point, Point)) -> f32| {
                 let mut lanes = [GONE; LANES];
-                for (lane, segment) in lanes.iter_mut().zip(four) {
+                for (lane, segment) in lanes.iter_mut().zip(eight) {
                     *lane = of(segment);
                 }
-                f32x4::from(lanes)
+                f32x8::from(lanes)
             };
             Self {
                 a: [lanes(&|(a, _)| a[0]), lanes(&|(a, _)| a[1])],
                 b: [lanes(&|(_, b)| b[0]), lanes(&|(_, b)| b[1])],
             }
         };
-        segments.chunks(LANES).map(four).collect()
+        segments.chunks(LANES).map(eight).collect()
     }
 
     /// Those of which something is left.
@@ -72,7 +72,7 @@ impl Segments {
 
     /// How far the ends are out of {n·p ≤ b}; n need not be a unit vector.
     #[inline]
-    pub fn values(&self, n: &Point, b: f32) -> [f32x4; 2] {
+    pub fn values(&self, n: &Point, b: f32) -> [f32x8; 2] {
         [self.a, self.b].map(|[x, y]| x * n[0] + y * n[1] - b)
     }
 
@@ -81,7 +81,7 @@ impl Segments {
     #[inline]
     pub fn clip(&mut self, n: &Point, b: f32) -> bool {
         let [ha, hb] = self.values(n, b);
-        let (a_out, b_out) = (ha.simd_ge(f32x4::ZERO), hb.simd_ge(f32x4::ZERO));
+        let (a_out, b_out) = (ha.simd_ge(f32x8::ZERO), hb.simd_ge(f32x8::ZERO));
         if !(a_out | b_out).any() {
             return false;
         }
@@ -89,7 +89,7 @@ impl Segments {
         let gone = a_out & b_out;
         for k in 0..2 {
             let (a, b) = (self.a[k], self.b[k]);
-            let p = gone.select(f32x4::splat(GONE), a + (b - a) * t);
+            let p = gone.select(f32x8::splat(GONE), a + (b - a) * t);
             self.a[k] = a_out.select(p, a);
             self.b[k] = b_out.select(p, b);
         }
@@ -99,43 +99,43 @@ impl Segments {
     /// Whether nothing is left of any.
     #[inline]
     pub fn is_gone(&self) -> bool {
-        self.a[0].simd_ge(f32x4::splat(GONE)).all()
+        self.a[0].simd_ge(f32x8::splat(GONE)).all()
     }
 }
 
 /// Segments ahead of a growing piece, about its centre.
 #[derive(Default)]
 pub(super) struct Ahead {
-    fours: Vec<Four>,
+    eights: Vec<Eight>,
     /// The least squares of distances from the centre.
-    least: f32x4,
+    least: f32x8,
 }
 
 impl Ahead {
     /// The segments as M (p − c) has them, M = [[m₀, 0], [m₁, m₂]], in place of those before.
     pub fn fill(&mut self, segments: &[Segments], centre: &Point, metric: &[f32; 3]) {
-        let mut least = f32x4::splat(GONE);
-        self.fours.clear();
-        self.fours.extend(segments.iter().map(|segments| {
-            let four = Four::new(segments, centre, metric);
-            least = least.fast_min(four.square);
-            four
+        let mut least = f32x8::splat(GONE);
+        self.eights.clear();
+        self.eights.extend(segments.iter().map(|segments| {
+            let eight = Eight::new(segments, centre, metric);
+            least = least.fast_min(eight.square);
+            eight
         }));
         self.least = least;
     }
 
     /// Leaves the parts in the half-plane {n·p ≤ b}; n need not be a unit vector.
     pub fn clip(&mut self, n: &Point, b: f32) {
-        let gone = f32x4::splat(GONE);
+        let gone = f32x8::splat(GONE);
         let mut least = gone;
         let mut i = 0;
-        while let Some(four) = self.fours.get_mut(i) {
-            four.clip(n, b);
-            if four.square.simd_lt(gone).any() {
-                least = least.fast_min(four.square);
+        while let Some(eight) = self.eights.get_mut(i) {
+            eight.clip(n, b);
+            if eight.square.simd_lt(gone).any() {
+                least = least.fast_min(eight.square);
                 i += 1;
             } else {
-                self.fours.swap_remove(i);
+                self.eights.swap_remove(i);
             }
         }
         self.least = least;
@@ -144,48 +144,48 @@ impl Ahead {
     /// The point that is nearest to the centre, none where nothing is left.
     pub fn nearest(&self) -> Option<Point> {
         let least = self.least.to_array().into_iter().fold(GONE, f32::min);
-        let lanes = |four: &Four| four.square.simd_eq(f32x4::splat(least)).to_bitmask();
-        let four = self.fours.iter().find(|four| lanes(four) != 0);
-        let four = four.filter(|_| least < GONE)?;
-        let k = lanes(four).trailing_zeros() as usize;
-        Some(four.nearest().map(|lanes| lanes.as_array()[k]))
+        let lanes = |eight: &Eight| eight.square.simd_eq(f32x8::splat(least)).to_bitmask();
+        let eight = self.eights.iter().find(|eight| lanes(eight) != 0);
+        let eight = eight.filter(|_| least < GONE)?;
+        let k = lanes(eight).trailing_zeros() as usize;
+        Some(eight.nearest().map(|lanes| lanes.as_array()[k]))
     }
 }
 
-/// Four segments, what cuts leave of each, and how near that is.
-struct Four {
+/// Eight segments, what cuts leave of each, and how near that is.
+struct Eight {
     /// One end, and the way to it from the other one: a − t · back, 0 ≤ t ≤ 1.
-    a: [f32x4; 2],
-    back: [f32x4; 2],
+    a: [f32x8; 2],
+    back: [f32x8; 2],
     /// Where the lines are nearest to the centre.
-    foot: f32x4,
+    foot: f32x8,
     /// Where what is left of them begins and ends.
-    from: f32x4,
-    to: f32x4,
+    from: f32x8,
+    to: f32x8,
     /// Square of its distance from the centre.
-    square: f32x4,
+    square: f32x8,
 }
 
-impl Four {
+impl Eight {
     #[inline]
     fn new(segments: &Segments, centre: &Point, metric: &[f32; 3]) -> Self {
-        let at = |[x, y]: [f32x4; 2]| {
+        let at = |[x, y]: [f32x8; 2]| {
             let (x, y) = (x - centre[0], y - centre[1]);
             [x * metric[0], x * metric[1] + y * metric[2]]
         };
         let (a, b) = (at(segments.a), at(segments.b));
         let back = [a[0] - b[0], a[1] - b[1]];
-        let square = (back[0] * back[0] + back[1] * back[1]).fast_max(f32x4::splat(1e-30));
-        let mut four = Self {
+        let square = (back[0] * back[0] + back[1] * back[1]).fast_max(f32x8::splat(1e-30));
+        let mut eight = Self {
             a,
             back,
             foot: (a[0] * back[0] + a[1] * back[1]) / square,
-            from: f32x4::ZERO,
-            to: f32x4::ONE,
+            from: f32x8::ZERO,
+            to: f32x8::ONE,
             square,
         };
-        four.measure();
-        four
+        eight.measure();
+        eight
     }
 
     /// Leaves the parts in the half-plane {n·p ≤ b}.
@@ -193,14 +193,14 @@ impl Four {
     /// Source: [liang1984], a line after another.
     #[inline]
     fn clip(&mut self, n: &Point, b: f32) {
-        let value = |[x, y]: [f32x4; 2]| x * n[0] + y * n[1];
+        let value = |[x, y]: [f32x8; 2]| x * n[0] + y * n[1];
         let (ha, along) = (value(self.a) - b, value(self.back));
-        let a_out = ha.simd_gt(f32x4::ZERO);
-        let b_out = (ha - along).simd_gt(f32x4::ZERO);
+        let a_out = ha.simd_gt(f32x8::ZERO);
+        let b_out = (ha - along).simd_gt(f32x8::ZERO);
         if (a_out | b_out).any() {
             let t = ha / along;
             self.from = self.from.fast_max(a_out & t);
-            self.to = self.to.fast_min(b_out.select(t, f32x4::ONE));
+            self.to = self.to.fast_min(b_out.select(t, f32x8::ONE));
             self.measure();
         }
     }
@@ -210,12 +210,12 @@ impl Four {
     fn measure(&mut self) {
         let [x, y] = self.nearest();
         let gone = self.from.simd_ge(self.to);
-        self.square = gone.select(f32x4::splat(GONE), x * x + y * y);
+        self.square = gone.select(f32x8::splat(GONE), x * x + y * y);
     }
 
     /// The nearest points of what is left.
     #[inline]
-    fn nearest(&self) -> [f32x4; 2] {
+    fn nearest(&self) -> [f32x8; 2] {
         let t = self.foot.fast_max(self.from).fast_min(self.to);
         [0, 1].map(|k| self.a[k] - self.back[k] * t)
     }
