@@ -84,6 +84,9 @@ impl GrowthConfig {
     }
 }
 
+/// Of so many seeds one is put in order at a time, and as many at least.
+const FLATTEST: usize = 8;
+
 /// What is known of cells that share a plane.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Region {
@@ -151,17 +154,32 @@ impl<'a> Growth<'a> {
     /// `pixels_min`. Every cell belongs to one region at most, in an order that depends on the image
     /// only; those of earlier calls keep theirs.
     pub fn regions(&mut self, shapes: &[Seed], pixels_min: usize) -> Vec<Grown> {
-        let mut regions = Vec::new();
         let limit = |i: usize| self.cells[self.index[i] as usize].seed_max;
-        for (first, number) in seeds(self.grid, limit, &self.shut, shapes) {
-            let mut block = shapes[number].cells(first, self.grid);
-            if !block.clone().any(|i| self.shut[i]) {
-                self.members.clear();
-                self.members.extend(&mut block);
-                regions.extend(self.one(pixels_min));
+        let mut left = seeds(self.grid, limit, &self.shut, shapes);
+        let mut regions = Vec::new();
+        while !left.is_empty() {
+            // The flattest in order. What they grow to covers most of the others, which then need none.
+            let count = (left.len() / FLATTEST).max(FLATTEST).min(left.len());
+            left.select_nth_unstable(count - 1);
+            let rest = left.split_off(count);
+            left.sort_unstable();
+            for seed in left {
+                let block = seed.cells(shapes, self.grid);
+                if self.is_open(block.clone()) {
+                    self.members.clear();
+                    self.members.extend(block);
+                    regions.extend(self.one(pixels_min));
+                }
             }
+            left = rest;
+            left.retain(|seed| self.is_open(seed.cells(shapes, self.grid)));
         }
         regions
+    }
+
+    /// Whether all of some cells take part and belong to no region.
+    fn is_open(&self, mut cells: impl Iterator<Item = usize>) -> bool {
+        !cells.any(|i| self.shut[i])
     }
 
     /// One region from the members that it begins with; gives its cells back if it stays too small.

@@ -76,25 +76,33 @@ impl Seed {
     }
 }
 
-/// Where cells that are not `shut` fit one plane, flattest first: the first cell, and which of the
-/// shapes. `limit` is the largest mean square of a seed about a cell, 1/m².
+/// A place where a region may begin; the flattest are the least.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Place(u64);
+
+impl Place {
+    /// Its cells, if those are the shapes that it was looked for with.
+    pub fn cells(self, shapes: &[Seed], grid: &Grid) -> impl Iterator<Item = usize> + Clone {
+        let (place, count) = (self.0 as u32, shapes.len() as u32);
+        shapes[(place % count) as usize].cells((place / count) as usize, grid)
+    }
+}
+
+/// Where cells that are not `shut` fit one plane. `limit` is the largest mean square of a seed about
+/// a cell, 1/m².
 pub(super) fn seeds(
     grid: &Grid,
     limit: impl Fn(usize) -> f32,
     shut: &[bool],
     shapes: &[Seed],
-) -> Vec<(usize, usize)> {
+) -> Vec<Place> {
     let mut seeds = Vec::new();
     for (number, shape) in shapes.iter().enumerate() {
         shape.places(grid, &limit, shut, |score, first| {
             // Bits of numbers that are not negative are in the order of the numbers.
             let place = first * shapes.len() + number;
-            seeds.push(u64::from(score.to_bits()) << 32 | place as u64);
+            seeds.push(Place(u64::from(score.to_bits()) << 32 | place as u64));
         });
     }
-    seeds.sort_unstable();
-    let places = seeds.into_iter().map(|seed| seed as u32 as usize);
-    places
-        .map(|place| (place / shapes.len(), place % shapes.len()))
-        .collect()
+    seeds
 }
