@@ -166,43 +166,13 @@ impl Bits {
 
     /// Calls `with` for the column and the row of every pixel in it, row by row.
     pub fn for_each(&self, mut with: impl FnMut(usize, usize)) {
-        self.for_words(|v, i, word| Ones(word).for_each(|bit| with(64 * i + bit, v)));
-    }
-
-    /// Calls `with` for every word with a pixel in it: the row, the number of the word, its pixels.
-    pub fn for_words(&self, mut with: impl FnMut(usize, usize, u64)) {
         for v in 0..self.height {
-            for (i, &word) in self
-                .row(v)
-                .iter()
-                .enumerate()
-                .filter(|(_, word)| **word != 0)
-            {
-                with(v, i, word);
+            for (i, &word) in self.row(v).iter().enumerate() {
+                if word != 0 {
+                    Ones(word).for_each(|bit| with(64 * i + bit, v));
+                }
             }
         }
-    }
-
-    /// Of 64 columns, the `i`th such word, those from which the pixel `k` steps on, at most 64, is in
-    /// it: along row `v`, or down the column.
-    #[inline]
-    pub fn ahead(&self, v: usize, i: usize, k: usize, down: bool) -> u64 {
-        let at = v * self.stride + 1 + i;
-        if down {
-            // Beyond the last row there are no words.
-            return self.words.get(at + k * self.stride).copied().unwrap_or(0);
-        }
-        let both = u128::from(self.words[at]) | u128::from(self.words[at + 1]) << 64;
-        (both >> k) as u64
-    }
-
-    /// The same of the pixel one step back.
-    pub fn behind(&self, v: usize, i: usize, down: bool) -> u64 {
-        if down {
-            return if v > 0 { self.row(v - 1)[i] } else { 0 };
-        }
-        let at = v * self.stride + 1 + i;
-        self.words[at] << 1 | self.words[at - 1] >> 63
     }
 
     /// Calls `with` for every run of pixels in a row that are in it, row by row: the row, the first

@@ -8,7 +8,6 @@ use super::cuts::Cuts;
 use super::growth::Region;
 use super::image::InverseImage;
 use super::labels::NONE;
-use super::words::Ones;
 use crate::Error;
 use crate::error::within;
 use crate::sensor::Noise;
@@ -87,18 +86,15 @@ pub(super) fn close(
     };
     // Along the rows, then down the columns. A gap ends at pixels with a label: to close it changes no
     // other one.
-    let mut gaps = Vec::new();
-    for down in [false, true] {
-        let step = if down { width } else { 1 };
-        gaps.clear();
-        find_gaps(&none, gap_px, down, &mut gaps);
-        for &(u, v, gap) in &gaps {
-            let (u, v) = (u as usize, v as usize);
+    for (down, step) in [(false, 1), (true, width)] {
+        starts(&none, gap_px, down).for_each(|u, v| {
             let first = v * width + u;
             let label = labels[first - step];
-            if labels[first + gap * step] != label {
-                continue;
-            }
+            let after = (1..=gap_px).map(|k| (k, labels[first + k * step]));
+            let end = after.into_iter().find(|(_, after)| *after != NONE);
+            let Some((gap, _)) = end.filter(|(_, after)| *after == label) else {
+                return;
+            };
             let pixels = (0..gap).map(|k| if down { (u, v + k) } else { (u + k, v) });
             // All are asked: where to stop could not be foreseen.
             let agree = |all, (u, v)| all & agrees(u, v, label);
@@ -108,33 +104,25 @@ pub(super) fn close(
                     none.clear(u, v);
                 }
             }
-        }
+        });
     }
     let unmeasured = none.clone().filter(&image.w, |w| w == 0.0);
     (none, unmeasured)
 }
 
-/// The gaps along the rows, or down the columns, that are no longer than `most` pixels and not at the
-/// image's border: column and row of the first pixel, and how many they are.
-fn find_gaps(none: &Bits, most: usize, down: bool, gaps: &mut Vec<(u32, u32, usize)>) {
-    let labelled = none.clone().not();
-    let mut longer = vec![0; most];
-    none.for_words(|v, i, word| {
-        // The first pixels of gaps, and those of gaps that are longer than 1, 2, …
-        let starts = word & labelled.behind(v, i, down);
-        if starts == 0 {
-            return;
+/// The first pixels of the gaps along the rows, or down the columns, that are no longer than `most`
+/// pixels and not at the image's border.
+fn starts(none: &Bits, most: usize, down: bool) -> Bits {
+    // With a label just before, and one not far after.
+    let near = |before: usize, after: usize| {
+        let labelled = none.clone().not();
+        if down {
+            labelled.any_down(before, after)
+        } else {
+            labelled.any_along(before, after)
         }
-        let mut open = starts;
-        for (gap, longer) in (1..).zip(&mut longer) {
-            open &= !labelled.ahead(v, i, gap, down);
-            *longer = open;
-        }
-        for bit in Ones(starts & !open) {
-            let more: u64 = longer.iter().map(|longer| longer >> bit & 1).sum();
-            gaps.push(((64 * i + bit) as u32, v as u32, 1 + more as usize));
-        }
-    });
+    };
+    near(1, 0).and(none).and(&near(0, most))
 }
 
 /// The pixels that surely lie on their face.
