@@ -4,7 +4,6 @@ use super::bits::Bits;
 use super::cell::CellNoise;
 use super::growth::Region;
 use super::image::{Grid, InverseImage};
-use super::moments::Moments;
 use super::near::Near;
 use super::painter::Painter;
 use super::words::{Ones, places, runs};
@@ -20,10 +19,11 @@ const RINGS: usize = 3;
 const SIGMAS: f64 = 3.0;
 const SYSTEMATICS: f64 = 2.0;
 
-/// The square of that distance for the pixels of a cell, 1/m²; nothing is nearer than that of one
-/// without a pixel.
-pub(super) fn limit(cell: &Moments, noise: &Noise) -> f64 {
-    CellNoise::at(noise, cell.mean()).square(SIGMAS, SYSTEMATICS)
+/// The square of that distance for the pixels of a cell of mean inverse depth `w`, 1/m²; nothing is
+/// nearer than that of one without a pixel.
+#[inline]
+pub(super) fn limit(w: f64, noise: &Noise) -> f64 {
+    CellNoise::at(noise, w).square(SIGMAS, SYSTEMATICS)
 }
 
 /// Index of the region that has most of each small cell, or [`NONE`].

@@ -23,7 +23,7 @@ pub(super) fn found(growth: &mut Growth, known: &Partition, noise: &Noise) -> Ve
     let mut narrow = growth.regions(&[along, down], growth.config.strip_pixels_min);
     let claimed = |&cell: &usize| {
         let moments = &grid.cells[cell];
-        let limit = limit(moments, noise);
+        let limit = limit(moments.mean(), noise);
         let beside = grid.beside(cell).map(|k| known.owner[k]);
         let mut beside = beside.iter().filter(|o| **o != NONE);
         beside.any(|o| moments.mean_square(&known.regions[usize::from(*o)].plane) < limit)

@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use wide::bytemuck::cast;
-use wide::{f32x4, i16x8, i32x8, u16x8};
+use wide::{f32x8, i16x8, i32x8, u16x8};
 
 use super::cell::coefficients;
 use super::growth::Region;
 use super::image::{CELL_PX, Grid, InverseImage};
 use super::labels::{NONE, limit};
+use super::moments::Moments;
 use super::words::packed_16;
 use crate::sensor::Noise;
 
@@ -34,7 +35,8 @@ pub(super) struct Painter<'a> {
 impl<'a> Painter<'a> {
     pub fn new(image: &'a InverseImage, grid: &Grid, regions: &[Region], noise: &Noise) -> Self {
         let plane = |region: &Region| coefficients(&region.plane);
-        let limits = (grid.cells.iter()).map(|cell| limit(cell, noise) as f32);
+        let means: Vec<f64> = grid.cells.iter().map(Moments::mean).collect();
+        let limits = means.iter().map(|w| limit(*w, noise) as f32);
         Self {
             image,
             planes: regions.iter().map(plane).collect(),
@@ -181,14 +183,10 @@ impl Line<'_> {
 
     /// The labels of eight pixels.
     fn eight(&self, w: &[f32; 8], rise: &[f32; 8], limit: &[f32; 8]) -> [u16; 8] {
-        let fours = |eight: &[f32; 8]| -> [f32x4; 2] { cast(*eight) };
-        let (w, rise, limit) = (fours(w), fours(rise), fours(limit));
-        let on = |k: usize| {
-            let e = f32x4::splat(self.first) + rise[k] - w[k];
-            (e * e).simd_lt(limit[k]) & w[k].simd_gt(f32x4::ZERO)
-        };
+        let [w, rise, limit] = [w, rise, limit].map(|eight| f32x8::from(*eight));
+        let e = rise + self.first - w;
         // All bits are set where a pixel is not on the plane, as they are in NONE.
-        let on: i32x8 = cast([on(0), on(1)]);
+        let on: i32x8 = cast((e * e).simd_lt(limit) & w.simd_gt(f32x8::ZERO));
         let off: u16x8 = cast(!i16x8::from_i32x8_saturate(on));
         (off | u16x8::splat(self.label)).to_array()
     }
