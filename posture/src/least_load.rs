@@ -20,20 +20,26 @@ const UPWARD_MIN: f64 = 0.7;
 /// More than all contacts bear: no posture has a margin over balls in a line.
 const TOO_MUCH: f64 = 2.0;
 
+/// Whether all that is loaded are balls on faces that are not steep: then there is a least load.
+pub(crate) fn is_meant(problem: &Problem, contacts: &[ContactModel]) -> bool {
+    let mut all = problem.contacts.iter().zip(contacts);
+    all.all(|(contact, model)| {
+        let ball = model.radius.is_some() && model.axes[(2, 2)] >= UPWARD_MIN;
+        ball || !contact.loaded
+    })
+}
+
 /// The part of the weight that every loaded ball must be able to do without for a margin of
-/// `margin_m`; zero where an area is loaded too, or a ball on a steep face.
-pub(crate) fn least_load(problem: &Problem, contacts: &[ContactModel], margin_m: f64) -> f64 {
-    let loaded = || {
-        let all = problem.contacts.iter().zip(contacts);
-        all.filter(|(contact, _)| contact.loaded)
-    };
-    let meant = |m: &ContactModel| m.radius.is_some() && m.axes[(2, 2)] >= UPWARD_MIN;
-    if margin_m <= 0.0 || !loaded().all(|(_, model)| meant(model)) {
-        return 0.0;
-    }
-    // A place that is still to be found is about where the guess has the ball.
-    let kinematics = Kinematics::new(problem.robot, problem.guess);
-    let places: Vec<Vector2<f64>> = loaded()
+/// `margin_m` where the balls are: at their fixed places, or where the robot has them.
+pub(crate) fn least_load(
+    problem: &Problem,
+    contacts: &[ContactModel],
+    kinematics: &Kinematics,
+    margin_m: f64,
+) -> f64 {
+    let all = problem.contacts.iter().zip(contacts);
+    let loaded = all.filter(|(contact, _)| contact.loaded);
+    let places: Vec<Vector2<f64>> = loaded
         .map(|(contact, model)| {
             let patch = &problem.robot.patches[contact.patch];
             let centre = match &contact.place {

@@ -8,7 +8,7 @@
 //! iteration. Source: the support region of [bretl2008], which is empty where the second fails.
 
 use nalgebra::{DMatrix, Vector3};
-use robot_model::JointKind;
+use robot_model::{JointKind, Kinematics};
 
 use crate::iterate::Context;
 use crate::outcome::Violation;
@@ -131,10 +131,11 @@ fn unbalanced(ctx: &Context) -> Option<Violation> {
             }
         }
     }
+    let least_load = ctx.least_load(&Kinematics::new(ctx.robot(), ctx.problem.guess));
     for (contact, column, _) in &points {
         let mu = ctx.contacts[*contact].mu_axis;
         for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
-            let least = ctx.pyramid_min(*contact, axis, sign);
+            let least = ctx.pyramid_min(least_load, *contact, axis, sign);
             let row = rows.push(Tag::Friction(*contact), 0.0, least, f64::INFINITY);
             row[column + 2] = mu;
             row[column + axis] = sign;

@@ -175,6 +175,13 @@ fn it_stands_on_six_balls_and_on_three() {
     }
 }
 
+/// Distance of the centre of mass from the nearest edge of what the balls support, m.
+fn inside(posture: &Posture) -> f64 {
+    let corners = posture.contacts.iter().map(|c| c.vertices_W[0].xy().into());
+    let polygon = ConvexPolygon::hull(&corners.collect::<Vec<_>>()).unwrap();
+    -polygon.signed_distance(&posture.com_W.xy().into())
+}
+
 /// A margin that is asked for moves the centre of mass away from the support polygon's edge.
 #[test]
 fn on_three_balls_the_centre_of_mass_keeps_its_margin() {
@@ -200,16 +207,6 @@ fn on_three_balls_the_centre_of_mass_keeps_its_margin() {
         assert_sound(&robot, &world, &contacts, posture);
         posture.clone()
     };
-    // Distance of the centre of mass from the nearest edge.
-    let inside = |posture: &Posture| {
-        let corners: Vec<Point2<f64>> = posture
-            .contacts
-            .iter()
-            .map(|c| c.vertices_W[0].xy().into())
-            .collect();
-        let triangle = ConvexPolygon::hull(&corners).unwrap();
-        -triangle.signed_distance(&posture.com_W.xy().into())
-    };
     // The base at y ≥ 0.2 m, toward the edge between front and rear left, which is at 0.39 m.
     let aside = BaseGoal {
         position_m: [None, Some(1.2), None],
@@ -222,6 +219,60 @@ fn on_three_balls_the_centre_of_mass_keeps_its_margin() {
     let with = inside(&solved(asked, None, &near.q));
     assert!(with >= asked - 1e-4, "{with} m, {asked} m asked for");
     assert!(with < asked + 0.02, "{with} m, {asked} m asked for");
+}
+
+/// How much every ball must bear follows from where the balls come to be, not from where they were.
+#[test]
+fn the_margin_holds_where_the_balls_come_to_be() {
+    let robot = hexapod();
+    let q = standing(&robot);
+    let kinematics = Kinematics::new(&robot, &q);
+    let feet = [0, 2, 4].map(|i| FEET[i]);
+    // Footholds far nearer to each other than the feet stand.
+    let footholds = feet.map(|foot| {
+        let p = kinematics
+            .X_WC(robot.patch(foot).unwrap())
+            .translation
+            .vector;
+        square(foot, Vector3::new(0.75 * p.x, 0.75 * p.y, 0.0), 0.0, 0.03)
+    });
+    let world = environment(footholds.to_vec());
+    let contacts: Vec<Contact> = (0..3).map(|i| on(&robot, feet[i], i)).collect();
+    // The base toward the edge between front and rear left: there is not much room for a margin.
+    let aside = BaseGoal {
+        position_m: [None, Some(1.15), None],
+        tolerance_m: 1.0,
+        ..BaseGoal::default()
+    };
+    let solved = |com_margin_m: f64| {
+        let problem = Problem {
+            robot: &robot,
+            environment: &world,
+            contacts: contacts.clone(),
+            base_goal: Some(aside.clone()),
+            reference: &q,
+            guess: &q,
+        };
+        let config = Config {
+            com_margin_m,
+            ..Config::default()
+        };
+        let outcome = posture::solve(&problem, &config).unwrap();
+        let posture = outcome.posture().cloned();
+        if let Some(posture) = &posture {
+            assert_sound(&robot, &world, &contacts, posture);
+        }
+        posture
+    };
+    let without = inside(&solved(0.0).unwrap());
+    let with = inside(&solved(without + 0.002).unwrap());
+    assert!(
+        with >= without + 0.002 - 1e-4,
+        "{with} m, {without} m without"
+    );
+    // More than there is.
+    let with = solved(without + 0.02).map(|posture| inside(&posture));
+    assert_eq!(with, None, "{without} m without");
 }
 
 #[test]

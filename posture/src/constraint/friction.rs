@@ -14,7 +14,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
         // The four sides imply f_z ≥ 0.
         for axis in 0..2 {
             for sign in [1.0, -1.0] {
-                let least = ctx.pyramid_min(contact, axis, sign);
+                let least = ctx.pyramid_min(it.least_load, contact, axis, sign);
                 let value = mu * it.force[k + 2] + sign * it.force[k + axis];
                 let row = rows.push(Tag::Friction(contact), value, least, f64::INFINITY);
                 if !row.is_empty() {
