@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Point2, Rotation3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
 use surfaces::ConvexPolygon;
 
-use crate::least_load::{is_meant, least_load};
+use crate::least_load::on_balls_alone;
 use crate::problem::{Place, Problem};
 use crate::rows::{Constraint, Tag};
 use crate::{Config, Error};
@@ -140,9 +140,6 @@ pub(crate) struct Iterate {
     /// Forces in the order of the columns, over the weight, in the contacts' axes.
     pub force: Vec<f64>,
     pub kinematics: Kinematics,
-    /// Part of the weight that every loaded ball must be able to do without. It moves with the balls;
-    /// the rows have no gradient of it: steps become short, and it settles.
-    pub least_load: f64,
 }
 
 /// Constraints that are left out, to find out which of them matter.
@@ -167,8 +164,8 @@ pub(crate) struct Context<'a> {
     pub config: &'a Config,
     pub contacts: Vec<ContactModel>,
     pub layout: Layout,
-    /// Whether the centre of mass keeps its margin by the load of every ball.
-    on_balls: bool,
+    /// Whether the centre of mass keeps its margin by what every ball bears.
+    pub on_balls_alone: bool,
     /// The robot's weight, N.
     pub weight: f64,
     /// What is left out.
@@ -181,14 +178,14 @@ impl<'a> Context<'a> {
             .map(|i| ContactModel::new(problem, i, config))
             .collect::<Result<Vec<_>, _>>()?;
         let layout = Layout::new(problem, &contacts);
-        let on_balls = config.com_margin_m > 0.0 && is_meant(problem, &contacts);
+        let on_balls_alone = on_balls_alone(problem, &contacts, config);
         let weight = problem.robot.mass_kg * GRAVITY_M_S2;
         Ok(Self {
             problem,
             config,
             contacts,
             layout,
-            on_balls,
+            on_balls_alone,
             weight,
             dropped: Dropped::default(),
         })
@@ -198,21 +195,11 @@ impl<'a> Context<'a> {
         self.problem.robot
     }
 
-    /// Part of the weight that every loaded ball must be able to do without, where the balls are.
-    pub fn least_load(&self, kinematics: &Kinematics) -> f64 {
-        if !self.on_balls {
-            return 0.0;
-        }
-        let margin_m = self.config.com_margin_m;
-        least_load(self.problem, &self.contacts, kinematics, margin_m)
-    }
-
-    /// Smallest value of a side of a contact's friction pyramid, over the weight: what is left
-    /// inside it without the least load.
-    pub fn pyramid_min(&self, least_load: f64, contact: usize, axis: usize, sign: f64) -> f64 {
+    /// How far inside a side of a contact's friction pyramid an upward force of one is.
+    pub fn pyramid_of_up(&self, contact: usize, axis: usize, sign: f64) -> f64 {
         let model = &self.contacts[contact];
         let up = model.axes.row(2);
-        least_load * (model.mu_axis * up[2] + sign * up[axis])
+        model.mu_axis * up[2] + sign * up[axis]
     }
 
     /// What a row speaks of, with names.
@@ -250,7 +237,6 @@ impl<'a> Context<'a> {
         }
         let kinematics = Kinematics::new(self.robot(), &q);
         Iterate {
-            least_load: self.least_load(&kinematics),
             q,
             force,
             kinematics,
@@ -286,7 +272,6 @@ impl<'a> Context<'a> {
             *f = f0 + scale * d;
         }
         to.kinematics.update(self.robot(), &to.q);
-        to.least_load = self.least_load(&to.kinematics);
     }
 
     /// Force in W, over the weight, at the point whose first column is `column`.

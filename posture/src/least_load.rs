@@ -9,10 +9,10 @@
 //! added reach every Σ δ_i p_i of length ε D.
 
 use nalgebra::Vector2;
-use robot_model::Kinematics;
 
+use crate::Config;
 use crate::iterate::ContactModel;
-use crate::problem::{Place, Problem};
+use crate::problem::Problem;
 
 /// Smallest upward part of a normal for which this is meant: on steeper faces friction holds, and
 /// the balls need not stand around the centre of mass.
@@ -20,59 +20,67 @@ const UPWARD_MIN: f64 = 0.7;
 /// More than all contacts bear: no posture has a margin over balls in a line.
 const TOO_MUCH: f64 = 2.0;
 
-/// Whether all that is loaded are balls on faces that are not steep: then there is a least load.
-pub(crate) fn is_meant(problem: &Problem, contacts: &[ContactModel]) -> bool {
-    let mut all = problem.contacts.iter().zip(contacts);
-    all.all(|(contact, model)| {
-        let ball = model.radius.is_some() && model.axes[(2, 2)] >= UPWARD_MIN;
-        ball || !contact.loaded
-    })
-}
-
-/// The part of the weight that every loaded ball must be able to do without for a margin of
-/// `margin_m` where the balls are: at their fixed places, or where the robot has them.
-pub(crate) fn least_load(
+/// Whether a margin is asked for and all that is loaded are balls on faces that are not steep.
+pub(crate) fn on_balls_alone(
     problem: &Problem,
     contacts: &[ContactModel],
-    kinematics: &Kinematics,
-    margin_m: f64,
-) -> f64 {
-    let all = problem.contacts.iter().zip(contacts);
-    let loaded = all.filter(|(contact, _)| contact.loaded);
-    let places: Vec<Vector2<f64>> = loaded
-        .map(|(contact, model)| {
-            let patch = &problem.robot.patches[contact.patch];
-            let centre = match &contact.place {
-                Place::Fixed { X_WC, .. } => X_WC.translation.vector,
-                Place::OnSurface { .. } => kinematics.X_WC(patch).translation.vector,
-            };
-            (centre - model.radius.unwrap_or(0.0) * model.axes.column(2)).xy()
-        })
-        .collect();
-    (margin_m / width_m(&places)).min(TOO_MUCH)
+    config: &Config,
+) -> bool {
+    let mut all = problem.contacts.iter().zip(contacts);
+    let ball = |m: &ContactModel| m.radius.is_some() && m.axes[(2, 2)] >= UPWARD_MIN;
+    config.com_margin_m > 0.0 && all.all(|(contact, model)| !contact.loaded || ball(model))
 }
 
-/// The smallest sum of distances from an edge of the points' hull, m; zero for points in a line.
-fn width_m(points: &[Vector2<f64>]) -> f64 {
-    let mut least = f64::INFINITY;
-    for a in points {
-        for b in points {
+/// The part ε of the weight that each of the balls at these places must be able to do without for a
+/// margin of `margin_m`, and its derivatives by the places, 1/m.
+pub(crate) fn least_load(places: &[Vector2<f64>], margin_m: f64) -> (f64, Vec<Vector2<f64>>) {
+    let none = vec![Vector2::zeros(); places.len()];
+    let Some((width_m, by_place)) = width(places).filter(|(w, _)| *w * TOO_MUCH > margin_m) else {
+        return (TOO_MUCH, none);
+    };
+    let load = margin_m / width_m;
+    let slope = |d: Vector2<f64>| d * (-load / width_m);
+    (load, by_place.into_iter().map(slope).collect())
+}
+
+/// D, m, and its derivatives by the points; none for points that have no hull.
+fn width(points: &[Vector2<f64>]) -> Option<(f64, Vec<Vector2<f64>>)> {
+    let mut least: Option<(f64, usize, usize)> = None;
+    for (i, a) in points.iter().enumerate() {
+        for (j, b) in points.iter().enumerate() {
             let Some(along) = (b - a).try_normalize(1e-9) else {
                 continue;
             };
             let beside = || points.iter().map(|p| along.perp(&(p - a)));
             // An edge has every point on its left.
             if beside().all(|d| d >= -1e-9) {
-                least = least.min(beside().sum());
+                let sum = beside().sum();
+                if least.is_none_or(|(least, ..)| sum < least) {
+                    least = Some((sum, i, j));
+                }
             }
         }
     }
-    if least.is_finite() { least } else { 0.0 }
+    let (sum, i, j) = least?;
+    // dD = n · Σ w dp: one each, and what turns and moves the edge at its ends.
+    let (a, b) = (points[i], points[j]);
+    let length = (b - a).norm();
+    let along = (b - a) / length;
+    let inward = Vector2::new(-along.y, along.x);
+    let lever = points.iter().map(|p| along.dot(&(p - a))).sum::<f64>() / length;
+    let mut by_point = vec![inward; points.len()];
+    by_point[i] += inward * (lever - points.len() as f64);
+    by_point[j] -= inward * lever;
+    Some((sum, by_point))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn width_m(points: &[Vector2<f64>]) -> f64 {
+        width(points).map_or(0.0, |(width_m, _)| width_m)
+    }
 
     #[test]
     fn the_width_of_a_triangle_is_its_least_height() {

@@ -8,9 +8,10 @@
 //! iteration. Source: the support region of [bretl2008], which is empty where the second fails.
 
 use nalgebra::{DMatrix, Vector3};
-use robot_model::{JointKind, Kinematics};
+use robot_model::JointKind;
 
 use crate::iterate::Context;
+use crate::least_load::least_load;
 use crate::outcome::Violation;
 use crate::problem::Place;
 use crate::qp::{self, Program};
@@ -131,11 +132,16 @@ fn unbalanced(ctx: &Context) -> Option<Violation> {
             }
         }
     }
-    let least_load = ctx.least_load(&Kinematics::new(ctx.robot(), ctx.problem.guess));
+    let least_load = if ctx.on_balls_alone {
+        let places: Vec<_> = points.iter().map(|p| p.2.xy()).collect();
+        least_load(&places, ctx.config.com_margin_m).0
+    } else {
+        0.0
+    };
     for (contact, column, _) in &points {
         let mu = ctx.contacts[*contact].mu_axis;
         for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
-            let least = ctx.pyramid_min(least_load, *contact, axis, sign);
+            let least = least_load * ctx.pyramid_of_up(*contact, axis, sign);
             let row = rows.push(Tag::Friction(*contact), 0.0, least, f64::INFINITY);
             row[column + 2] = mu;
             row[column + axis] = sign;

@@ -4,25 +4,75 @@
 //!
 //! On balls alone the same holds of f less the load that gives the centre of mass its margin.
 
+use nalgebra::Point2;
+
 use crate::iterate::{Context, Iterate};
+use crate::least_load::least_load;
+use crate::problem::Place;
 use crate::rows::{Rows, Tag};
 
-pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
+pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, load: &Load, rows: &mut Rows) {
     let mu = ctx.contacts[contact].mu_axis;
     for &column in &ctx.layout.force[contact] {
         let k = column - ctx.layout.nq;
         // The four sides imply f_z ≥ 0.
         for axis in 0..2 {
             for sign in [1.0, -1.0] {
-                let least = ctx.pyramid_min(it.least_load, contact, axis, sign);
-                let value = mu * it.force[k + 2] + sign * it.force[k + axis];
-                let row = rows.push(Tag::Friction(contact), value, least, f64::INFINITY);
+                let share = ctx.pyramid_of_up(contact, axis, sign);
+                let value = mu * it.force[k + 2] + sign * it.force[k + axis] - share * load.value;
+                let row = rows.push(Tag::Friction(contact), value, 0.0, f64::INFINITY);
                 if !row.is_empty() {
+                    for (row, slope) in row.iter_mut().zip(&load.gradient) {
+                        *row -= share * slope;
+                    }
                     row[column + 2] = mu;
                     row[column + axis] = sign;
                 }
                 rows.harden_last();
             }
         }
+    }
+}
+
+/// Part of the weight that every ball must be able to do without, where the balls are at an iterate,
+/// or at their fixed places; zero where not all that is loaded are balls.
+#[derive(Default)]
+pub(super) struct Load {
+    value: f64,
+    /// By the columns; empty where it is not wanted.
+    gradient: Vec<f64>,
+}
+
+impl Load {
+    /// At an iterate; with its gradient if the rows have coefficients.
+    pub fn new(ctx: &Context, it: &Iterate, rows: &Rows) -> Self {
+        if !ctx.on_balls_alone {
+            return Self::default();
+        }
+        let contacts = &ctx.problem.contacts;
+        let loaded: Vec<usize> = (0..contacts.len())
+            .filter(|i| contacts[*i].loaded)
+            .collect();
+        let origin = Point2::origin();
+        let place = |&i: &usize| match &contacts[i].place {
+            Place::Fixed { X_WC, .. } => {
+                ctx.robot().patches[contacts[i].patch].touched_W(X_WC).xy()
+            }
+            Place::OnSurface { .. } => ctx.patch_point_W(it, i, &origin).xy(),
+        };
+        let places: Vec<_> = loaded.iter().map(place).collect();
+        let (value, by_place) = least_load(&places, ctx.config.com_margin_m);
+        let mut gradient = Vec::new();
+        if rows.with_jacobian {
+            gradient.resize(rows.n, 0.0);
+            for (&i, slope) in loaded.iter().zip(&by_place) {
+                if let Place::OnSurface { .. } = contacts[i].place {
+                    let p = ctx.carried_point_W(it, i, &origin);
+                    let body = ctx.contacts[i].body;
+                    ctx.add_point_gradient(it, body, &p, &slope.push(0.0), &mut gradient);
+                }
+            }
+        }
+        Self { value, gradient }
     }
 }

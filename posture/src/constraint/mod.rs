@@ -26,12 +26,13 @@ pub(crate) struct Scratch {
 
 /// Writes the rows of every constraint at the iterate.
 pub(crate) fn all(ctx: &Context, it: &Iterate, scratch: &mut Scratch, rows: &mut Rows) {
+    let load = friction::Load::new(ctx, it, rows);
     for contact in 0..ctx.contacts.len() {
         if !ctx.dropped.place(contact) {
             closure::rows(ctx, it, contact, rows);
             inclusion::rows(ctx, it, contact, rows);
         }
-        friction::rows(ctx, it, contact, rows);
+        friction::rows(ctx, it, contact, &load, rows);
     }
     if !ctx.dropped.equilibrium {
         equilibrium::rows(ctx, it, rows);
