@@ -2,7 +2,7 @@
 
 use wide::f32x8;
 
-use super::rows::{EIGHTS, Frame, NOWHERE, ROWS, Rows};
+use super::rows::{Frame, GROUPS, NOWHERE, ROWS, Rows};
 use super::segments::Point;
 
 /// The open parts of a region, in layers: of each row several intervals.
@@ -88,10 +88,10 @@ impl Open {
     /// free circles of those before it; at most `count`.
     pub fn seeds(&self, frame: &Frame, count: usize) -> Vec<Point> {
         // Every other row will do.
-        let looked_at = f32x8::from([1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0]).simd_gt(f32x8::ZERO);
-        let mut places: Vec<Middles> = Vec::with_capacity(EIGHTS * self.open.len());
+        let looked_at = f32x8::from(std::array::from_fn(|k| (k % 2) as f32)).simd_eq(f32x8::ZERO);
+        let mut places: Vec<Middles> = Vec::with_capacity(GROUPS * self.open.len());
         for layer in &self.open {
-            for i in 0..EIGHTS {
+            for i in 0..GROUPS {
                 let open = layer.from[i].simd_lt(layer.to[i]) & looked_at;
                 if open.any() {
                     let (x, y) = ((layer.from[i] + layer.to[i]) * 0.5, frame.y[i]);
@@ -112,21 +112,21 @@ impl Open {
             let deepest = deepest.to_array().into_iter().fold(0.0, f32::max);
             let is_deepest = |p: &Middles| p.depth.simd_eq(f32x8::splat(deepest)).to_bitmask();
             let found = places.iter_mut().find(|p| is_deepest(p) != 0);
-            let Some(eight) = found.filter(|_| deepest > 0.0) else {
+            let Some(group) = found.filter(|_| deepest > 0.0) else {
                 break;
             };
-            let k = is_deepest(eight).trailing_zeros() as usize;
-            let p = [eight.x, eight.y].map(|lanes| lanes.as_array()[k]);
-            if eight.known >> k & 1 == 0 {
-                eight.depth.as_mut_array()[k] = self.depth(frame, &p);
-                eight.known |= 1 << k;
+            let k = is_deepest(group).trailing_zeros() as usize;
+            let p = [group.x, group.y].map(|lanes| lanes.as_array()[k]);
+            if group.known >> k & 1 == 0 {
+                group.depth.as_mut_array()[k] = self.depth(frame, &p);
+                group.known |= 1 << k;
                 continue;
             }
             seeds.push(p);
-            for eight in &mut places {
-                let (x, y) = (eight.x - p[0], eight.y - p[1]);
+            for group in &mut places {
+                let (x, y) = (group.x - p[0], group.y - p[1]);
                 let out = (x * x + y * y).simd_gt(f32x8::splat(4.0 * deepest * deepest));
-                eight.depth &= out;
+                group.depth &= out;
             }
         }
         seeds
@@ -143,7 +143,7 @@ impl Open {
     /// Distance of a place from what is not of the region, about, m.
     fn depth(&self, frame: &Frame, p: &Point) -> f32 {
         let mut least = f32x8::splat(NOWHERE);
-        for i in 0..EIGHTS {
+        for i in 0..GROUPS {
             let along = self.along(i, f32x8::splat(p[0]));
             let up = frame.y[i] - p[1];
             least = least.fast_min(along * along + up * up);

@@ -4,9 +4,9 @@ use wide::f32x8;
 
 use super::segments::{Cut, LANES, Point};
 
-/// Rows over the height of a region, in eights.
-pub(super) const EIGHTS: usize = 4;
-pub(super) const ROWS: usize = LANES * EIGHTS;
+/// Rows over the height of a region, in groups that are side by side.
+pub(super) const GROUPS: usize = 32 / LANES;
+pub(super) const ROWS: usize = LANES * GROUPS;
 
 /// What is where no row is.
 pub(super) const NOWHERE: f32 = 1e15;
@@ -15,7 +15,7 @@ pub(super) const NOWHERE: f32 = 1e15;
 pub(super) struct Frame {
     pub low: f32,
     pub pitch_m: f32,
-    pub y: [f32x8; EIGHTS],
+    pub y: [f32x8; GROUPS],
 }
 
 impl Frame {
@@ -46,8 +46,8 @@ impl Frame {
 /// One interval of each row.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
-    pub from: [f32x8; EIGHTS],
-    pub to: [f32x8; EIGHTS],
+    pub from: [f32x8; GROUPS],
+    pub to: [f32x8; GROUPS],
 }
 
 /// Where a line leaves the rows.
@@ -79,13 +79,13 @@ impl Line {
 impl Rows {
     /// Whole rows.
     pub const ALL: Self = Self {
-        from: [f32x8::splat(-NOWHERE); EIGHTS],
-        to: [f32x8::splat(NOWHERE); EIGHTS],
+        from: [f32x8::splat(-NOWHERE); GROUPS],
+        to: [f32x8::splat(NOWHERE); GROUPS],
     };
     /// Nothing of any.
     pub const NONE: Self = Self {
-        from: [f32x8::splat(NOWHERE); EIGHTS],
-        to: [f32x8::splat(-NOWHERE); EIGHTS],
+        from: [f32x8::splat(NOWHERE); GROUPS],
+        to: [f32x8::splat(-NOWHERE); GROUPS],
     };
 
     /// The interval of a row.
@@ -105,7 +105,7 @@ impl Rows {
     #[inline]
     pub fn cut(&mut self, frame: &Frame, cut: &Cut) {
         let line = Line::new(cut);
-        for i in 0..EIGHTS {
+        for i in 0..GROUPS {
             let x = line.at(frame.y[i]);
             if line.left {
                 self.to[i] = self.to[i].fast_min(x);
@@ -118,7 +118,7 @@ impl Rows {
     /// Leaves what is in both.
     #[inline]
     pub fn both(&mut self, other: &Self) {
-        for i in 0..EIGHTS {
+        for i in 0..GROUPS {
             self.from[i] = self.from[i].fast_max(other.from[i]);
             self.to[i] = self.to[i].fast_min(other.to[i]);
         }
@@ -155,7 +155,7 @@ impl Rows {
     pub fn ellipse(&self, frame: &Frame, about: &Point) -> Option<(Point, [f32; 3])> {
         // Sums of 1, x, y, x², x y, y², about a place nearby.
         let mut sums = [f32x8::ZERO; 6];
-        for i in 0..EIGHTS {
+        for i in 0..GROUPS {
             let width = (self.to[i] - self.from[i]).fast_max(f32x8::ZERO);
             // Where there is nothing the middle is anything finite.
             let x = (self.to[i] + self.from[i]) * 0.5 - about[0];
@@ -167,7 +167,7 @@ impl Rows {
             sums[4] += width * x * y;
             sums[5] += width * y * y;
         }
-        let [n, x, y, xx, xy, yy] = sums.map(f32x8::reduce_add);
+        let [n, x, y, xx, xy, yy] = sums.map(total);
         let [x, y, xx, xy, yy] = [x, y, xx, xy, yy].map(|s| s / n);
         let thick = frame.pitch_m * frame.pitch_m / 12.0;
         let (xx, xy, yy) = (xx - x * x, xy - x * y, yy - y * y + thick);
@@ -181,14 +181,21 @@ impl Rows {
     }
 }
 
+/// Sum of all lanes, in one order on every machine.
+#[inline]
+fn total(lanes: f32x8) -> f32 {
+    let [a, b, c, d, e, f, g, h] = lanes.to_array();
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}
+
 /// Sum of what is positive.
 #[inline]
 fn sum(of: impl Fn(usize) -> f32x8) -> f32 {
     let mut sum = f32x8::ZERO;
-    for i in 0..EIGHTS {
+    for i in 0..GROUPS {
         sum += of(i).fast_max(f32x8::ZERO);
     }
-    sum.reduce_add()
+    total(sum)
 }
 
 #[cfg(test)]

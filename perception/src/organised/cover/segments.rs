@@ -45,10 +45,10 @@ pub(super) struct Segments {
 impl Segments {
     /// The segments of a list, eight at a time.
     pub fn list(segments: &[(Point, Point)]) -> Vec<Self> {
-        let eight = |eight: &[(Point, Point)]| {
+        let group = |few: &[(Point, Point)]| {
             let lanes = |of: &dyn Fn(&(Point, Point)) -> f32| {
                 let mut lanes = [GONE; LANES];
-                for (lane, segment) in lanes.iter_mut().zip(eight) {
+                for (lane, segment) in lanes.iter_mut().zip(few) {
                     *lane = of(segment);
                 }
                 f32x8::from(lanes)
@@ -58,7 +58,7 @@ impl Segments {
                 b: [lanes(&|(_, b)| b[0]), lanes(&|(_, b)| b[1])],
             }
         };
-        segments.chunks(LANES).map(eight).collect()
+        segments.chunks(LANES).map(group).collect()
     }
 
     /// Those of which something is left.
@@ -106,7 +106,7 @@ impl Segments {
 /// Segments ahead of a growing piece, about its centre.
 #[derive(Default)]
 pub(super) struct Ahead {
-    eights: Vec<Eight>,
+    groups: Vec<Group>,
     /// The least squares of distances from the centre.
     least: f32x8,
 }
@@ -115,11 +115,11 @@ impl Ahead {
     /// The segments as M (p − c) has them, M = [[m₀, 0], [m₁, m₂]], in place of those before.
     pub fn fill(&mut self, segments: &[Segments], centre: &Point, metric: &[f32; 3]) {
         let mut least = f32x8::splat(GONE);
-        self.eights.clear();
-        self.eights.extend(segments.iter().map(|segments| {
-            let eight = Eight::new(segments, centre, metric);
-            least = least.fast_min(eight.square);
-            eight
+        self.groups.clear();
+        self.groups.extend(segments.iter().map(|segments| {
+            let group = Group::new(segments, centre, metric);
+            least = least.fast_min(group.square);
+            group
         }));
         self.least = least;
     }
@@ -129,13 +129,13 @@ impl Ahead {
         let gone = f32x8::splat(GONE);
         let mut least = gone;
         let mut i = 0;
-        while let Some(eight) = self.eights.get_mut(i) {
-            eight.clip(n, b);
-            if eight.square.simd_lt(gone).any() {
-                least = least.fast_min(eight.square);
+        while let Some(group) = self.groups.get_mut(i) {
+            group.clip(n, b);
+            if group.square.simd_lt(gone).any() {
+                least = least.fast_min(group.square);
                 i += 1;
             } else {
-                self.eights.swap_remove(i);
+                self.groups.swap_remove(i);
             }
         }
         self.least = least;
@@ -144,16 +144,16 @@ impl Ahead {
     /// The point that is nearest to the centre, none where nothing is left.
     pub fn nearest(&self) -> Option<Point> {
         let least = self.least.to_array().into_iter().fold(GONE, f32::min);
-        let lanes = |eight: &Eight| eight.square.simd_eq(f32x8::splat(least)).to_bitmask();
-        let eight = self.eights.iter().find(|eight| lanes(eight) != 0);
-        let eight = eight.filter(|_| least < GONE)?;
-        let k = lanes(eight).trailing_zeros() as usize;
-        Some(eight.nearest().map(|lanes| lanes.as_array()[k]))
+        let lanes = |group: &Group| group.square.simd_eq(f32x8::splat(least)).to_bitmask();
+        let group = self.groups.iter().find(|group| lanes(group) != 0);
+        let group = group.filter(|_| least < GONE)?;
+        let k = lanes(group).trailing_zeros() as usize;
+        Some(group.nearest().map(|lanes| lanes.as_array()[k]))
     }
 }
 
-/// Eight segments, what cuts leave of each, and how near that is.
-struct Eight {
+/// Segments side by side, what cuts leave of each, and how near that is.
+struct Group {
     /// One end, and the way to it from the other one: a − t · back, 0 ≤ t ≤ 1.
     a: [f32x8; 2],
     back: [f32x8; 2],
@@ -166,7 +166,7 @@ struct Eight {
     square: f32x8,
 }
 
-impl Eight {
+impl Group {
     #[inline]
     fn new(segments: &Segments, centre: &Point, metric: &[f32; 3]) -> Self {
         let at = |[x, y]: [f32x8; 2]| {
@@ -176,7 +176,7 @@ impl Eight {
         let (a, b) = (at(segments.a), at(segments.b));
         let back = [a[0] - b[0], a[1] - b[1]];
         let square = (back[0] * back[0] + back[1] * back[1]).fast_max(f32x8::splat(1e-30));
-        let mut eight = Self {
+        let mut group = Self {
             a,
             back,
             foot: (a[0] * back[0] + a[1] * back[1]) / square,
@@ -184,8 +184,8 @@ impl Eight {
             to: f32x8::ONE,
             square,
         };
-        eight.measure();
-        eight
+        group.measure();
+        group
     }
 
     /// Leaves the parts in the half-plane {n·p ≤ b}.
