@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::cell::{Cell, CellNoise, coefficients};
 use super::image::Grid;
 use super::moments::{InversePlane, Moments};
-use super::seed::{Seed, seeds};
+use super::seed::{Shape, seeds};
 use crate::Error;
 use crate::error::within;
 use crate::sensor::Noise;
@@ -84,8 +84,10 @@ impl GrowthConfig {
     }
 }
 
-/// Of so many seeds one is put in order at a time, and as many at least.
-const FLATTEST: usize = 8;
+/// One of so many of the seeds that are left is put in order at a time,
+const PARTS: usize = 8;
+/// and as many as this at least.
+const SORTED_MIN: usize = 8;
 
 /// What is known of cells that share a plane.
 #[derive(Debug, Clone, Copy)]
@@ -153,13 +155,14 @@ impl<'a> Growth<'a> {
     /// with accumulated moments, its plane refitted as it doubles, and is kept if it comes to
     /// `pixels_min`. Every cell belongs to one region at most, in an order that depends on the image
     /// only; those of earlier calls keep theirs.
-    pub fn regions(&mut self, shapes: &[Seed], pixels_min: usize) -> Vec<Grown> {
+    pub fn regions(&mut self, shapes: &[Shape], pixels_min: usize) -> Vec<Grown> {
         let limit = |i: usize| self.cells[self.index[i] as usize].seed_max;
         let mut left = seeds(self.grid, limit, &self.shut, shapes);
         let mut regions = Vec::new();
         while !left.is_empty() {
-            // The flattest in order. What they grow to covers most of the others, which then need none.
-            let count = (left.len() / FLATTEST).max(FLATTEST).min(left.len());
+            // The flattest in order. What they grow to has most of the others, which need none then: a
+            // cell that a region has stays with it.
+            let count = (left.len() / PARTS).max(SORTED_MIN).min(left.len());
             left.select_nth_unstable(count - 1);
             let rest = left.split_off(count);
             left.sort_unstable();

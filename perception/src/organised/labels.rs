@@ -19,8 +19,8 @@ const RINGS: usize = 3;
 const SIGMAS: f64 = 3.0;
 const SYSTEMATICS: f64 = 2.0;
 
-/// The square of that distance for the pixels of a cell of mean inverse depth `w`, 1/m²; nothing is
-/// nearer than that of one without a pixel.
+/// The square of that distance 1/m², for the pixels of a cell of mean inverse depth `w`, 1/m; nothing
+/// is nearer than that of a cell without a pixel.
 #[inline]
 pub(super) fn limit(w: f64, noise: &Noise) -> f64 {
     CellNoise::at(noise, w).square(SIGMAS, SYSTEMATICS)

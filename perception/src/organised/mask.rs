@@ -90,11 +90,12 @@ pub(super) fn close(
         starts(&none, gap_px, down).for_each(|u, v| {
             let first = v * width + u;
             let label = labels[first - step];
-            let after = (1..=gap_px).map(|k| (k, labels[first + k * step]));
-            let end = after.into_iter().find(|(_, after)| *after != NONE);
-            let Some((gap, _)) = end.filter(|(_, after)| *after == label) else {
+            let Some(gap) = (1..=gap_px).find(|k| labels[first + k * step] != NONE) else {
                 return;
             };
+            if labels[first + gap * step] != label {
+                return;
+            }
             let pixels = (0..gap).map(|k| if down { (u, v + k) } else { (u + k, v) });
             // All are asked: where to stop could not be foreseen.
             let agree = |all, (u, v)| all & agrees(u, v, label);
@@ -113,16 +114,17 @@ pub(super) fn close(
 /// The first pixels of the gaps along the rows, or down the columns, that are no longer than `most`
 /// pixels and not at the image's border.
 fn starts(none: &Bits, most: usize, down: bool) -> Bits {
-    // With a label just before, and one not far after.
-    let near = |before: usize, after: usize| {
-        let labelled = none.clone().not();
+    let labelled = none.clone().not();
+    let labelled_within = |back: usize, ahead: usize| {
+        let labelled = labelled.clone();
         if down {
-            labelled.any_down(before, after)
+            labelled.any_down(back, ahead)
         } else {
-            labelled.any_along(before, after)
+            labelled.any_along(back, ahead)
         }
     };
-    near(1, 0).and(none).and(&near(0, most))
+    let after_one = labelled_within(1, 0).and(none);
+    after_one.and(&labelled_within(0, most))
 }
 
 /// The pixels that surely lie on their face.
@@ -153,6 +155,37 @@ pub(super) fn open(sure: Bits, neck_px: usize) -> Bits {
 mod tests {
     use super::super::bits::tests::kept;
     use super::*;
+
+    #[test]
+    fn gaps_start_after_a_label_and_end_before_one() {
+        for (width, height) in [(5, 3), (64, 4), (70, 90), (130, 9)] {
+            // Runs of all lengths, over the ends of words and rows.
+            let is_none = |u: usize, v: usize| (u * u / 7 + v * v / 5 + u * v / 3) % 9 < 6;
+            let none: Vec<bool> = (0..width * height)
+                .map(|i| is_none(i % width, i / width))
+                .collect();
+            let none = Bits::of(&none, width, |is| is);
+            for (most, down) in [0, 1, 4, 64]
+                .into_iter()
+                .flat_map(|m| [(m, false), (m, true)])
+            {
+                let got = starts(&none, most, down);
+                for (v, u) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
+                    let (at, count) = if down { (v, height) } else { (u, width) };
+                    let is_none = |k: usize| if down { is_none(u, k) } else { is_none(k, v) };
+                    let end = (at..count).find(|k| !is_none(*k));
+                    let expected = at > 0
+                        && !is_none(at - 1)
+                        && end.is_some_and(|end| (1..=most).contains(&(end - at)));
+                    assert_eq!(
+                        got.has(u, v),
+                        expected,
+                        "({u}, {v}) of {width}, {most}, {down}"
+                    );
+                }
+            }
+        }
+    }
 
     #[test]
     fn erosion_takes_more_off_at_a_surface_than_in_the_air_and_none_at_the_border() {

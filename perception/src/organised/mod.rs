@@ -61,7 +61,7 @@ use image::{Grid, InverseImage};
 use moments::Moments;
 use outline::Piece;
 use partition::Partition;
-use seed::Seed;
+use seed::Shape;
 
 /// Parameters of the organised path, a table a step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -125,7 +125,8 @@ pub(crate) fn extract(
     // 2. Regions over large cells, merged where one plane explains two neighbours.
     let large = small.coarser(room.large);
     let least = config.growth.pixels_min;
-    let grown = Growth::new(&large, |_| true, noise, &config.growth).regions(&[Seed::BLOCK], least);
+    let grown =
+        Growth::new(&large, |_| true, noise, &config.growth).regions(&[Shape::BLOCK], least);
     let mut partition = Partition::new(&small);
     let grown = grown.into_iter();
     grown.for_each(|grown| partition.add_large(grown, &large, &small));
@@ -135,7 +136,7 @@ pub(crate) fn extract(
     // move the borders between regions to where the planes are.
     let free = |i: usize| partition.owner[i] == labels::NONE;
     let mut growth = Growth::new(&small, free, noise, &config.growth);
-    let grown = growth.regions(&[Seed::BLOCK], least).into_iter();
+    let grown = growth.regions(&[Shape::BLOCK], least).into_iter();
     grown.for_each(|grown| partition.add(grown));
     let grown = narrow::found(&mut growth, &partition, noise).into_iter();
     grown.for_each(|grown| partition.add(grown));

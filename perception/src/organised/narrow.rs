@@ -3,7 +3,7 @@
 use super::growth::{Grown, Growth};
 use super::labels::{NONE, limit};
 use super::partition::Partition;
-use super::seed::Seed;
+use super::seed::Shape;
 use crate::sensor::Noise;
 
 /// The regions that grow from strips over the cells that are left beside those `known`, and stand out.
@@ -12,11 +12,11 @@ use crate::sensor::Noise;
 /// that one's edge: what the plane beside it may claim as well is no face of its own.
 pub(super) fn found(growth: &mut Growth, known: &Partition, noise: &Noise) -> Vec<Grown> {
     let (grid, length) = (growth.grid, growth.config.strip_cells);
-    let along = Seed {
+    let along = Shape {
         cols: length,
         rows: 1,
     };
-    let down = Seed {
+    let down = Shape {
         cols: 1,
         rows: length,
     };
@@ -64,7 +64,7 @@ mod tests {
         let grid = Grid::new(&InverseImage::new(&depth, 10.0, Vec::new()).0, Vec::new());
         let mut growth = Growth::new(&grid, |_| true, &noise, &config);
         let mut known = Partition::new(&grid);
-        let blocks = growth.regions(&[Seed::BLOCK], config.pixels_min);
+        let blocks = growth.regions(&[Shape::BLOCK], config.pixels_min);
         blocks.into_iter().for_each(|block| known.add(block));
         let (blocks, narrow) = (
             known.regions.len(),

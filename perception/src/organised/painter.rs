@@ -35,6 +35,7 @@ pub(super) struct Painter<'a> {
 impl<'a> Painter<'a> {
     pub fn new(image: &'a InverseImage, grid: &Grid, regions: &[Region], noise: &Noise) -> Self {
         let plane = |region: &Region| coefficients(&region.plane);
+        // First all means: the limits are then found side by side.
         let means: Vec<f64> = grid.cells.iter().map(Moments::mean).collect();
         let limits = means.iter().map(|w| limit(*w, noise) as f32);
         Self {

@@ -7,12 +7,12 @@ use super::words::runs;
 
 /// The cells that a region begins with: so many columns and rows of them.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seed {
+pub(super) struct Shape {
     pub cols: usize,
     pub rows: usize,
 }
 
-impl Seed {
+impl Shape {
     /// In what every face but a narrow one holds.
     pub const BLOCK: Self = Self { cols: 3, rows: 3 };
 
@@ -76,32 +76,34 @@ impl Seed {
     }
 }
 
-/// A place where a region may begin; the flattest are the least.
+/// Cells that a region may begin with; the flattest are the least.
+///
+/// In its upper half the score, of which the bits are in the order of the numbers, as it is not
+/// negative; in the lower one the first cell times the number of shapes, plus which of them it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Place(u64);
+pub(super) struct Seed(u64);
 
-impl Place {
-    /// Its cells, if those are the shapes that it was looked for with.
-    pub fn cells(self, shapes: &[Seed], grid: &Grid) -> impl Iterator<Item = usize> + Clone {
+impl Seed {
+    /// Its cells; the shapes must be those given to [`seeds`].
+    pub fn cells(self, shapes: &[Shape], grid: &Grid) -> impl Iterator<Item = usize> + Clone {
         let (place, count) = (self.0 as u32, shapes.len() as u32);
         shapes[(place % count) as usize].cells((place / count) as usize, grid)
     }
 }
 
-/// Where cells that are not `shut` fit one plane. `limit` is the largest mean square of a seed about
-/// a cell, 1/m².
+/// The cells of these shapes that are not `shut` and fit one plane, in no order. `limit` is the
+/// largest mean square of a seed about a cell, 1/m².
 pub(super) fn seeds(
     grid: &Grid,
     limit: impl Fn(usize) -> f32,
     shut: &[bool],
-    shapes: &[Seed],
-) -> Vec<Place> {
+    shapes: &[Shape],
+) -> Vec<Seed> {
     let mut seeds = Vec::new();
     for (number, shape) in shapes.iter().enumerate() {
         shape.places(grid, &limit, shut, |score, first| {
-            // Bits of numbers that are not negative are in the order of the numbers.
             let place = first * shapes.len() + number;
-            seeds.push(Place(u64::from(score.to_bits()) << 32 | place as u64));
+            seeds.push(Seed(u64::from(score.to_bits()) << 32 | place as u64));
         });
     }
     seeds
