@@ -258,21 +258,21 @@ fn the_margin_holds_where_the_balls_come_to_be() {
             ..Config::default()
         };
         let outcome = posture::solve(&problem, &config).unwrap();
-        let posture = outcome.posture().cloned();
-        if let Some(posture) = &posture {
+        if let Some(posture) = outcome.posture() {
             assert_sound(&robot, &world, &contacts, posture);
         }
-        posture
+        outcome
     };
-    let without = inside(&solved(0.0).unwrap());
-    let with = inside(&solved(without + 0.002).unwrap());
+    let without = inside(solved(0.0).posture().unwrap());
+    // There are 4 mm more than the base's goal asks for: half of them can be had, up to the solver's
+    // tolerance, and five times as much cannot.
+    let with = inside(solved(without + 0.002).posture().unwrap());
     assert!(
         with >= without + 0.002 - 1e-4,
         "{with} m, {without} m without"
     );
-    // More than there is.
-    let with = solved(without + 0.02).map(|posture| inside(&posture));
-    assert_eq!(with, None, "{without} m without");
+    let outcome = solved(without + 0.02);
+    assert!(matches!(outcome, Outcome::Infeasible(_)), "{outcome:?}");
 }
 
 #[test]
