@@ -158,11 +158,16 @@ fn support(stance: &Stance, required: &RequiredMargins) -> Option<Value> {
     let [x, y, _] = stance.com_W;
     let hull = ConvexPolygon::hull(&region).ok();
     let inside = |p: &Point2<f64>| hull.as_ref().map(|hull| -hull.signed_distance(p));
-    // Narrow patches are shrunk by less than the margin asked for.
-    let promised = kept.as_ref().and_then(|kept| {
-        let inside = kept.iter().map(inside);
-        inside.reduce(|a, b| Some(a?.min(b?))).flatten()
-    });
+    // Narrow patches are shrunk by less than the margin asked for. Balls cannot be shrunk: what each
+    // of them spares gives the whole margin.
+    let promised = if loaded.iter().all(|c| c.vertices_W.len() == 1) {
+        Some(required.com_m)
+    } else {
+        kept.as_ref().and_then(|kept| {
+            let inside = kept.iter().map(inside);
+            inside.reduce(|a, b| Some(a?.min(b?))).flatten()
+        })
+    };
     Some(json!({
         "region": plane_points(&region),
         "kept": kept.as_ref().map(plane_points),
@@ -186,7 +191,7 @@ fn is_level(contacts: &[&StanceContact]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planner::plan::Pose;
+    use planner::plan::{Margins, Pose};
 
     fn foot(patch: &str, loaded: bool) -> StanceContact {
         let corners = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]];
@@ -240,6 +245,32 @@ mod tests {
             assert!(((x - 0.3).hypot(y - 0.1) - DISC_M).abs() < 2e-4 && z == 0.2);
         }
         assert_eq!(record["centre_of_pressure_W"], json!([0.3, 0.1, 0.2]));
+    }
+
+    #[test]
+    fn on_balls_alone_the_whole_margin_is_promised() {
+        let ball = |x: f64, y: f64| {
+            let at = vec![[x, y, 0.0]];
+            StanceContact {
+                vertices_W: at.clone(),
+                force_points_W: at,
+                forces_W: vec![[0.0, 0.0, 100.0]],
+                ..foot("toe", true)
+            }
+        };
+        let contacts = vec![ball(0.0, 0.0), ball(0.6, 0.0), ball(0.0, 0.6)];
+        let stance = Stance {
+            index: 0,
+            change: Change::Start,
+            contacts,
+            q: Vec::new(),
+            com_W: [0.2, 0.1, 0.5],
+            margins: Margins::default(),
+        };
+        let required = RequiredMargins::from(&posture::Config::default());
+        let support = support(&stance, &required).unwrap();
+        assert_eq!(support["com_edge_m"], 0.1);
+        assert_eq!(support["com_promised_m"], required.com_m);
     }
 
     #[test]

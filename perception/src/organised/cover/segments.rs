@@ -76,14 +76,13 @@ impl Segments {
         [self.a, self.b].map(|[x, y]| x * n[0] + y * n[1] - b)
     }
 
-    /// Leaves the parts in the half-plane {n·p ≤ b}; n need not be a unit vector. Returns whether
-    /// that changes any.
+    /// Leaves the parts in the half-plane {n·p ≤ b}; n need not be a unit vector.
     #[inline]
-    pub fn clip(&mut self, n: &Point, b: f32) -> bool {
+    pub fn clip(&mut self, n: &Point, b: f32) {
         let [ha, hb] = self.values(n, b);
         let (a_out, b_out) = (ha.simd_ge(f32x8::ZERO), hb.simd_ge(f32x8::ZERO));
         if !(a_out | b_out).any() {
-            return false;
+            return;
         }
         let t = ha / (ha - hb);
         let gone = a_out & b_out;
@@ -93,7 +92,6 @@ impl Segments {
             self.a[k] = a_out.select(p, a);
             self.b[k] = b_out.select(p, b);
         }
-        true
     }
 
     /// Whether nothing is left of any.
