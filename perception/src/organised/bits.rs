@@ -1,5 +1,7 @@
 //! Bitmaps of the image, 64 pixels a word: what is said of pixels near each other, by bitwise AND.
 
+use std::cell::Cell;
+
 use super::words::{Ones, between, firsts, pack, packed, runs};
 
 /// One bit a pixel, row by row. A row begins with a spare word, and another one follows on the last
@@ -93,6 +95,19 @@ impl Bits {
         self.words[v * self.stride + 1 + u / 64] &= !(1 << (u % 64));
     }
 
+    /// Takes the pixels within `r` columns of one out, if that is in the image's rows.
+    pub fn clear_along(&mut self, u: isize, v: isize, r: isize) {
+        if v < 0 || v >= self.height as isize {
+            return;
+        }
+        let column = |u: isize| u.clamp(0, self.width as isize) as usize;
+        let (a, b) = (column(u - r), column(u + r + 1));
+        let words = self.row_mut(v as usize).iter_mut().enumerate();
+        for (i, word) in words.take(b.div_ceil(64)).skip(a / 64) {
+            *word &= !between(a, b, i);
+        }
+    }
+
     /// Puts the pixels of a row from column `a` on in, up to the one before `b`.
     pub fn fill(&mut self, v: usize, a: usize, b: usize) {
         let words = self.row_mut(v).iter_mut().enumerate();
@@ -136,6 +151,27 @@ impl Bits {
         self
     }
 
+    /// Those of its pixels from which the one `x` columns and `y` rows on is in the other one; `x` is less
+    /// than 64.
+    pub fn and_moved(mut self, other: &Self, x: isize, y: isize) -> Self {
+        // Rows follow each other, a spare word between: all is one row of bits.
+        let ahead = 64 * y * self.stride as isize + x;
+        let (words, bits) = (ahead.div_euclid(64), ahead.rem_euclid(64));
+        let (before, from) = ((-words).max(0) as usize, words.max(0) as usize);
+        let of = &other.words[from.min(other.words.len() - 1)..];
+        let moved = of.iter().zip(&of[1..]);
+        let moved = moved.map(|(word, next)| word >> bits | (next << 1) << (63 - bits));
+        // The last word is a spare one.
+        let count = moved.len().min(self.words.len().saturating_sub(before));
+        let before = self.words.len().min(before);
+        self.words[..before].fill(0);
+        self.words[before + count..].fill(0);
+        for (a, b) in self.words[before..].iter_mut().zip(moved) {
+            *a &= b;
+        }
+        self
+    }
+
     /// The pixels that are not in the other one.
     pub fn without(mut self, other: &Self) -> Self {
         for (a, b) in self.words.iter_mut().zip(&other.words) {
@@ -166,8 +202,8 @@ impl Bits {
 
     /// Calls `with` for the column and the row of every pixel in it, row by row.
     pub fn for_each(&self, mut with: impl FnMut(usize, usize)) {
-        for v in 0..self.height {
-            for (i, &word) in self.row(v).iter().enumerate() {
+        for (v, row) in self.words.chunks_exact(self.stride).enumerate() {
+            for (i, &word) in row[1..].iter().enumerate() {
                 if word != 0 {
                     Ones(word).for_each(|bit| with(64 * i + bit, v));
                 }
@@ -185,22 +221,22 @@ impl Bits {
 
     /// The pixels of which one of those from `back` columns before to `ahead` columns after is in it.
     pub fn any_along(mut self, back: usize, ahead: usize) -> Self {
-        // Farther than a word's neighbours reach it is done in turns.
-        let near = |k: usize| k.min(63);
+        // Farther than a spare word is wide it is done in turns.
+        let near = |k: usize| k.min(31);
         if back != near(back) || ahead != near(ahead) {
             let first = self.any_along(near(back), near(ahead));
             return first.any_along(back - near(back), ahead - near(ahead));
         }
-        let of = self.words.clone();
-        let words = || of.iter().zip(&of[1..]);
-        for k in 1..=ahead {
-            for (any, (word, after)) in self.words.iter_mut().zip(words()) {
-                *any |= word >> k | after << (64 - k);
+        // One column further at a time, on words that the same step has yet to come to.
+        let words = cells(&mut self.words);
+        for _ in 0..ahead {
+            for (word, after) in words.iter().zip(&words[1..]) {
+                word.set(word.get() | word.get() >> 1 | after.get() << 63);
             }
         }
-        for k in 1..=back {
-            for (any, (before, word)) in self.words[1..].iter_mut().zip(words()) {
-                *any |= word << k | before >> (64 - k);
+        for _ in 0..back {
+            for (before, word) in words.iter().zip(&words[1..]).rev() {
+                word.set(word.get() | word.get() << 1 | before.get() >> 63);
             }
         }
         self.ended()
@@ -208,13 +244,17 @@ impl Bits {
 
     /// The same along the columns.
     pub fn any_down(mut self, back: usize, ahead: usize) -> Self {
-        let of = self.words.clone();
-        let offsets = |most: usize| (1..=most.min(self.height)).map(|k| k * self.stride);
-        for below in offsets(ahead) {
-            or(&mut self.words, &of[below..]);
+        let words = cells(&mut self.words);
+        let below = &words[self.stride.min(words.len())..];
+        for _ in 0..ahead.min(self.height) {
+            for (word, below) in words.iter().zip(below) {
+                word.set(word.get() | below.get());
+            }
         }
-        for above in offsets(back) {
-            or(&mut self.words[above..], &of);
+        for _ in 0..back.min(self.height) {
+            for (above, word) in words.iter().zip(below).rev() {
+                word.set(word.get() | above.get());
+            }
         }
         self
     }
@@ -231,6 +271,11 @@ impl Bits {
     pub fn eroded(self, r: usize) -> Self {
         self.not().dilated(r).not()
     }
+}
+
+/// Words each of which can be changed while others are looked at.
+fn cells(words: &mut [u64]) -> &[Cell<u64>] {
+    Cell::from_mut(words).as_slice_of_cells()
 }
 
 fn or(to: &mut [u64], from: &[u64]) {
@@ -269,6 +314,55 @@ pub(super) mod tests {
                 words[u / 64] |= u64::from(x >= odds) << (u % 64);
             }
         })
+    }
+
+    #[test]
+    fn what_is_kept_has_a_pixel_of_the_other_so_far_away() {
+        for (width, height) in [(70, 9), (64, 6), (130, 4)] {
+            let (bits, other) = (picture(width, height, 40), picture(width, height, 60));
+            for (x, y) in [
+                (0, 0),
+                (1, 0),
+                (-3, 0),
+                (0, 2),
+                (0, -1),
+                (63, 1),
+                (-63, -2),
+                (0, 20),
+            ] {
+                let got = bits.clone().and_moved(&other, x, y);
+                for (v, u) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
+                    let (u, v) = (u as i64, v as i64);
+                    let there = at(&other, u + x as i64, v + y as i64, false);
+                    let expected = at(&bits, u, v, false) && there;
+                    assert_eq!(at(&got, u, v, false), expected, "({u}, {v}) by {x}, {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_cleared_is_beside_the_pixel_and_in_the_image() {
+        for (u, v, r) in [
+            (3, 1, 0),
+            (66, 2, 3),
+            (0, 0, 2),
+            (-2, 1, 3),
+            (90, 1, 2),
+            (5, -1, 2),
+            (5, 4, 2),
+        ] {
+            let mut bits = Bits::empty(70, 4).not();
+            bits.clear_along(u, v, r);
+            for (y, x) in (0..4).flat_map(|y| (0..70).map(move |x| (y, x))) {
+                let cleared = y == v && (x - u).abs() <= r;
+                assert_eq!(
+                    bits.has(x as usize, y as usize),
+                    !cleared,
+                    "({x}, {y}) by {u}, {v}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -43,7 +43,9 @@ impl<'a> Ends<'a> {
         let top = runs.first().map_or(0, |run| run.0);
         // A connected face has a run in each of its rows.
         let first = |&i: &usize| i == 0 || runs[i - 1].0 != runs[i].0;
-        let mut rows: Vec<usize> = (0..runs.len()).filter(first).collect();
+        let count = runs.last().map_or(0, |run| run.0 + 1 - top) as usize;
+        let mut rows = Vec::with_capacity(count + 1);
+        rows.extend((0..runs.len()).filter(first));
         rows.push(runs.len());
         Self { runs, top, rows }
     }

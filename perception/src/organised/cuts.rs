@@ -23,6 +23,11 @@ impl Cuts {
         Self { along, down }
     }
 
+    /// Those in a row, or those in a column.
+    pub fn toward(&self, along: bool) -> &Bits {
+        if along { &self.along } else { &self.down }
+    }
+
     /// Calls `with` for every run of pixels in a row that are in `of` and have one label: the row,
     /// the first column, one past the last.
     pub fn for_runs(&self, of: &Bits, with: impl FnMut(usize, usize, usize)) {

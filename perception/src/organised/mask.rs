@@ -36,7 +36,7 @@ impl Default for MaskConfig {
             gap_px: 4,
             edge_unseen_px: 1,
             edge_seen_px: 2,
-            doubt_systematics: 1.0,
+            doubt_systematics: 1.5,
             neck_px: 2,
         }
     }
@@ -78,30 +78,36 @@ pub(super) fn close(
 ) -> (Bits, Bits) {
     let width = image.width;
     let mut none = Bits::of(labels, width, |label| label == NONE);
-    let agrees = |u: usize, v: usize, label: u16| {
-        let w = f64::from(image.w[v * width + u]);
-        let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
-        let e = regions[usize::from(label)].plane.at(x, y) - w;
-        (w == 0.0) | (e * e <= CellNoise::at(noise, w).square(5.0, 3.0))
-    };
     // Along the rows, then down the columns. A gap ends at pixels with a label: to close it changes no
     // other one.
     for (down, step) in [(false, 1), (true, width)] {
         starts(&none, gap_px, down).for_each(|u, v| {
             let first = v * width + u;
             let label = labels[first - step];
-            let Some(gap) = (1..=gap_px).find(|k| labels[first + k * step] != NONE) else {
-                return;
+            // A shorter gap ends before the image does. All are looked at: where to stop could not be
+            // foreseen.
+            let last = labels.len() - 1;
+            let open = |(gap, all): (usize, bool), k: usize| {
+                let all = all & (labels[(first + k * step).min(last)] == NONE);
+                (gap + usize::from(all), all)
             };
+            let (gap, _) = (1..gap_px).fold((1, true), open);
             if labels[first + gap * step] != label {
                 return;
             }
-            let pixels = (0..gap).map(|k| if down { (u, v + k) } else { (u + k, v) });
-            // All are asked: where to stop could not be foreseen.
-            let agree = |all, (u, v)| all & agrees(u, v, label);
-            if pixels.clone().fold(true, agree) {
-                for (u, v) in pixels {
-                    labels[v * width + u] = label;
+            let plane = &regions[usize::from(label)].plane;
+            let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
+            let (own, slope) = (plane.at(x, y), if down { plane.0.y } else { plane.0.x });
+            let limit = CellNoise::at(noise, own).square(5.0, 3.0);
+            let near = |(all, own): (bool, f64), k: usize| {
+                let w = f64::from(image.w[first + k * step]);
+                let e = own - w;
+                (all & ((w == 0.0) | (e * e <= limit)), own + slope)
+            };
+            if (0..gap).fold((true, own), near).0 {
+                for k in 0..gap {
+                    labels[first + k * step] = label;
+                    let (u, v) = if down { (u, v + k) } else { (u + k, v) };
                     none.clear(u, v);
                 }
             }
@@ -134,14 +140,14 @@ fn starts(none: &Bits, most: usize, down: bool) -> Bits {
 /// border of the image, where only the view ends. `none` are the pixels without a label, of which
 /// some are `unmeasured`.
 pub(super) fn erode(
-    none: Bits,
+    none: &Bits,
     unmeasured: &Bits,
     cuts: &Cuts,
     unseen_px: usize,
     seen_px: usize,
 ) -> Bits {
     let seen = cuts.near(seen_px, Some(unmeasured));
-    none.or(&seen).or(&cuts.near(unseen_px, None)).not()
+    cuts.near(unseen_px, None).or(&seen).or(none).not()
 }
 
 /// The pixels of the parts that are wider than 2 `neck_px`: eroded, and grown back within what was
@@ -203,7 +209,7 @@ mod tests {
         let cuts = Cuts::new(&labels, row.len(), 3);
         let none = Bits::of(&labels, row.len(), |label| label == NONE);
         let unmeasured = Bits::of(picture.as_bytes(), row.len(), |b| b == b'.');
-        let eroded = kept(&erode(none, &unmeasured, &cuts, 1, 2), &labels);
+        let eroded = kept(&erode(&none, &unmeasured, &cuts, 1, 2), &labels);
         let expected = "aaa....bbb....".repeat(3);
         for (i, (&label, want)) in eroded.iter().zip(expected.bytes()).enumerate() {
             let got = match label {

@@ -17,6 +17,7 @@ mod doubt;
 mod edges;
 mod exchange;
 mod face;
+mod feet;
 mod growth;
 mod hidden;
 mod image;
@@ -56,6 +57,7 @@ use crate::scan::DepthImage;
 use crate::sensor::Noise;
 use cuts::Cuts;
 use face::Face;
+use feet::Feet;
 use growth::Growth;
 use image::{Grid, InverseImage};
 use moments::Moments;
@@ -152,11 +154,21 @@ pub(crate) fn extract(
     let mask = &config.mask;
     let (none, unmeasured) = mask::close(&image, &regions, &mut labels, noise, mask.gap_px);
 
-    // 6. The pixels that surely lie on their face: edges taken off, doubtful borders, necks.
+    // 6. The pixels that surely lie on their face: edges taken off, the feet of what stands there,
+    // doubtful borders, necks.
     let cuts = Cuts::new(&labels, image.width, image.height);
     let assigned = labels.len() - none.count();
     let (unseen, seen) = (mask.edge_unseen_px, mask.edge_seen_px);
-    let mut sure = mask::erode(none, &unmeasured, &cuts, unseen, seen);
+    let mut sure = mask::erode(&none, &unmeasured, &cuts, unseen, seen);
+    let feet = Feet {
+        image: &image,
+        regions: &regions,
+        labels: &labels,
+        cuts: &cuts,
+        none: &none,
+        unmeasured: &unmeasured,
+    };
+    feet.drop(seen, noise, &mut sure);
     let doubt = mask.doubt_systematics;
     doubt::drop_doubtful(&image, &regions, &cells, &labels, &mut sure, doubt, noise);
     let sure = mask::open(sure, mask.neck_px);

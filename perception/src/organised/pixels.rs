@@ -1,6 +1,7 @@
 //! The moments of small cells from their pixels.
 
-use wide::{f32x4, f64x2};
+use wide::bytemuck::cast;
+use wide::{f32x4, f32x8, f64x2};
 
 use super::image::CELL_PX;
 use super::moments::Moments;
@@ -34,28 +35,30 @@ pub(super) fn of_four(
     y0: f64,
     moments: &mut [Moments; 4],
 ) {
-    // Of one cell the least, and down the columns of its differences to the first pixel (small
+    // Of two cells the least, and down the columns of their differences to each one's first pixel (small
     // numbers, for which 32 bits do) the sums, those of squares, and those of each times its row.
     let down = |k: usize| {
-        let row = |r: usize| f32x4::from(lines[r].as_chunks::<CELL_PX>().0[k]);
+        let row = |r: usize| f32x8::from(lines[r].as_chunks::<{ 2 * CELL_PX }>().0[k]);
         let [a, b, c, d] = [row(0), row(1), row(2), row(3)];
         let least = a.fast_min(b).fast_min(c.fast_min(d));
-        let base = f32x4::splat(lines[0][k * CELL_PX]);
+        let first = |cell: usize| f32x4::splat(lines[0][(2 * k + cell) * CELL_PX]);
+        let base: f32x8 = cast([first(0), first(1)]);
         let [e, f, g, h] = [a - base, b - base, c - base, d - base];
         let squares = (e * e + f * f) + (g * g + h * h);
-        let weighted = f + f32x4::splat(2.0) * g + f32x4::splat(3.0) * h;
-        (least, (e + f) + (g + h), squares, weighted)
+        let weighted = f + g * 2.0 + h * 3.0;
+        [least, (e + f) + (g + h), squares, weighted].map(cast::<_, [f32x4; 2]>)
     };
-    let (a, b, c, d) = (down(0), down(1), down(2), down(3));
-    let least = [a.0, b.0, c.0, d.0];
+    let (left, right) = (down(0), down(1));
+    let of_each = |i: usize| [left[i][0], left[i][1], right[i][0], right[i][1]];
+    let [least, sums, squares, weighted] = [of_each(0), of_each(1), of_each(2), of_each(3)];
     // Along the rows, one cell a lane.
     let across = |columns| {
         let [a, b, c, d] = f32x4::transpose(columns);
         twos((a + b) + (c + d))
     };
-    let square = across([a.2, b.2, c.2, d.2]);
-    let down = across([a.3, b.3, c.3, d.3]);
-    let [a, b, c, d] = f32x4::transpose([a.1, b.1, c.1, d.1]);
+    let square = across(squares);
+    let down = across(weighted);
+    let [a, b, c, d] = f32x4::transpose(sums);
     let sum = twos((a + b) + (c + d));
     let along = twos(b + f32x4::splat(2.0) * c + f32x4::splat(3.0) * d);
     let line = lines[0];
@@ -111,6 +114,7 @@ fn twos(four: f32x4) -> [f64x2; 2] {
 }
 
 /// The moments of those of a cell's pixels that were measured; the first is at (x0, y0).
+#[inline(always)]
 pub(super) fn holed(lines: [[f32; CELL_PX]; CELL_PX], x0: f64, y0: f64) -> Moments {
     let [a, b, c, d] = lines.map(f32x4::from);
     // About the largest, so that the sums are of small numbers, for which 32 bits do.
