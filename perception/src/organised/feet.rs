@@ -5,11 +5,11 @@
 //! last pixels of what stands there are as near to the face's plane as its own, and have its label.
 
 use super::bits::Bits;
-use super::cell::CellNoise;
 use super::cuts::Cuts;
 use super::growth::Region;
 use super::image::InverseImage;
 use super::labels::limit;
+use super::mask::surely_off;
 use crate::sensor::Noise;
 
 /// Farther off it is not known where something stands, px.
@@ -18,10 +18,6 @@ const REACH_PX: f64 = 16.0;
 /// and not the face's for so many: less may be outliers of the face.
 const OFF_PX: usize = 3;
 const TALL_PX: isize = 6;
-/// The nearest pixel that is measured is within √((5σ)² + (3κw)²) of the face's plane, and what that falls
-/// on the way to it; what is farther off hides the face from the front.
-const SIGMAS: f64 = 5.0;
-const SYSTEMATICS: f64 = 3.0;
 
 /// What was seen of faces and of what has no label.
 pub(super) struct Feet<'a> {
@@ -44,6 +40,7 @@ impl Feet<'_> {
                 continue;
             }
             self.beside(way).for_each(|u, v| {
+                // From the cut's pixel to what stands there.
                 let (x, y) = way.beside(0);
                 let near = (u as isize + x, v as isize + y);
                 self.drop_one(way, near, &slopes, margin_px, noise, sure);
@@ -61,7 +58,7 @@ impl Feet<'_> {
         all(self.none).without(&all(self.unmeasured))
     }
 
-    /// The same where one column of what stands there is next to a face.
+    /// Takes off what one pixel says that stands there next to a face, if it does.
     fn drop_one(
         &self,
         way: Way,
@@ -164,7 +161,8 @@ struct Slope {
     /// By so much a step that way, with which it goes across by so many pixels.
     rise: f64,
     across: f64,
-    /// How far off the plane the first pixel of what stands on it may be.
+    /// How far off the plane the nearest pixel of what stands on it may be, and no farther than what the
+    /// plane falls on the way to it: what is farther off hides the face from the front.
     most: f64,
 }
 
@@ -178,8 +176,7 @@ impl Slope {
         };
         let across = if most > 0.0 { other / most } else { 0.0 };
         let rise = most + other * across;
-        let noise = CellNoise::at(noise, region.moments.mean());
-        let most = noise.square(SIGMAS, SYSTEMATICS).sqrt() + rise;
+        let most = surely_off(region.moments.mean(), noise).sqrt() + rise;
         Self {
             way: (most <= REACH_PX * rise).then_some(way),
             rise,

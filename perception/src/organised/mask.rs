@@ -64,6 +64,12 @@ impl MaskConfig {
     }
 }
 
+/// The square of the distance from a plane beyond which a pixel of inverse depth `w` surely is not on it,
+/// 1/m²: (5σ)² + (3κw)².
+pub(super) fn surely_off(w: f64, noise: &Noise) -> f64 {
+    CellNoise::at(noise, w).square(5.0, 3.0)
+}
+
 /// Closes small gaps of the labels along rows, then along columns; returns the pixels still without,
 /// and which of them were not measured.
 ///
@@ -98,7 +104,7 @@ pub(super) fn close(
             let plane = &regions[usize::from(label)].plane;
             let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
             let (own, slope) = (plane.at(x, y), if down { plane.0.y } else { plane.0.x });
-            let limit = CellNoise::at(noise, own).square(5.0, 3.0);
+            let limit = surely_off(own, noise);
             let near = |(all, own): (bool, f64), k: usize| {
                 let w = f64::from(image.w[first + k * step]);
                 let e = own - w;
