@@ -1,7 +1,7 @@
 //! The inverse-depth image and its cells.
 
 use super::moments::Moments;
-use super::pixels::{Column, holed, of_four};
+use super::pixels::{Column, of_row};
 use crate::scan::{DepthImage, Intrinsics};
 
 /// Side of the small cells, px; large cells are 2 × 2 of them.
@@ -76,57 +76,40 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// One pass over the pixels: the moments of every small cell, in the room of a vector that is no
-    /// longer needed.
-    pub fn new(image: &InverseImage, mut cells: Vec<Moments>) -> Self {
+    /// One pass over the pixels: the moments of every small cell, and of the cells twice as large, in the
+    /// room of vectors that are no longer needed.
+    pub fn both(image: &InverseImage, [mut small, mut large]: [Vec<Moments>; 2]) -> (Self, Self) {
         let (cols, rows) = (image.width / CELL_PX, image.height / CELL_PX);
-        cells.resize(cols * rows, Moments::default());
+        small.resize(cols * rows, Moments::default());
+        large.resize((cols / 2) * (rows / 2), Moments::default());
         let places = (0..cols).map(|i| (i * CELL_PX) as f64 - image.centre.0);
         let columns: Vec<Column> = places.map(Column::new).collect();
-        let (columns, last) = columns.as_chunks();
         let bands = image.w.chunks_exact((image.width * CELL_PX).max(1));
-        for (j, (row, band)) in cells.chunks_exact_mut(cols.max(1)).zip(bands).enumerate() {
-            let lines = [0, 1, 2, 3].map(|k| &band[k * image.width..][..cols * CELL_PX]);
-            let y0 = (j * CELL_PX) as f64 - image.centre.1;
-            let (fours, rest) = row.as_chunks_mut();
-            let [a, b, c, d] = lines.map(|line| line.as_chunks().0.iter());
-            for ((lines, columns), four) in a.zip(b).zip(c.zip(d)).zip(columns).zip(fours) {
-                let ((a, b), (c, d)) = lines;
-                of_four([a, b, c, d], columns, y0, four);
+        let y0 = |j: usize| (j * CELL_PX) as f64 - image.centre.1;
+        let mut larger = large.chunks_exact_mut((cols / 2).max(1));
+        let pairs = small.chunks_mut((2 * cols).max(1));
+        let mut bands = bands.enumerate();
+        for pair in pairs {
+            for (row, (j, band)) in pair.chunks_exact_mut(cols.max(1)).zip(&mut bands) {
+                let lines = [0, 1, 2, 3].map(|k| &band[k * image.width..][..cols * CELL_PX]);
+                of_row(lines, &columns, y0(j), row);
             }
-            // Fewer than four are left.
-            let first = cols - rest.len();
-            for ((cell, column), i) in rest.iter_mut().zip(last).zip(first..) {
-                *cell = holed(lines.map(|line| line.as_chunks().0[i]), column.x0, y0);
-            }
-        }
-        Self {
-            cols,
-            rows,
-            size: CELL_PX,
-            cells,
-        }
-    }
-
-    /// The grid of cells twice as large, in the room of a vector that is no longer needed.
-    pub fn coarser(&self, mut cells: Vec<Moments>) -> Self {
-        let (cols, rows) = (self.cols / 2, self.rows / 2);
-        cells.resize(cols * rows, Moments::default());
-        let bands = self.cells.chunks_exact((2 * self.cols).max(1));
-        for (row, band) in cells.chunks_exact_mut(cols.max(1)).zip(bands) {
-            let (above, below) = band.split_at(self.cols);
+            // Added up while they are near.
+            let (above, below) = pair.split_at(cols);
             let (above, below) = (above.as_chunks().0, below.as_chunks().0);
-            for (cell, ([a, b], [c, d])) in row.iter_mut().zip(above.iter().zip(below)) {
+            let row = larger.next().into_iter().flatten();
+            for (cell, ([a, b], [c, d])) in row.zip(above.iter().zip(below)) {
                 *cell = *a;
                 [b, c, d].iter().for_each(|part| cell.add(part, 1.0));
             }
         }
-        Self {
-            cols,
-            rows,
-            size: 2 * self.size,
+        let grid = |cells, times: usize| Self {
+            cols: cols / times,
+            rows: rows / times,
+            size: times * CELL_PX,
             cells,
-        }
+        };
+        (grid(small, 1), grid(large, 2))
     }
 
     /// Column and row of cell `i`.

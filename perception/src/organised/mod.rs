@@ -119,13 +119,12 @@ pub(crate) fn extract(
     config: &OrganisedConfig,
     inset: &InsetConfig,
 ) -> Extraction {
-    // 1. Inverse depth, and one pass to the moments of its cells.
+    // 1. Inverse depth, and one pass to the moments of its small and large cells.
     let room = ROOM.take();
     let (image, valid, used) = InverseImage::new(depth, range_max_m, room.inverse);
-    let small = Grid::new(&image, room.small);
+    let (small, large) = Grid::both(&image, [room.small, room.large]);
 
     // 2. Regions over large cells, merged where one plane explains two neighbours.
-    let large = small.coarser(room.large);
     let least = config.growth.pixels_min;
     let grown =
         Growth::new(&large, |_| true, noise, &config.growth).regions(&[Shape::BLOCK], least);

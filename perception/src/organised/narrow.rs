@@ -61,7 +61,7 @@ mod tests {
         };
         let noise = Sensor::named("xtion").unwrap().noise;
         let config = GrowthConfig::default();
-        let grid = Grid::new(&InverseImage::new(&depth, 10.0, Vec::new()).0, Vec::new());
+        let grid = Grid::both(&InverseImage::new(&depth, 10.0, Vec::new()).0, Default::default()).0;
         let mut growth = Growth::new(&grid, |_| true, &noise, &config);
         let mut known = Partition::new(&grid);
         let blocks = growth.regions(&[Shape::BLOCK], config.pixels_min);

@@ -27,9 +27,30 @@ impl Column {
     }
 }
 
+/// The moments of a row of cells from their rows of pixels, of which y0 is the first.
+pub(super) fn of_row(
+    lines: [&[f32]; CELL_PX],
+    columns: &[Column],
+    y0: f64,
+    moments: &mut [Moments],
+) {
+    let (columns, last) = columns.as_chunks();
+    let first = moments.len() - last.len();
+    let (fours, rest) = moments.as_chunks_mut();
+    let [a, b, c, d] = lines.map(|line| line.as_chunks().0.iter());
+    for ((lines, columns), four) in a.zip(b).zip(c.zip(d)).zip(columns).zip(fours) {
+        let ((a, b), (c, d)) = lines;
+        of_four([a, b, c, d], columns, y0, four);
+    }
+    // Fewer than four are left.
+    for ((cell, column), i) in rest.iter_mut().zip(last).zip(first..) {
+        *cell = holed(lines.map(|line| line.as_chunks().0[i]), column.x0, y0);
+    }
+}
+
 /// The moments of four cells side by side from their rows of pixels, of which y0 is the first.
 #[inline]
-pub(super) fn of_four(
+fn of_four(
     lines: [&[f32; 4 * CELL_PX]; CELL_PX],
     columns: &[Column; 4],
     y0: f64,
