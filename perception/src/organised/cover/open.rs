@@ -3,7 +3,7 @@
 use wide::f32x8;
 
 use super::rows::{Frame, GROUPS, NOWHERE, ROWS, Rows};
-use super::segments::Point;
+use super::segments::{Point, least};
 
 /// The open parts of a region, in layers: of each row several intervals.
 pub(super) struct Open {
@@ -109,7 +109,7 @@ impl Open {
         let mut seeds = Vec::with_capacity(count);
         while seeds.len() < count {
             let deepest = places.iter().fold(f32x8::ZERO, |m, p| m.fast_max(p.depth));
-            let deepest = deepest.to_array().into_iter().fold(0.0, f32::max);
+            let deepest = -least(-deepest);
             let is_deepest = |p: &Middles| p.depth.simd_eq(f32x8::splat(deepest)).to_bitmask();
             let found = places.iter_mut().find(|p| is_deepest(p) != 0);
             let Some(group) = found.filter(|_| deepest > 0.0) else {
@@ -142,15 +142,14 @@ impl Open {
 
     /// Distance of a place from what is not of the region, about, m.
     fn depth(&self, frame: &Frame, p: &Point) -> f32 {
-        let mut least = f32x8::splat(NOWHERE);
+        let mut nearest = f32x8::splat(NOWHERE);
         for i in 0..GROUPS {
             let along = self.along(i, f32x8::splat(p[0]));
             let up = frame.y[i] - p[1];
-            least = least.fast_min(along * along + up * up);
+            nearest = nearest.fast_min(along * along + up * up);
         }
         let [end, ..] = frame.end(f32x8::splat(p[1])).to_array();
-        let least = least.to_array().into_iter().fold(end * end, f32::min);
-        least.sqrt()
+        least(nearest).min(end * end).sqrt()
     }
 }
 

@@ -119,7 +119,7 @@ impl Sides {
         // The cuts that it is not within.
         let all = u32x8::splat(u32::MAX >> (32 - cuts.len().clamp(1, 32)));
         let crossed = (!self.within & !bit(i) & all).to_array();
-        for (k, a, b) in edges.iter().filter(|(k, ..)| free >> k & 1 == 1) {
+        for (k, a, b) in edges.of(free) {
             let mut left = Some((a, b));
             let mut crossed = crossed[k];
             while crossed != 0

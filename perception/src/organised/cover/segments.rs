@@ -1,6 +1,9 @@
 //! Segments that half-planes cut, eight side by side.
 
-use wide::f32x8;
+use wide::bytemuck::cast;
+use wide::{f32x4, f32x8};
+
+use super::super::words::Ones;
 
 /// How many are side by side.
 pub(super) const LANES: usize = 8;
@@ -61,13 +64,12 @@ impl Segments {
         segments.chunks(LANES).map(group).collect()
     }
 
-    /// Those of which something is left.
-    pub fn iter(&self) -> impl Iterator<Item = (usize, Point, Point)> {
+    /// Those of some, one bit each, of which something is left.
+    pub fn of(&self, some: u32) -> impl Iterator<Item = (usize, Point, Point)> {
         let [ax, ay, bx, by] =
             [self.a[0], self.a[1], self.b[0], self.b[1]].map(|lanes| lanes.to_array());
-        (0..LANES)
-            .filter(move |&k| ax[k] < GONE)
-            .map(move |k| (k, [ax[k], ay[k]], [bx[k], by[k]]))
+        let left = self.a[0].simd_lt(f32x8::splat(GONE)).to_bitmask();
+        Ones((left & some).into()).map(move |k| (k, [ax[k], ay[k]], [bx[k], by[k]]))
     }
 
     /// How far the ends are out of {n·p ≤ b}; n need not be a unit vector.
@@ -141,13 +143,21 @@ impl Ahead {
 
     /// The point that is nearest to the centre, none where nothing is left.
     pub fn nearest(&self) -> Option<Point> {
-        let least = self.least.to_array().into_iter().fold(GONE, f32::min);
+        let least = least(self.least);
         let lanes = |group: &Group| group.square.simd_eq(f32x8::splat(least)).to_bitmask();
         let group = self.groups.iter().find(|group| lanes(group) != 0);
         let group = group.filter(|_| least < GONE)?;
         let k = lanes(group).trailing_zeros() as usize;
         Some(group.nearest().map(|lanes| lanes.as_array()[k]))
     }
+}
+
+/// The least of all lanes.
+#[inline]
+pub(super) fn least(lanes: f32x8) -> f32 {
+    let [a, b]: [f32x4; 2] = cast(lanes);
+    let [a, b, c, d] = a.fast_min(b).to_array();
+    a.min(b).min(c.min(d))
 }
 
 /// Segments side by side, what cuts leave of each, and how near that is.
