@@ -65,8 +65,9 @@ fn main() -> Result<(), AnyError> {
         let before = thread_ms();
         for _ in 0..runs {
             let wall = Instant::now();
-            result = extract(&scan, &Isometry3::identity(), &config)?;
+            let found = extract(&scan, &Isometry3::identity(), &config)?;
             times.push(wall.elapsed().as_secs_f64() * 1e3);
+            result = found;
         }
         let cpu_ms = thread_ms()
             .zip(before)
