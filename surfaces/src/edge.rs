@@ -12,10 +12,14 @@
 //!
 //! and leaves the gap g_k = g_{k,l(k)} between them, m; negative where it reaches into the piece.
 
+mod bound;
+
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
-use crate::{ConvexPolygon, HalfPlane};
+use crate::ConvexPolygon;
+pub(crate) use bound::for_bounds;
+pub use bound::{Bound, bound};
 
 /// What ends a face at an edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -64,99 +68,6 @@ pub const ALONG_M: f64 = 0.01;
 
 /// An edge of a piece is one of the face where this part of it lies along the outline.
 const ALONG_MIN: f64 = 0.1;
-
-/// The edge of a piece at which an edge of an outline bounds it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bound {
-    /// Index l of the piece's edge.
-    pub edge: usize,
-    /// Gap between both, m; negative where the outline reaches into the piece.
-    pub gap_m: f64,
-    /// Length of the outline's edge that is near, m.
-    pub length_m: f64,
-}
-
-/// Where the outline's edge from `a` to `b` bounds a piece; `None` where it is farther than
-/// `reach_m` from every edge's line on the outer side.
-///
-/// Units: m.  Frames: all in that of the polygon.
-pub fn bound(
-    polygon: &ConvexPolygon,
-    a: &Point2<f64>,
-    b: &Point2<f64>,
-    reach_m: f64,
-) -> Option<Bound> {
-    bound_by(&polygon.half_planes(), a, b, reach_m)
-        .ok()
-        .flatten()
-}
-
-/// [`bound`] of each edge of the rings that bounds the polygon with these half planes
-/// ([`ConvexPolygon::half_planes`]), with the indices of its ring and in it.
-pub(crate) fn for_bounds(
-    half_planes: &[HalfPlane],
-    rings: &[Vec<[f64; 2]>],
-    reach_m: f64,
-    mut found: impl FnMut(usize, usize, Bound),
-) {
-    for (number, ring) in rings.iter().enumerate() {
-        // Most edges are beyond a half plane, mostly the one beyond which the edge before is.
-        let mut last = None;
-        for (k, (a, b)) in ring_edges(ring).enumerate() {
-            if last.is_some_and(|h: &HalfPlane| h.value(&a) > reach_m && h.value(&b) > reach_m) {
-                continue;
-            }
-            match bound_by(half_planes, &a, &b, reach_m) {
-                Ok(bound) => {
-                    last = None;
-                    if let Some(bound) = bound {
-                        found(number, k, bound);
-                    }
-                }
-                Err(beyond) => last = Some(beyond),
-            }
-        }
-    }
-}
-
-/// [`bound`] of the polygon with these half planes; the half plane beyond which the edge is, if it is
-/// wholly beyond one.
-fn bound_by<'a>(
-    half_planes: &'a [HalfPlane],
-    a: &Point2<f64>,
-    b: &Point2<f64>,
-    reach_m: f64,
-) -> Result<Option<Bound>, &'a HalfPlane> {
-    // The part of the edge in the piece widened by the reach.
-    let (mut from, mut to) = (0.0_f64, 1.0_f64);
-    for h in half_planes {
-        let (va, vb) = (h.value(a) - reach_m, h.value(b) - reach_m);
-        match (va > 0.0, vb > 0.0) {
-            (true, true) => return Err(h),
-            (true, false) => from = from.max(va / (va - vb)),
-            (false, true) => to = to.min(va / (va - vb)),
-            (false, false) => {}
-        }
-    }
-    if from > to {
-        return Ok(None);
-    }
-    let (near, far) = (a + (b - a) * from, a + (b - a) * to);
-    let mut best = None;
-    let mut most = f64::NEG_INFINITY;
-    for (edge, h) in half_planes.iter().enumerate() {
-        let (u, v) = (h.value(&near), h.value(&far));
-        let gap_m = if v < u { v } else { u };
-        if gap_m > most {
-            (best, most) = (Some(edge), gap_m);
-        }
-    }
-    Ok(best.map(|edge| Bound {
-        edge,
-        gap_m: most,
-        length_m: (far - near).norm(),
-    }))
-}
 
 /// The kinds of a piece's edges, by those of the outline's edges along which they lie.
 ///
