@@ -46,20 +46,30 @@ impl EdgeKind {
     /// The kind that an outline's edge has in most of its places; of equals the first in the order
     /// above, and [`Self::Real`] of none.
     pub fn most(places: impl Iterator<Item = Self>) -> Self {
-        Self::heaviest(places.map(|kind| (kind, 1.0))).unwrap_or_default()
+        let mut weights = Weights::default();
+        places.for_each(|kind| weights.add(kind, 1.0));
+        weights.heaviest().unwrap_or_default()
+    }
+}
+
+/// What each kind weighs that an outline's edge can have, in the order of [`EdgeKind::SEEN`].
+#[derive(Clone, Copy, Default)]
+struct Weights([f64; EdgeKind::SEEN.len()]);
+
+impl Weights {
+    /// Adds to a kind; seams weigh nothing.
+    fn add(&mut self, kind: EdgeKind, weight: f64) {
+        if let Some(sum) = self.0.get_mut(kind as usize) {
+            *sum += weight;
+        }
     }
 
-    /// The kind that weighs most; seams weigh nothing.
-    fn heaviest(parts: impl Iterator<Item = (Self, f64)>) -> Option<Self> {
-        let mut weights = [0.0_f64; Self::SEEN.len()];
-        for (kind, weight) in parts {
-            if let Some(place) = Self::SEEN.iter().position(|seen| *seen == kind) {
-                weights[place] += weight;
-            }
-        }
-        let heavier = |a: usize, b: usize| if weights[b] > weights[a] { b } else { a };
-        let best = (0..weights.len()).reduce(heavier)?;
-        (weights[best] > 0.0).then_some(Self::SEEN[best])
+    /// The kind that weighs most, if any weighs something.
+    fn heaviest(&self) -> Option<EdgeKind> {
+        let kinds = EdgeKind::SEEN.into_iter().zip(self.0);
+        let heavier = |a: (EdgeKind, f64), b: (EdgeKind, f64)| if b.1 > a.1 { b } else { a };
+        let (kind, weight) = kinds.reduce(heavier)?;
+        (weight > 0.0).then_some(kind)
     }
 }
 
@@ -80,26 +90,27 @@ pub fn kinds_of(
     kinds: &[Vec<EdgeKind>],
 ) -> Vec<EdgeKind> {
     let half_planes = polygon.half_planes();
-    let mut along = Vec::with_capacity(8 * half_planes.len());
+    // How much of the outline lies along each edge, m, in all and by its kind.
+    let mut along = vec![(0.0, Weights::default()); half_planes.len()];
     for_bounds(&half_planes, rings, ALONG_M, |ring, k, found| {
         let kind = kinds.get(ring).and_then(|kinds| kinds.get(k));
-        let kind = kind.copied().unwrap_or_default();
-        along.push((found.edge, kind, found.length_m));
+        let (length_m, weights) = &mut along[found.edge];
+        *length_m += found.length_m;
+        weights.add(kind.copied().unwrap_or_default(), found.length_m);
     });
-    let of_edge = |(l, length_m): (usize, f64)| {
-        let parts = along.iter().filter(|(edge, ..)| *edge == l);
-        let length: f64 = parts.clone().map(|(.., length)| length).sum();
-        let kind = EdgeKind::heaviest(parts.map(|(_, kind, length)| (*kind, *length)));
-        kind.filter(|_| length >= ALONG_MIN * length_m)
-            .unwrap_or(EdgeKind::Seam)
-    };
-    let lengths = polygon.edges().map(|(a, b)| (b - a).norm());
-    lengths.enumerate().map(of_edge).collect()
+    let edges = polygon.edges().zip(&along);
+    edges
+        .map(|((a, b), (length_m, weights))| {
+            let enough = *length_m >= ALONG_MIN * (b - a).norm();
+            let kind = weights.heaviest().filter(|_| enough);
+            kind.unwrap_or(EdgeKind::Seam)
+        })
+        .collect()
 }
 
 /// The edges of a ring as pairs of corners, the closing one last.
 pub fn ring_edges(ring: &[[f64; 2]]) -> impl Iterator<Item = (Point2<f64>, Point2<f64>)> + '_ {
-    let next = ring.iter().cycle().skip(1);
+    let next = ring.iter().skip(1).chain(ring.first());
     ring.iter()
         .zip(next)
         .map(|(a, b)| (Point2::from(*a), Point2::from(*b)))
