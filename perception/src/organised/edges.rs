@@ -11,9 +11,14 @@ use crate::sensor::Noise;
 
 /// A depth image with its labels before edges were taken off.
 pub(super) struct Seen<'a> {
-    depth: &'a DepthImage,
-    image: &'a InverseImage,
+    /// Depth, inverse depth and label of each pixel, row by row.
+    z_m: &'a [f32],
+    w: &'a [f32],
     labels: &'a [u16],
+    width: usize,
+    /// Column and row of the origin of the planes' pixel coordinates.
+    centre: (f64, f64),
+    pixel_rad: f64,
     planes: &'a [Option<Plane>],
     noise: &'a Noise,
     /// First column and row in which something was measured, and how many there are from it on.
@@ -45,9 +50,12 @@ impl<'a> Seen<'a> {
             }
         }
         Self {
-            depth,
-            image,
+            z_m: &depth.z_m,
+            w: &image.w,
             labels,
+            width: image.width,
+            centre: image.centre,
+            pixel_rad: 1.0 / image.intrinsics.fx,
             planes,
             noise,
             first: (left as u32, top.unwrap_or(0) as u32),
@@ -64,7 +72,7 @@ impl<'a> Seen<'a> {
         let (u, v) = (u as u32, v as u32);
         let inside = (u.wrapping_sub(self.first.0) < self.count.0)
             & (v.wrapping_sub(self.first.1) < self.count.1);
-        inside.then_some(v as usize * self.image.width + u as usize)
+        inside.then_some(v as usize * self.width + u as usize)
     }
 }
 
@@ -84,11 +92,11 @@ impl Picture for Seen<'_> {
             label: its,
             used,
         };
-        let w = self.image.w[i];
+        let w = self.w[i];
         if w > 0.0 {
             return other(w, true);
         }
-        let z = self.depth.z_m[i];
+        let z = self.z_m[i];
         if z > 0.0 {
             other(1.0 / z, false)
         } else {
@@ -99,18 +107,18 @@ impl Picture for Seen<'_> {
     #[inline]
     fn on(&self, label: u16, pixel: [i32; 2]) -> Option<f64> {
         let i = self.index(pixel).filter(|i| self.labels[*i] == label)?;
-        Some(f64::from(self.image.w[i])).filter(|w| *w > 0.0)
+        Some(f64::from(self.w[i])).filter(|w| *w > 0.0)
     }
 
     #[inline]
     fn plane(&self, label: u16, p: &Point2<f64>) -> Option<f64> {
         let plane = self.planes.get(usize::from(label))?.as_ref()?;
-        let (u0, v0) = self.image.centre;
+        let (u0, v0) = self.centre;
         Some(plane.inverse.at(p.x - u0, p.y - v0)).filter(|w| *w > 0.0)
     }
 
     fn pixel_rad(&self) -> f64 {
-        1.0 / self.image.intrinsics.fx
+        self.pixel_rad
     }
 
     fn noise(&self) -> &Noise {
