@@ -98,41 +98,48 @@ pub(crate) fn kinds(
     label: u16,
     ring: &[Point2<f64>],
     left: bool,
-) -> Vec<(EdgeKind, f64)> {
-    let next = ring.iter().cycle().skip(1);
+) -> impl Iterator<Item = (EdgeKind, f64)> {
+    let next = ring.iter().skip(1).chain(ring.first());
     let (mut found, mut at_px) = (Vec::new(), Vec::new());
-    ring.iter()
-        .zip(next)
-        .map(|(a, b)| {
-            let along = b - a;
-            let Some(ahead) = along.try_normalize(1e-9) else {
-                return (EdgeKind::Unknown, 0.0);
-            };
-            let right = Vector2::new(ahead.y, -ahead.x);
-            let out = Way::new(&if left { right } else { -right });
-            let count = (along.norm() / APART_PX).ceil() as usize;
-            let count = count.clamp(1, PLACES_MAX);
-            let places = (0..count).map(|i| a + along * ((i as f64 + 0.5) / count as f64));
-            found.clear();
-            found.extend(
-                places
-                    .clone()
-                    .map(|place| beyond(picture, label, &place, &out)),
-            );
-            at_px.clear();
-            at_px.extend(found.iter().map(|found| found.at_px));
-            let half = (at_px.len() - 1) / 2;
-            let (_, &mut middle, _) = at_px.select_nth_unstable_by(half, f64::total_cmp);
-            // Real edges are round: what leaves the plane farther inside is the face still.
-            let leaves = leaves_px(picture, label, places, &out, middle)
-                .unwrap_or(middle)
-                .max(0.0);
-            (
-                EdgeKind::most(found.iter().map(|f| f.kind)),
-                middle.min(leaves),
-            )
-        })
-        .collect()
+    ring.iter().zip(next).map(move |(a, b)| {
+        let along = b - a;
+        let length = along.norm();
+        if length <= 1e-9 {
+            return (EdgeKind::Unknown, 0.0);
+        }
+        let ahead = along / length;
+        let right = Vector2::new(ahead.y, -ahead.x);
+        let out = Way::new(&if left { right } else { -right });
+        let count = (length / APART_PX).ceil() as usize;
+        let count = count.clamp(1, PLACES_MAX);
+        let place = |i: usize| a + along * ((i as f64 + 0.5) / count as f64);
+        // Most edges are short: their one place decides alone.
+        if count == 1 {
+            let found = beyond(picture, label, &place(0), &out);
+            return (found.kind, found.at_px);
+        }
+        let places = (0..count).map(place);
+        found.clear();
+        found.extend(
+            places
+                .clone()
+                .map(|place| beyond(picture, label, &place, &out)),
+        );
+        let kind = EdgeKind::most(found.iter().map(|found| found.kind));
+        at_px.clear();
+        at_px.extend(found.iter().map(|found| found.at_px));
+        let half = (at_px.len() - 1) / 2;
+        let (_, &mut middle, _) = at_px.select_nth_unstable_by(half, f64::total_cmp);
+        // The border of the view is where it is, whatever the face does before it.
+        if kind == EdgeKind::FieldOfView {
+            return (kind, middle);
+        }
+        // Real edges are round: what leaves the plane farther inside is the face still.
+        let leaves = leaves_px(picture, label, places, &out, middle)
+            .unwrap_or(middle)
+            .max(0.0);
+        (kind, middle.min(leaves))
+    })
 }
 
 /// What ends the face beyond one place of its outline.
@@ -166,9 +173,11 @@ pub(crate) fn beyond(picture: &impl Picture, label: u16, from: &Point2<f64>, out
             Shown::Other { w, label, .. } => Some((w, label)).filter(|_| label != NONE || !on(w)),
         };
         let Some((w, its)) = other else {
-            again += usize::from(again > 0 || k - last > GAP_PX);
-            if again > AGAIN_PX {
-                return found(EdgeKind::Unknown, last, last + 1);
+            if again > 0 || k - last > GAP_PX {
+                again += 1;
+                if again > AGAIN_PX {
+                    return found(EdgeKind::Unknown, last, last + 1);
+                }
             }
             last = k;
             unlabelled = None;

@@ -138,18 +138,12 @@ pub(super) struct Edges {
 impl Edges {
     /// Of rings that have the face on their left where v is up.
     pub fn new(seen: &Seen, label: u16, rings: &[Vec<Point2<f64>>]) -> Self {
-        let found: Vec<_> = (rings.iter())
-            .map(|ring| edges::kinds(seen, label, ring, true))
-            .collect();
         let pixel_rad = seen.pixel_rad();
-        let inside = |(_, px): &(EdgeKind, f64)| px * pixel_rad;
-        Self {
-            kinds: (found.iter())
-                .map(|ring| ring.iter().map(|(kind, _)| *kind).collect())
-                .collect(),
-            inside_rad: (found.iter())
-                .map(|ring| ring.iter().map(inside).collect())
-                .collect(),
-        }
+        let of_ring = |ring: &Vec<_>| -> (Vec<_>, Vec<_>) {
+            let found = edges::kinds(seen, label, ring, true);
+            found.map(|(kind, px)| (kind, px * pixel_rad)).unzip()
+        };
+        let (kinds, inside_rad) = rings.iter().map(of_ring).unzip();
+        Self { kinds, inside_rad }
     }
 }
