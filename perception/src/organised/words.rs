@@ -37,6 +37,7 @@ pub(super) fn firsts<const N: usize>() -> u64 {
 
 /// Calls `with` for every run of bits in a row of words: the first one, one past the last. A run ends
 /// with a bit that is in `cuts`, if these are given.
+#[inline]
 pub(super) fn runs(row: &[u64], cuts: Option<&[u64]>, mut with: impl FnMut(usize, usize)) {
     let (mut first, mut joined) = (None, 0);
     for (i, &word) in row.iter().enumerate() {
@@ -54,6 +55,7 @@ pub(super) fn runs(row: &[u64], cuts: Option<&[u64]>, mut with: impl FnMut(usize
 }
 
 /// Writes the bits of up to 64 pixels a word, where `is` holds for what the two lines have there.
+#[inline]
 pub(super) fn pack<A: Copy, B: Copy>(
     a: &[A],
     b: &[B],
