@@ -40,7 +40,7 @@ pub enum EdgeKind {
 }
 
 impl EdgeKind {
-    /// The kinds that an outline's edge can have.
+    /// The kinds that an outline's edge can have, each at its own number.
     const SEEN: [Self; 4] = [Self::Real, Self::Occluded, Self::FieldOfView, Self::Unknown];
 
     /// The kind that an outline's edge has in most of its places; of equals the first in the order

@@ -124,7 +124,7 @@ mod tests {
             },
             centre: (48.0, 24.0),
         };
-        let grid = Grid::both(&image, Default::default()).0;
+        let (grid, _) = Grid::both(&image, Default::default());
         let mut partition = Partition::new(&grid);
         for columns in [0..16, 16..24] {
             let cells: Vec<usize> = (0..grid.cells.len())

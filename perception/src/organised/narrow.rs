@@ -61,7 +61,8 @@ mod tests {
         };
         let noise = Sensor::named("xtion").unwrap().noise;
         let config = GrowthConfig::default();
-        let grid = Grid::both(&InverseImage::new(&depth, 10.0, Vec::new()).0, Default::default()).0;
+        let (image, ..) = InverseImage::new(&depth, 10.0, Vec::new());
+        let (grid, _) = Grid::both(&image, Default::default());
         let mut growth = Growth::new(&grid, |_| true, &noise, &config);
         let mut known = Partition::new(&grid);
         let blocks = growth.regions(&[Shape::BLOCK], config.pixels_min);
