@@ -84,15 +84,12 @@ impl Grid {
         large.resize((cols / 2) * (rows / 2), Moments::default());
         let places = (0..cols).map(|i| (i * CELL_PX) as f64 - image.centre.0);
         let columns: Vec<Column> = places.map(Column::new).collect();
-        let bands = image.w.chunks_exact((image.width * CELL_PX).max(1));
-        let y0 = |j: usize| (j * CELL_PX) as f64 - image.centre.1;
         let mut larger = large.chunks_exact_mut((cols / 2).max(1));
-        let pairs = small.chunks_mut((2 * cols).max(1));
-        let mut bands = bands.enumerate();
-        for pair in pairs {
-            for (row, (j, band)) in pair.chunks_exact_mut(cols.max(1)).zip(&mut bands) {
+        for (i, pair) in small.chunks_mut((2 * cols).max(1)).enumerate() {
+            for (row, j) in pair.chunks_exact_mut(cols).zip(2 * i..) {
+                let band = &image.w[j * CELL_PX * image.width..];
                 let lines = [0, 1, 2, 3].map(|k| &band[k * image.width..][..cols * CELL_PX]);
-                of_row(lines, &columns, y0(j), row);
+                of_row(lines, &columns, (j * CELL_PX) as f64 - image.centre.1, row);
             }
             // Added up while they are near.
             let (above, below) = pair.split_at(cols);
