@@ -47,13 +47,13 @@ for truth in "$frames"/*_gt.json; do
   stem=${truth%_gt.json}
   name=$(basename "$stem")
   "$out/pcl_chain" "$stem.pcd" "$results/pcl/$name" "$runs" >"$results/pcl/$name.log"
-  # Runs that take as long as PCL's, so that all have a processor as warm; the last line ends with the least.
+  # Runs that take about as long as PCL's, so that all have a processor as warm; the last line has median and least.
   for method_times in organised:100 voxels:5; do
     method=${method_times%:*}
     "$extract" "${stem}_depth.png" "$results/$method/$name" --sensor xtion --method "$method" \
       --runs $((runs * ${method_times#*:})) |
-      tail -1 | sed 's/.*, \([0-9.]*\) ms.*/\1/' >"$results/$method/${name}_ms.txt"
+      tail -1 | sed -E 's/^(.*, )?([0-9.]+) ms in the median, ([0-9.]+) ms.*/\2 \3/' >"$results/$method/${name}_ms.txt"
   done
 done
-"$venv/bin/python" "$here/surfaces/open3d_patches.py" "$frames" "$results/open3d" 2
+"$venv/bin/python" "$here/surfaces/open3d_patches.py" "$frames" "$results/open3d" "$runs"
 "$venv/bin/python" "$here/surfaces/score.py" "$frames" "$results" | tee "$out/table.md"
