@@ -22,6 +22,9 @@ pub struct Config {
     /// Part of the margin of the centre of mass that its acceleration may use, m: the zero-moment
     /// point stays this near to it.
     pub zmp_excursion_m: f64,
+    /// Largest vertical acceleration of the centre of mass, m/s²: forces and torques, which are those of
+    /// standing still, are more by its part of gravity.
+    pub lift_m_s2: f64,
     /// Largest used part of the joints' speed limits, (0, 1].
     pub joint_speed_use: f64,
     /// Largest speed of a patch in the air, m/s.
@@ -52,6 +55,7 @@ impl Default for Config {
             swing_s: 2.5,
             settle_s: 0.1,
             zmp_excursion_m: 0.015,
+            lift_m_s2: 1.5,
             joint_speed_use: 0.5,
             swing_speed_m_s: 0.5,
             swing_clearance_m: 0.020,
@@ -87,6 +91,7 @@ impl Config {
             ("shift_s", self.shift_s),
             ("swing_s", self.swing_s),
             ("zmp_excursion_m", self.zmp_excursion_m),
+            ("lift_m_s2", self.lift_m_s2),
             ("swing_speed_m_s", self.swing_speed_m_s),
             ("swing_height_m", self.swing_height_m),
             ("straight_m", self.straight_m),

@@ -145,7 +145,12 @@ fn attempt(
         let fastest = track::fastest(setting, &track);
         let over = fastest.over;
         if over <= 1.0 + SPEED_TOLERANCE {
-            return Ok(track);
+            let slower = track::slower_for_lift(setting.config, &track);
+            if slower <= 1.0 {
+                return Ok(track);
+            }
+            let steps = (steps as f64 * slower).ceil() as usize;
+            return track::sample(setting, task, way, &mut route, steps);
         }
         // In more time a motion is slower by as much; a leap is as far as before.
         if over > SLOWER * before {

@@ -6,6 +6,7 @@ use robot_model::{GRAVITY_M_S2, Kinematics};
 
 use crate::blend;
 use crate::clearance::Watch;
+use crate::config::Config;
 use crate::failure::{Failure, Reason, keep_worst, patch_name};
 use crate::problem::{Setting, Task};
 use crate::projection::{ANGLE_ARM_M, is_point};
@@ -184,6 +185,26 @@ pub(crate) fn fastest(setting: &Setting, track: &Track) -> Fastest {
     fastest
 }
 
+/// Vertical accelerations are taken over twice this time: contacts are closed to within a tolerance, anew
+/// at every sample.
+const LIFT_S: f64 = 0.03;
+
+/// How much longer a track has to take for its vertical acceleration to be allowed; 1 where it is.
+///
+/// In T times the time an acceleration is its T²th part. The postures that a way is made of are at rest;
+/// what lies between them may rise and fall more than they do.
+pub(crate) fn slower_for_lift(config: &Config, track: &Track) -> f64 {
+    let heights = track.samples.iter().map(|sample| sample.com_W.z);
+    let ahead = (LIFT_S / config.dt_s).ceil().max(1.0) as usize;
+    let between = heights.clone().skip(ahead);
+    let bends = heights.clone().zip(between).zip(heights.skip(2 * ahead));
+    let most = bends
+        .map(|((a, b), c)| (c - 2.0 * b + a).abs())
+        .fold(0.0, f64::max);
+    let most_m_s2 = most / (ahead as f64 * config.dt_s).powi(2);
+    (most_m_s2 / config.lift_m_s2).sqrt().max(1.0)
+}
+
 /// A track that is still too fast when its time was stretched: the postures that close the contacts
 /// leap from one side of something to the other.
 pub(crate) fn leap(setting: &Setting, task: &Task, track: &Track, fastest: &Fastest) -> Failure {
@@ -248,5 +269,45 @@ fn joints(
                 setting.failure(task, Reason::JointLimit { joint }, over, u),
             );
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A track of which only the heights matter.
+    fn track(heights: impl Iterator<Item = f64>) -> Track {
+        let sample = |z| Instance {
+            q: Vec::new(),
+            com_W: Vector3::new(0.0, 0.0, z),
+            forces_W: Vec::new(),
+        };
+        Track {
+            samples: heights.map(sample).collect(),
+            places_W: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn what_rises_four_times_too_fast_takes_twice_the_time() {
+        let mut config = Config::default();
+        for dt_s in [0.001, 0.01] {
+            config.dt_s = dt_s;
+            let end = (0.5 / dt_s) as usize;
+            let time = |i: usize| i as f64 * dt_s;
+            // Up from rest within half a second, and what closing the contacts adds to that.
+            let noise = |i: usize| if i.is_multiple_of(2) { 1e-5 } else { -1e-5 };
+            let rise = |i: usize| 2.0 * config.lift_m_s2 * time(i).powi(2) + noise(i);
+            let slower = slower_for_lift(&config, &track((0..=end).map(rise)));
+            assert!((slower - 2.0).abs() < 0.05, "{slower}");
+            let even = |i: usize| 0.5 * time(i) + noise(i);
+            assert_eq!(slower_for_lift(&config, &track((0..=end).map(even))), 1.0);
+        }
+        // Too short to rise at all.
+        assert_eq!(
+            slower_for_lift(&config, &track([0.0, 1.0].into_iter())),
+            1.0
+        );
     }
 }
