@@ -5,19 +5,30 @@ use nalgebra::{Point2, Vector2};
 use super::boundary::traces;
 use super::face::Face;
 
+/// A ring may cut into a face by this part of its mean width at most: of a tread that is hardly longer
+/// than a foot, nothing can be spared.
+const WIDTH_PART: f64 = 0.03;
+
 /// Closed rings around the face in the pixel plane, the outer one first, then the holes.
 ///
 /// Rings run along the centres of the face's outermost pixels, so that they enclose no pixel that
-/// is not the face's, and are then simplified: nowhere by more than `tolerance_px`, and notches no
-/// deeper than `notch_px` are filled, so that a face that is convex but for the noise of its edge
-/// has a convex ring. Rings that shrink to fewer than three corners are dropped.
-pub(super) fn rings(face: &Face, tolerance_px: f64, notch_px: f64) -> Vec<Vec<Point2<f64>>> {
-    let traces = traces(face).into_iter();
-    let mut rings: Vec<Ring> = traces.map(|ring| Ring::new(ring, tolerance_px)).collect();
+/// is not the face's, and are then simplified: notches no deeper than `notch_px` are filled, so that
+/// a face that is convex but for the noise of its edge has a convex ring, and bulges no higher than
+/// `bulge_px` cut off; of a narrow face, less. What a ring cuts off is safe to stand beside, what it
+/// fills is not: so the one may be more than the other. Rings that shrink to fewer than three corners
+/// are dropped.
+pub(super) fn rings(face: &Face, notch_px: f64, bulge_px: f64) -> Vec<Vec<Point2<f64>>> {
+    let traces = traces(face);
+    let area: f64 = face.runs.iter().map(|(_, a, b)| f64::from(b - a)).sum();
+    let length: f64 = traces.iter().map(|trace| length(trace)).sum();
+    let width = 2.0 * area / length.max(1.0);
+    let limits = Limits::new(notch_px, bulge_px.min(WIDTH_PART * width));
+    let ring = |trace| Ring::new(trace, limits);
+    let mut rings: Vec<Ring> = traces.into_iter().map(ring).collect();
     // The outer ring encloses all others.
     rings.sort_by(|a, b| b.area().abs().total_cmp(&a.area().abs()));
     for ring in &mut rings {
-        ring.fill_notches(notch_px);
+        ring.drop_corners();
     }
     rings
         .iter()
@@ -26,21 +37,48 @@ pub(super) fn rings(face: &Face, tolerance_px: f64, notch_px: f64) -> Vec<Vec<Po
         .collect()
 }
 
+/// How far a ring may leave the traced one.
+#[derive(Clone, Copy)]
+struct Limits {
+    /// 1 over the squares of how far it may lie outside, and inside, 1/px².
+    outside: f64,
+    inside: f64,
+}
+
+impl Limits {
+    fn new(notch_px: f64, bulge_px: f64) -> Self {
+        let inverse = |px: f64| 1.0 / (px * px).max(1e-9);
+        Self {
+            outside: inverse(notch_px),
+            inside: inverse(bulge_px),
+        }
+    }
+
+    /// Square of how far off a chord of the ring a point of it is, in units of what is allowed there.
+    fn excess(&self, chord: &Chord, p: &Point2<f64>) -> f64 {
+        // The face is on the left of its rings: there the chord lies outside of it.
+        let left = chord.along.perp(&(p - chord.from)) > 0.0;
+        chord.square(p) * if left { self.outside } else { self.inside }
+    }
+}
+
 /// A closed chain of pixels and the ones of them that stand for it.
 struct Ring {
     points: Vec<Point2<f64>>,
     /// Indices of the corners, ascending.
     kept: Vec<usize>,
+    limits: Limits,
 }
 
 impl Ring {
     /// The corners by Douglas and Peucker, from the two points that lie farthest apart along x.
-    fn new(mut points: Vec<Point2<f64>>, tolerance: f64) -> Self {
+    fn new(mut points: Vec<Point2<f64>>, limits: Limits) -> Self {
         let n = points.len();
         if n < 3 {
             return Self {
                 points,
                 kept: Vec::new(),
+                limits,
             };
         }
         let by_x = |a: &Point2<f64>, b: &Point2<f64>| a.x.total_cmp(&b.x);
@@ -56,11 +94,11 @@ impl Ring {
         stack.extend([(0, high), (high, n)]);
         while let Some((a, b)) = stack.pop() {
             let chord = Chord::new(&points[a], &points[b % n]);
-            let mut worst = (tolerance * tolerance, 0);
+            let mut worst = (1.0, 0);
             for (k, p) in points.iter().enumerate().take(b).skip(a + 1) {
-                let off = chord.square(p);
-                if off > worst.0 {
-                    worst = (off, k);
+                let excess = limits.excess(&chord, p);
+                if excess > worst.0 {
+                    worst = (excess, k);
                 }
             }
             if worst.1 > 0 {
@@ -70,7 +108,11 @@ impl Ring {
         }
         kept.sort_unstable();
         kept.dedup();
-        Self { points, kept }
+        Self {
+            points,
+            kept,
+            limits,
+        }
     }
 
     fn corners(&self) -> Vec<Point2<f64>> {
@@ -83,58 +125,54 @@ impl Ring {
         area(&self.corners())
     }
 
-    /// Drops corners that turn away from the face while no point of the ring comes to lie more
-    /// than `depth` off the new edge, the shallowest notch first.
-    fn fill_notches(&mut self, depth: f64) {
-        let around = |i: usize, count: usize| ((i + count - 1) % count, (i + 1) % count);
+    /// Drops corners while the new edge stays within the limits, the one that takes least of them
+    /// first.
+    fn drop_corners(&mut self) {
         let count = self.kept.len();
-        let mut depths: Vec<f64> = (0..count)
-            .map(|i| {
-                let (before, after) = around(i, count);
-                self.notch(before, i, after, depth)
-            })
-            .collect();
+        let mut excesses: Vec<f64> = (0..count).map(|i| self.without(i)).collect();
         while self.kept.len() > 3 {
-            let shallower = |best: usize, i: usize| if depths[i] < depths[best] { i } else { best };
-            let i = (1..depths.len()).fold(0, shallower);
-            if depths[i] > depth {
+            let least = |best: usize, i: usize| {
+                if excesses[i] < excesses[best] {
+                    i
+                } else {
+                    best
+                }
+            };
+            let i = (1..excesses.len()).fold(0, least);
+            if excesses[i] > 1.0 {
                 break;
             }
             self.kept.remove(i);
-            depths.remove(i);
+            excesses.remove(i);
             // The corners beside it have other edges now.
             let count = self.kept.len();
             for k in [(i + count - 1) % count, i % count] {
-                let (before, after) = around(k, count);
-                depths[k] = self.notch(before, k, after, depth);
+                excesses[k] = self.without(k);
             }
         }
     }
 
-    /// How far the ring lies off the edge that leaves out a corner; infinite beyond `most`, and
-    /// where the corner turns toward the face.
-    fn notch(&self, before: usize, corner: usize, after: usize, most: f64) -> f64 {
-        let [first, middle, last] = [before, corner, after].map(|i| self.kept[i]);
-        let [a, b, c] = [first, middle, last].map(|k| &self.points[k]);
-        // The face is on the left of its rings: a right turn is a notch (or no corner).
-        if (b - a).perp(&(c - b)) > 0.0 {
-            return f64::INFINITY;
-        }
-        let chord = Chord::new(a, c);
+    /// How far the ring is off the edge that leaves out a corner, squared, in units of the limits;
+    /// infinite beyond them.
+    fn without(&self, corner: usize) -> f64 {
+        let count = self.kept.len();
+        let beside = [corner + count - 1, corner + 1];
+        let [first, last] = beside.map(|i| self.kept[i % count]);
+        let chord = Chord::new(&self.points[first], &self.points[last]);
         let (whole, n) = (&self.points, self.points.len());
         let (head, tail) = if first < last {
             (&whole[first + 1..last], &whole[..0])
         } else {
             (&whole[(first + 1).min(n)..], &whole[..last])
         };
-        let mut off: f64 = 0.0;
+        let mut most: f64 = 0.0;
         for p in head.iter().chain(tail) {
-            off = off.max(chord.square(p));
-            if off > most * most {
+            most = most.max(self.limits.excess(&chord, p));
+            if most > 1.0 {
                 return f64::INFINITY;
             }
         }
-        off.sqrt()
+        most
     }
 }
 
@@ -165,6 +203,12 @@ impl Chord {
     }
 }
 
+/// Length of a ring in steps from pixel to pixel.
+fn length(ring: &[Point2<f64>]) -> f64 {
+    let next = ring.iter().skip(1).chain(ring.first());
+    ring.iter().zip(next).map(|(a, b)| (b - a).amax()).sum()
+}
+
 /// Area of a ring, positive when x to y turns left.
 fn area(ring: &[Point2<f64>]) -> f64 {
     let next = ring.iter().cycle().skip(1);
@@ -176,93 +220,4 @@ fn area(ring: &[Point2<f64>]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::face::tests::of_labels as faces;
-    use super::*;
-
-    fn rings_of(picture: &[&str]) -> Vec<Vec<Point2<f64>>> {
-        let labels: Vec<u16> = picture
-            .iter()
-            .flat_map(|row| row.bytes().map(|b| if b == b'#' { 0 } else { u16::MAX }))
-            .collect();
-        let faces = faces(&labels, picture[0].len());
-        assert_eq!(faces.len(), 1);
-        rings(&faces[0], 0.3, 0.0)
-    }
-
-    #[test]
-    fn a_square_with_a_hole_has_two_rings_of_opposite_turn() {
-        let rings = rings_of(&[
-            "#######", "#######", "##...##", "##...##", "#######", "#######",
-        ]);
-        assert_eq!(rings.len(), 2);
-        // Through pixel centres, cut across the corners of the hole: 6 × 5, and 4 × 3 − 4/2.
-        assert_eq!(area(&rings[0]).abs(), 30.0);
-        assert_eq!(area(&rings[1]).abs(), 10.0);
-        assert!(area(&rings[0]) * area(&rings[1]) < 0.0);
-    }
-
-    #[test]
-    fn an_l_keeps_its_corner() {
-        let rings = rings_of(&["##....", "##....", "##....", "######", "######"]);
-        assert_eq!(rings.len(), 1);
-        // 1 × 4 and 4 × 1, and half a pixel cut across the inner corner.
-        assert_eq!(area(&rings[0]).abs(), 8.5);
-    }
-
-    #[test]
-    fn a_shallow_notch_is_filled_and_a_deep_one_is_not() {
-        let picture = ["##########", "####..####", "##########"];
-        let deep = ["###....###", "###....###", "##########", "##########"];
-        for (picture, corners) in [(&picture[1..], 4), (&deep[..], 8)] {
-            let labels: Vec<u16> = picture
-                .iter()
-                .flat_map(|row| row.bytes().map(|b| if b == b'#' { 0 } else { u16::MAX }))
-                .collect();
-            let face = &faces(&labels, 10)[0];
-            assert_eq!(rings(face, 0.3, 1.2)[0].len(), corners);
-        }
-    }
-
-    #[test]
-    fn rings_part_the_face_from_all_other_pixels() {
-        // Specks and holes of all forms, from a congruential generator.
-        let mut state = 1_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            state >> 24
-        };
-        const WIDTH: usize = 14;
-        for full in (60..230).step_by(10) {
-            let labels: Vec<u16> = (0..WIDTH * 12)
-                .map(|_| if random() < full { 0 } else { u16::MAX })
-                .collect();
-            for face in faces(&labels, WIDTH) {
-                let rings = rings(&face, 0.0, 0.0);
-                let held = |u: usize, v: usize| {
-                    let mut runs = face.runs.iter();
-                    runs.any(|r| r.0 as usize == v && (r.1..r.2).contains(&(u as u32)))
-                };
-                for (u, v) in (0..WIDTH * 12).map(|i| (i % WIDTH, i / WIDTH)) {
-                    let edges = (rings.iter()).flat_map(|r| r.iter().zip(r.iter().cycle().skip(1)));
-                    let (x, y) = (u as f64, v as f64);
-                    let crossed = edges.filter(|(a, b)| {
-                        (a.y > y) != (b.y > y) && x < a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y)
-                    });
-                    let inside = crossed.count() % 2 == 1;
-                    let around = |u: usize, v: usize| {
-                        let beside = (0..9).map(|k| (u + k % 3, v + k / 3));
-                        beside
-                            .into_iter()
-                            .all(|(u, v)| u > 0 && v > 0 && held(u - 1, v - 1))
-                    };
-                    assert!(held(u, v) || !inside, "{u} {v} is not the face's");
-                    assert!(
-                        !around(u, v) || inside,
-                        "{u} {v} is in the middle of the face"
-                    );
-                }
-            }
-        }
-    }
-}
+mod tests;

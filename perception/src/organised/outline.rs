@@ -22,10 +22,10 @@ use crate::sensor::Noise;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OutlineConfig {
-    /// How far a simplified outline may leave the traced one, px.
-    pub tolerance_px: f64,
-    /// Notches of an outline no deeper than this are noise of the edge, px.
+    /// Notches of an outline no deeper than this are noise of the edge and filled, px.
     pub notch_px: f64,
+    /// Bulges no higher than this are cut off, px, and than 3 % of the face's mean width.
+    pub bulge_px: f64,
     /// The cover of a face by convex pieces.
     pub cover: CoverConfig,
 }
@@ -33,8 +33,8 @@ pub struct OutlineConfig {
 impl Default for OutlineConfig {
     fn default() -> Self {
         Self {
-            tolerance_px: 1.0,
             notch_px: 1.5,
+            bulge_px: 2.0,
             cover: CoverConfig::default(),
         }
     }
@@ -42,20 +42,9 @@ impl Default for OutlineConfig {
 
 impl OutlineConfig {
     pub(super) fn check(&self) -> Result<(), Error> {
-        within(
-            "tolerance_px",
-            self.tolerance_px,
-            0.0,
-            64.0,
-            "must be in [0, 64] px",
-        )?;
-        within(
-            "notch_px",
-            self.notch_px,
-            0.0,
-            64.0,
-            "must be in [0, 64] px",
-        )?;
+        for (key, value) in [("notch_px", self.notch_px), ("bulge_px", self.bulge_px)] {
+            within(key, value, 0.0, 64.0, "must be in [0, 64] px")?;
+        }
         self.cover.check()
     }
 }
@@ -111,8 +100,7 @@ pub(super) fn pieces(
     let chart = Chart::new(image, plane);
 
     // The outline on the plane, covered by convex pieces.
-    let (tolerance_px, notch_px) = (config.tolerance_px, config.notch_px);
-    let on_pixels = contour::rings(face, tolerance_px, notch_px);
+    let on_pixels = contour::rings(face, config.notch_px, config.bulge_px);
     let mut rings = Vec::with_capacity(on_pixels.len());
     for ring in &on_pixels {
         let mut on_plane = Vec::with_capacity(ring.len());
