@@ -140,29 +140,27 @@ fn attempt(
     let mut steps = track::steps(setting, task, way, &mut route);
     // The samples close their contacts once more and may be faster than what the time was set by.
     let mut before = f64::INFINITY;
-    loop {
+    let track = loop {
         let track = track::sample(setting, task, way, &mut route, steps)?;
         let fastest = track::fastest(setting, &track);
         let over = fastest.over;
-        if over <= 1.0 + SPEED_TOLERANCE {
-            let slower = track::slower_for_lift(setting.config, &track);
-            if slower <= 1.0 {
-                return Ok(track);
-            }
-            let steps = (steps as f64 * slower).ceil() as usize;
-            return track::sample(setting, task, way, &mut route, steps);
-        }
         // In more time a motion is slower by as much; a leap is as far as before.
-        if over > SLOWER * before {
-            return if over <= 1.0 + SPEED_TOLERANCE_MAX {
-                Ok(track)
-            } else {
-                Err(track::leap(setting, task, &track, &fastest))
-            };
+        let leaps = over > SLOWER * before;
+        if over <= 1.0 + SPEED_TOLERANCE || (leaps && over <= 1.0 + SPEED_TOLERANCE_MAX) {
+            break track;
+        }
+        if leaps {
+            return Err(track::leap(setting, task, &track, &fastest));
         }
         before = over;
         steps = (steps as f64 * over).ceil() as usize;
+    };
+    let slower = track::slower_for_lift(setting.config, &track);
+    if slower <= 1.0 {
+        return Ok(track);
     }
+    let steps = (steps as f64 * slower).ceil() as usize;
+    track::sample(setting, task, way, &mut route, steps)
 }
 
 /// A posture on the closed contacts with the patch in the air where it is at `u`.
