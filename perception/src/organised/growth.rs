@@ -29,6 +29,8 @@ pub struct GrowthConfig {
     pub strip_cells: usize,
     /// Smallest region that is grown from a strip, px: short strips lie on any edge.
     pub strip_pixels_min: usize,
+    /// Regions of fewer pixels must stand out from the planes beside them.
+    pub claimed_pixels_max: usize,
 }
 
 impl Default for GrowthConfig {
@@ -41,6 +43,7 @@ impl Default for GrowthConfig {
             pixels_min: 160,
             strip_cells: 6,
             strip_pixels_min: 400,
+            claimed_pixels_max: 2000,
         }
     }
 }

@@ -10,6 +10,7 @@ mod borders;
 mod boundary;
 mod cell;
 mod chart;
+mod claimed;
 mod contour;
 mod cover;
 mod cuts;
@@ -133,8 +134,8 @@ pub(crate) fn extract(
     grown.for_each(|grown| partition.add_large(grown, &large, &small));
     merge::merge(&small, &mut partition, noise, &config.merge);
 
-    // 3. A second pass over the small cells that are left, then narrow faces; merge again, and
-    // move the borders between regions to where the planes are.
+    // 3. A second pass over the small cells that are left, then narrow faces; merge again, move the
+    // borders between regions to where the planes are, and drop what the planes around it explain.
     let free = |i: usize| partition.owner[i] == labels::NONE;
     let mut growth = Growth::new(&small, free, noise, &config.growth);
     let grown = growth.regions(&[Shape::BLOCK], least).into_iter();
@@ -143,6 +144,7 @@ pub(crate) fn extract(
     grown.for_each(|grown| partition.add(grown));
     merge::merge(&small, &mut partition, noise, &config.merge);
     exchange::exchange(&small, &mut partition, noise, &config.growth);
+    claimed::drop_claimed(&small, &mut partition, noise, &config.growth);
 
     // 4. One plane for what goes on behind something nearer.
     hidden::merge(&small, &mut partition, noise, &config.merge);
