@@ -98,7 +98,7 @@ mod tests {
         // A plate before a wall, nearer by so much of inverse depth.
         let plate = |by: f64| {
             move |u: usize, v: usize| {
-                let is_plate = (60..100).contains(&u) && (40..80).contains(&v);
+                let is_plate = (60..88).contains(&u) && (40..68).contains(&v);
                 1.0 / (0.5 + if is_plate { by } else { 0.0 })
             }
         };

@@ -43,7 +43,7 @@ impl Default for GrowthConfig {
             pixels_min: 160,
             strip_cells: 6,
             strip_pixels_min: 400,
-            claimed_pixels_max: 2000,
+            claimed_pixels_max: 1000,
         }
     }
 }
