@@ -21,10 +21,8 @@ pub(super) fn drop_claimed(
 ) {
     let Partition { regions, owner } = &*partition;
     let is_small = |region: &Region| region.moments.n < config.claimed_pixels_max as f64;
-    let mut small: Vec<bool> = regions.iter().map(is_small).collect();
-    // No region is not a small one.
-    small.push(false);
-    let is_small = |own: u16| small[usize::from(own).min(regions.len())];
+    let small: Vec<bool> = regions.iter().map(is_small).collect();
+    let is_small = |own: u16| small.get(usize::from(own)) == Some(&true);
     let cells = (0..).zip(owner.iter().copied());
     let cells: Vec<(usize, u16)> = cells.filter(|(_, own)| is_small(*own)).collect();
     let mut around: Vec<Vec<u16>> = vec![Vec::new(); regions.len()];
@@ -46,13 +44,7 @@ pub(super) fn drop_claimed(
         let is_claimed = around[usize::from(own)].iter().any(explains);
         excess[usize::from(own)] += if is_claimed { 1 } else { -1 };
     }
-    let stays = |i: usize| !small[i] || excess[i] < 0;
-    if !(0..regions.len()).all(stays) {
-        let left = (0..).zip(regions);
-        let left = left.map(|(i, region)| stays(i).then_some(*region));
-        let own: Vec<u16> = (0..).take(regions.len()).collect();
-        partition.replace(left.collect(), &own);
-    }
+    partition.retain(|i, _| !small[i] || excess[i] < 0);
 }
 
 #[cfg(test)]
@@ -60,30 +52,15 @@ pub(super) fn drop_claimed(
 mod tests {
     use super::*;
     use crate::organised::growth::Growth;
-    use crate::organised::image::InverseImage;
+    use crate::organised::image::tests::grid_of;
     use crate::organised::seed::Shape;
-    use crate::scan::{DepthImage, Intrinsics};
     use crate::sensor::Sensor;
 
     /// Regions of an image of depths: all that grow, and those that stand out.
     fn regions(z: impl Fn(usize, usize) -> f64) -> (usize, usize) {
-        let (width, height) = (160, 120);
-        let pixels = (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
-        let depth = DepthImage {
-            width,
-            height,
-            z_m: pixels.map(|(u, v)| z(u, v) as f32).collect(),
-            intrinsics: Intrinsics {
-                fx: 525.0,
-                fy: 525.0,
-                cx: 80.0,
-                cy: 60.0,
-            },
-        };
         let noise = Sensor::named("xtion").unwrap().noise;
         let config = GrowthConfig::default();
-        let (image, ..) = InverseImage::new(&depth, 10.0, Vec::new());
-        let (grid, _) = Grid::both(&image, Default::default());
+        let grid = grid_of(z);
         let mut growth = Growth::new(&grid, |_| true, &noise, &config);
         let mut partition = Partition::new(&grid);
         let blocks = growth.regions(&[Shape::BLOCK], config.pixels_min);

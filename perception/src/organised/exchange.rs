@@ -6,7 +6,7 @@
 
 use super::bits::Bits;
 use super::cell::CellNoise;
-use super::growth::{GrowthConfig, Region};
+use super::growth::GrowthConfig;
 use super::image::Grid;
 use super::labels::NONE;
 use super::partition::Partition;
@@ -72,12 +72,7 @@ pub(super) fn exchange(
         border = next;
     }
     // What has no cell left is no region.
-    if regions.iter().any(|region| region.moments.n < 1.0) {
-        let left = |region: &Region| (region.moments.n >= 1.0).then_some(*region);
-        let left = regions.iter().map(left).collect();
-        let own: Vec<u16> = (0..).take(regions.len()).collect();
-        partition.replace(left, &own);
-    }
+    partition.retain(|_, region| region.moments.n >= 1.0);
 }
 
 /// The cells beside another region's.
@@ -99,7 +94,7 @@ fn border(owner: &[u16], cols: usize, rows: usize) -> Bits {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::organised::growth::Grown;
+    use crate::organised::growth::{Grown, Region};
     use crate::organised::image::InverseImage;
     use crate::organised::moments::Moments;
     use crate::scan::Intrinsics;

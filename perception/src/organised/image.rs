@@ -130,3 +130,27 @@ impl Grid {
         ]
     }
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// The small cells of a small image of these depths, m.
+    pub fn grid_of(z: impl Fn(usize, usize) -> f64) -> Grid {
+        let (width, height) = (160, 120);
+        let pixels = (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
+        let depth = DepthImage {
+            width,
+            height,
+            z_m: pixels.map(|(u, v)| z(u, v) as f32).collect(),
+            intrinsics: Intrinsics {
+                fx: 525.0,
+                fy: 525.0,
+                cx: 80.0,
+                cy: 60.0,
+            },
+        };
+        let (image, ..) = InverseImage::new(&depth, 10.0, Vec::new());
+        Grid::both(&image, Default::default()).0
+    }
+}

@@ -40,57 +40,45 @@ pub(super) fn found(growth: &mut Growth, known: &Partition, noise: &Noise) -> Ve
 mod tests {
     use super::*;
     use crate::organised::growth::GrowthConfig;
-    use crate::organised::image::{Grid, InverseImage};
-    use crate::scan::{DepthImage, Intrinsics};
+    use crate::organised::image::tests::grid_of;
     use crate::sensor::Sensor;
 
-    /// Regions of an image of depths: blocks, then with narrow ones.
-    fn regions(z: impl Fn(usize, usize) -> f64) -> (usize, usize) {
-        let (width, height) = (160, 120);
-        let pixels = (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
-        let depth = DepthImage {
-            width,
-            height,
-            z_m: pixels.map(|(u, v)| z(u, v) as f32).collect(),
-            intrinsics: Intrinsics {
-                fx: 525.0,
-                fy: 525.0,
-                cx: 80.0,
-                cy: 60.0,
-            },
-        };
+    /// Of an image of depths the regions that grow from blocks, and how many narrow ones are found.
+    fn regions(z: impl Fn(usize, usize) -> f64) -> (Partition, usize) {
         let noise = Sensor::named("xtion").unwrap().noise;
         let config = GrowthConfig::default();
-        let (image, ..) = InverseImage::new(&depth, 10.0, Vec::new());
-        let (grid, _) = Grid::both(&image, Default::default());
+        let grid = grid_of(z);
         let mut growth = Growth::new(&grid, |_| true, &noise, &config);
         let mut known = Partition::new(&grid);
         let blocks = growth.regions(&[Shape::BLOCK], config.pixels_min);
         blocks.into_iter().for_each(|block| known.add(block));
-        let (blocks, narrow) = (
-            known.regions.len(),
-            found(&mut growth, &known, &noise).len(),
-        );
-        (blocks, blocks + narrow)
+        let narrow = found(&mut growth, &known, &noise).len();
+        (known, narrow)
     }
 
     #[test]
     fn a_leg_before_a_wall_is_a_face() {
         // 7 px wide, 0.5 m before the wall.
         let leg = |u: usize, _: usize| if (80..87).contains(&u) { 1.5 } else { 2.0 };
-        assert_eq!(regions(leg), (2, 3));
+        let (known, narrow) = regions(leg);
+        assert_eq!((known.regions.len(), narrow), (2, 1));
     }
 
     #[test]
     fn the_front_of_a_board_is_a_part_of_its_edge() {
-        // A board seen at 45°, its front 6 px (2 cm) high, and a wall behind.
+        // A board seen at 45°, its front 10 px (3 cm) high, and a wall behind.
         let depth = |v: usize| 882.0 / (v as f64 + 440.0);
-        let board = |_: usize, v: usize| match v {
-            40..=79 => depth(v),
-            80..=85 => depth(79),
-            _ => 3.0,
+        let front = |with_board: bool| {
+            move |_: usize, v: usize| match v {
+                40..80 if with_board => depth(v),
+                80..90 => depth(79),
+                _ => 3.0,
+            }
         };
-        let (blocks, all) = regions(board);
-        assert_eq!(all, blocks);
+        let (known, narrow) = regions(front(true));
+        assert_eq!((known.regions.len(), narrow), (3, 0));
+        // The board has not grown over it, and by itself it is a face.
+        assert_eq!(known.owner[21 * 40 + 20], NONE);
+        assert_eq!(regions(front(false)).1, 1);
     }
 }

@@ -45,6 +45,14 @@ impl Partition {
         }
     }
 
+    /// Leaves the regions for which `stays` holds; the cells of the others have none then.
+    pub fn retain(&mut self, stays: impl Fn(usize, &Region) -> bool) {
+        let left = self.regions.iter().enumerate();
+        let left = left.map(|(i, region)| stays(i, region).then_some(*region));
+        let own: Vec<u16> = (0..).take(self.regions.len()).collect();
+        self.replace(left.collect(), &own);
+    }
+
     /// Puts other regions in the place of those that there are. The cells of one that is no more go to
     /// the one with the smaller index that `into` says; to none where that is its own.
     pub fn replace(&mut self, regions: Vec<Option<Region>>, into: &[u16]) {
@@ -91,5 +99,7 @@ mod tests {
         assert_eq!(partition.owner, [0, NONE, 0, 1, 0, NONE]);
         let sizes: Vec<f64> = partition.regions.iter().map(|r| r.moments.n).collect();
         assert_eq!(sizes, [9.0, 4.0]);
+        partition.retain(|_, region| region.moments.n < 9.0);
+        assert_eq!(partition.owner, [NONE, NONE, NONE, 0, NONE, NONE]);
     }
 }
