@@ -1,12 +1,15 @@
 //! Bitmaps of the image, 64 pixels a word: what is said of pixels near each other, by bitwise AND.
 
-use std::cell::Cell;
+use wide::u64x4;
 
 use super::words::{Ones, between, firsts, pack, packed, runs};
 
-/// One bit a pixel, row by row. A row begins with a spare word, and another one follows on the last
-/// row: so every word of pixels has two neighbours, whatever the row. Bits that are no pixel's are not
-/// set.
+/// Words after the last row, so that four at a time can be read.
+const SPARE: usize = 5;
+
+/// One bit a pixel, row by row. Every row begins with a spare word, a spare row is above the first one
+/// and below the last one, and another word follows: so every word of pixels has all its neighbours,
+/// wherever it is. Bits that are no pixel's are not set.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Bits {
     pub(super) width: usize,
@@ -31,7 +34,7 @@ impl Bits {
             width,
             height,
             stride,
-            words: vec![0; stride * height + 1],
+            words: vec![0; stride * (height + 2) + SPARE],
         }
     }
 
@@ -46,12 +49,12 @@ impl Bits {
 
     /// The pixels of a row, 64 a word.
     pub fn row(&self, v: usize) -> &[u64] {
-        &self.words[v * self.stride..][1..self.stride]
+        &self.words[(v + 1) * self.stride..][1..self.stride]
     }
 
     /// The same to be changed; what lies beyond the row's end must not be set.
     pub fn row_mut(&mut self, v: usize) -> &mut [u64] {
-        &mut self.words[v * self.stride..][1..self.stride]
+        &mut self.words[(v + 1) * self.stride..][1..self.stride]
     }
 
     /// Without what is no pixel.
@@ -61,15 +64,47 @@ impl Bits {
             0 => !0,
             pixels => !(!0 << pixels),
         };
-        for row in self.words.chunks_mut(self.stride) {
-            if let Some(last) = row.last_mut() {
-                *last &= end;
-            }
-            if let Some(spare) = row.first_mut() {
-                *spare = 0;
-            }
+        let (stride, height) = (self.stride, self.height);
+        let (above, rows) = self.words.split_at_mut(stride);
+        let (rows, below) = rows.split_at_mut(stride * height);
+        above.fill(0);
+        below.fill(0);
+        for row in rows.chunks_exact_mut(stride) {
+            row[0] = 0;
+            row[stride - 1] &= end;
         }
         self
+    }
+
+    /// A bitmap of the size of others, each of its words by `with` from those around the same place of each
+    /// of them: the row above, its own and the one below, of each the word before, itself and the one after.
+    #[inline(always)]
+    pub fn around<const N: usize>(of: [&Self; N], with: impl Fn([[Three; 3]; N]) -> u64x4) -> Self {
+        let mut bits = Self::empty(of[0].width, of[0].height);
+        let stride = bits.stride;
+        // The first of all is a spare one.
+        let fours = (stride * bits.height).div_ceil(4);
+        let mut near: [[[&[[u64; 4]]; 3]; 3]; N] = [[[&[]; 3]; 3]; N];
+        for (near, bits) in near.iter_mut().zip(of) {
+            for (y, row) in near.iter_mut().enumerate() {
+                for (x, words) in row.iter_mut().enumerate() {
+                    *words = bits.words[y * stride + x..][..4 * fours].as_chunks().0;
+                }
+            }
+        }
+        let words = bits.words[stride + 1..][..4 * fours].as_chunks_mut().0;
+        for (i, four) in words.iter_mut().enumerate() {
+            let mut here = [[[u64x4::ZERO; 3]; 3]; N];
+            for (here, near) in here.iter_mut().zip(&near) {
+                for (here, near) in here.iter_mut().zip(near) {
+                    for (here, near) in here.iter_mut().zip(near) {
+                        *here = u64x4::from(near[i]);
+                    }
+                }
+            }
+            *four = with(here).to_array();
+        }
+        bits.ended()
     }
 
     /// How many pixels are in it.
@@ -82,17 +117,17 @@ impl Bits {
 
     /// Whether a pixel is in it.
     pub fn has(&self, u: usize, v: usize) -> bool {
-        self.words[v * self.stride + 1 + u / 64] >> (u % 64) & 1 == 1
+        self.row(v)[u / 64] >> (u % 64) & 1 == 1
     }
 
     /// Puts a pixel in.
     pub fn set(&mut self, u: usize, v: usize) {
-        self.words[v * self.stride + 1 + u / 64] |= 1 << (u % 64);
+        self.row_mut(v)[u / 64] |= 1 << (u % 64);
     }
 
     /// Takes a pixel out.
     pub fn clear(&mut self, u: usize, v: usize) {
-        self.words[v * self.stride + 1 + u / 64] &= !(1 << (u % 64));
+        self.row_mut(v)[u / 64] &= !(1 << (u % 64));
     }
 
     /// Takes the pixels within `r` columns of one out, if that is in the image's rows.
@@ -128,7 +163,7 @@ impl Bits {
         other: &Self,
         w: usize,
     ) -> impl Iterator<Item = (usize, usize, u64)> {
-        let (stride, from) = (self.stride, |bits: &Self, v: usize| v * bits.stride);
+        let (stride, from) = (self.stride, |bits: &Self, v: usize| (v + 1) * bits.stride);
         let words = self.words[from(self, v)..].iter();
         let both = words.zip(&other.words[from(other, w)..]).enumerate();
         both.filter(|(_, (a, b))| **a & **b != 0)
@@ -184,12 +219,6 @@ impl Bits {
         self
     }
 
-    /// The pixels in either.
-    pub fn or(mut self, other: &Self) -> Self {
-        or(&mut self.words, &other.words);
-        self
-    }
-
     /// The pixels that are not in it.
     pub fn not(mut self) -> Self {
         self.words.iter_mut().for_each(|word| *word = !*word);
@@ -206,8 +235,8 @@ impl Bits {
 
     /// Calls `with` for the column and the row of every pixel in it, row by row.
     pub fn for_each(&self, mut with: impl FnMut(usize, usize)) {
-        for (v, row) in self.words.chunks_exact(self.stride).enumerate() {
-            for (i, &word) in row[1..].iter().enumerate() {
+        for v in 0..self.height {
+            for (i, &word) in self.row(v).iter().enumerate() {
                 if word != 0 {
                     Ones(word).for_each(|bit| with(64 * i + bit, v));
                 }
@@ -223,52 +252,13 @@ impl Bits {
         }
     }
 
-    /// The pixels of which one of those from `back` columns before to `ahead` columns after is in it.
-    pub fn any_along(mut self, back: usize, ahead: usize) -> Self {
-        // Farther than a spare word is wide it is done in turns.
-        let near = |k: usize| k.min(31);
-        if back != near(back) || ahead != near(ahead) {
-            let first = self.any_along(near(back), near(ahead));
-            return first.any_along(back - near(back), ahead - near(ahead));
-        }
-        // One column further at a time, on words that the same step has yet to come to.
-        let words = cells(&mut self.words);
-        for _ in 0..ahead {
-            for (word, after) in words.iter().zip(&words[1..]) {
-                word.set(word.get() | word.get() >> 1 | after.get() << 63);
-            }
-        }
-        for _ in 0..back {
-            for (before, word) in words.iter().zip(&words[1..]).rev() {
-                word.set(word.get() | word.get() << 1 | before.get() >> 63);
-            }
-        }
-        self.ended()
-    }
-
-    /// The same along the columns.
-    pub fn any_down(mut self, back: usize, ahead: usize) -> Self {
-        let words = cells(&mut self.words);
-        let below = &words[self.stride.min(words.len())..];
-        for _ in 0..ahead.min(self.height) {
-            for (word, below) in words.iter().zip(below) {
-                word.set(word.get() | below.get());
-            }
-        }
-        for _ in 0..back.min(self.height) {
-            for (above, word) in words.iter().zip(below).rev() {
-                word.set(word.get() | above.get());
-            }
-        }
-        self
-    }
-
     /// The pixels within `r` (in the maximum norm) of one that is in it.
     pub fn dilated(self, r: usize) -> Self {
-        if r == 0 {
-            return self;
-        }
-        self.any_along(r, r).any_down(r, r)
+        (0..r).fold(self, |bits, _| {
+            Self::around([&bits], |[near]| {
+                beside([0, 1, 2].map(|k| near[0][k] | near[1][k] | near[2][k]))
+            })
+        })
     }
 
     /// The pixels of which all those within `r` are in it; beyond the image all are.
@@ -277,15 +267,25 @@ impl Bits {
     }
 }
 
-/// Words each of which can be changed while others are looked at.
-fn cells(words: &mut [u64]) -> &[Cell<u64>] {
-    Cell::from_mut(words).as_slice_of_cells()
+/// Four words, each between the one before it and the one after it.
+pub(super) type Three = [u64x4; 3];
+
+/// The pixels of which the one on the left is in it.
+#[inline(always)]
+pub(super) fn on_left([before, word, _]: Three) -> u64x4 {
+    word << 1 | before >> 63
 }
 
-fn or(to: &mut [u64], from: &[u64]) {
-    for (a, b) in to.iter_mut().zip(from) {
-        *a |= b;
-    }
+/// The pixels of which the one on the right is in it.
+#[inline(always)]
+pub(super) fn on_right([_, word, after]: Three) -> u64x4 {
+    word >> 1 | after << 63
+}
+
+/// The pixels that are in it, or beside one of their row that is.
+#[inline(always)]
+pub(super) fn beside(three: Three) -> u64x4 {
+    three[1] | on_left(three) | on_right(three)
 }
 
 #[cfg(test)]

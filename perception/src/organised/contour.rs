@@ -1,9 +1,12 @@
 //! The rings around a face's pixels: outer boundary and holes.
 
-use nalgebra::{Point2, Vector2};
+mod chain;
+
+use nalgebra::Point2;
 
 use super::boundary::traces;
 use super::face::Face;
+use chain::{Chain, Chord, Limits};
 
 /// A ring may cut into a face by this part of its mean width at most: of a tread that is hardly longer
 /// than a foot, nothing can be spared.
@@ -37,34 +40,9 @@ pub(super) fn rings(face: &Face, notch_px: f64, bulge_px: f64) -> Vec<Vec<Point2
         .collect()
 }
 
-/// How far a ring may leave the traced one.
-#[derive(Clone, Copy)]
-struct Limits {
-    /// 1 over the squares of how far it may lie outside, and inside, 1/px².
-    outside: f64,
-    inside: f64,
-}
-
-impl Limits {
-    fn new(notch_px: f64, bulge_px: f64) -> Self {
-        let inverse = |px: f64| 1.0 / (px * px).max(1e-9);
-        Self {
-            outside: inverse(notch_px),
-            inside: inverse(bulge_px),
-        }
-    }
-
-    /// Square of how far off a chord of the ring a point of it is, in units of what is allowed there.
-    fn excess(&self, chord: &Chord, p: &Point2<f64>) -> f64 {
-        // The face is on the left of its rings: there the chord lies outside of it.
-        let left = chord.along.perp(&(p - chord.from)) > 0.0;
-        chord.square(p) * if left { self.outside } else { self.inside }
-    }
-}
-
 /// A closed chain of pixels and the ones of them that stand for it.
 struct Ring {
-    points: Vec<Point2<f64>>,
+    points: Chain,
     /// Indices of the corners, ascending.
     kept: Vec<usize>,
     limits: Limits,
@@ -76,7 +54,7 @@ impl Ring {
         let n = points.len();
         if n < 3 {
             return Self {
-                points,
+                points: Chain::new(&points),
                 kept: Vec::new(),
                 limits,
             };
@@ -88,22 +66,16 @@ impl Ring {
         let low = at(&points, points.iter().min_by(|a, b| by_x(a, b))).unwrap_or(0);
         points.rotate_left(low);
         let high = at(&points, points.iter().max_by(|a, b| by_x(a, b))).unwrap_or(0);
+        let points = Chain::new(&points);
         let mut kept = Vec::with_capacity(64);
         kept.extend([0, high]);
         let mut stack = Vec::with_capacity(64);
         stack.extend([(0, high), (high, n)]);
         while let Some((a, b)) = stack.pop() {
-            let chord = Chord::new(&points[a], &points[b % n]);
-            let mut worst = (1.0, 0);
-            for (k, p) in points.iter().enumerate().take(b).skip(a + 1) {
-                let excess = limits.excess(&chord, p);
-                if excess > worst.0 {
-                    worst = (excess, k);
-                }
-            }
-            if worst.1 > 0 {
-                kept.push(worst.1);
-                stack.extend([(a, worst.1), (worst.1, b)]);
+            let chord = Chord::new(&points.at(a), &points.at(b % n), limits);
+            if let Some(worst) = points.worst(&chord, a + 1..b) {
+                kept.push(worst);
+                stack.extend([(a, worst), (worst, b)]);
             }
         }
         kept.sort_unstable();
@@ -116,7 +88,7 @@ impl Ring {
     }
 
     fn corners(&self) -> Vec<Point2<f64>> {
-        self.kept.iter().map(|&k| self.points[k]).collect()
+        self.kept.iter().map(|&k| self.points.at(k)).collect()
     }
 
     /// Area, positive when x to y turns left. The face is on the right of its traced rings with
@@ -158,48 +130,20 @@ impl Ring {
         let count = self.kept.len();
         let beside = [corner + count - 1, corner + 1];
         let [first, last] = beside.map(|i| self.kept[i % count]);
-        let chord = Chord::new(&self.points[first], &self.points[last]);
-        let (whole, n) = (&self.points, self.points.len());
-        let (head, tail) = if first < last {
-            (&whole[first + 1..last], &whole[..0])
+        let chord = Chord::new(&self.points.at(first), &self.points.at(last), self.limits);
+        let ways = if first < last {
+            [first + 1..last, 0..0]
         } else {
-            (&whole[(first + 1).min(n)..], &whole[..last])
+            [first + 1..self.points.count, 0..last]
         };
         let mut most: f64 = 0.0;
-        for p in head.iter().chain(tail) {
-            most = most.max(self.limits.excess(&chord, p));
+        for way in ways {
+            most = most.max(self.points.farthest(&chord, way));
             if most > 1.0 {
                 return f64::INFINITY;
             }
         }
         most
-    }
-}
-
-/// A segment from which distances are taken (not its line: a ring may double back).
-struct Chord {
-    from: Point2<f64>,
-    along: Vector2<f64>,
-    /// 1 / ‖along‖², or 0 for a point.
-    inverse: f64,
-}
-
-impl Chord {
-    fn new(a: &Point2<f64>, b: &Point2<f64>) -> Self {
-        let along = b - a;
-        let square = along.norm_squared();
-        Self {
-            from: *a,
-            along,
-            inverse: if square > 0.0 { 1.0 / square } else { 0.0 },
-        }
-    }
-
-    /// Square of the distance of a point.
-    fn square(&self, p: &Point2<f64>) -> f64 {
-        let from = p - self.from;
-        let t = (from.dot(&self.along) * self.inverse).clamp(0.0, 1.0);
-        (from - self.along * t).norm_squared()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Where neighbouring pixels of the image have different labels.
 
-use super::bits::Bits;
+use super::bits::{Bits, beside, on_left, on_right};
 use super::words::{firsts, pack};
 
 /// The cuts between neighbours in a row and in a column: bit u of row v is the one from (u, v) to the
@@ -53,12 +53,24 @@ impl Cuts {
         if r == 0 {
             return Bits::empty(self.along.width, self.along.height);
         }
-        let (mut along, mut down) = (self.along.clone(), self.down.clone());
+        let (mut along, mut down) = (&self.along, &self.down);
+        let closed;
         if let Some(open) = open {
-            along = along.without(&open.clone().any_along(0, 1));
-            down = down.without(&open.clone().any_down(0, 1));
+            // A cut is from a pixel to the next one on the right, or below.
+            closed = [
+                Bits::around([along, open], |[cuts, open]| {
+                    cuts[1][1] & !(open[1][1] | on_right(open[1]))
+                }),
+                Bits::around([down, open], |[cuts, open]| {
+                    cuts[1][1] & !(open[1][1] | open[2][1])
+                }),
+            ];
+            [along, down] = closed.each_ref();
         }
-        let next = (along.any_along(1, 0).any_down(1, 1)).or(&down.any_along(1, 1).any_down(1, 0));
+        let next = Bits::around([along, down], |[along, down]| {
+            let [above, here, below] = along.map(|row| row[1] | on_left(row));
+            above | here | below | beside([0, 1, 2].map(|k| down[0][k] | down[1][k]))
+        });
         // A cut is within r of a pixel where it is within 1 of one that is within r − 1.
         next.dilated(r - 1)
     }
@@ -78,26 +90,35 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_without_a_cut_have_one_label() {
+    fn a_cut_is_near_where_the_window_has_two_labels() {
         let (width, height) = (70, 20);
         let label = |u: usize, v: usize| u16::from(u > 30 + v) + 4 * u16::from(v > 12);
         let labels: Vec<u16> = (0..width * height)
             .map(|i| label(i % width, i / width))
             .collect();
         let cuts = Cuts::new(&labels, width, height);
-        for r in 0..4 {
-            let near = cuts.near(r, None);
+        let open = |u: usize, v: usize| (u * 7 + v * 5) % 11 < 3;
+        let opened = Bits::new(width, height, |v, words| {
+            let those = (0..width).filter(|u| open(*u, v));
+            those.for_each(|u| words[u / 64] |= 1 << (u % 64));
+        });
+        for (r, some) in (0..4).flat_map(|r| [(r, false), (r, true)]) {
+            let near = cuts.near(r, some.then_some(&opened));
+            let cut = |(u, v): (usize, usize), (x, y): (usize, usize)| {
+                label(u, v) != label(x, y) && !(some && (open(u, v) || open(x, y)))
+            };
             for (v, u) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
                 let rows = v.saturating_sub(r)..(v + r + 1).min(height);
                 let columns = u.saturating_sub(r)..(u + r + 1).min(width);
-                let expected = rows
-                    .into_iter()
-                    .all(|y| columns.clone().all(|x| label(x, y) == label(u, v)));
-                assert_eq!(
-                    !at(&near, u as i64, v as i64, false),
-                    expected,
-                    "({u}, {v}), {r}"
-                );
+                let (right, below) = (columns.end - 1, rows.end - 1);
+                let expected =
+                    rows.flat_map(|y| columns.clone().map(move |x| (x, y)))
+                        .any(|(x, y)| {
+                            x < right && cut((x, y), (x + 1, y))
+                                || y < below && cut((x, y), (x, y + 1))
+                        });
+                let got = at(&near, u as i64, v as i64, false);
+                assert_eq!(got, expected, "({u}, {v}), {r}, {some}");
             }
         }
     }

@@ -4,7 +4,7 @@
 //! the floor, and what it took there tilts its plane, which then explains more. Each exchange makes
 //! both planes truer, and is followed by another until there is none.
 
-use super::bits::Bits;
+use super::bits::{Bits, on_left};
 use super::cell::CellNoise;
 use super::growth::GrowthConfig;
 use super::image::Grid;
@@ -87,7 +87,9 @@ fn border(owner: &[u16], cols: usize, rows: usize) -> Bits {
             pack(line(y), line(y + 1), words, differ);
         }
     });
-    right.any_along(1, 0).or(&below.any_down(1, 0))
+    Bits::around([&right, &below], |[right, below]| {
+        right[1][1] | on_left(right[1]) | below[0][1] | below[1][1]
+    })
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! along its normal stays about the same. k pixels from where both meet they differ by k |∇w|: the
 //! last pixels of what stands there are as near to the face's plane as its own, and have its label.
 
-use super::bits::Bits;
+use super::bits::{Bits, Three, on_left, on_right};
 use super::cuts::Cuts;
 use super::growth::Region;
 use super::image::InverseImage;
@@ -15,7 +15,7 @@ use crate::sensor::Noise;
 /// Farther off it is not known where something stands, px.
 const REACH_PX: f64 = 16.0;
 /// What is beside a face stands on it if it has no label for so many pixels, of which one is measured,
-/// and not the face's for so many: less may be outliers of the face.
+/// and not the face's for so many: less may be outliers of the face. The former are three: one amid two.
 const OFF_PX: usize = 3;
 const TALL_PX: isize = 6;
 
@@ -48,14 +48,24 @@ impl Feet<'_> {
         }
     }
 
+    /// The pixels amid [`OFF_PX`] of a row, or of a column, without a label, of which one is measured.
+    fn off(&self, along: bool) -> Bits {
+        let all = |[above, row, below]: [Three; 3]| {
+            if along {
+                on_left(row) & row[1] & on_right(row)
+            } else {
+                above[1] & row[1] & below[1]
+            }
+        };
+        let both = [self.none, self.unmeasured];
+        Bits::around(both, |[none, unmeasured]| all(none) & !all(unmeasured))
+    }
+
     /// The pixels of the cuts beyond which, against the way, something has no label.
     fn beside(&self, way: Way) -> Bits {
-        let all = |of: &Bits| {
-            let cuts = self.cuts.toward(way.is_along()).clone();
-            let off = (0..OFF_PX).map(|k| way.beside(k));
-            off.fold(cuts, |all, (x, y)| all.and_moved(of, x, y))
-        };
-        all(self.none).without(&all(self.unmeasured))
+        let cuts = self.cuts.toward(way.is_along()).clone();
+        let (x, y) = way.beside(OFF_PX / 2);
+        cuts.and_moved(&self.off(way.is_along()), x, y)
     }
 
     /// Takes off what one pixel says that stands there next to a face, if it does.

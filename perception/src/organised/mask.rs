@@ -8,6 +8,7 @@ use super::cuts::Cuts;
 use super::growth::Region;
 use super::image::InverseImage;
 use super::labels::NONE;
+use super::words::between;
 use crate::Error;
 use crate::error::within;
 use crate::sensor::Noise;
@@ -126,17 +127,39 @@ pub(super) fn close(
 /// The first pixels of the gaps along the rows, or down the columns, that are no longer than `most`
 /// pixels and not at the image's border.
 fn starts(none: &Bits, most: usize, down: bool) -> Bits {
-    let labelled = none.clone().not();
-    let labelled_within = |back: usize, ahead: usize| {
-        let labelled = labelled.clone();
-        if down {
-            labelled.any_down(back, ahead)
-        } else {
-            labelled.any_along(back, ahead)
+    // Those with a label so near ahead that have none, after one with a label.
+    if down {
+        return Bits::new(none.width, none.height, |v, starts| {
+            let Some(above) = v.checked_sub(1) else {
+                return;
+            };
+            for below in (v + 1..none.height).take(most) {
+                let near = starts.iter_mut().zip(none.row(below));
+                near.for_each(|(start, none)| *start |= !none);
+            }
+            for ((start, none), above) in starts.iter_mut().zip(none.row(v)).zip(none.row(above)) {
+                *start &= none & !above;
+            }
+        });
+    }
+    let mut labelled = Vec::new();
+    Bits::new(none.width, none.height, |v, starts| {
+        let row = (0..).zip(none.row(v));
+        labelled.clear();
+        labelled.extend(row.map(|(i, none_of)| !none_of & between(0, none.width, i)));
+        labelled.push(0);
+        for k in 1..=most {
+            let ahead = starts.iter_mut().zip(labelled.array_windows());
+            ahead.for_each(|(start, [word, after])| {
+                *start |= word >> (k - 1) >> 1 | after << (64 - k);
+            });
         }
-    };
-    let after_one = labelled_within(1, 0).and(none);
-    after_one.and(&labelled_within(0, most))
+        let mut before = 0;
+        for ((start, none), labelled) in starts.iter_mut().zip(none.row(v)).zip(&labelled) {
+            *start &= none & (labelled << 1 | before >> 63);
+            before = *labelled;
+        }
+    })
 }
 
 /// The pixels that surely lie on their face.
@@ -153,7 +176,10 @@ pub(super) fn erode(
     seen_px: usize,
 ) -> Bits {
     let seen = cuts.near(seen_px, Some(unmeasured));
-    cuts.near(unseen_px, None).or(&seen).or(none).not()
+    let unseen = cuts.near(unseen_px, None);
+    Bits::around([&seen, &unseen, none], |[seen, unseen, none]| {
+        !(seen[1][1] | unseen[1][1] | none[1][1])
+    })
 }
 
 /// The pixels of the parts that are wider than 2 `neck_px`: eroded, and grown back within what was

@@ -87,15 +87,15 @@ fn a_ring_is_nowhere_farther_off_the_traced_one_than_allowed() {
         for trace in faces(&labels, 80).iter().flat_map(traces) {
             let mut ring = Ring::new(trace, limits);
             ring.drop_corners();
-            let n = ring.points.len();
+            let n = ring.points.count;
             let ends = ring.kept.iter().skip(1).chain(ring.kept.first());
             for (&a, &b) in ring.kept.iter().zip(ends) {
-                let chord = Chord::new(&ring.points[a], &ring.points[b]);
                 let steps = (b + n - a) % n;
-                for p in (1..steps).map(|k| &ring.points[(a + k) % n]) {
-                    let left = chord.along.perp(&(p - chord.from)) > 0.0;
+                let [from, to] = [a, b].map(|k| ring.points.at(k));
+                for p in (1..steps).map(|k| ring.points.at((a + k) % n)) {
+                    let (left, distance) = off(&from, &to, &p);
                     let most = if left { &mut notch } else { &mut bulge };
-                    *most = most.max(chord.square(p).sqrt());
+                    *most = most.max(distance);
                 }
             }
         }
@@ -103,6 +103,35 @@ fn a_ring_is_nowhere_farther_off_the_traced_one_than_allowed() {
     // And what is allowed is used.
     assert!((1.0..=notch_px).contains(&notch), "{notch}");
     assert!((2.5..=bulge_px).contains(&bulge), "{bulge}");
+}
+
+/// Whether a point is on the left of a segment, and its distance from it.
+fn off(a: &Point2<f64>, b: &Point2<f64>, p: &Point2<f64>) -> (bool, f64) {
+    let (along, from) = (b - a, p - a);
+    let t = (from.dot(&along) / along.norm_squared().max(1e-9)).clamp(0.0, 1.0);
+    (along.perp(&from) > 0.0, (from - along * t).norm())
+}
+
+#[test]
+fn the_worst_of_a_range_is_the_first_that_is_farthest_off() {
+    let limits = Limits::new(2.0, 1.0);
+    let zigzag = (0..23).map(|i: i32| Point2::new(f64::from(i % 7), f64::from(i * i % 11) - 5.0));
+    let points: Vec<Point2<f64>> = zigzag.collect();
+    let chain = Chain::new(&points);
+    for (a, b) in (0..23).flat_map(|a| (a..23).map(move |b| (a, b))) {
+        let excess = |k: usize| {
+            let (left, distance) = off(&points[a], &points[b], &points[k]);
+            (distance / if left { 2.0 } else { 1.0 }).powi(2)
+        };
+        let chord = Chord::new(&points[a], &points[b], limits);
+        let range = (a + 1).min(b)..b;
+        let most = range.clone().map(excess).fold(0.0, f64::max);
+        assert!((chain.farthest(&chord, range.clone()) - most).abs() < 1e-9);
+        let worst = range.clone().find(|k| excess(*k) > most - 1e-9);
+        let worst = worst.filter(|_| most > 1.0);
+        let found = chain.worst(&chord, range);
+        assert_eq!(found.map(excess), worst.map(excess), "{a} to {b}");
+    }
 }
 
 #[test]
