@@ -6,6 +6,7 @@
 
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 use surfaces::EdgeKind;
+use wide::f64x4;
 
 use crate::edges::{self, NONE, Picture, Shown};
 use crate::sensor::Noise;
@@ -49,13 +50,14 @@ impl<'a> Directions<'a> {
     /// `points` are taken from the eye and have the label of their plane, [`NONE`] for none; those
     /// beyond `range_max_m` were not used.
     pub fn new(
-        points: impl Iterator<Item = (Vector3<f64>, u16)> + Clone,
+        points: impl Iterator<Item = (Vector3<f64>, u16)>,
         planes: Vec<(Vector3<f64>, f64)>,
         range_max_m: f64,
         noise: &'a Noise,
     ) -> Self {
+        let points: Vec<_> = points.collect();
         let mut toward = Vector3::zeros();
-        for (p, _) in points.clone() {
+        for (p, _) in &points {
             toward += p.abs().try_normalize(1e-9).unwrap_or_default();
         }
         let axis = toward.imin();
@@ -71,9 +73,15 @@ impl<'a> Directions<'a> {
             noise,
         };
         let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(-1e9));
-        let angles: Vec<_> = points.clone().map(|(p, _)| found.angles(&p)).collect();
-        for angles in &angles {
-            (low, high) = (low.inf(angles), high.sup(angles));
+        let mut seen = Vec::with_capacity(points.len());
+        for four in points.chunks(4) {
+            let point = |k: usize| &four[k.min(four.len() - 1)].0;
+            let angles = found.angles([point(0), point(1), point(2), point(3)]);
+            for ((p, label), angles) in four.iter().zip(angles) {
+                (low, high) = (low.inf(&angles), high.sup(&angles));
+                let w = (1.0 / p.norm().max(1e-6)) as f32;
+                seen.push((angles, Cell { w, label: *label }));
+            }
         }
         if !(low.x <= high.x && low.y <= high.y) {
             return found;
@@ -82,12 +90,11 @@ impl<'a> Directions<'a> {
         found.cols = ((high.x - low.x) / CELL_RAD) as usize + 1;
         found.rows = ((high.y - low.y) / CELL_RAD) as usize + 1;
         found.cells = vec![EMPTY; found.cols * found.rows];
-        for ((p, label), angles) in points.zip(angles) {
+        for (angles, seen) in seen {
             let at = (angles - low) / CELL_RAD;
             let cell = &mut found.cells[at.y as usize * found.cols + at.x as usize];
-            let w = (1.0 / p.norm().max(1e-6)) as f32;
-            if w > cell.w {
-                *cell = Cell { w, label };
+            if seen.w > cell.w {
+                *cell = seen;
             }
         }
         for _ in 0..DOUBLINGS_MAX {
@@ -99,11 +106,14 @@ impl<'a> Directions<'a> {
         found
     }
 
-    /// Azimuth and elevation of a point, rad.
-    fn angles(&self, p: &Vector3<f64>) -> Vector2<f64> {
-        let (a, b, c) = (p[(self.axis + 1) % 3], p[(self.axis + 2) % 3], p[self.axis]);
+    /// Azimuth and elevation of four points, rad.
+    fn angles(&self, points: [&Vector3<f64>; 4]) -> [Vector2<f64>; 4] {
+        let each = |axis: usize| f64x4::from(points.map(|p| p[axis % 3]));
+        let (a, b, c) = (each(self.axis + 1), each(self.axis + 2), each(self.axis));
         // From the side on which nothing is cut at half a turn for a camera that looks along an axis.
-        Vector2::new(b.atan2(a), c.atan2((a * a + b * b).sqrt()))
+        let azimuths = b.atan2(a).to_array();
+        let elevations = c.atan2((a * a + b * b).sqrt()).to_array();
+        std::array::from_fn(|k| Vector2::new(azimuths[k], elevations[k]))
     }
 
     /// The ray of a place, a unit vector.
@@ -126,7 +136,8 @@ impl<'a> Directions<'a> {
 
     /// The place of a point, in cells.
     fn place(&self, p: &Point3<f64>) -> Point2<f64> {
-        let at = (self.angles(&p.coords) - self.low) / self.side;
+        let [angles, ..] = self.angles([&p.coords; 4]);
+        let at = (angles - self.low) / self.side;
         Point2::new(at.x - 0.5, at.y - 0.5)
     }
 
@@ -148,10 +159,14 @@ impl<'a> Directions<'a> {
     fn coarsen(&mut self) {
         let (cols, rows) = (self.cols.div_ceil(2), self.rows.div_ceil(2));
         let mut cells = vec![EMPTY; cols * rows];
-        for (i, cell) in self.cells.iter().enumerate() {
-            let to = &mut cells[(i / self.cols / 2) * cols + (i % self.cols) / 2];
-            if cell.w > to.w {
-                *to = *cell;
+        for (y, line) in self.cells.chunks_exact(self.cols).enumerate() {
+            let to = &mut cells[y / 2 * cols..][..cols];
+            for (two, to) in line.chunks(2).zip(to) {
+                for cell in two.iter().filter(|cell| cell.w > 0.0) {
+                    if cell.w > to.w {
+                        *to = *cell;
+                    }
+                }
             }
         }
         (self.cells, self.cols, self.rows) = (cells, cols, rows);
@@ -270,5 +285,28 @@ mod tests {
         let ring = [[1.9, -0.5], [1.9, 0.5], [1.0, 0.0]].map(|[x, y]| Point3::new(x, y, -1.0));
         let kinds = directions.kinds(0, &ring, &[Vector3::x(), Vector3::y(), -Vector3::y()]);
         assert_eq!(kinds[0], EdgeKind::Occluded);
+    }
+
+    #[test]
+    fn angles_are_those_of_single_points() {
+        let noise = Sensor::named("generic").unwrap().noise;
+        let directions = Directions::new(seen(3.0).into_iter(), Vec::new(), 20.0, &noise);
+        let signs = [-1.0_f64, -0.0, 0.0, 1.0];
+        for (x, y, z) in signs.iter().flat_map(|x| {
+            let rest = signs.iter().flat_map(|y| signs.iter().map(move |z| (y, z)));
+            rest.map(move |(y, z)| (2.0 * x, 3.0 * y, 0.7 * z))
+        }) {
+            let p = Vector3::new(x, y, z);
+            let at = |k: usize| -> f64 { p[(directions.axis + k) % 3] };
+            let expected = [at(2).atan2(at(1)), at(0).atan2(at(1).hypot(at(2)))];
+            for angles in directions.angles([&p; 4]) {
+                assert!(
+                    (angles - Vector2::from(expected))
+                        .iter()
+                        .all(|x| x.abs() < 1e-12),
+                    "{p} {angles}"
+                );
+            }
+        }
     }
 }

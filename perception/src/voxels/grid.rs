@@ -85,6 +85,7 @@ fn unpacked(key: u64) -> [i64; 3] {
 impl Grid {
     /// The voxels of the points about the origin.
     pub fn new(points: &[Vector3<f64>], leaf_m: f64, levels: usize) -> Self {
+        let count = levels.max(1);
         let mut index = Index::new(points.len());
         let mut cells: Vec<Moments> = Vec::new();
         let mut keys = Vec::new();
@@ -106,62 +107,100 @@ impl Grid {
                 number
             })
             .collect();
-        let mut grid = Self {
-            levels: Vec::new(),
-            of_point,
-        };
+        // Each size from the one before.
+        let mut levels = Vec::with_capacity(count);
         let mut side_m = leaf_m;
-        for level in 0..levels.max(1) {
-            let around = around(&keys, &index);
-            let last = level + 1 == levels.max(1);
+        let mut all_keys = Vec::with_capacity(count);
+        for _ in 1..count {
             let (mut upper, mut upper_keys) = (Vec::new(), Vec::new());
-            let mut parents = Vec::new();
-            let mut upper_index = Index::new(if last { 1 } else { keys.len() });
-            if !last {
-                for (key, cell) in keys.iter().zip(&cells) {
-                    let key = packed(unpacked(*key).map(|c| c >> 1));
-                    let number = upper_index.insert(key);
-                    if number as usize == upper.len() {
-                        upper.push(Moments::default());
-                        upper_keys.push(key);
-                    }
-                    upper[number as usize].add(cell);
-                    parents.push(number);
+            let mut parents = Vec::with_capacity(keys.len());
+            let mut upper_index = Index::new(keys.len());
+            for (key, cell) in keys.iter().zip(&cells) {
+                let key = packed(unpacked(*key).map(|c| c >> 1));
+                let number = upper_index.insert(key);
+                if number as usize == upper.len() {
+                    upper.push(Moments::default());
+                    upper_keys.push(key);
                 }
+                upper[number as usize].add(cell);
+                parents.push(number);
             }
-            grid.levels.push(Level {
+            levels.push(Level {
                 side_m,
                 cells,
                 parents,
-                around,
+                around: Vec::new(),
             });
+            all_keys.push(keys);
             (cells, keys, index) = (upper, upper_keys, upper_index);
             side_m *= 2.0;
         }
-        grid
+        // The largest are looked up; of the others their parents tell which are around.
+        let around = looked_up(&keys, &index);
+        levels.push(Level {
+            side_m,
+            cells,
+            parents: Vec::new(),
+            around,
+        });
+        for (i, keys) in all_keys.iter().enumerate().rev() {
+            levels[i].around = among_children(keys, &levels[i].parents, &levels[i + 1].around);
+        }
+        Self { levels, of_point }
     }
 }
 
-/// The voxels around each.
-fn around(keys: &[u64], index: &Index) -> Vec<[u32; 26]> {
-    keys.iter()
-        .map(|&key| {
-            let [x, y, z] = unpacked(key);
-            let mut found = [NONE; 26];
-            let mut k = 0;
-            for dz in -1..=1 {
-                for dy in -1..=1 {
-                    for dx in -1..=1 {
-                        if (dx, dy, dz) != (0, 0, 0) {
-                            found[k] = index.get(packed([x + dx, y + dy, z + dz]));
-                            k += 1;
-                        }
-                    }
-                }
-            }
-            found
-        })
-        .collect()
+/// The 26 voxels around one, as offsets along the axes, x first.
+fn offsets() -> impl Iterator<Item = [i64; 3]> {
+    let all = (0..27).map(|k| [k % 3, k / 3 % 3, k / 9].map(|d| d - 1));
+    all.filter(|offset| *offset != [0; 3])
+}
+
+/// The voxels around each, by their keys.
+fn looked_up(keys: &[u64], index: &Index) -> Vec<[u32; 26]> {
+    let around = |key: &u64| {
+        let [x, y, z] = unpacked(*key);
+        let mut around = [NONE; 26];
+        for (found, [dx, dy, dz]) in around.iter_mut().zip(offsets()) {
+            *found = index.get(packed([x + dx, y + dy, z + dz]));
+        }
+        around
+    };
+    keys.iter().map(around).collect()
+}
+
+/// The voxels around each: children of its parent, or of the voxels around that.
+fn among_children(keys: &[u64], parents: &[u32], upper: &[[u32; 26]]) -> Vec<[u32; 26]> {
+    let eighth = |[x, y, z]: [i64; 3]| (x & 1 | (y & 1) << 1 | (z & 1) << 2) as usize;
+    // Of each voxel of the size above its eighths; one more has none.
+    let mut children = vec![[NONE; 8]; upper.len() + 1];
+    for ((number, key), &parent) in (0..).zip(keys).zip(parents) {
+        children[parent as usize][eighth(unpacked(*key))] = number;
+    }
+    // For a voxel that is a certain eighth: in which one around the parent, which eighth; in the parent
+    // itself the last.
+    let places: [[(usize, usize); 26]; 8] = std::array::from_fn(|own| {
+        let mut places = [(0, 0); 26];
+        for (place, offset) in places.iter_mut().zip(offsets()) {
+            let at: [i64; 3] = std::array::from_fn(|k| (own as i64 >> k & 1) + offset[k]);
+            let parent = at.map(|c| c >> 1);
+            let number = offsets().position(|offset| offset == parent);
+            *place = (number.unwrap_or(26), eighth(at));
+        }
+        places
+    });
+    let around = |(key, &parent): (&u64, &u32)| {
+        let mut near = [&children[parent as usize]; 27];
+        for (near, &number) in near.iter_mut().zip(&upper[parent as usize]) {
+            *near = &children[(number as usize).min(upper.len())];
+        }
+        let mut around = [NONE; 26];
+        for (around, &(number, eighth)) in around.iter_mut().zip(&places[eighth(unpacked(*key))]) {
+            *around = near[number][eighth];
+        }
+        around
+    };
+    keys.iter().zip(parents).map(around).collect()
 }
 
 #[cfg(test)]
@@ -169,7 +208,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_point_is_in_one_voxel_of_every_size_and_neighbours_are_mutual() {
+    fn every_point_is_in_one_voxel_of_every_size_and_all_around_it_are_found() {
         let points: Vec<Vector3<f64>> = (0..500)
             .map(|i| {
                 let t = f64::from(i);
@@ -181,11 +220,19 @@ mod tests {
         for level in &grid.levels {
             let n: f64 = level.cells.iter().map(|c| c.n).sum();
             assert_eq!(n, 500.0);
+            let place = |cell: &Moments| cell.mean().map(|c| (c / level.side_m).floor());
             for (i, around) in level.around.iter().enumerate() {
-                for &k in around.iter().filter(|k| **k != NONE) {
-                    assert!(level.around[k as usize].contains(&(i as u32)));
-                    let apart = level.cells[i].mean() - level.cells[k as usize].mean();
-                    assert!(apart.amax() <= 2.0 * level.side_m + 1e-9);
+                let own = place(&level.cells[i]);
+                let beside = |cell: &Moments| (place(cell) - own).amax() == 1.0;
+                let cells = (0..).zip(&level.cells);
+                let expected = cells.filter(|(_, cell)| beside(cell)).map(|(k, _)| k);
+                let expected: Vec<u32> = expected.collect();
+                let mut found: Vec<u32> = around.iter().copied().filter(|k| *k != NONE).collect();
+                found.sort_unstable();
+                assert_eq!(found, expected);
+                // Each where it is: the other way it is in the place opposite.
+                for (k, &other) in around.iter().enumerate().filter(|(_, k)| **k != NONE) {
+                    assert_eq!(level.around[other as usize][25 - k], i as u32);
                 }
             }
         }

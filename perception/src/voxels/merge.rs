@@ -26,15 +26,19 @@ pub(super) fn merge(level: &Level, grown: &mut Grown, tolerance: &Tolerance) {
             }
         }
     }
+    let score = |grown: &Grown, pair: (u32, u32), border: &[(u32, u32)]| {
+        misfit(level, grown, pair, border, tolerance).filter(|score| *score <= 1.0)
+    };
+    let mut scores: BTreeMap<(u32, u32), Option<f64>> = borders
+        .iter()
+        .map(|(&pair, border)| (pair, score(grown, pair, border)))
+        .collect();
     // Where each region went.
     let mut into: Vec<u32> = (0..grown.regions.len() as u32).collect();
     loop {
-        let best = borders
+        let best = scores
             .iter()
-            .filter_map(|(&pair, border)| {
-                Some((misfit(level, grown, pair, border, tolerance)?, pair))
-            })
-            .filter(|(score, _)| *score <= 1.0)
+            .filter_map(|(pair, score)| Some(((*score)?, *pair)))
             .reduce(|a, b| if b.0 < a.0 { b } else { a });
         let Some((_, (a, b))) = best else { break };
         let gone = grown.regions[b as usize].clone();
@@ -45,9 +49,9 @@ pub(super) fn merge(level: &Level, grown: &mut Grown, tolerance: &Tolerance) {
         }
         into.iter_mut().filter(|r| **r == b).for_each(|r| *r = a);
         // Borders of b become borders of a.
-        let moved: Vec<_> = borders
-            .extract_if(.., |p, _| p.0 == b || p.1 == b)
-            .collect();
+        let has = |pair: &(u32, u32), region: u32| pair.0 == region || pair.1 == region;
+        scores.retain(|pair, _| !has(pair, b));
+        let moved: Vec<_> = borders.extract_if(.., |pair, _| has(pair, b)).collect();
         for ((p, q), cells) in moved {
             let other = if p == b { q } else { p };
             if other != a {
@@ -60,6 +64,10 @@ pub(super) fn merge(level: &Level, grown: &mut Grown, tolerance: &Tolerance) {
                     .or_default()
                     .extend(turned);
             }
+        }
+        // Of those that are left, only the scores of a's have changed.
+        for (&pair, border) in borders.iter().filter(|(pair, _)| has(pair, a)) {
+            scores.insert(pair, score(grown, pair, border));
         }
     }
     for r in grown.owner.iter_mut().filter(|r| **r != NONE) {
