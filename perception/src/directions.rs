@@ -162,7 +162,7 @@ impl<'a> Directions<'a> {
         for (y, line) in self.cells.chunks_exact(self.cols).enumerate() {
             let to = &mut cells[y / 2 * cols..][..cols];
             for (two, to) in line.chunks(2).zip(to) {
-                for cell in two.iter().filter(|cell| cell.w > 0.0) {
+                for cell in two {
                     if cell.w > to.w {
                         *to = *cell;
                     }

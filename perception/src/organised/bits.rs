@@ -4,11 +4,11 @@ use wide::u64x4;
 
 use super::words::{Ones, between, firsts, pack, packed, runs};
 
-/// Words after the last row, so that four at a time can be read.
+/// Words after the last row: four at a time are read from one beyond it on.
 const SPARE: usize = 5;
 
 /// One bit a pixel, row by row. Every row begins with a spare word, a spare row is above the first one
-/// and below the last one, and another word follows: so every word of pixels has all its neighbours,
+/// and below the last one, and a few words follow: so every word of pixels has all its neighbours,
 /// wherever it is. Bits that are no pixel's are not set.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Bits {

@@ -13,32 +13,40 @@ const MISFIT_SYSTEMATICS: f64 = 2.5;
 const STEP_SIGMAS: f64 = 0.5;
 const STEP_SYSTEMATICS: f64 = 1.8;
 
+/// The common border of two regions.
+#[derive(Default)]
+struct Border {
+    /// Voxels on either side, that of the smaller region first.
+    cells: Vec<(u32, u32)>,
+    /// Misfit in units of its limit; none where that is above it.
+    score: Option<f64>,
+}
+
 /// Merges regions that touch, the best pair first, where both keep a small misfit under the joint
 /// plane and the surface does not step at their border.
 pub(super) fn merge(level: &Level, grown: &mut Grown, tolerance: &Tolerance) {
-    // Voxels on either side of each common border, smaller region first.
-    let mut borders: BTreeMap<(u32, u32), Vec<(u32, u32)>> = BTreeMap::new();
+    let mut borders: BTreeMap<(u32, u32), Border> = BTreeMap::new();
     for (i, &a) in grown.owner.iter().enumerate().filter(|(_, a)| **a != NONE) {
         for &k in level.around[i].iter().filter(|k| **k != NONE) {
             let b = grown.owner[k as usize];
             if b != NONE && a < b {
-                borders.entry((a, b)).or_default().push((i as u32, k));
+                let border = borders.entry((a, b)).or_default();
+                border.cells.push((i as u32, k));
             }
         }
     }
-    let score = |grown: &Grown, pair: (u32, u32), border: &[(u32, u32)]| {
-        misfit(level, grown, pair, border, tolerance).filter(|score| *score <= 1.0)
+    let score = |grown: &Grown, pair: (u32, u32), border: &Border| {
+        misfit(level, grown, pair, &border.cells, tolerance).filter(|score| *score <= 1.0)
     };
-    let mut scores: BTreeMap<(u32, u32), Option<f64>> = borders
-        .iter()
-        .map(|(&pair, border)| (pair, score(grown, pair, border)))
-        .collect();
+    for (&pair, border) in &mut borders {
+        border.score = score(grown, pair, border);
+    }
     // Where each region went.
     let mut into: Vec<u32> = (0..grown.regions.len() as u32).collect();
     loop {
-        let best = scores
+        let best = borders
             .iter()
-            .filter_map(|(pair, score)| Some(((*score)?, *pair)))
+            .filter_map(|(pair, border)| Some((border.score?, *pair)))
             .reduce(|a, b| if b.0 < a.0 { b } else { a });
         let Some((_, (a, b))) = best else { break };
         let gone = grown.regions[b as usize].clone();
@@ -50,24 +58,25 @@ pub(super) fn merge(level: &Level, grown: &mut Grown, tolerance: &Tolerance) {
         into.iter_mut().filter(|r| **r == b).for_each(|r| *r = a);
         // Borders of b become borders of a.
         let has = |pair: &(u32, u32), region: u32| pair.0 == region || pair.1 == region;
-        scores.retain(|pair, _| !has(pair, b));
         let moved: Vec<_> = borders.extract_if(.., |pair, _| has(pair, b)).collect();
-        for ((p, q), cells) in moved {
+        for ((p, q), border) in moved {
             let other = if p == b { q } else { p };
             if other != a {
                 let swap = (p == b) != (a < other);
-                let turned = cells
+                let turned = border
+                    .cells
                     .into_iter()
                     .map(|(i, k)| if swap { (k, i) } else { (i, k) });
                 borders
                     .entry((a.min(other), a.max(other)))
                     .or_default()
+                    .cells
                     .extend(turned);
             }
         }
         // Of those that are left, only the scores of a's have changed.
-        for (&pair, border) in borders.iter().filter(|(pair, _)| has(pair, a)) {
-            scores.insert(pair, score(grown, pair, border));
+        for (&pair, border) in borders.iter_mut().filter(|(pair, _)| has(pair, a)) {
+            border.score = score(grown, pair, border);
         }
     }
     for r in grown.owner.iter_mut().filter(|r| **r != NONE) {
