@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use scandent::config::Config;
-use scandent::pipeline::{self, Manner, Planned};
+use scandent::pipeline::{self, PlanOutcome, RunOptions};
 use scandent::provenance::Inputs;
 use scandent::scene::Scene;
 
@@ -21,13 +21,13 @@ const SCENES: [(&str, f64, f64); 2] = [
     ("slope-and-hand", 2.7, 122.3),
 ];
 
-fn plan(name: &str) -> Planned {
+fn plan(name: &str) -> PlanOutcome {
     let mut inputs = Inputs::default();
     let scene = Scene::open(name, &mut inputs).expect("the scene ships");
     let global = scandent::cli::Global::default();
     let config = Config::layered(Some((&scene.name, &scene.settings)), &global).expect("defaults");
     let cancel = AtomicBool::new(false);
-    let manner = Manner {
+    let manner = RunOptions {
         threads: NonZeroUsize::new(1),
         progress: &|_| {},
         cancel: &cancel,
@@ -50,7 +50,7 @@ fn benches(criterion: &mut Criterion) {
 
     println!("scene              stage        median ms   the paper's s   ratio   nodes   stances");
     for (name, perception_s, planning_s) in SCENES {
-        let runs: Vec<Planned> = (0..11).map(|_| plan(name)).collect();
+        let runs: Vec<PlanOutcome> = (0..11).map(|_| plan(name)).collect();
         for (stage, paper_s) in [("perception", perception_s), ("planning", planning_s)] {
             let ms = median(runs.iter().map(|run| run.report.stages_ms[stage]).collect());
             let report = &runs[0].report;

@@ -2,19 +2,26 @@
 //!
 //!   defaults ← scene.toml ← --config FILE ← --set TABLE.KEY=VALUE
 
+mod documented;
+
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::cli::Global;
 use crate::status::UsageError;
 
+pub use documented::documented;
+
 /// Every setting of the program, one table a crate.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
+    /// Seed of every random stream.
+    pub seed: u64,
     /// From a scan to planar patches.
     pub perception: perception::Config,
     /// Where a sensor sits on a robot.
@@ -90,7 +97,7 @@ impl Layers {
             .split_once('=')
             .ok_or_else(|| usage("no \"=\" in it; the form is table.key=value".to_owned()))?;
         let keys: Vec<&str> = path.trim().split('.').map(str::trim).collect();
-        if keys.len() < 2 || keys.iter().any(|key| key.is_empty()) {
+        if keys.iter().any(|key| key.is_empty()) {
             return Err(usage("the form is table.key=value".to_owned()));
         }
         let table = nest(&keys, value_of(value.trim()));
@@ -125,15 +132,13 @@ impl Config {
         }
         let mut config = layers.resolve()?;
         if let Some(seed) = global.seed {
-            config.perception.chain.plane_extraction.seed = seed;
-            config.perception.lidar.consensus.seed = seed;
+            config.seed = seed;
         }
+        let seed = config.seed;
+        config.perception.brossette2013.seed = seed;
+        config.perception.lidar.seed = seed;
+        config.calibration.ground.seed = seed;
         Ok(config)
-    }
-
-    /// Seed of the random streams: only the perception's chains draw samples.
-    pub fn seed(&self) -> u64 {
-        self.perception.chain.plane_extraction.seed
     }
 }
 
@@ -202,22 +207,28 @@ mod tests {
         let scene: Table = "[posture]\nclearance_m = 0.02\ntorque_use = 0.7"
             .parse()
             .unwrap();
-        let set = global(&["posture.clearance_m=0.03", "posture.engine=interior_point"]);
+        let set = global(&["posture.clearance_m=0.03", "posture.restarts=5"]);
         let config = Config::layered(Some(("scene.toml", &scene)), &set).unwrap();
         let mut expected = Config::default();
         expected.posture.torque_use = 0.7;
         expected.posture.clearance_m = 0.03;
-        expected.posture.engine = posture::Engine::InteriorPoint;
+        expected.posture.restarts = 5;
         assert_eq!(config, expected);
     }
 
     #[test]
-    fn the_seed_reaches_the_stage_that_draws() {
-        let seeded = Global {
+    fn the_seed_reaches_every_stage_that_draws() {
+        let flag = Global {
             seed: Some(7),
             ..Global::default()
         };
-        assert_eq!(Config::layered(None, &seeded).unwrap().seed(), 7);
+        for seeded in [flag, global(&["seed=7"])] {
+            let config = Config::layered(None, &seeded).unwrap();
+            assert_eq!(config.seed, 7);
+            assert_eq!(config.perception.brossette2013.seed, 7);
+            assert_eq!(config.perception.lidar.seed, 7);
+            assert_eq!(config.calibration.ground.seed, 7);
+        }
     }
 
     #[test]

@@ -5,10 +5,9 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use nalgebra::{Isometry3, Matrix4, Point3, Vector4};
 use perception::lidar::{LidarCalibration, LidarCloud};
-use perception::{Intrinsics, Scan, SensorOptions, Several};
+use perception::{Intrinsics, PosedScan, Scan, SensorOptions};
 use scenes::scene_file::ScanSource;
-use surfaces::merge::{Change, Seen, Sight, View};
-use surfaces::{SurfaceSet, TriangleMesh, rim};
+use surfaces::{Terrain, TriangleMesh};
 
 use crate::config::Config;
 use crate::provenance::Inputs;
@@ -16,15 +15,12 @@ use crate::report::Stages;
 use crate::scene::{Environment, Files};
 use crate::slope::calibration_file;
 
-/// Of so many points of a scan one tells what is free behind a wall.
-const SEEN_STEP: usize = 16;
-
 /// The environment, and the points that it was seen by.
 #[allow(non_snake_case)]
 #[derive(Clone, Debug, Default)]
 pub struct Perceived {
-    /// Surfaces and obstacles in W.
-    pub set: SurfaceSet,
+    /// Faces and obstacles in W.
+    pub terrain: Terrain,
     /// The scans' points in W, m.
     pub cloud_W: Vec<[f32; 3]>,
     /// What was read and found, for the user.
@@ -44,54 +40,40 @@ pub fn perceive(
 ) -> Result<Perceived> {
     match environment {
         Environment::Scans(sources) => {
-            let mut perceived = Perceived::default();
-            let mut several = Several::default();
-            for source in sources {
-                let mut shown = show(source, files, config, stages, inputs)?;
-                let registration = &config.perception.registration;
-                match several.add(shown.view, registration) {
-                    Some(Ok(found)) => {
-                        shown.notes.push(registered(&found));
-                        move_all(&mut shown.cloud_W, &found.X_W);
-                    }
-                    Some(Err(cause)) => {
-                        let stays = format!("{}: stays at the pose given: {cause}", shown.name);
-                        shown.notes.push(stays);
-                    }
-                    None => {}
-                }
-                perceived.notes.extend(shown.notes);
-                perceived.cloud_W.extend(shown.cloud_W);
-            }
-            // Faces that more than one scan shows are one.
-            let merging = &config.surfaces.merge;
-            let merged = stages.measure("perception", || several.merged(merging));
-            perceived.notes.extend(merged.changes.iter().map(told));
-            perceived.set.surfaces = merged.surfaces;
-            perceived.set.obstacles = merged.obstacles;
-            // What may be there beside what can be touched.
-            let seen = perceived.cloud_W.iter().step_by(SEEN_STEP);
-            let free: Vec<Point3<f64>> = seen.map(|p| Point3::from(p.map(f64::from))).collect();
-            let set = &mut perceived.set;
-            let (body, rim) = (&config.surfaces.body, &config.surfaces.rim);
-            let rims = rim::widen(&mut set.surfaces, &free, body, rim);
-            set.obstacles.extend(rims);
-            Ok(perceived)
+            let read = sources
+                .iter()
+                .map(|source| ReadScan::new(source, files, stages, inputs))
+                .collect::<Result<Vec<_>>>()?;
+            let scans: Vec<PosedScan> = read.iter().map(ReadScan::posed).collect();
+            let perception::Perception {
+                terrain,
+                cloud_W,
+                notices,
+            } = stages.measure("perception", || {
+                perception::perceive(&scans, &config.perception)
+            })?;
+            Ok(Perceived {
+                terrain,
+                cloud_W,
+                notes: notices.iter().map(ToString::to_string).collect(),
+            })
         }
         Environment::Surfaces(name) => {
             let bytes = files.read("surfaces", name, inputs)?;
             let text =
                 std::str::from_utf8(&bytes).with_context(|| format!("{name}: not a text file"))?;
-            let set = SurfaceSet::from_json(text).with_context(|| name.clone())?;
+            let terrain = Terrain::from_json(text).with_context(|| name.clone())?;
             Ok(Perceived {
-                set,
+                terrain,
                 ..Perceived::default()
             })
         }
         Environment::Mesh(name) => {
             let bytes = files.read("mesh", name, inputs)?;
             stages
-                .measure("mesh", || take_apart(name, &bytes, &config.surfaces.mesh))
+                .measure("mesh", || {
+                    take_apart(name, &bytes, config.surfaces.body.thickness_m)
+                })
                 .with_context(|| name.clone())
         }
     }
@@ -108,181 +90,71 @@ pub fn points_W(environment: &Environment, files: &Files) -> Result<Vec<[f32; 3]
     };
     let mut cloud_W = Vec::new();
     for source in sources {
-        if is_lidar(source) {
-            let (mut stages, mut inputs) = (Stages::default(), Inputs::default());
-            let (cloud, _) = read_lidar(source, files, &mut stages, &mut inputs)?;
-            let X_WV = mount(source, files, &mut inputs)?.X_WV();
-            cloud_W.extend(cloud.points_V.iter().map(|p| -> [f32; 3] {
-                let p_W = X_WV * Point3::from(p.map(f64::from));
-                p_W.coords.map(|x| x as f32).into()
-            }));
-            continue;
+        let (mut stages, mut inputs) = (Stages::default(), Inputs::default());
+        match ReadScan::new(source, files, &mut stages, &mut inputs)? {
+            ReadScan::Scan { scan, X_WV, .. } => {
+                cloud_W.extend(scan.cloud.finite().map(|p| in_W(&X_WV, p)));
+            }
+            ReadScan::Lidar { cloud, mount, .. } => {
+                let X_WV = mount.X_WV();
+                cloud_W.extend(cloud.points_V.iter().map(|p| in_W(&X_WV, p)));
+            }
         }
-        let (scan, X_WV, _) = read_scan(
-            source,
-            files,
-            &mut Stages::default(),
-            &mut Inputs::default(),
-        )?;
-        cloud_W.extend(in_W(&scan, &X_WV));
     }
     Ok(cloud_W)
 }
 
-/// What one scan shows.
 #[allow(non_snake_case)]
-struct Shown {
-    name: String,
-    view: View,
-    cloud_W: Vec<[f32; 3]>,
-    notes: Vec<String>,
+fn in_W(X_WV: &Isometry3<f64>, p_V: &[f32; 3]) -> [f32; 3] {
+    let p_W = X_WV * Point3::from(p_V.map(f64::from));
+    p_W.coords.map(|x| x as f32).into()
 }
 
-/// Extracts the surfaces of one scan.
+/// A scan as it was read, and where it was taken from.
 #[allow(non_snake_case)]
-fn show(
-    source: &ScanSource,
-    files: &Files,
-    config: &Config,
-    stages: &mut Stages,
-    inputs: &mut Inputs,
-) -> Result<Shown> {
-    if is_lidar(source) {
-        return detect(source, files, config, stages, inputs);
-    }
-    let (scan, X_WV, name) = read_scan(source, files, stages, inputs)?;
-    let extraction = stages
-        .measure("perception", || {
-            perception::extract(&scan, &X_WV, &config.perception)
-        })
-        .with_context(|| name.to_owned())?;
-    let counts = &extraction.statistics;
-    let note = format!(
-        "{name}: {} of {} points measured, {} in range, {} on {} planes",
-        counts.valid, counts.points, counts.used, counts.assigned, counts.planes
-    );
-    let surfaces = extraction.surfaces.into_iter();
-    let range_max_m = config.perception.range_max_m;
-    Ok(Shown {
-        name: name.to_owned(),
-        view: View {
-            surfaces: surfaces
-                .map(|surface| surfaces::level::leveled(surface, &config.surfaces.level))
-                .collect(),
-            obstacles: extraction.obstacles,
-            sight: perception::sight(&scan, &X_WV, range_max_m, perception::SIGHT_STEP),
-        },
-        cloud_W: in_W(&scan, &X_WV).collect(),
-        notes: vec![note],
-    })
+enum ReadScan<'a> {
+    Scan {
+        name: &'a str,
+        scan: Scan,
+        X_WV: Isometry3<f64>,
+    },
+    Lidar {
+        name: &'a str,
+        cloud: LidarCloud,
+        mount: LidarCalibration,
+    },
 }
 
-/// How a scan was moved onto those before it.
-fn registered(found: &perception::Registration) -> String {
-    let (turn, shift) = (
-        found.X_W.rotation.angle().to_degrees(),
-        (found.X_W * found.about_W - found.about_W).norm(),
-    );
-    let (before, after) = found.offset_rms_m;
-    format!(
-        "    registered by {} planes: moved by {:.1} mm and {turn:.2}°; they lay {:.1} mm apart, now \
-         {:.1} mm (χ² per degree of freedom {:.2})",
-        found.pairs.len(),
-        1e3 * shift,
-        1e3 * before,
-        1e3 * after,
-        found.misfit
-    )
-}
-
-/// What became of a face, in words.
-fn told(change: &Change) -> String {
-    match change {
-        Change::Joined { id, with } => format!("{id} and {} are one face", with.join(", ")),
-        Change::Cut { id, area_m2 } => {
-            format!("warning: a later scan looks through {area_m2:.3} m² of {id}: taken off")
+impl<'a> ReadScan<'a> {
+    fn new(
+        source: &'a ScanSource,
+        files: &Files,
+        stages: &mut Stages,
+        inputs: &mut Inputs,
+    ) -> Result<Self> {
+        if is_lidar(source) {
+            let (cloud, name) = read_lidar(source, files, stages, inputs)?;
+            let mount = mount(source, files, inputs)?;
+            return Ok(Self::Lidar { name, cloud, mount });
         }
-        Change::Dropped { id } => {
-            format!("warning: a later scan looks through {id}: dropped")
-        }
+        read_scan(source, files, stages, inputs)
     }
-}
 
-/// Moves points of W.
-#[allow(non_snake_case)]
-fn move_all(cloud_W: &mut [[f32; 3]], X_W: &Isometry3<f64>) {
-    for p in cloud_W {
-        let moved = X_W * Point3::from(p.map(f64::from));
-        *p = moved.coords.map(|x| x as f32).into();
+    fn posed(&self) -> PosedScan<'_> {
+        match self {
+            Self::Scan { name, scan, X_WV } => PosedScan::Scan {
+                name,
+                scan,
+                X_WV: *X_WV,
+            },
+            Self::Lidar { name, cloud, mount } => PosedScan::Lidar { name, cloud, mount },
+        }
     }
 }
 
 /// Whether a scan is a spinning LiDAR's.
 fn is_lidar(source: &ScanSource) -> bool {
     source.sensor.as_deref() == Some(perception::lidar::SENSOR)
-}
-
-/// Standard deviation of a LiDAR's range where its rings are not calibrated, m.
-const LIDAR_SIGMA_M: f64 = 0.015;
-
-/// Ground, slopes, walls and things that a LiDAR's cloud shows, the sensor at the scan's pose.
-#[allow(non_snake_case)]
-fn detect(
-    source: &ScanSource,
-    files: &Files,
-    config: &Config,
-    stages: &mut Stages,
-    inputs: &mut Inputs,
-) -> Result<Shown> {
-    let (cloud, name) = read_lidar(source, files, stages, inputs)?;
-    let mount = mount(source, files, inputs)?;
-    let seen = stages
-        .measure("perception", || {
-            perception::lidar::look_around(&cloud, Some(&mount), &config.perception.lidar)
-        })
-        .with_context(|| name.to_owned())?;
-    let scan = seen.scan.with_context(|| format!("{name}: no ground"))?;
-    let counts = &scan.counts;
-    let mut notes = vec![format!(
-        "{name}: {} points, {} in view, {} not isolated, {} on the ground",
-        counts.points, counts.in_view, counts.kept, counts.ground
-    )];
-    for (number, slope) in scan.slopes.iter().enumerate() {
-        let d = &slope.description;
-        notes.push(format!(
-            "slope {number}: {:.2}° ± {:.2}°, from ({:.3}, {:.3}) to ({:.3}, {:.3}) m",
-            d.delta_rad.to_degrees(),
-            slope.delta_sigma_rad.to_degrees(),
-            d.p1_W.x,
-            d.p1_W.y,
-            d.p2_W.x,
-            d.p2_W.y
-        ));
-    }
-    let around = seen.around;
-    notes.push(format!(
-        "{} parts of walls, {} things around",
-        around.walls.len(),
-        around.things.len()
-    ));
-    let point = |p: &[f32; 3]| Seen {
-        p_W: Point3::from(p.map(f64::from)),
-        sigma_m: LIDAR_SIGMA_M,
-    };
-    let walls = around.surfaces().cloned();
-    Ok(Shown {
-        name: name.to_owned(),
-        view: View {
-            surfaces: scan.surfaces().into_iter().chain(walls).collect(),
-            obstacles: around.obstacles().cloned().collect(),
-            sight: Sight {
-                eye_W: Point3::from(mount.X_WV().translation.vector),
-                points: scan.points_W.iter().map(point).collect(),
-            },
-        },
-        cloud_W: scan.points_W,
-        notes,
-    })
 }
 
 /// What is known of a LiDAR's mount: its calibration at the scan's pose, or the pose alone, which is
@@ -327,14 +199,13 @@ fn read_lidar<'a>(
 const MOUNT_RAD: f64 = 0.002;
 const MOUNT_M: f64 = 0.005;
 
-/// A scan, the pose of its frame V in W, and its name.
 #[allow(non_snake_case)]
 fn read_scan<'a>(
     source: &'a ScanSource,
     files: &Files,
     stages: &mut Stages,
     inputs: &mut Inputs,
-) -> Result<(Scan, Isometry3<f64>, &'a str)> {
+) -> Result<ReadScan<'a>> {
     let name = source
         .depth
         .as_ref()
@@ -346,7 +217,7 @@ fn read_scan<'a>(
         perception::parse_scan(Path::new(name), &bytes, &options)
     })?;
     let X_WV = source.X_WV() * scan.X_WV;
-    Ok((scan, X_WV, name))
+    Ok(ReadScan::Scan { name, scan, X_WV })
 }
 
 /// What the reader must know beside the file.
@@ -368,17 +239,8 @@ fn sensor_options(source: &ScanSource) -> SensorOptions {
     }
 }
 
-/// The measured points in W, m.
-#[allow(non_snake_case)]
-fn in_W<'a>(scan: &'a Scan, X_WV: &'a Isometry3<f64>) -> impl Iterator<Item = [f32; 3]> + 'a {
-    scan.cloud.finite().map(move |p| {
-        let p_W = X_WV * Point3::from(p.map(f64::from));
-        p_W.coords.map(|x| x as f32).into()
-    })
-}
-
 /// The surfaces and bodies of a mesh file.
-fn take_apart(name: &str, bytes: &[u8], config: &surfaces::mesh::Config) -> Result<Perceived> {
+fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
     let read = robot_model::mesh_file::parse(Path::new(name), bytes)?;
     let mesh = TriangleMesh {
         vertices: read.vertices,
@@ -388,7 +250,7 @@ fn take_apart(name: &str, bytes: &[u8], config: &surfaces::mesh::Config) -> Resu
             .map(|t| t.map(|vertex| vertex as usize))
             .collect(),
     };
-    let (set, report) = surfaces::mesh::extract(&mesh, config)?;
+    let (terrain, report) = surfaces::mesh::extract(&mesh, thickness_m)?;
     let mut notes = vec![format!(
         "{name}: {} triangles, {} plane faces kept, {} too small, {} solids",
         report.triangles, report.faces, report.faces_dropped, report.solids
@@ -409,7 +271,7 @@ fn take_apart(name: &str, bytes: &[u8], config: &surfaces::mesh::Config) -> Resu
             .map(|(n, flaw)| format!("{name}: {n} {flaw}")),
     );
     Ok(Perceived {
-        set,
+        terrain,
         cloud_W: Vec::new(),
         notes,
     })

@@ -1,32 +1,33 @@
 //! The goal and the path toward it, as the planner takes them.
+#![allow(non_snake_case)]
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use nalgebra::{Point3, Vector3};
+use plan::{GoalContact, GoalRecord};
 use planner::Guide;
-use planner::plan::{GoalContact, GoalRecord};
-use posture::BaseGoal;
+use posture::{BaseGoal, Environment, FaceIndex};
 use robot_model::Robot;
 use scenes::scene_file;
-use surfaces::{Surface, SurfaceSet};
+use surfaces::Face;
 
-use crate::start::Stand;
+use crate::start::StartState;
 
 /// Largest heading error at the goal, rad: what the verifier allows.
 const YAW_TOLERANCE_RAD: f64 = 0.1;
-/// Farthest that a surface may be from the point that names it, m.
+/// Farthest that a face may be from the point that names it, m.
 const POINT_TOLERANCE_M: f64 = 0.05;
 
-/// The goal that a scene asks for, on the surfaces that there are.
+/// The goal that a scene asks for, on the faces that there are.
 ///
 /// With a base position all patches that stood at the start must stand again.
 ///
 /// # Errors
-/// An unknown patch or surface; a point with no surface near it.
+/// An unknown patch or face; a point with no face near it.
 pub fn goal(
     asked: &scene_file::Goal,
     robot: &Robot,
-    set: &SurfaceSet,
-    stand: &Stand,
+    environment: &Environment,
+    stand: &StartState,
 ) -> Result<planner::Goal> {
     let coordinate = |i: usize| {
         asked
@@ -44,8 +45,8 @@ pub fn goal(
         .contact
         .iter()
         .map(|contact| {
-            let patch = robot.patch_index(&contact.patch).context("the goal")?;
-            Ok((patch, wanted_surface(contact, set)?))
+            let patch = robot.patch_id(&contact.patch).context("the goal")?;
+            Ok((patch, wanted_face(contact, environment)?))
         })
         .collect::<Result<_>>()?;
     let patches = if asked.base_position_m.is_some() {
@@ -60,50 +61,33 @@ pub fn goal(
     })
 }
 
-/// Index of the surface that a goal contact names or points at.
-fn wanted_surface(contact: &scene_file::GoalContact, set: &SurfaceSet) -> Result<usize> {
+/// The face that a goal contact names or points at.
+fn wanted_face(contact: &scene_file::GoalContact, environment: &Environment) -> Result<FaceIndex> {
     if let Some(id) = &contact.surface {
-        return set
-            .surfaces
-            .iter()
-            .position(|s| &s.id == id)
-            .ok_or_else(|| {
-                let known: Vec<&str> = set.surfaces.iter().map(|s| s.id.as_str()).collect();
-                anyhow!(
-                    "the goal: no surface is called {id:?}; there are: {}",
-                    known.join(", ")
-                )
-            });
+        return environment.face(id).context("the goal");
     }
-    let point = Point3::from(
-        contact
-            .point_m
-            .context("the goal: a contact without a place")?,
-    );
-    let nearest = set
-        .surfaces
-        .iter()
-        .map(|surface| distance_m(surface, &point))
-        .enumerate()
-        .min_by(|a, b| a.1.total_cmp(&b.1));
-    match nearest {
-        Some((index, distance)) if distance <= POINT_TOLERANCE_M => Ok(index),
-        Some((index, distance)) => bail!(
-            "the goal: no surface at ({}, {}, {}); the nearest, {}, is {distance:.3} m away",
+    let point = contact.point_m;
+    let point = Point3::from(point.context("the goal: a contact without a place")?);
+    let distances = environment
+        .faces()
+        .map(|f| (f, distance_m(&environment[f], &point)));
+    match distances.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((face, distance)) if distance <= POINT_TOLERANCE_M => Ok(face),
+        Some((face, distance)) => bail!(
+            "the goal: no face at ({}, {}, {}); the nearest, {}, is {distance:.3} m away",
             point.x,
             point.y,
             point.z,
-            set.surfaces[index].id
+            environment[face].id
         ),
-        None => bail!("the goal: there is no surface to touch"),
+        None => bail!("the goal: there is no face to touch"),
     }
 }
 
-/// Distance of a point from a surface's polygon, m.
-#[allow(non_snake_case)]
-fn distance_m(surface: &Surface, p_W: &Point3<f64>) -> f64 {
-    let p = surface.X_WS.inverse_transform_point(p_W);
-    surface.polygon.signed_distance(&p.xy()).max(0.0).hypot(p.z)
+/// Distance of a point from a face, m.
+fn distance_m(face: &Face, p_W: &Point3<f64>) -> f64 {
+    let p = face.X_WF.inverse_transform_point(p_W);
+    (face.region.nearest(&p.xy()) - p.xy()).norm().hypot(p.z)
 }
 
 /// The path that the base should follow: through the key postures, or straight to the goal.
@@ -113,9 +97,9 @@ fn distance_m(surface: &Surface, p_W: &Point3<f64>) -> f64 {
 pub fn guide(
     asked: Option<&scene_file::Guide>,
     goal: &planner::Goal,
-    stand: &Stand,
-    set: &SurfaceSet,
-    standing_on: &[usize],
+    stand: &StartState,
+    environment: &Environment,
+    standing_on: Option<FaceIndex>,
 ) -> Result<Guide> {
     let start = stand.configuration.p_WB;
     let mut points = vec![start];
@@ -131,10 +115,10 @@ pub fn guide(
             if let ([Some(x), Some(y), _], Some(last)) = (goal.base.position_m, points.last())
                 && (x - last.x).hypot(y - last.y) > goal.base.tolerance_m
             {
-                points.push(end(goal, &start, set, standing_on));
+                points.push(end(goal, &start, environment, standing_on));
             }
         }
-        None => points.push(end(goal, &start, set, standing_on)),
+        None => points.push(end(goal, &start, environment, standing_on)),
     }
     // A path to where the robot stands has two points too.
     if points.len() == 1 {
@@ -143,21 +127,26 @@ pub fn guide(
     Ok(Guide::new(points)?)
 }
 
+/// The middle of a face, in W.
+fn middle_W(face: &Face) -> Vector3<f64> {
+    face.point_W(&face.region.centroid()).coords
+}
+
 /// Where the base is at the goal, as far as one can tell without a posture.
 fn end(
     goal: &planner::Goal,
     start: &Vector3<f64>,
-    set: &SurfaceSet,
-    standing_on: &[usize],
+    environment: &Environment,
+    standing_on: Option<FaceIndex>,
 ) -> Vector3<f64> {
-    let ground = |surface: &Surface, x: f64, y: f64| {
+    let ground = |face: &Face, x: f64, y: f64| {
         // The height of the plane over (x, y).
-        let n = surface.normal_W();
-        let o = surface.X_WS.translation.vector;
+        let n = face.normal_W();
+        let o = face.X_WF.translation.vector;
         o.z - (n.x * (x - o.x) + n.y * (y - o.y)) / n.z
     };
-    let over_ground = standing_on.first().map_or(0.0, |&s| {
-        start.z - ground(&set.surfaces[s], start.x, start.y)
+    let over_ground = standing_on.map_or(0.0, |face| {
+        start.z - ground(&environment[face], start.x, start.y)
     });
     match goal.base.position_m {
         [Some(x), Some(y), Some(z)] => Vector3::new(x, y, z),
@@ -165,19 +154,16 @@ fn end(
             let aim = goal
                 .contacts
                 .first()
-                .map(|&(_, s)| set.surfaces[s].X_WS.translation.vector);
+                .map(|&(_, face)| middle_W(&environment[face]));
             let x = x.or(aim.map(|p| p.x)).unwrap_or(start.x);
             let y = y.or(aim.map(|p| p.y)).unwrap_or(start.y);
             // The highest level face under the goal carries the feet there.
-            let under = set
-                .surfaces
-                .iter()
-                .filter(|s| s.normal_W().z > 0.7)
-                .filter_map(|s| {
-                    let height = ground(s, x, y);
-                    let p = s.X_WS.inverse_transform_point(&Point3::new(x, y, height));
-                    s.polygon.contains(&p.xy(), 0.0).then_some(height)
-                });
+            let level = environment.faces().map(|f| &environment[f]);
+            let under = level.filter(|f| f.normal_W().z > 0.7).filter_map(|f| {
+                let height = ground(f, x, y);
+                let p = f.X_WF.inverse_transform_point(&Point3::new(x, y, height));
+                f.region.contains(&p.xy()).then_some(height)
+            });
             let height = under.max_by(f64::total_cmp);
             Vector3::new(x, y, height.map_or(start.z, |height| height + over_ground))
         }
@@ -185,7 +171,7 @@ fn end(
 }
 
 /// The goal as it is written in the plan.
-pub fn record(goal: &planner::Goal, robot: &Robot, set: &SurfaceSet) -> GoalRecord {
+pub fn record(goal: &planner::Goal, robot: &Robot, environment: &Environment) -> GoalRecord {
     let position = goal.base.position_m;
     GoalRecord {
         base_position_m: position.iter().any(Option::is_some).then_some(position),
@@ -194,9 +180,9 @@ pub fn record(goal: &planner::Goal, robot: &Robot, set: &SurfaceSet) -> GoalReco
         contacts: goal
             .contacts
             .iter()
-            .map(|&(patch, surface)| GoalContact {
+            .map(|&(patch, face)| GoalContact {
                 patch: robot.patches[patch].name.clone(),
-                surface: set.surfaces[surface].id.clone(),
+                face: environment[face].id.clone(),
             })
             .collect(),
     }

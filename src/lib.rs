@@ -1,7 +1,7 @@
 //! Plans multi-contact climbs for legged robots from a single scan: the application.
 //!
 //! `pipeline` reads top-down as the way of one scan; `cli` and `command` are what a user meets;
-//! [`verify`] proves a plan by code that shares nothing with the solver.
+//! the crate `verify` proves a plan by code that shares nothing with the solver.
 
 pub mod argument;
 pub mod cli;
@@ -10,9 +10,9 @@ pub mod config;
 pub mod environment;
 pub mod environment_flags;
 pub mod export;
+pub mod extrinsics;
 pub mod goal;
 pub mod interrupt;
-pub mod mount;
 pub mod output;
 pub mod pipeline;
 pub mod plan_file;
@@ -31,12 +31,11 @@ pub mod start;
 pub mod status;
 pub mod summary;
 pub mod threads;
-pub mod verify;
 pub mod view;
 
 /// This program, as it signs its results.
-pub fn program() -> planner::plan::Program {
-    planner::plan::Program {
+pub fn program() -> plan::Program {
+    plan::Program {
         name: env!("CARGO_PKG_NAME").to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
     }

@@ -4,12 +4,12 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result};
-use motion::Motion;
-use planner::plan::{MotionFile, PLAN_FORMAT, Plan, RequiredMargins, RobotSummary};
-use planner::{Answer, Blocked, Progress, Request, Status};
+use plan::{Motion, MotionFile, PLAN_FORMAT, Plan, RequiredMargins, RobotSummary};
+use planner::{Blocked, Progress, Request, SearchResult, Status};
 use posture::Environment;
-use robot_model::Robot;
-use surfaces::SurfaceSet;
+use robot_model::{PatchId, Robot};
+use surfaces::{FaceId, Terrain};
+use verify::Certificate;
 
 use crate::config::Config;
 use crate::environment::{self, Perceived};
@@ -17,14 +17,13 @@ use crate::provenance::{self, Inputs};
 use crate::report::{Clock, Report, Stages, peak_memory_mb};
 use crate::scene::{self, Scene};
 use crate::start::{self, agreement, assumed, ground};
-use crate::verify::{self, Certificate};
 use crate::{goal, roles, threads};
 
 /// Name of the file of a plan's motion, in the plan's folder.
 pub const MOTION_FILE: &str = "motion.json";
 
 /// How a plan is computed, beside what.
-pub struct Manner<'a> {
+pub struct RunOptions<'a> {
     /// Threads; one a processor where there is no number.
     pub threads: Option<NonZeroUsize>,
     /// Called as the search goes on.
@@ -35,7 +34,7 @@ pub struct Manner<'a> {
 
 /// What came of a scene.
 #[allow(non_snake_case)]
-pub struct Planned {
+pub struct PlanOutcome {
     /// How the search ended.
     pub status: Status,
     /// The plan, or the way to the contact set nearest to the goal where there is none.
@@ -48,8 +47,8 @@ pub struct Planned {
     pub certificate: Certificate,
     /// What blocks the way, nearest to the goal first; empty where a plan was found.
     pub blocked: Vec<Blocked>,
-    /// The surfaces as they were extracted, without the ground under the start.
-    pub extracted: SurfaceSet,
+    /// The terrain as it was extracted, without the ground under the start.
+    pub extracted: Terrain,
     /// The scans' points in W, m.
     pub cloud_W: Vec<[f32; 3]>,
     /// The robot.
@@ -60,6 +59,8 @@ pub struct Planned {
     pub report: Report,
     /// What was found and assumed on the way, for the user.
     pub notes: Vec<String>,
+    /// Why faces serve no patch with a role, for who wonders why there is no plan.
+    pub unusable: Vec<String>,
 }
 
 /// Plans for a scene and verifies the plan.
@@ -70,11 +71,11 @@ pub struct Planned {
 pub fn plan(
     scene: &Scene,
     config: &Config,
-    manner: &Manner,
+    options: &RunOptions,
     mut inputs: Inputs,
-) -> Result<Planned> {
+) -> Result<PlanOutcome> {
     let mut stages = Stages::default();
-    let pool = threads::pool(manner.threads)?;
+    let pool = threads::pool(options.threads)?;
 
     // Scan → surfaces.
     let perceived = pool.install(|| {
@@ -88,7 +89,7 @@ pub fn plan(
     })?;
     #[allow(non_snake_case)]
     let Perceived {
-        set: extracted,
+        terrain: extracted,
         cloud_W,
         mut notes,
     } = perceived;
@@ -102,30 +103,33 @@ pub fn plan(
     notes.extend(robot.notes.iter().cloned());
 
     // The robot's own feet → the ground under them.
+    let edge_sigmas = config.posture.edge_sigmas;
     let begin = stages.measure("start", || {
-        let mut set = extracted.clone();
+        let mut terrain = extracted.clone();
         let stand = start::stand(&robot, &scene.start, &config.posture)?;
+        let (posture, feet) = (&stand.configuration, &stand.patches);
         let ground = ground::add_ground(
-            &mut set,
+            &mut terrain,
             &robot,
-            &stand.configuration,
-            &stand.patches,
+            posture,
+            feet,
             &config.ground,
+            edge_sigmas,
         )?;
         let clearance_m = config.posture.clearance_m;
-        let refuted = assumed::drop_refuted(&mut set, &robot, &stand.configuration, clearance_m);
-        anyhow::Ok((set, stand, ground, refuted))
+        let refuted = assumed::drop_refuted(&mut terrain, &robot, posture, clearance_m);
+        anyhow::Ok((terrain, stand, ground, refuted))
     });
-    let (set, stand, ground, refuted) = begin?;
+    let (terrain, stand, ground, refuted) = begin?;
     notes.extend(ground.notes);
     // The ground that is seen, against the one under the feet.
     if let scene::Environment::Scans(scans) = &scene.environment
-        && let Some(feet) = ground.contacts.first().map(|c| &set.surfaces[c.1])
+        && let Some((_, feet)) = ground.contacts.first()
     {
-        let (robot, config) = (&config.calibration.camera, &config.ground);
+        let (feet, camera) = (terrain.get(feet)?, &config.calibration.camera);
         let mounts = &scene.mounts;
         notes.extend(agreement::disagreements(
-            &extracted, scans, mounts, feet, robot, config,
+            &extracted, scans, mounts, feet, camera,
         ));
     }
     if !refuted.is_empty() {
@@ -136,44 +140,53 @@ pub fn plan(
     }
 
     // Start, goal, guide, roles → request.
-    let standing_on: Vec<usize> = ground.contacts.iter().map(|c| c.1).collect();
-    let goal = goal::goal(&scene.goal, &robot, &set, &stand)?;
-    let guide = goal::guide(scene.guide.as_ref(), &goal, &stand, &set, &standing_on)?;
-    let usable = roles::usable(&robot, &set, &ground.contacts, &config.surfaces.roles);
-    let goal_record = goal::record(&goal, &robot, &set);
+    let thickness_m = config.surfaces.body.thickness_m;
+    let environment = Environment::new(terrain.clone(), thickness_m, edge_sigmas)?;
+    let on = |(patch, face): &(PatchId, FaceId)| Ok((*patch, environment.face(face.as_str())?));
+    let contacts: Vec<_> = ground.contacts.iter().map(on).collect::<Result<_>>()?;
+    let standing_on = contacts.first().map(|c| c.1);
+    let goal = goal::goal(&scene.goal, &robot, &environment, &stand)?;
+    let guide = goal::guide(
+        scene.guide.as_ref(),
+        &goal,
+        &stand,
+        &environment,
+        standing_on,
+    )?;
+    let roles = &config.surfaces.roles;
+    let usable = roles::usable(&robot, &environment, &contacts, roles, edge_sigmas);
+    let goal_record = goal::record(&goal, &robot, &environment);
 
     // Request → stances and the motion between them.
     let clock = Clock::new();
-    let (environment, answer) = pool.install(|| {
-        stages.measure("planning", || {
-            let environment = Environment::new(&set, config.surfaces.body.thickness_m)?;
-            let request = Request {
-                robot: &robot,
-                environment: &environment,
-                start: planner::Start {
-                    configuration: stand.configuration.clone(),
-                    contacts: ground.contacts.clone(),
-                },
-                goal,
-                guide,
-                usable,
-                reference: stand.configuration.clone(),
-            };
-            let progress = |progress: Progress| {
-                clock.note(progress.stage);
-                (manner.progress)(&progress);
-            };
-            let answer = planner::search(
-                &request,
-                &config.planner,
-                &config.posture,
-                &config.motion,
-                &progress,
-                manner.cancel,
-            )?;
-            anyhow::Ok((environment, answer))
-        })
-    })?;
+    let request = Request {
+        robot: &robot,
+        environment: &environment,
+        start: planner::Start {
+            configuration: stand.configuration.clone(),
+            contacts,
+        },
+        goal,
+        guide,
+        usable: usable.faces,
+        reference: stand.configuration.clone(),
+    };
+    let progress = |progress: Progress| {
+        clock.note(progress.stage);
+        (options.progress)(&progress);
+    };
+    let (planner, posture, motion) = (&config.planner, &config.posture, &config.motion);
+    let search = || {
+        planner::search(
+            &request,
+            planner,
+            posture,
+            motion,
+            &progress,
+            options.cancel,
+        )
+    };
+    let answer = pool.install(|| stages.measure("planning", search))?;
     stages.split("planning", "motion", clock.motion_ms());
 
     // Motion → file, and the plan that names it.
@@ -196,7 +209,7 @@ pub fn plan(
         format: PLAN_FORMAT.to_owned(),
         program: crate::program(),
         scene: scene.name.clone(),
-        seed: config.seed(),
+        seed: config.seed,
         config: serde_json::to_value(config).context("the settings")?,
         inputs: inputs.into_list(),
         robot: RobotSummary {
@@ -204,9 +217,9 @@ pub fn plan(
             joint_names: robot.joint_names().map(str::to_owned).collect(),
             mass_kg: robot.mass_kg,
         },
-        surfaces: set.surfaces,
-        obstacles: set.obstacles,
-        thin_body_m: config.surfaces.body.thickness_m,
+        faces: terrain.faces,
+        obstacles: terrain.obstacles,
+        thin_body_m: thickness_m,
         required: RequiredMargins::from(&config.posture),
         goal: goal_record,
         stances: planner::record::stances(&robot, &environment, &answer.path),
@@ -221,13 +234,13 @@ pub fn plan(
     });
 
     let report = report(&answer, &plan, stages, pool.current_num_threads());
-    let Answer {
+    let SearchResult {
         status,
         blocked,
         motion,
         ..
     } = answer;
-    Ok(Planned {
+    Ok(PlanOutcome {
         status,
         plan,
         motion,
@@ -240,6 +253,7 @@ pub fn plan(
         config: config.clone(),
         report,
         notes,
+        unusable: usable.notes,
     })
 }
 
@@ -258,11 +272,11 @@ fn apply_friction(robot: &mut Robot, scene: &Scene) -> Result<()> {
     Ok(())
 }
 
-fn report(answer: &Answer, plan: &Plan, stages: Stages, threads: usize) -> Report {
+fn report(answer: &SearchResult, plan: &Plan, stages: Stages, threads: usize) -> Report {
     let found = answer.status == Status::Found;
     Report {
         stages_ms: stages.ms,
-        surfaces: plan.surfaces.len(),
+        surfaces: plan.faces.len(),
         nodes_generated: answer.summary.nodes_generated,
         nodes_expanded: answer.summary.nodes_expanded,
         path_stances: if found {

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use motion::Motion;
-use planner::plan::{PLAN_FORMAT, Plan};
+use plan::{Motion, PLAN_FORMAT, Plan};
 use robot_model::Robot;
 
 use crate::provenance::{Inputs, read, sha256};

@@ -2,18 +2,14 @@
 //!
 //! The format is [`scenes::contact_sets`]'s; a plain list of problems without surfaces is read, too.
 
-mod guess;
-
 use anyhow::{Context, Result, anyhow, bail};
 use nalgebra::{Isometry3, Matrix3, Point2, Rotation3, Translation3, UnitQuaternion};
-use posture::{Contact, Environment, Place, Problem};
-use robot_model::{Configuration, Robot};
+use posture::{Contact, Environment, Freedom, Problem, stand};
+use robot_model::{Configuration, ContactPatch, PatchId, Robot};
 use scenes::contact_sets::{
     BODY_M, ContactRecord, FORMAT, FORMAT_BEGINS, ProblemRecord, ProblemSet, SurfaceRecord,
 };
-use surfaces::{ConvexPolygon, Surface, SurfaceSet};
-
-pub use guess::place_base;
+use surfaces::{ConvexPolygon, Face, Region, Terrain};
 
 /// Largest entry of RᵀR − 1 that counts as the rounding of written decimals.
 const ROTATION_TOLERANCE: f64 = 1e-4;
@@ -100,22 +96,24 @@ pub fn pose(
             record.mu
         );
     }
-    let surfaces = record
+    let faces = record
         .surfaces
         .iter()
-        .map(|s| surface(s).with_context(|| format!("problem {id}, surface {:?}", s.id)))
+        .map(|s| face(s).with_context(|| format!("problem {id}, surface {:?}", s.id)))
         .collect::<Result<Vec<_>>>()?;
-    let set = SurfaceSet::new(surfaces, Vec::new()).with_context(|| format!("problem {id}"))?;
-    let environment = Environment::new(&set, body_m).with_context(|| format!("problem {id}"))?;
+    let terrain = Terrain::new(faces, Vec::new()).with_context(|| format!("problem {id}"))?;
+    let environment =
+        Environment::new(terrain, body_m, 0.0).with_context(|| format!("problem {id}"))?;
     let contacts = record
         .contacts
         .iter()
         .enumerate()
         .map(|(i, c)| {
-            contact(c, robot, &set, record.mu).with_context(|| format!("problem {id}, contact {i}"))
+            contact(c, robot, &environment, record.mu)
+                .with_context(|| format!("problem {id}, contact {i}"))
         })
         .collect::<Result<Vec<_>>>()?;
-    let guess = place_base(robot, reference, &contacts, &environment);
+    let guess = stand::over_contacts(robot, reference, &contacts);
     Ok(Posed {
         contacts,
         environment,
@@ -127,44 +125,38 @@ pub fn pose(
 fn contact(
     record: &ContactRecord,
     robot: &Robot,
-    set: &SurfaceSet,
+    environment: &Environment,
     friction: f64,
 ) -> Result<Contact> {
-    let surface = match &record.surface {
-        Some(id) => Some(set.index_of(id)?),
-        None => None,
-    };
+    let face = record.surface.as_deref().map(|id| environment.face(id));
+    let face = face.transpose()?;
     let patch = patch(record, robot)?;
-    let place = match (&record.p, &record.R, surface) {
-        (Some(p), Some(R), surface) => Place::Fixed {
-            X_WC: robot.patches[patch].touching(&isometry(p, R)?),
-            yaw_free: record.yaw_free,
-            surface,
-        },
-        (None, None, Some(surface)) => Place::OnSurface {
-            surface,
-            toward: None,
-            yaw_rad: None,
-        },
+    let contact = match (&record.p, &record.R, face) {
+        (Some(p), Some(R), face) => {
+            let at = robot.patches[patch].touching(&isometry(p, R)?);
+            let yaw = record.yaw_free;
+            Contact {
+                face,
+                freedom: if yaw { Freedom::Yaw } else { Freedom::Fixed },
+                ..Contact::at(robot, patch, at)
+            }
+        }
+        (None, None, Some(face)) => environment.anywhere_on(face, robot, patch)?,
         (None, None, None) => bail!("neither p and R nor a surface say where it is"),
         _ => bail!("p and R go together"),
     };
     Ok(Contact {
-        patch,
-        place,
-        loaded: true,
         friction,
+        ..contact
     })
 }
 
-fn surface(record: &SurfaceRecord) -> Result<Surface> {
+#[allow(non_snake_case)]
+fn face(record: &SurfaceRecord) -> Result<Face> {
     let vertices = record.polygon_m.iter().map(|&v| Point2::from(v)).collect();
     let polygon = ConvexPolygon::new(vertices)?;
-    Ok(Surface::new(
-        record.id.clone(),
-        isometry(&record.p, &record.R)?,
-        polygon,
-    ))
+    let X_WF = isometry(&record.p, &record.R)?;
+    Ok(Face::new(record.id.as_str(), X_WF, Region::from(&polygon)))
 }
 
 #[allow(non_snake_case)]
@@ -175,38 +167,27 @@ fn isometry(p: &[f64; 3], R: &[[f64; 3]; 3]) -> Result<Isometry3<f64>> {
     Ok(Isometry3::from_parts(Translation3::from(*p), rotation(R)?))
 }
 
-/// Index of the patch.
-fn patch(record: &ContactRecord, robot: &Robot) -> Result<usize> {
+/// The patch of a link that a record names, by its name or else by a role.
+fn patch(record: &ContactRecord, robot: &Robot) -> Result<PatchId> {
     robot.frame(&record.link)?;
-    let on_link = || {
-        robot
-            .patches
-            .iter()
-            .enumerate()
-            .filter(|(_, p)| p.link == record.link)
+    let on_link: Vec<PatchId> = robot
+        .patch_ids()
+        .filter(|p| robot.patches[*p].link == record.link)
+        .collect();
+    let those = |fits: &dyn Fn(&ContactPatch) -> bool| -> Vec<PatchId> {
+        let patches = on_link.iter().copied();
+        patches.filter(|p| fits(&robot.patches[*p])).collect()
     };
-    let named: Vec<usize> = match &record.patch {
-        None => on_link().map(|(i, _)| i).collect(),
-        Some(name) => {
-            let by_name: Vec<_> = on_link()
-                .filter(|(_, p)| &p.name == name)
-                .map(|(i, _)| i)
-                .collect();
-            if by_name.is_empty() {
-                on_link()
-                    .filter(|(_, p)| p.has_role(name))
-                    .map(|(i, _)| i)
-                    .collect()
-            } else {
-                by_name
-            }
-        }
+    let named = match &record.patch {
+        None => on_link.clone(),
+        Some(name) => match those(&|p| &p.name == name) {
+            by_name if by_name.is_empty() => those(&|p| p.has_role(name)),
+            by_name => by_name,
+        },
     };
     let known = || {
-        on_link()
-            .map(|(_, p)| p.name.as_str())
-            .collect::<Vec<_>>()
-            .join(", ")
+        let names = on_link.iter().map(|p| robot.patches[*p].name.as_str());
+        names.collect::<Vec<_>>().join(", ")
     };
     match (named.as_slice(), &record.patch) {
         ([patch], _) => Ok(*patch),

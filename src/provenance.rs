@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use planner::plan::Input;
+use plan::Input;
 use sha2::{Digest, Sha256};
 
 /// The inputs read so far, in the order in which they were read.

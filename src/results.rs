@@ -7,7 +7,7 @@ use planner::Status;
 
 use crate::export::{self, Format};
 use crate::output;
-use crate::pipeline::{MOTION_FILE, Planned};
+use crate::pipeline::{MOTION_FILE, PlanOutcome};
 use crate::view::{self, ViewInput};
 
 /// The way to the contact set nearest to the goal, where there is no plan.
@@ -28,7 +28,7 @@ const OF_SUCCESS: [&str; 5] = [
 ///
 /// # Errors
 /// A file that cannot be written, with its path.
-pub fn write(folder: &Path, planned: &Planned) -> Result<()> {
+pub fn write(folder: &Path, planned: &PlanOutcome) -> Result<()> {
     // What an earlier run left must not pass for this one's.
     for name in OF_SUCCESS.iter().chain(&[PARTIAL, REJECTED, "view.html"]) {
         remove(&folder.join(name))?;
@@ -81,7 +81,7 @@ pub fn write(folder: &Path, planned: &Planned) -> Result<()> {
 }
 
 /// Whether the plan touches anything with a point patch.
-fn touches_with_balls(planned: &Planned) -> bool {
+fn touches_with_balls(planned: &PlanOutcome) -> bool {
     let contacts = planned.plan.stances.iter().flat_map(|s| &s.contacts);
     let mut patches = contacts.filter_map(|c| planned.robot.patch(&c.patch).ok());
     patches.any(|patch| patch.point_radius_m().is_some())

@@ -1,37 +1,57 @@
-//! Which patch of the robot may touch which surface.
+//! Which patch of the robot may touch which face, and why not the others.
 
-use robot_model::Robot;
-use surfaces::SurfaceSet;
+use posture::{Environment, FaceIndex};
+use robot_model::{PatchId, Robot};
 use surfaces::role::{Config, Filter};
 
-/// For each patch of the robot the surfaces it may touch, by the filters of its roles.
+/// What each patch may touch.
+pub struct Usable {
+    /// For each patch of the robot, in its order, the faces that it may touch.
+    pub faces: Vec<Vec<FaceIndex>>,
+    /// Why faces serve no patch that has a role with a filter, for the user.
+    pub notes: Vec<String>,
+}
+
+/// For each patch of the robot the faces it may touch, by the filters of its roles.
 ///
 /// A role without a filter asks for nothing. What a patch touches at the start it may touch again.
 pub fn usable(
     robot: &Robot,
-    set: &SurfaceSet,
-    at_start: &[(usize, usize)],
+    environment: &Environment,
+    at_start: &[(PatchId, FaceIndex)],
     config: &Config,
-) -> Vec<Vec<usize>> {
+    edge_sigmas: f64,
+) -> Usable {
     let open = Filter::default();
-    robot
-        .patches
-        .iter()
-        .enumerate()
-        .map(|(patch, shape)| {
-            let filters: Vec<&Filter> = shape
-                .roles
-                .iter()
-                .map(|role| config.filter(role).unwrap_or(&open))
-                .collect();
-            (0..set.surfaces.len())
-                .filter(|&surface| {
-                    at_start.contains(&(patch, surface))
-                        || filters
-                            .iter()
-                            .any(|f| f.accepts(&set.surfaces[surface]).is_ok())
-                })
-                .collect()
-        })
-        .collect()
+    let mut notes = Vec::new();
+    let mut of_patch = |patch: PatchId| -> Vec<FaceIndex> {
+        let shape = &robot.patches[patch];
+        let serves = |face: &FaceIndex| {
+            let known = at_start.contains(&(patch, *face));
+            let mut reasons = Vec::new();
+            let fits = shape.roles.iter().any(|role| {
+                let filter = config.filter(role).unwrap_or(&open);
+                let verdict = filter.serves(&environment[*face], edge_sigmas);
+                reasons.extend(
+                    verdict
+                        .as_ref()
+                        .err()
+                        .map(|why| format!("as {role}: {why}")),
+                );
+                verdict.is_ok()
+            });
+            if !known && !fits && !reasons.is_empty() {
+                notes.push(format!(
+                    "{} is not for {}: {}",
+                    environment[*face].id,
+                    shape.name,
+                    reasons.join("; ")
+                ));
+            }
+            known || fits
+        };
+        environment.faces().filter(serves).collect()
+    };
+    let faces = robot.patch_ids().map(&mut of_patch).collect();
+    Usable { faces, notes }
 }

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
-use nalgebra::{Isometry3, Matrix6};
+use nalgebra::{Isometry3, Matrix6, UnitQuaternion};
 use scenes::SceneFile;
-use scenes::scene_file::{Friction, Goal, Guide, ScanSource};
+use scenes::scene_file::{self, Friction, Goal, Guide, ScanSource};
 use toml::{Table, Value};
 
 use crate::provenance::Inputs;
@@ -117,28 +117,40 @@ impl Scene {
             Files::Builtin(_) => Path::new(""),
             Files::Folder(folder) => folder,
         };
-        let start = &file.start;
-        let [roll, pitch, yaw] = start.base_rpy_rad;
-        let base = Isometry3::from_parts(
-            start.base_position_m.into(),
-            nalgebra::UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-        );
         Ok(Self {
             name: file.name,
             environment,
             mounts: Vec::new(),
             robot: RobotFiles::in_folder(folder, &file.robot),
-            start: Start::Posture {
-                name: Some(start.posture.clone()),
-                base: Some(base),
-                contacts: start.contacts.clone(),
-            },
+            start: Start::from(&file.start),
             goal: file.goal,
             guide: file.guide,
             friction: file.friction,
             settings,
             files,
         })
+    }
+}
+
+impl From<&scene_file::Start> for Start {
+    fn from(start: &scene_file::Start) -> Self {
+        let pose = |position: [f64; 3], [roll, pitch, yaw]: [f64; 3]| {
+            let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+            Isometry3::from_parts(position.into(), rotation)
+        };
+        if !start.contact.is_empty() {
+            let contacts = start.contact.iter();
+            return Start::Contacts(
+                contacts
+                    .map(|c| (c.patch.clone(), pose(c.position_m, c.rpy_rad)))
+                    .collect(),
+            );
+        }
+        Start::Posture {
+            name: start.posture.clone(),
+            base: start.base_position_m.map(|p| pose(p, start.base_rpy_rad)),
+            contacts: start.contacts.clone(),
+        }
     }
 }
 
@@ -171,7 +183,10 @@ fn settings(file: &SceneFile) -> Table {
         ("perception", &file.perception),
         ("ground", &file.ground),
         ("surfaces", &surfaces),
+        ("robot_model", &file.robot_model),
         ("posture", &file.posture),
+        ("motion", &file.motion),
+        ("export", &file.export),
         ("planner", &file.planner),
     ];
     tables
@@ -204,5 +219,33 @@ mod tests {
             crate::config::Config::layered(Some((name, &scene.settings)), &Default::default())
                 .unwrap();
         }
+    }
+
+    #[test]
+    fn a_scene_may_start_on_contacts_and_set_every_stage() {
+        let text = r#"
+            name = "by-hand"
+            mesh_file = "world.stl"
+            robot = { urdf = "builtin:hrp2" }
+            goal = { base_position_m = [1.0, 0.0] }
+            robot_model = { lenient = true }
+            motion = { dt_s = 0.005 }
+            export = { robot = "mc_hrp2" }
+            [[start.contact]]
+            patch = "left_foot"
+            position_m = [0.0, 0.1, 0.0]
+            rpy_rad = [0.0, 0.0, 0.3]
+        "#;
+        let scene = Scene::parse(text, Files::Folder(PathBuf::new())).unwrap();
+        let pose = Isometry3::new([0.0, 0.1, 0.0].into(), [0.0, 0.0, 0.3].into());
+        assert_eq!(
+            scene.start,
+            Start::Contacts(vec![("left_foot".to_owned(), pose)])
+        );
+        let layers = Some((scene.name.as_str(), &scene.settings));
+        let config = crate::config::Config::layered(layers, &Default::default()).unwrap();
+        assert!(config.robot_model.lenient);
+        assert_eq!(config.motion.dt_s, 0.005);
+        assert_eq!(config.export.robot.as_deref(), Some("mc_hrp2"));
     }
 }

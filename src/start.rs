@@ -5,11 +5,10 @@ pub mod assumed;
 pub mod ground;
 
 use anyhow::{Context, Result, bail};
-use nalgebra::{Isometry3, Point3, Translation3};
-use posture::{Contact, Outcome, Place, Problem};
-use robot_model::{Configuration, Kinematics, Robot};
+use nalgebra::Isometry3;
+use posture::{Contact, Environment, Outcome, Problem, stand};
+use robot_model::{Configuration, PatchId, Robot};
 
-use crate::posture_problem::place_base;
 use crate::scene::Start;
 
 /// The role of the patches that stand where no patch is named.
@@ -17,11 +16,11 @@ const FOOT: &str = "foot";
 
 /// Where the robot is and what it stands on.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stand {
+pub struct StartState {
     /// Base pose and joints.
     pub configuration: Configuration,
     /// Patches that touch the ground.
-    pub patches: Vec<usize>,
+    pub patches: Vec<PatchId>,
 }
 
 /// The configuration that a scene's start describes.
@@ -29,7 +28,7 @@ pub struct Stand {
 /// # Errors
 /// An unknown posture or patch, with those that there are; contacts that no posture reaches, with
 /// the constraint that fails.
-pub fn stand(robot: &Robot, start: &Start, config: &posture::Config) -> Result<Stand> {
+pub fn stand(robot: &Robot, start: &Start, config: &posture::Config) -> Result<StartState> {
     match start {
         Start::Posture {
             name,
@@ -38,9 +37,12 @@ pub fn stand(robot: &Robot, start: &Start, config: &posture::Config) -> Result<S
         } => {
             let posture = named_posture(robot, name.as_deref())?;
             let patches = patches(robot, contacts)?;
-            let base = base.unwrap_or_else(|| soles_on_zero(robot, &posture, &patches));
-            Ok(Stand {
-                configuration: posture.with_base(&base),
+            let configuration = match base {
+                Some(base) => posture.with_base(base),
+                None => stand::on_level_ground(robot, &posture, &patches),
+            };
+            Ok(StartState {
+                configuration,
                 patches,
             })
         }
@@ -55,16 +57,12 @@ fn named_posture(robot: &Robot, name: Option<&str>) -> Result<Configuration> {
     }
 }
 
-fn patches(robot: &Robot, names: &[String]) -> Result<Vec<usize>> {
+fn patches(robot: &Robot, names: &[String]) -> Result<Vec<PatchId>> {
     if !names.is_empty() {
-        return names
-            .iter()
-            .map(|name| Ok(robot.patch_index(name)?))
-            .collect();
+        return names.iter().map(|name| Ok(robot.patch_id(name)?)).collect();
     }
-    let feet: Vec<usize> = (0..robot.patches.len())
-        .filter(|&p| robot.patches[p].has_role(FOOT))
-        .collect();
+    let is_foot = |p: &PatchId| robot.patches[*p].has_role(FOOT);
+    let feet: Vec<PatchId> = robot.patch_ids().filter(is_foot).collect();
     if feet.is_empty() {
         bail!(
             "{} has no contact patch of the role \"{FOOT}\": name those it stands on",
@@ -74,51 +72,20 @@ fn patches(robot: &Robot, names: &[String]) -> Result<Vec<usize>> {
     Ok(feet)
 }
 
-/// The base upright over the origin, the lowest vertex or ball of the patches at z = 0.
-fn soles_on_zero(robot: &Robot, posture: &Configuration, patches: &[usize]) -> Isometry3<f64> {
-    let upright = posture.clone().with_base(&Isometry3::identity());
-    let kinematics = Kinematics::new(robot, &upright);
-    let lowest = patches
-        .iter()
-        .map(|&p| &robot.patches[p])
-        .flat_map(|patch| {
-            let pose = kinematics.X_WC(patch);
-            patch
-                .polygon
-                .iter()
-                .map(move |v| (pose * Point3::new(v.x, v.y, 0.0)).z)
-                .map(|z| z - patch.point_radius_m().unwrap_or(0.0))
-        })
-        .fold(f64::INFINITY, f64::min);
-    let height = if lowest.is_finite() { -lowest } else { 0.0 };
-    Translation3::new(0.0, 0.0, height).into()
-}
-
 /// A posture that touches with every named patch at its pose.
 fn on_contacts(
     robot: &Robot,
     named: &[(String, Isometry3<f64>)],
     config: &posture::Config,
-) -> Result<Stand> {
-    let mut contacts = Vec::new();
-    for (name, pose) in named {
-        let patch = robot.patch_index(name)?;
-        let place = Place::Fixed {
-            X_WC: *pose,
-            yaw_free: false,
-            surface: None,
-        };
-        let friction = robot.patches[patch].friction;
-        contacts.push(Contact {
-            patch,
-            place,
-            loaded: true,
-            friction,
-        });
-    }
+) -> Result<StartState> {
+    let contacts = named.iter().map(|(name, pose)| {
+        let patch = robot.patch_id(name)?;
+        Ok(Contact::at(robot, patch, *pose))
+    });
+    let contacts: Vec<Contact> = contacts.collect::<Result<_>>()?;
     let patches = contacts.iter().map(|contact| contact.patch).collect();
-    let environment = posture::Environment::empty();
-    let guess = place_base(robot, &robot.resting(), &contacts, &environment);
+    let environment = Environment::default();
+    let guess = stand::over_contacts(robot, &robot.resting(), &contacts);
     let problem = Problem {
         robot,
         environment: &environment,
@@ -128,7 +95,7 @@ fn on_contacts(
         guess: &guess,
     };
     match posture::solve(&problem, config).context("the start")? {
-        Outcome::Feasible(posture) => Ok(Stand {
+        Outcome::Feasible(posture) => Ok(StartState {
             configuration: posture.q,
             patches,
         }),

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::io::Write;
 
-use planner::plan::{Change, Plan};
+use plan::{Change, Plan};
 use planner::{Blocked, Status};
-use surfaces::Surface;
+use surfaces::Face;
 
-use crate::pipeline::Planned;
+use crate::pipeline::PlanOutcome;
 
 /// How many reasons are printed where there is no plan.
 const REASONS: usize = 6;
@@ -16,11 +16,12 @@ const REASONS: usize = 6;
 ///
 /// # Errors
 /// When it cannot be printed.
-pub fn print(planned: &Planned, out: &mut dyn Write) -> std::io::Result<()> {
+pub fn print(planned: &PlanOutcome, out: &mut dyn Write) -> std::io::Result<()> {
     for note in &planned.notes {
         writeln!(out, "  note: {note}")?;
     }
-    surfaces(&planned.plan.surfaces, out)?;
+    let required = &planned.plan.required;
+    faces(&planned.plan.faces, required.edge_sigmas, out)?;
     stances(&planned.plan, planned.status, out)?;
     if planned.status != Status::Found {
         blocked(&planned.blocked, out)?;
@@ -53,31 +54,32 @@ pub fn print(planned: &Planned, out: &mut dyn Write) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Prints one line a surface.
+/// Prints one line a face; insets are those of so many standard deviations.
 ///
 /// # Errors
 /// When it cannot be printed.
-pub fn surfaces(surfaces: &[Surface], out: &mut dyn Write) -> std::io::Result<()> {
-    writeln!(out, "{} surfaces:", surfaces.len())?;
+pub fn faces(faces: &[Face], edge_sigmas: f64, out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(out, "{} faces:", faces.len())?;
     writeln!(
         out,
         "  {:<12} {:>7} {:>7} {:>7}  {:>6} {:>7} {:>7} {:>7}",
         "id", "x m", "y m", "z m", "tilt °", "area m²", "inset m", "rms mm"
     )?;
-    for surface in surfaces {
-        let p = surface.X_WS.translation.vector;
-        let tilt = surface.normal_W().z.clamp(-1.0, 1.0).acos().to_degrees();
+    for face in faces {
+        let p = face.X_WF.translation.vector;
+        let tilt = face.normal_W().z.clamp(-1.0, 1.0).acos().to_degrees();
+        let insets_m = face.edge_insets_m(edge_sigmas).concat();
         writeln!(
             out,
             "  {:<12} {:>7.3} {:>7.3} {:>7.3}  {:>6.1} {:>7.3} {:>7.3} {:>7.2}",
-            surface.id,
+            face.id.as_str(),
             p.x,
             p.y,
             p.z,
             tilt,
-            surface.polygon.area(),
-            surface.inset_m,
-            1e3 * surface.rms_m
+            face.region.area(),
+            insets_m.into_iter().fold(0.0, f64::max),
+            1e3 * face.fit.map_or(0.0, |fit| fit.rms_m)
         )?;
     }
     Ok(())
@@ -144,8 +146,8 @@ fn metres(x: f64) -> String {
 pub fn describe(change: &Change) -> String {
     match change {
         Change::Start => "start".to_owned(),
-        Change::Add { patch, surface } => format!("{patch} onto {surface}"),
-        Change::Remove { patch, surface } => format!("{patch} off {surface}"),
+        Change::Add { patch, face } => format!("{patch} onto {face}"),
+        Change::Remove { patch, face } => format!("{patch} off {face}"),
         Change::Goal => "goal".to_owned(),
     }
 }

@@ -12,7 +12,7 @@ runs=${2:-21}
 mkdir -p "$out"
 cloud=${1:-$out/lidar/slope-15.3.pcd}
 if [ $# -lt 1 ]; then
-  cargo run -q --release --manifest-path "$root/Cargo.toml" -p scenes --example make_lidar "$out/lidar" >/dev/null
+  cargo run -q --release --manifest-path "$root/Cargo.toml" -p scandent-scenes --example make_lidar "$out/lidar" >/dev/null
 fi
 parts=(common io filters search kdtree segmentation sample_consensus)
 # Only one of the folders is there: `ls` fails on the other.
@@ -27,5 +27,5 @@ g++ -O3 -std=c++17 -I"$include" -I/usr/include/eigen3 "$here/slope_pcl.cpp" -o "
   "${parts[@]/#/-lpcl_}" -lboost_system
 export OMP_NUM_THREADS=1
 "$out/slope_pcl" "$cloud" "$runs"
-SCANDENT_CLOUD=$(realpath "$cloud") cargo bench -q --manifest-path "$root/Cargo.toml" -p perception --bench lidar 2>/dev/null \
+SCANDENT_CLOUD=$(realpath "$cloud") cargo bench -q --manifest-path "$root/Cargo.toml" -p scandent-perception --bench lidar 2>/dev/null \
   | grep "whole chain"

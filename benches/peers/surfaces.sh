@@ -16,7 +16,7 @@ runs=${2:-5}
 mkdir -p "$out"
 cargo=(cargo run -q --release --manifest-path "$root/Cargo.toml")
 if [ $# -lt 1 ]; then
-  "${cargo[@]}" -p scenes --example make_frames "$frames"
+  "${cargo[@]}" -p scandent-record --bin record -- --frames "$frames"
 fi
 
 venv=${VENV:-$root/third_party/peers-surfaces}
@@ -38,7 +38,7 @@ nice -n 10 g++ -O3 -std=c++17 -I"$include" -I/usr/include/eigen3 "$here/surfaces
   "${parts[@]/#/-lpcl_}" -lboost_system
 
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 RAYON_NUM_THREADS=1
-cargo build -q --release --manifest-path "$root/Cargo.toml" -p perception --example extract
+cargo build -q --release --manifest-path "$root/Cargo.toml" -p scandent-perception --example extract
 extract=${CARGO_TARGET_DIR:-$root/target}/release/examples/extract
 results=$out/results
 rm -rf "$results"

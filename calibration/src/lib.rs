@@ -34,5 +34,5 @@ pub mod stance;
 
 pub use config::Config;
 pub use error::Error;
-pub use plane::Plane;
+pub use plane::GroundPlane;
 pub use registration::{nearest_rotation, register};

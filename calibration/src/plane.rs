@@ -1,14 +1,14 @@
-//! A plane with its uncertainty.
+//! The ground's plane with its uncertainty.
 #![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Matrix3, Matrix3x2, Unit, Vector3};
 
-/// The plane n·p + d = 0 in some frame F, n the unit normal toward the origin's side.
+/// The ground's plane n·p + d = 0 in some frame F, n the unit normal toward the origin's side.
 ///
 /// `covariance` is that of (η₁, η₂, d), where the true normal is n + e₁η₁ + e₂η₂ to first order and
-/// e₁, e₂ are [`Plane::tangents`]; rad, rad, m.
+/// e₁, e₂ are [`GroundPlane::tangents`]; rad, rad, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plane {
+pub struct GroundPlane {
     /// n, in F.
     pub normal: Unit<Vector3<f64>>,
     /// d: distance of F's origin from the plane, m; positive on the normal's side.
@@ -17,7 +17,7 @@ pub struct Plane {
     pub covariance: Matrix3<f64>,
 }
 
-impl Plane {
+impl GroundPlane {
     /// The plane with this normal and distance, exactly known.
     pub fn exact(normal: Unit<Vector3<f64>>, distance_m: f64) -> Self {
         Self {
@@ -97,7 +97,7 @@ mod tests {
                 Vector3::new(q[2], q[0], q[1]).into(),
                 UnitQuaternion::from_euler_angles(y, r, t),
             );
-            let in_R = Plane::ground(&X_GR, Matrix3::zeros());
+            let in_R = GroundPlane::ground(&X_GR, Matrix3::zeros());
             let in_V = in_R.seen_from(&X_RV);
             let p_G = Point3::new(q[0], q[1], 0.0);
             let p_R = X_GR.inverse() * p_G;

@@ -1,50 +1,50 @@
 //! Segments, one after the other, as the motion that is written.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Vector3;
+use plan::{MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
+use posture::{Contact, force_points};
 
-use crate::force_points::force_points;
-use crate::problem::{Closed, Setting};
-use crate::record::{MOTION_FORMAT, Motion, Phase, PhaseContact, PhaseKind, Pose, Sample};
+use crate::problem::MotionContext;
+use crate::sampling::Instance;
 use crate::segment::Segment;
-use crate::track::Instance;
 
 /// The motion of a plan: its segments in order, `segments[k]` from stance k to stance k + 1.
-pub fn assemble(setting: &Setting, segments: &[&Segment]) -> Motion {
-    let config = setting.config;
+pub fn assemble(context: &MotionContext, segments: &[&Segment]) -> Motion {
+    let config = context.config;
     let mut motion = Motion {
         format: MOTION_FORMAT.to_owned(),
-        robot: setting.robot.name.clone(),
+        robot: context.robot.name.clone(),
         dt_s: config.dt_s,
         phases: Vec::new(),
         samples: Vec::new(),
     };
     for (k, segment) in segments.iter().enumerate() {
-        for stretch in &segment.stretches {
-            let contacts = contacts(setting, &stretch.closed);
-            let swing = stretch.swing.map(|p| setting.robot.patches[p].name.clone());
+        for phase in &segment.phases {
+            let contacts = contacts(context, &phase.closed);
+            let swing = phase.swing.map(|p| context.robot.patches[p].name.clone());
             append(
                 &mut motion,
-                (stretch.kind, k, k + 1),
+                (phase.kind, k, k + 1),
                 contacts,
                 swing,
-                stretch.samples.iter(),
+                phase.samples.iter(),
             );
             let rest = (config.settle_s / config.dt_s).round() as usize;
-            if let (Some(landed), Some(last)) = (&stretch.landed, stretch.samples.last())
+            if let (Some(landed), Some(last)) = (&phase.landed, phase.samples.last())
                 && rest > 0
             {
                 // The patch that has landed is closed, and carries nothing yet.
-                let mut closed = stretch.closed.clone();
+                let mut closed = phase.closed.clone();
                 closed.push(landed.clone());
-                let polygon = &setting.robot.patches[landed.patch].polygon;
-                let points = force_points(polygon, setting.posture.com_margin_m).len();
+                let polygon = &context.robot.patches[landed.patch].polygon;
+                let points = force_points(polygon, context.posture.com_margin_m).len();
                 let mut still = last.clone();
                 still.forces_W.push(vec![Vector3::zeros(); points]);
                 append(
                     &mut motion,
                     (PhaseKind::Hold, k + 1, k + 1),
-                    self::contacts(setting, &closed),
+                    self::contacts(context, &closed),
                     None,
                     std::iter::repeat_n(&still, rest + 1),
                 );
@@ -58,7 +58,7 @@ pub fn assemble(setting: &Setting, segments: &[&Segment]) -> Motion {
 fn append<'a>(
     motion: &mut Motion,
     (kind, from_stance, to_stance): (PhaseKind, usize, usize),
-    contacts: Vec<PhaseContact>,
+    contacts: Vec<plan::Contact>,
     swing: Option<String>,
     samples: impl Iterator<Item = &'a Instance>,
 ) {
@@ -91,25 +91,23 @@ fn append<'a>(
     motion.samples.extend(samples);
 }
 
-fn contacts(setting: &Setting, closed: &[Closed]) -> Vec<PhaseContact> {
-    closed
-        .iter()
-        .map(|c| {
-            let patch = &setting.robot.patches[c.patch];
-            let surface = setting.environment.surfaces.get(c.surface);
-            PhaseContact {
-                patch: patch.name.clone(),
-                surface: surface.map_or_else(String::new, |s| s.id.clone()),
-                X_WC: pose(&c.X_WC),
-                friction: patch.friction,
-            }
-        })
-        .collect()
-}
-
-fn pose(X: &Isometry3<f64>) -> Pose {
-    Pose {
-        p: X.translation.vector.into(),
-        quat_xyzw: X.rotation.coords.into(),
-    }
+fn contacts(context: &MotionContext, closed: &[Contact]) -> Vec<plan::Contact> {
+    let record = |contact: &Contact| {
+        let patch = &context.robot.patches[contact.patch];
+        let face = contact
+            .face
+            .map(|face| context.environment[face].id.clone());
+        plan::Contact {
+            patch: patch.name.clone(),
+            link: patch.link.clone(),
+            face: face.unwrap_or_default(),
+            X_WC: (&contact.X_WC).into(),
+            friction: patch.friction,
+            loaded: true,
+            vertices_W: Vec::new(),
+            force_points_W: Vec::new(),
+            forces_W: Vec::new(),
+        }
+    };
+    closed.iter().map(record).collect()
 }

@@ -1,67 +1,71 @@
-//! Convex combinations of key postures along a way.
+//! Convex combinations of keyframes along a path.
 //!
 //! On fixed contacts the force points do not move, so equilibrium is linear in forces and in the
 //! horizontal place of the centre of mass, and friction cones are convex: a convex combination of
 //! postures in equilibrium, forces and horizontal centre of mass with the same weights, is in
 //! equilibrium with forces in their cones.
 //!
-//!   w_0 + w_1 + … = 1,  w ≥ 0;   two keys: w_1 = u;   more: quintic steps from key to key
+//!   w_0 + w_1 + … = 1,  w ≥ 0;   two keyframes: w_1 = u;   more: quintic steps from keyframe to keyframe
 #![allow(non_snake_case)]
 
 use nalgebra::{DVector, Vector3};
 use robot_model::Configuration;
 
-use crate::problem::Key;
+use crate::problem::Keyframe;
 use crate::time_scaling::quintic;
 
-/// Key postures and what follows from them once.
+/// Keyframes and what follows from them once.
 pub(crate) struct Blend<'a> {
-    keys: &'a [Key],
-    /// Step from the first key's configuration to each.
+    keyframes: &'a [Keyframe],
+    /// Step from the first keyframe's configuration to each.
     step: Vec<DVector<f64>>,
     sum: Vec<f64>,
 }
 
-/// The two keys between which `u` lies, and the weight of the second.
-pub(crate) fn between(keys: &[Key], u: f64) -> (usize, f64) {
-    if keys.len() <= 2 {
+/// The two keyframes between which `u` lies, and the weight of the second.
+pub(crate) fn between(keyframes: &[Keyframe], u: f64) -> (usize, f64) {
+    if keyframes.len() <= 2 {
         return (0, u);
     }
-    let i = keys[1..keys.len() - 1].partition_point(|key| key.u <= u);
-    let (low, high) = (keys[i].u, keys[i + 1].u);
+    let i = keyframes[1..keyframes.len() - 1].partition_point(|keyframe| keyframe.u <= u);
+    let (low, high) = (keyframes[i].u, keyframes[i + 1].u);
     (i, quintic((u - low) / (high - low)))
 }
 
-/// The horizontal place of the centre of mass at `u` (its height is the keys' mean too).
-pub(crate) fn com_W(keys: &[Key], u: f64) -> Vector3<f64> {
-    let (i, w) = between(keys, u);
-    keys[i].com_W + w * (keys[i + 1].com_W - keys[i].com_W)
+/// The horizontal place of the centre of mass at `u` (its height is the keyframes' mean too).
+pub(crate) fn com_W(keyframes: &[Keyframe], u: f64) -> Vector3<f64> {
+    let (i, w) = between(keyframes, u);
+    keyframes[i].com_W + w * (keyframes[i + 1].com_W - keyframes[i].com_W)
 }
 
 /// Force at each force point of each closed contact at `u`, N.
-pub(crate) fn forces_W(keys: &[Key], u: f64) -> Vec<Vec<Vector3<f64>>> {
-    let (i, w) = between(keys, u);
-    keys[i]
+pub(crate) fn forces_W(keyframes: &[Keyframe], u: f64) -> Vec<Vec<Vector3<f64>>> {
+    let (i, w) = between(keyframes, u);
+    keyframes[i]
         .forces_W
         .iter()
-        .zip(&keys[i + 1].forces_W)
+        .zip(&keyframes[i + 1].forces_W)
         .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + w * (b - a)).collect())
         .collect()
 }
 
 impl<'a> Blend<'a> {
-    pub fn new(keys: &'a [Key]) -> Self {
-        let step: Vec<_> = keys
+    pub fn new(keyframes: &'a [Keyframe]) -> Self {
+        let step: Vec<_> = keyframes
             .iter()
-            .map(|key| keys[0].q.difference(&key.q))
+            .map(|keyframe| keyframes[0].q.difference(&keyframe.q))
             .collect();
         let sum = vec![0.0; step[0].len()];
-        Self { keys, step, sum }
+        Self {
+            keyframes,
+            step,
+            sum,
+        }
     }
 
     /// Writes the combined configuration at `u`.
     pub fn configuration(&mut self, u: f64, out: &mut Configuration) {
-        let (i, w) = between(self.keys, u);
+        let (i, w) = between(self.keyframes, u);
         for ((sum, a), b) in self
             .sum
             .iter_mut()
@@ -70,7 +74,7 @@ impl<'a> Blend<'a> {
         {
             *sum = a + w * (b - a);
         }
-        let first = &self.keys[0].q;
+        let first = &self.keyframes[0].q;
         out.p_WB = first.p_WB;
         out.R_WB = first.R_WB;
         out.joints.copy_from(&first.joints);

@@ -12,9 +12,9 @@ use robot_model::collision::closest;
 
 use crate::airborne::Airborne;
 use crate::failure::{Failure, Reason, keep_worst};
-use crate::problem::{Setting, Task};
+use crate::problem::{MotionContext, Task};
 
-/// Farther than this nothing is looked for, m.
+/// Pairs farther apart than this are not measured exactly, m.
 const LOOK_M: f64 = 0.15;
 /// By how much a distance may fall short, m. The postures at the ends may be on their bounds, and a
 /// C² curve cannot follow a bound and leave it: 5 % of the margin to the environment.
@@ -33,9 +33,9 @@ struct Placed {
     centre: Point3<f64>,
 }
 
-/// Watches the distances of one phase, sample by sample.
-pub(crate) struct Watch<'a> {
-    setting: &'a Setting<'a>,
+/// Checks the distances of one phase, sample by sample.
+pub(crate) struct ClearanceMonitor<'a> {
+    context: &'a MotionContext<'a>,
     task: &'a Task,
     swing_body: Option<usize>,
     balls: Vec<Ball>,
@@ -48,13 +48,11 @@ pub(crate) struct Watch<'a> {
     /// The same for each shape and body of the environment, by shape.
     world: Vec<f64>,
     fresh: bool,
-    /// Largest move of any shape between two samples, m.
-    pub step_max_m: f64,
 }
 
-impl<'a> Watch<'a> {
-    pub fn new(setting: &'a Setting<'a>, task: &'a Task) -> Self {
-        let collision = &setting.robot.collision;
+impl<'a> ClearanceMonitor<'a> {
+    pub fn new(context: &'a MotionContext<'a>, task: &'a Task) -> Self {
+        let collision = &context.robot.collision;
         let balls: Vec<Ball> = collision
             .shapes()
             .iter()
@@ -66,7 +64,7 @@ impl<'a> Watch<'a> {
                 }
             })
             .collect();
-        let obstacles = setting.environment.world.obstacles();
+        let obstacles = context.environment.world().obstacles();
         let obstacle_balls: Vec<_> = obstacles
             .iter()
             .map(|obstacle| {
@@ -79,12 +77,12 @@ impl<'a> Watch<'a> {
             centre: Point3::origin(),
         };
         Self {
-            setting,
+            context,
             task,
             swing_body: task
                 .swing
                 .as_ref()
-                .map(|s| setting.robot.patches[s.patch].body),
+                .map(|s| context.robot.patches[s.patch].body),
             placed: vec![at; balls.len()],
             moved: vec![0.0; balls.len()],
             own: vec![0.0; collision.pairs().len()],
@@ -92,16 +90,15 @@ impl<'a> Watch<'a> {
             balls,
             obstacle_balls,
             fresh: true,
-            step_max_m: 0.0,
         }
     }
 
-    /// Looks at the next sample; `at` is where it is on the way.
+    /// Looks at the next sample; `at` is where it is on the path.
     pub fn look(&mut self, kinematics: &Kinematics, at: f64, worst: &mut Option<Failure>) {
         self.place(kinematics);
         let air = self.task.swing.as_ref().map(|swing| {
-            let patch = &self.setting.robot.patches[swing.patch];
-            Airborne::new(self.setting, swing, &kinematics.X_WC(patch))
+            let patch = &self.context.robot.patches[swing.patch];
+            Airborne::new(self.context, swing, &kinematics.X_WC(patch))
         });
         self.look_at_own(at, worst);
         self.look_at_world(at, air.as_ref(), worst);
@@ -109,7 +106,7 @@ impl<'a> Watch<'a> {
     }
 
     fn place(&mut self, kinematics: &Kinematics) {
-        let shapes = self.setting.robot.collision.shapes();
+        let shapes = self.context.robot.collision.shapes();
         for (i, (shape, ball)) in shapes.iter().zip(&self.balls).enumerate() {
             let X_WG = kinematics.X_WB[shape.body] * shape.X_BG;
             let centre = X_WG * ball.centre_G;
@@ -117,16 +114,15 @@ impl<'a> Watch<'a> {
             if !self.fresh {
                 let turn = chord(&before.X_WG.rotation, &X_WG.rotation);
                 self.moved[i] = (centre - before.centre).norm() + turn * ball.radius;
-                self.step_max_m = self.step_max_m.max(self.moved[i]);
             }
             self.placed[i] = Placed { X_WG, centre };
         }
     }
 
     fn look_at_own(&mut self, at: f64, worst: &mut Option<Failure>) {
-        let collision = &self.setting.robot.collision;
+        let collision = &self.context.robot.collision;
         let shapes = collision.shapes();
-        let required = self.setting.posture.self_clearance_m;
+        let required = self.context.posture.self_clearance_m;
         for (left, &(i, j)) in self.own.iter_mut().zip(collision.pairs()) {
             *left -= self.moved[i] + self.moved[j];
             if *left > 0.0 {
@@ -151,17 +147,17 @@ impl<'a> Watch<'a> {
                     link: shapes[i].link.clone(),
                     other: shapes[j].link.clone(),
                 };
-                keep_worst(worst, self.setting.failure(self.task, reason, -*left, at));
+                keep_worst(worst, self.context.failure(self.task, reason, -*left, at));
             }
         }
     }
 
     fn look_at_world(&mut self, at: f64, air: Option<&Airborne>, worst: &mut Option<Failure>) {
-        let (setting, task) = (self.setting, self.task);
-        let shapes = setting.robot.collision.shapes();
-        let obstacles = setting.environment.world.obstacles();
-        let beside = setting.posture.clearance_m;
-        let most = beside.max(setting.config.swing_clearance_m);
+        let (context, task) = (self.context, self.task);
+        let shapes = context.robot.collision.shapes();
+        let obstacles = context.environment.world().obstacles();
+        let beside = context.posture.clearance_m;
+        let most = beside.max(context.config.swing_clearance_m);
         for (i, shape) in shapes.iter().enumerate() {
             let swings = self.swing_body == Some(shape.body);
             let row = &mut self.world[i * obstacles.len()..(i + 1) * obstacles.len()];
@@ -170,8 +166,8 @@ impl<'a> Watch<'a> {
                 if *left > 0.0 {
                     continue;
                 }
-                let excepted = task.touches(setting, shape.body, o)
-                    || (swings && air.is_some_and(|air| air.touches(setting, o)));
+                let excepted = task.touches(context, shape.body, o)
+                    || (swings && air.is_some_and(|air| air.touches(context, o)));
                 if excepted {
                     *left = 0.0;
                     continue;
@@ -196,18 +192,18 @@ impl<'a> Watch<'a> {
                     continue;
                 };
                 let required = match air.filter(|_| swings) {
-                    Some(air) => air.required_m(setting, &found.normal_W),
+                    Some(air) => air.required_m(context, &found.normal_W),
                     None => beside,
                 };
                 let short = required - found.distance;
-                // What is asked of a patch in the air grows on its way: look again in good time.
+                // What is asked of a patch in the air grows along its path: look again in good time.
                 *left = found.distance - if swings { most } else { beside };
                 if short > TOLERANCE_M {
                     let reason = Reason::Clearance {
                         link: shape.link.clone(),
-                        body: setting.environment.body_names[o].clone(),
+                        body: context.environment.body_name(o).to_owned(),
                     };
-                    keep_worst(worst, setting.failure(task, reason, short, at));
+                    keep_worst(worst, context.failure(task, reason, short, at));
                 }
             }
         }

@@ -15,19 +15,13 @@ pub enum Error {
         /// What is allowed.
         allowed: &'static str,
     },
-    /// A record of a motion that contradicts itself.
-    #[error("the motion: {cause}")]
-    Record {
-        /// Where, and what is wrong.
-        cause: String,
-    },
     /// Two stances that do not follow on each other by one contact.
     #[error("the stances do not follow on each other: {cause}")]
     Pair {
         /// Which contact, and why.
         cause: String,
     },
-    /// A posture problem on the way could not be posed.
+    /// A posture problem on the path could not be posed.
     #[error(transparent)]
     Posture(#[from] posture::Error),
 }

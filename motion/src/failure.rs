@@ -1,7 +1,5 @@
 //! Why there is no motion.
 
-use crate::problem::Setting;
-
 /// What a motion violates most.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reason {
@@ -20,8 +18,8 @@ pub enum Reason {
         /// The joint.
         joint: String,
     },
-    /// A joint leaps: however slow the motion, it is faster than it can be.
-    Leap {
+    /// A joint jumps: however slow the motion, it is faster than it can be.
+    Discontinuity {
         /// The joint, or the base.
         joint: String,
     },
@@ -48,14 +46,14 @@ pub enum Reason {
     },
 }
 
-/// The worst violation on a way, and where.
+/// The worst violation on a path, and where.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failure {
     /// What is violated.
     pub reason: Reason,
     /// By how much: m, rad, part of the limit.
     pub amount: f64,
-    /// Where on the way, 0…1.
+    /// Where on the path, 0…1.
     pub at: f64,
     /// What the phase does: the patch in the air, if one is.
     pub swing: Option<String>,
@@ -67,7 +65,7 @@ impl Failure {
     pub(crate) fn severity(&self) -> f64 {
         match self.reason {
             Reason::JointLimit { .. }
-            | Reason::Leap { .. }
+            | Reason::Discontinuity { .. }
             | Reason::Torque { .. }
             | Reason::Friction { .. }
             | Reason::Equilibrium => 0.1 * self.amount,
@@ -93,7 +91,9 @@ impl Failure {
             Reason::Torque { joint } => {
                 format!("torque of {joint} over its limit by {percent:.1} %")
             }
-            Reason::Leap { joint } => format!("{joint} leaps by {:.1}°", self.amount.to_degrees()),
+            Reason::Discontinuity { joint } => {
+                format!("{joint} jumps by {:.1}°", self.amount.to_degrees())
+            }
             Reason::Equilibrium => format!("no equilibrium: {percent:.3} % of the weight"),
             Reason::Friction { patch } => {
                 format!("{patch} slips: {percent:.1} % over the friction")
@@ -121,9 +121,4 @@ pub(crate) fn keep_worst(worst: &mut Option<Failure>, failure: Failure) {
     {
         *worst = Some(failure);
     }
-}
-
-/// Name of a patch.
-pub(crate) fn patch_name(setting: &Setting, patch: usize) -> String {
-    setting.robot.patches[patch].name.clone()
 }

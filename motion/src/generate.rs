@@ -1,69 +1,77 @@
-//! The motion of one phase: ways that are free for the swept link, the body on them, waypoints
-//! where it cannot follow.
+//! The motion of one phase: try paths that are free for the swinging link, compute the whole body
+//! along them, and add waypoints where it cannot follow.
 
 #![allow(non_snake_case)]
 
-use posture::{Contact, Outcome, Place, Problem};
+use posture::{Contact, Outcome, Problem};
 
 use crate::Error;
 use crate::airborne::Airborne;
 use crate::failure::{Failure, Reason};
-use crate::problem::{Key, Setting, Task};
+use crate::problem::{Keyframe, MotionContext, Task};
 use crate::route::Router;
+use crate::sampling::{SampledTrajectory, sample};
 use crate::sweep::{self, Hit};
-use crate::track::{self, Track};
-use crate::way::{self, Way};
+use crate::swing_path::{self, SwingPath};
+use crate::timing;
 
-/// Waypoints nearer to another key than this would be passed at a jerk, part of the way.
+/// Paths through the air on which the whole body is tried for one swing.
+const PATHS_MAX: usize = 6;
+/// Postures solved on one path where its checks fail.
+const WAYPOINTS_MAX: usize = 2;
+/// Smallest distance of a waypoint from another keyframe, part of the path: nearer ones would be
+/// passed with a jerk.
 const APART_MIN: f64 = 0.12;
 
-/// Ways on which there is no posture just after leaving or just before landing, after which others
-/// are not tried: that part all ways have in common.
+/// Give up after this many paths without a posture in the first or last part: all paths share it.
 const STUCK_MAX: usize = 2;
-/// That part of a way.
+/// Length of that part, as a part of the path.
 const STRAIGHT: f64 = 0.15;
 
-/// What samples may be faster by than they should be, and by how much at most where more time makes
+/// Part by which samples may exceed their speed limits: normally, and at most where more time makes
 /// them no slower.
 const SPEED_TOLERANCE: f64 = 0.1;
 const SPEED_TOLERANCE_MAX: f64 = 0.5;
-/// More time makes a motion slower than this part of its speed.
+/// A motion that keeps more than this part of its speed when given more time jumps.
 const SLOWER: f64 = 0.8;
 
-/// The samples of a task, or the worst violation on the best way.
+/// The samples of a task, or the worst violation on the path that came nearest.
 ///
 /// # Errors
 /// [`Error::Posture`] where a waypoint cannot be posed.
-pub(crate) fn solve(setting: &Setting, task: &Task) -> Result<Result<Track, Failure>, Error> {
+pub(crate) fn solve(
+    context: &MotionContext,
+    task: &Task,
+) -> Result<Result<SampledTrajectory, Failure>, Error> {
     let Some(swing) = &task.swing else {
-        return follow(setting, task, None);
+        return follow(context, task, None);
     };
     if swing.lands.is_none() {
-        return follow(setting, task, Some(&Way::straight(swing)));
+        return follow(context, task, Some(&SwingPath::straight(swing)));
     }
     let mut nearest: Option<Failure> = None;
     let (mut tried, mut stuck) = (0, 0);
-    for shape in way::shapes(setting.config) {
-        if tried == setting.config.ways_max || stuck == STUCK_MAX {
+    for shape in swing_path::shapes(context.config) {
+        if tried == PATHS_MAX || stuck == STUCK_MAX {
             break;
         }
-        let way = Way::new(setting.environment, setting.config, swing, shape);
-        if let Some((hit, short, at)) = sweep::shortfall(setting, task, &way) {
-            let link = setting.robot.patches[swing.patch].link.clone();
+        let path = SwingPath::new(context.environment, swing, shape);
+        if let Some((hit, short, at)) = sweep::shortfall(context, task, &path) {
+            let link = context.robot.patches[swing.patch].link.clone();
             let reason = match hit {
                 Hit::Environment(obstacle) => Reason::Clearance {
                     link,
-                    body: setting.environment.body_names[obstacle].clone(),
+                    body: context.environment.body_name(obstacle).to_owned(),
                 },
                 Hit::Robot(other) => Reason::SelfClearance { link, other },
             };
-            let failure = setting.failure(task, reason, short, at);
+            let failure = context.failure(task, reason, short, at);
             keep_least(&mut nearest, failure);
             continue;
         }
         tried += 1;
-        match follow(setting, task, Some(&way))? {
-            Ok(track) => return Ok(Ok(track)),
+        match follow(context, task, Some(&path))? {
+            Ok(trajectory) => return Ok(Ok(trajectory)),
             Err(failure) => {
                 tracing::debug!("{shape:?}: {}", failure.describe());
                 let closure = matches!(failure.reason, Reason::Closure { .. });
@@ -73,7 +81,7 @@ pub(crate) fn solve(setting: &Setting, task: &Task) -> Result<Result<Track, Fail
             }
         }
     }
-    let none = setting.failure(task, Reason::Equilibrium, 0.0, 0.0);
+    let none = context.failure(task, Reason::Equilibrium, 0.0, 0.0);
     Ok(Err(nearest.unwrap_or(none)))
 }
 
@@ -86,21 +94,21 @@ fn keep_least(nearest: &mut Option<Failure>, failure: Failure) {
     }
 }
 
-/// The body on one way.
+/// The whole body along one path.
 fn follow(
-    setting: &Setting,
+    context: &MotionContext,
     task: &Task,
-    way: Option<&Way>,
-) -> Result<Result<Track, Failure>, Error> {
+    path: Option<&SwingPath>,
+) -> Result<Result<SampledTrajectory, Failure>, Error> {
     let mut task = task.clone();
     let mut evades = false;
     let mut waypoints = 0;
     loop {
-        let failure = match attempt(setting, &task, way, evades) {
-            Ok(track) => return Ok(Ok(track)),
+        let failure = match attempt(context, &task, path, evades) {
+            Ok(trajectory) => return Ok(Ok(trajectory)),
             Err(failure) => failure,
         };
-        // The body first moves out of the way of what it would touch.
+        // First let the body move out of the way of what it would touch.
         let touches = matches!(
             failure.reason,
             Reason::Clearance { .. } | Reason::SelfClearance { .. }
@@ -109,15 +117,15 @@ fn follow(
             evades = true;
             continue;
         }
-        // Then the posture generator is asked for a posture on the way.
-        if waypoints == setting.config.waypoints_max {
+        // Then ask the posture generator for a posture where it fails.
+        if waypoints == WAYPOINTS_MAX {
             return Ok(Err(failure));
         }
         waypoints += 1;
-        match waypoint(setting, &task, way, failure.at)? {
-            Some(key) => {
-                let at = task.keys.partition_point(|k| k.u < key.u);
-                task.keys.insert(at, key);
+        match waypoint(context, &task, path, failure.at)? {
+            Some(keyframe) => {
+                let at = task.keyframes.partition_point(|k| k.u < keyframe.u);
+                task.keyframes.insert(at, keyframe);
             }
             None => return Ok(Err(failure)),
         }
@@ -125,95 +133,80 @@ fn follow(
 }
 
 fn attempt(
-    setting: &Setting,
+    context: &MotionContext,
     task: &Task,
-    way: Option<&Way>,
+    path: Option<&SwingPath>,
     evades: bool,
-) -> Result<Track, Failure> {
+) -> Result<SampledTrajectory, Failure> {
     let router = Router {
-        setting,
+        context,
         task,
-        way,
+        path,
         evades,
     };
     let mut route = router.solve()?;
-    let mut steps = track::steps(setting, task, way, &mut route);
-    // The samples close their contacts once more and may be faster than what the time was set by.
+    let mut steps = timing::steps(context, task, path, &mut route);
+    // Samples are closed once more than the spline that set the time, and may be faster than it.
     let mut before = f64::INFINITY;
-    let track = loop {
-        let track = track::sample(setting, task, way, &mut route, steps)?;
-        let fastest = track::fastest(setting, &track);
+    let trajectory = loop {
+        let trajectory = sample(context, task, path, &mut route, steps)?;
+        let fastest = timing::fastest(context, &trajectory);
         let over = fastest.over;
-        // In more time a motion is slower by as much; a leap is as far as before.
-        let leaps = over > SLOWER * before;
-        if over <= 1.0 + SPEED_TOLERANCE || (leaps && over <= 1.0 + SPEED_TOLERANCE_MAX) {
-            break track;
+        // A continuous motion slows down as it gets more time; a jump stays as far.
+        let jumps = over > SLOWER * before;
+        if over <= 1.0 + SPEED_TOLERANCE || (jumps && over <= 1.0 + SPEED_TOLERANCE_MAX) {
+            break trajectory;
         }
-        if leaps {
-            return Err(track::leap(setting, task, &track, &fastest));
+        if jumps {
+            return Err(timing::discontinuity(context, task, &trajectory, &fastest));
         }
         before = over;
         steps = (steps as f64 * over).ceil() as usize;
     };
-    let slower = track::slower_for_lift(setting.config, &track);
+    let slower = timing::slower_for_lift(context.config, &trajectory);
     if slower <= 1.0 {
-        return Ok(track);
+        return Ok(trajectory);
     }
     let steps = (steps as f64 * slower).ceil() as usize;
-    track::sample(setting, task, way, &mut route, steps)
+    sample(context, task, path, &mut route, steps)
 }
 
 /// A posture on the closed contacts with the patch in the air where it is at `u`.
 fn waypoint(
-    setting: &Setting,
+    context: &MotionContext,
     task: &Task,
-    way: Option<&Way>,
+    path: Option<&SwingPath>,
     u: f64,
-) -> Result<Option<Key>, Error> {
+) -> Result<Option<Keyframe>, Error> {
     let (low, high) = (APART_MIN, 1.0 - APART_MIN);
     let u = u.clamp(low, high);
-    if task.keys.iter().any(|k| (k.u - u).abs() < 0.9 * APART_MIN) {
+    if task
+        .keyframes
+        .iter()
+        .any(|k| (k.u - u).abs() < 0.9 * APART_MIN)
+    {
         return Ok(None);
     }
-    let robot = setting.robot;
-    let mut contacts: Vec<Contact> = task
-        .closed
-        .iter()
-        .map(|closed| Contact {
-            patch: closed.patch,
-            place: Place::Fixed {
-                X_WC: closed.X_WC,
-                yaw_free: false,
-                surface: Some(closed.surface),
-            },
-            loaded: true,
-            friction: robot.patches[closed.patch].friction,
-        })
-        .collect();
-    if let (Some(swing), Some(way)) = (&task.swing, way) {
-        let pose = way.pose(u);
+    let robot = context.robot;
+    let mut contacts = task.closed.clone();
+    if let (Some(swing), Some(path)) = (&task.swing, path) {
+        let pose = path.pose(u);
         contacts.push(Contact {
-            patch: swing.patch,
-            place: Place::Fixed {
-                X_WC: pose,
-                yaw_free: false,
-                surface: Airborne::new(setting, swing, &pose).surface(setting),
-            },
-            loaded: false,
-            friction: robot.patches[swing.patch].friction,
+            face: Airborne::new(context, swing, &pose).face(),
+            ..Contact::at(robot, swing.patch, pose).loaded(false)
         });
     }
-    let mut reference = task.keys[0].q.clone();
-    crate::blend::Blend::new(&task.keys).configuration(u, &mut reference);
+    let mut reference = task.keyframes[0].q.clone();
+    crate::blend::Blend::new(&task.keyframes).configuration(u, &mut reference);
     let problem = Problem {
         robot,
-        environment: setting.environment,
+        environment: context.environment,
         contacts,
         base_goal: None,
         reference: &reference,
         guess: &reference,
     };
-    let outcome = posture::solve(&problem, setting.posture)?;
+    let outcome = posture::solve(&problem, context.posture)?;
     if let Some(violation) = outcome.violation() {
         tracing::debug!("no waypoint at {u:.2}: {}", violation.describe(&problem));
     }
@@ -224,7 +217,7 @@ fn waypoint(
         .iter()
         .map(|contact| contact.forces_W.clone())
         .collect();
-    Ok(Some(Key {
+    Ok(Some(Keyframe {
         u,
         q: posture.q,
         com_W: posture.com_W,

@@ -8,9 +8,8 @@
 use nalgebra::{DVector, Quaternion, UnitQuaternion, Vector3};
 use robot_model::Configuration;
 
-use crate::Error;
-use crate::record::Motion;
 use crate::spline::{Ends, Order, Spline};
+use plan::Motion;
 
 /// The whole body at one instant.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,17 +30,17 @@ pub struct Interpolation {
     duration_s: f64,
 }
 
-impl Motion {
-    /// The curve through the samples.
+impl Interpolation {
+    /// The curve through the samples of a motion.
     ///
     /// # Errors
     /// As [`Motion::validate`].
-    pub fn interpolation(&self) -> Result<Interpolation, Error> {
-        self.validate()?;
-        let dim = self.samples[0].q.len();
-        let mut values = Vec::with_capacity(self.samples.len() * dim);
+    pub fn new(motion: &Motion) -> Result<Self, plan::Error> {
+        motion.validate()?;
+        let dim = motion.samples[0].q.len();
+        let mut values = Vec::with_capacity(motion.samples.len() * dim);
         let mut last = [0.0; 4];
-        for sample in &self.samples {
+        for sample in &motion.samples {
             let mut quaternion = [sample.q[3], sample.q[4], sample.q[5], sample.q[6]];
             // q and −q are one orientation: stay on the side of the one before.
             if quaternion
@@ -58,15 +57,13 @@ impl Motion {
             values.extend_from_slice(&quaternion);
             values.extend_from_slice(&sample.q[7..]);
         }
-        Ok(Interpolation {
-            spline: Spline::new(dim, self.dt_s, values, Ends::Rest),
+        Ok(Self {
+            spline: Spline::new(dim, motion.dt_s, values, Ends::Rest),
             dim,
-            duration_s: self.duration_s(),
+            duration_s: motion.duration_s(),
         })
     }
-}
 
-impl Interpolation {
     /// When the motion ends, s.
     pub fn duration_s(&self) -> f64 {
         self.duration_s
@@ -121,7 +118,7 @@ impl Interpolation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{MOTION_FORMAT, Phase, PhaseKind, Sample};
+    use plan::{MOTION_FORMAT, Phase, PhaseKind, Sample};
 
     /// A body that turns about a slanted axis and slides, from rest to rest.
     fn turning() -> Motion {
@@ -161,7 +158,7 @@ mod tests {
 
     #[test]
     fn rates_are_those_of_the_curve() {
-        let curve = turning().interpolation().unwrap();
+        let curve = Interpolation::new(&turning()).unwrap();
         let h = 1e-4;
         for i in 1..40 {
             let t = 0.05 * f64::from(i) - 0.003;
@@ -178,7 +175,7 @@ mod tests {
 
     #[test]
     fn it_rests_at_both_ends_and_beyond() {
-        let curve = turning().interpolation().unwrap();
+        let curve = Interpolation::new(&turning()).unwrap();
         for t in [-1.0, 0.0, 2.0, 3.0] {
             assert!(curve.at(t).v.norm() < 1e-9, "at {t} s");
         }
@@ -193,8 +190,8 @@ mod tests {
             *x = -*x;
         }
         let (one, other) = (
-            motion.interpolation().unwrap(),
-            flipped.interpolation().unwrap(),
+            Interpolation::new(&motion).unwrap(),
+            Interpolation::new(&flipped).unwrap(),
         );
         assert!((one.at(0.773).v - other.at(0.773).v).norm() < 1e-12);
     }
@@ -214,7 +211,7 @@ mod tests {
         for (i, change) in broken.iter().enumerate() {
             let mut motion = turning();
             change(&mut motion);
-            assert!(motion.interpolation().is_err(), "change {i}");
+            assert!(Interpolation::new(&motion).is_err(), "change {i}");
         }
     }
 }

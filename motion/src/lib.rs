@@ -1,29 +1,41 @@
 //! Quasi-static whole-body motion between the stances of a plan.
 //!
 //! ```text
-//! two stances ─▶ what stays closed, leaves, lands ─▶ ways through the air ─▶ the swept link alone
+//! two stances ─▶ what stays closed, leaves, lands ─▶ paths through the air ─▶ the swept link alone
 //!                                                                                   │ free
 //!   samples ◀─ every one checked ◀─ time scaling ◀─ C² spline ◀─ body at the knots ◀┘
 //!                  │ not                                              ▲
-//!                  └────────────── a waypoint's posture ──────────────┘      then the next way
+//!                  └────────────── a waypoint's posture ──────────────┘      then the next path
 //! ```
 //!
 //! | question | module |
 //! |---|---|
-//! | what is written | [`record`] |
+//! | what is written | [`plan::Motion`] |
 //! | the motion at any time, with its rates | [`interpolation`] |
 //! | what is asked | [`problem`] |
 //! | which contacts stay closed, leave and land | [`segment`](mod@segment) |
 //! | whether a patch can leave its place or come to it | `raised` |
-//! | the way of a patch through the air | `way`; how near it may come to things: `airborne`, `sweep` |
+//! | the path of a patch through the air | `swing_path`; how near it may come to things: `airborne`, `sweep` |
 //! | forces, and the centre of mass | `blend` |
 //! | configurations | `projection` (with `inequalities`, `near`) at knots, joined by `route` |
-//! | time | [`time_scaling`], `track` |
-//! | is every sample right | `track`, `statics`, `clearance` |
+//! | time | [`time_scaling`], `timing` |
+//! | is every sample right | `sampling`, `statics`, `clearance` |
 //! | what to do where it is not | `generate` |
 //! | why there is no motion | [`failure`] |
-//! | where the forces act | [`force_points`](mod@force_points) |
 //! | curves that are twice continuously differentiable | [`spline`] |
+//!
+//! `examples/one_step.rs` moves a foot onto a step. A motion is sampled; between the samples it is a
+//! twice continuously differentiable curve:
+//!
+//! ```
+//! use motion::spline::{Ends, Order, Spline};
+//!
+//! // Two coordinates at three knots 0.1 s apart, at rest at both ends.
+//! let curve = Spline::new(2, 0.1, vec![0.0, 1.0, 0.2, 1.1, 0.4, 1.0], Ends::Rest);
+//! let mut rate = [0.0; 2];
+//! curve.evaluate(0.1, Order::First, &mut rate);
+//! assert!(rate[0] > 2.0 && rate[1].abs() < 1e-9);
+//! ```
 
 mod airborne;
 mod assemble;
@@ -33,7 +45,6 @@ mod config;
 mod dense;
 mod error;
 pub mod failure;
-pub mod force_points;
 mod generate;
 mod inequalities;
 pub mod interpolation;
@@ -41,23 +52,22 @@ mod near;
 pub mod problem;
 mod projection;
 mod raised;
-pub mod record;
 mod route;
+mod sampling;
 pub mod segment;
 pub mod spline;
 mod statics;
 mod sweep;
+mod swing_path;
 pub mod time_scaling;
-mod track;
-mod way;
+mod timing;
 
 pub use assemble::assemble;
 pub use config::Config;
 pub use error::Error;
 pub use failure::{Failure, Reason};
-pub use force_points::force_points;
 pub use interpolation::{Instant, Interpolation};
-pub use problem::{End, Setting};
+pub use posture::force_points;
+pub use problem::{MotionContext, StanceRef};
 pub use raised::raised;
-pub use record::{MOTION_FORMAT, Motion, Phase, PhaseContact, PhaseKind, Pose, Sample};
 pub use segment::{Segment, segment};

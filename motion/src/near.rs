@@ -1,4 +1,4 @@
-//! The distances that a configuration on the way must keep, for the projection.
+//! The distances that a configuration along the path must keep, as the projection's inequalities.
 #![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -6,23 +6,23 @@ use robot_model::Kinematics;
 use robot_model::collision::{BodyShape, Other, Proximity};
 
 use crate::airborne::Airborne;
-use crate::problem::{Setting, Task};
+use crate::problem::{MotionContext, Task};
 use crate::projection::Near;
 
-/// Pairs within this distance of what they must keep are looked at, m.
+/// Pairs whose distance is within this of the required one become inequalities, m.
 const LOOK_M: f64 = 0.04;
 
-/// Appends every pair that is near, with `extra_m` more than what is asked of it.
+/// Appends every pair that is near, with `extra_m` added to its required distance.
 pub(crate) fn pairs(
-    setting: &Setting,
+    context: &MotionContext,
     task: &Task,
     kinematics: &Kinematics,
     extra_m: f64,
     out: &mut Vec<Near>,
 ) {
-    let robot = setting.robot;
+    let robot = context.robot;
     let mut found: Vec<Proximity> = Vec::new();
-    let own = setting.posture.self_clearance_m + extra_m;
+    let own = context.posture.self_clearance_m + extra_m;
     robot
         .collision
         .self_proximities(robot, kinematics, own + LOOK_M, &mut found);
@@ -32,27 +32,27 @@ pub(crate) fn pairs(
     let air = task.swing.as_ref().map(|swing| {
         let patch = &robot.patches[swing.patch];
         let X_WC: Isometry3<f64> = kinematics.X_WC(patch);
-        (patch.body, Airborne::new(setting, swing, &X_WC))
+        (patch.body, Airborne::new(context, swing, &X_WC))
     });
     let skip = |shape: BodyShape, obstacle: usize| {
-        task.touches(setting, shape.body, obstacle)
+        task.touches(context, shape.body, obstacle)
             || air
                 .as_ref()
-                .is_some_and(|(body, air)| *body == shape.body && air.touches(setting, obstacle))
+                .is_some_and(|(body, air)| *body == shape.body && air.touches(context, obstacle))
     };
-    let beside = setting.posture.clearance_m;
-    let most = beside.max(setting.config.swing_clearance_m) + extra_m;
+    let beside = context.posture.clearance_m;
+    let most = beside.max(context.config.swing_clearance_m) + extra_m;
     robot.collision.world_proximities(
         robot,
         kinematics,
-        &setting.environment.world,
+        context.environment.world(),
         most + LOOK_M,
         &skip,
         &mut found,
     );
     out.extend(found.iter().map(|pair| {
         let required = match &air {
-            Some((body, air)) if *body == pair.a.body => air.required_m(setting, &pair.normal_W),
+            Some((body, air)) if *body == pair.a.body => air.required_m(context, &pair.normal_W),
             _ => beside,
         };
         near(pair, kinematics, required + extra_m)

@@ -1,48 +1,63 @@
-//! What is asked: two stances that follow on each other, in an environment.
+//! The problem: two stances that follow on each other, in an environment, and its phases.
 #![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Vector3};
-use posture::{Environment, Posture};
-use robot_model::{Configuration, Robot};
+use posture::{Contact, Environment, FaceIndex, Posture};
+use robot_model::{Configuration, PatchId, Robot};
 
 use crate::Config;
 use crate::failure::{Failure, Reason};
 
 /// What all segments of a plan share.
 #[derive(Clone, Copy)]
-pub struct Setting<'a> {
+pub struct MotionContext<'a> {
     /// The robot.
     pub robot: &'a Robot,
     /// What it may touch and must not hit.
     pub environment: &'a Environment,
     /// The margins of the postures, which the motion keeps too.
     pub posture: &'a posture::Config,
-    /// Times and budgets.
+    /// Times and speeds.
     pub config: &'a Config,
+}
+
+impl<'a> MotionContext<'a> {
+    /// What all segments of a plan share.
+    pub fn new(
+        robot: &'a Robot,
+        environment: &'a Environment,
+        posture: &'a posture::Config,
+        config: &'a Config,
+    ) -> Self {
+        Self {
+            robot,
+            environment,
+            posture,
+            config,
+        }
+    }
 }
 
 /// A stance at one end of a segment.
 #[derive(Clone, Copy)]
-pub struct End<'a> {
-    /// What touches: patch, surface, whether it may carry load.
-    pub contacts: &'a [(usize, usize, bool)],
+pub struct StanceRef<'a> {
+    /// What touches.
+    pub contacts: &'a [Contact],
     /// The posture, with a state for each of `contacts`.
     pub posture: &'a Posture,
 }
 
-/// A contact that stays closed while a phase lasts.
-#[derive(Clone, Debug)]
-pub(crate) struct Closed {
-    pub patch: usize,
-    pub surface: usize,
-    /// Pose of the patch frame in W.
-    pub X_WC: Isometry3<f64>,
+impl<'a> StanceRef<'a> {
+    /// A stance: contacts, and a posture with a state for each of them.
+    pub fn new(contacts: &'a [Contact], posture: &'a Posture) -> Self {
+        Self { contacts, posture }
+    }
 }
 
-/// One point of a phase's way: a posture with its forces, in equilibrium on the closed contacts.
+/// One point of a phase's path: a posture with its forces, in equilibrium on the closed contacts.
 #[derive(Clone, Debug)]
-pub(crate) struct Key {
-    /// Where on the way, 0…1.
+pub(crate) struct Keyframe {
+    /// Where on the path, 0…1.
     pub u: f64,
     pub q: Configuration,
     pub com_W: Vector3<f64>,
@@ -53,25 +68,31 @@ pub(crate) struct Key {
 /// The patch that a phase moves through the air.
 #[derive(Clone, Debug)]
 pub(crate) struct Swing {
-    pub patch: usize,
+    pub patch: PatchId,
     pub from: Isometry3<f64>,
     pub to: Isometry3<f64>,
-    /// The surface it leaves; none where it begins in the air.
-    pub leaves: Option<usize>,
-    /// The surface it lands on; none where it stays in the air.
-    pub lands: Option<usize>,
+    /// The face it leaves; none where it begins in the air.
+    pub leaves: Option<FaceIndex>,
+    /// The face it lands on; none where it stays in the air.
+    pub lands: Option<FaceIndex>,
 }
 
 /// A phase whose motion is wanted: from one posture to another on the same closed contacts.
 #[derive(Clone, Debug)]
 pub(crate) struct Task {
-    pub closed: Vec<Closed>,
+    /// The contacts that stay closed, each at its place.
+    pub closed: Vec<Contact>,
     pub swing: Option<Swing>,
     /// The postures at both ends; waypoints come between.
-    pub keys: Vec<Key>,
+    pub keyframes: Vec<Keyframe>,
 }
 
-impl Setting<'_> {
+impl MotionContext<'_> {
+    /// Name of a patch.
+    pub(crate) fn patch_name(&self, patch: PatchId) -> String {
+        self.robot.patches[patch].name.clone()
+    }
+
     /// A failure of a phase.
     pub(crate) fn failure(&self, task: &Task, reason: Reason, amount: f64, at: f64) -> Failure {
         let swing = task.swing.as_ref();
@@ -85,12 +106,12 @@ impl Setting<'_> {
 }
 
 impl Task {
-    /// Whether a shape of `body` may touch what is behind the plane of a surface that the body's
-    /// patch is in contact with.
-    pub fn touches(&self, setting: &Setting, body: usize, obstacle: usize) -> bool {
+    /// Whether an obstacle lies behind the plane of a face that a patch of `body` rests on: the body
+    /// may touch it.
+    pub fn touches(&self, context: &MotionContext, body: usize, obstacle: usize) -> bool {
         self.closed.iter().any(|contact| {
-            setting.robot.patches[contact.patch].body == body
-                && setting.environment.behind[contact.surface][obstacle]
+            context.robot.patches[contact.patch].body == body
+                && (contact.face).is_some_and(|f| context.environment.is_behind(f, obstacle))
         })
     }
 }

@@ -10,42 +10,42 @@
 
 use crate::dense::{cholesky, cholesky_solve, dot};
 use crate::inequalities::Inequalities;
-use nalgebra::{DVector, Isometry3, Point3, Vector3};
-use robot_model::{Configuration, JointKind, Kinematics, PatchKind, Robot};
+use nalgebra::{DMatrixViewMut, DVector, Isometry3, Point3, Vector3};
+use robot_model::{Configuration, Kinematics, PatchId, PatchKind, Robot};
 
 /// Lever arm that turns an angle into a length, m.
 pub(crate) const ANGLE_ARM_M: f64 = 0.1;
 /// Largest change of a coordinate in one step, rad or m.
 const STEP_MAX: f64 = 0.5;
-/// Iterations after which there is no solution nearby.
+/// Iterations at most.
 const ITERATIONS_MAX: usize = 24;
-/// Iterations after which only the equations are looked at.
+/// Iterations after which the reference no longer counts: what does not settle is at least closed.
 const FINISH: usize = 14;
-/// Iterations from one look at the distances to the next.
+/// The distances are measured every so many iterations.
 const LOOK_EVERY: usize = 3;
-/// Steps that close a sample, and the residual below which none is needed.
+/// Newton steps that close a sample at most, and the residual below which none is needed, m and rad.
 const CLOSING: usize = 3;
 const CLOSED: f64 = 1e-7;
-/// Steps that do not shrink to this part are damped.
+/// A step longer than this part of the one before it is damped.
 const SHRINK: f64 = 0.5;
 /// Below this residual (m, rad) the equations hold.
 const DONE: f64 = 1e-9;
 /// A step below this (rad, m) no longer changes the solution.
 const STILL: f64 = 1e-6;
-/// Bounds are looked at where the solution without them comes this near, rad or m.
+/// Joint bounds become inequalities where the solution without them comes this near, rad or m.
 const NEAR_BOUND: f64 = 0.02;
 
-/// What must hold.
+/// The equations: where patches and the centre of mass are to be.
 pub(crate) struct Target {
     /// Patch and wanted pose.
-    pub patches: Vec<(usize, Isometry3<f64>)>,
-    /// How freely the last patch turns: 0 as wanted, 1 as readily as a joint.
+    pub patches: Vec<(PatchId, Isometry3<f64>)>,
+    /// How readily the last patch turns from its pose: 0 not at all, 1 as a joint does.
     pub turn_freedom: f64,
     /// Wanted horizontal place of the centre of mass.
     pub com_W: Vector3<f64>,
 }
 
-/// What the configuration is bound by, beside the target.
+/// The inequalities: joint bounds and distances.
 pub(crate) struct Bounds<'a> {
     /// Lower and upper bound of every joint.
     pub joints: &'a [(f64, f64)],
@@ -56,7 +56,7 @@ pub(crate) struct Bounds<'a> {
 /// Appends the distances that are to be kept near a configuration.
 pub(crate) type Look<'a> = dyn Fn(&Kinematics, &mut Vec<Near>) + 'a;
 
-/// A distance that is to be kept.
+/// A distance to keep.
 pub(crate) struct Near {
     /// What is asked, m.
     pub required_m: f64,
@@ -90,7 +90,7 @@ pub(crate) struct Projection {
 }
 
 /// Whether a patch is the point of a ball, which may roll.
-pub(crate) fn is_point(robot: &Robot, patch: usize) -> bool {
+pub(crate) fn is_point(robot: &Robot, patch: PatchId) -> bool {
     robot.patches[patch].kind != PatchKind::Area
 }
 
@@ -110,7 +110,7 @@ impl Projection {
         kinematics: &mut Kinematics,
     ) -> f64 {
         let mut moved = f64::INFINITY;
-        // How much of the way from the reference is taken as it is: less damping is faster.
+        // Part of the distance from the reference that is left as it is; 0 converges fastest.
         let mut damping = 0.0;
         for iteration in 0..ITERATIONS_MAX {
             kinematics.update(robot, q);
@@ -305,65 +305,27 @@ impl Projection {
         set.solve(n, m, &self.scaled, &self.A, &mut self.y);
     }
 
-    fn jacobian(&mut self, robot: &Robot, target: &Target, kin: &Kinematics) {
-        let n = robot.nv();
+    /// Writes the rows of the target: linear and, where the patch may not roll, angular velocity of
+    /// every patch, and the horizontal velocity of the centre of mass.
+    fn jacobian(&mut self, robot: &Robot, target: &Target, kinematics: &Kinematics) {
+        let (m, n) = (self.r.len(), robot.nv());
         self.J.clear();
-        self.J.resize(self.r.len() * n, 0.0);
-        let base = kin.origin_W[0];
-        let mut at = 0;
+        // The vertical row of the centre of mass is written too, and then left out.
+        self.J.resize((m + 1) * n, 0.0);
+        let mut blocks = self.J.chunks_exact_mut(3 * n);
+        let mut next = || {
+            let block = blocks.next().unwrap_or_default();
+            DMatrixViewMut::from_slice_with_strides_mut(block, 3, n, n, 1)
+        };
         for (patch, _) in &target.patches {
             let model = &robot.patches[*patch];
-            let rows = if is_point(robot, *patch) { 3 } else { 6 };
-            let block = &mut self.J[at * n..(at + rows) * n];
-            let p = kin.X_WC(model).translation.vector;
-            set_base(block, n, &(p - base));
-            let mut b = model.body;
-            while let Some(parent) = robot.bodies[b].parent {
-                let axis = &kin.axis_W[b];
-                let prismatic = robot.bodies[b].kind == JointKind::Prismatic;
-                let column = if prismatic {
-                    *axis
-                } else {
-                    axis.cross(&(p - kin.origin_W[b]))
-                };
-                for k in 0..3 {
-                    block[k * n + 5 + b] = column[k];
-                }
-                if rows == 6 {
-                    for k in 0..3 {
-                        block[(3 + k) * n + 5 + b] = if prismatic { 0.0 } else { axis[k] };
-                    }
-                }
-                b = parent;
+            let p = kinematics.X_WC(model).translation.vector;
+            kinematics.point_jacobian(robot, model.body, &p, &mut next());
+            if !is_point(robot, *patch) {
+                kinematics.angular_jacobian(robot, model.body, &mut next());
             }
-            if rows == 6 {
-                for k in 0..3 {
-                    block[(3 + k) * n + 3 + k] = 1.0;
-                }
-            }
-            at += rows;
         }
-        let block = &mut self.J[at * n..];
-        set_base(block, n, &(kin.com_W - base));
-        for (i, body) in robot.bodies.iter().enumerate().skip(1) {
-            let share = kin.subtree_mass[i] / kin.subtree_mass[0];
-            let axis = &kin.axis_W[i];
-            let column = match body.kind {
-                JointKind::Prismatic => axis * share,
-                _ => axis.cross(&(kin.subtree_com_W[i] - kin.origin_W[i])) * share,
-            };
-            block[5 + i] = column.x;
-            block[n + 5 + i] = column.y;
-        }
-    }
-}
-
-/// The base's columns [1, −[r]×] for as many of the three rows as `block` has.
-fn set_base(block: &mut [f64], n: usize, r: &Vector3<f64>) {
-    let turn = [[0.0, r.z, -r.y], [-r.z, 0.0, r.x], [r.y, -r.x, 0.0]];
-    let rows = (block.len() / n).min(3);
-    for (k, turn) in turn.iter().enumerate().take(rows) {
-        block[k * n + k] = 1.0;
-        block[k * n + 3..k * n + 6].copy_from_slice(turn);
+        kinematics.com_jacobian(robot, &mut next());
+        self.J.truncate(m * n);
     }
 }

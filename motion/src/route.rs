@@ -1,4 +1,4 @@
-//! The geometry of a phase: configurations along the way, solved at knots and joined by a C²
+//! The geometry of a phase: configurations along the path, solved at knots and joined by a C²
 //! spline.
 //!
 //!   q(u) = q_ref(u) ⊕ δ(u)      δ a cubic spline through the projections of q_ref at the knots
@@ -7,49 +7,52 @@
 #![allow(non_snake_case)]
 
 use nalgebra::Isometry3;
-use robot_model::{Configuration, Kinematics, Robot};
+use robot_model::{Configuration, Kinematics, PatchId, Robot};
 
 use crate::blend::{self, Blend};
-use crate::failure::{Failure, Reason, patch_name};
+use crate::failure::{Failure, Reason};
 use crate::near;
-use crate::problem::{Key, Setting, Task};
+use crate::problem::{Keyframe, MotionContext, Task};
 use crate::projection::{ANGLE_ARM_M, Bounds, Near, Projection, Target};
 use crate::spline::{Ends, Order, Spline};
+use crate::swing_path::SwingPath;
 use crate::time_scaling::quintic;
-use crate::way::Way;
 
-/// How readily the base turns beside its moves and the joints', rad to m and rad.
+/// Spline pieces of one phase.
+const PIECES: usize = 40;
+/// Inverse square root of the base rotation's weight, where translations and joints have 1.
 const TURN_WEIGHT: f64 = 0.3;
-/// What is kept beyond the joints' margins and the clearances in the middle of the way, so that the
-/// spline between the knots keeps them too: rad, m.
+/// Added to the joints' margins (rad) and the clearances (m) in the middle of the path, so that the
+/// spline keeps them between the knots too.
 const EXTRA_RAD: f64 = 4e-3;
 const EXTRA_M: f64 = 2e-3;
-/// Part of the way over which that extra grows and ceases: the postures at the ends may be on their
-/// bounds.
+/// Part of the path over which these additions grow from 0 and fall back to it: the postures at the
+/// ends may be on their bounds.
 const EASE: f64 = 0.1;
 /// Residual that the projection may leave at a knot, m and rad: samples are closed once more.
 const LEFT: f64 = 1e-3;
-/// A body that is nearer to the last posture than this is there, m and rad: within a sample's step.
+/// Largest difference between the last knot and the posture that the phase ends with, m and rad: less
+/// than a sample's step.
 const ARRIVED: f64 = 0.01;
 
-/// Configurations along a way.
+/// Configurations along a path.
 pub(crate) struct Route<'a> {
     blend: Blend<'a>,
     delta: Spline,
     buffer: Vec<f64>,
-    keys: &'a [Key],
-    closed: Vec<usize>,
+    keyframes: &'a [Keyframe],
+    closed: Vec<PatchId>,
     ends: Vec<(Isometry3<f64>, Isometry3<f64>)>,
     target: Target,
     weight: Vec<f64>,
     projection: Projection,
 }
 
-/// Everything that a route is solved with.
+/// What a route is computed from.
 pub(crate) struct Router<'a> {
-    pub setting: &'a Setting<'a>,
+    pub context: &'a MotionContext<'a>,
     pub task: &'a Task,
-    pub way: Option<&'a Way>,
+    pub path: Option<&'a SwingPath>,
     /// Whether the body moves out of the way of what it would touch.
     pub evades: bool,
 }
@@ -57,12 +60,12 @@ pub(crate) struct Router<'a> {
 impl<'a> Router<'a> {
     /// The route, or where the body cannot follow.
     pub fn solve(&self) -> Result<Route<'a>, Failure> {
-        let setting = self.setting;
-        let robot = setting.robot;
+        let context = self.context;
+        let robot = context.robot;
         let n = robot.nv();
-        let mut blend = Blend::new(&self.task.keys);
+        let mut blend = Blend::new(&self.task.keyframes);
         let mut projection = Projection::default();
-        let mut q = self.task.keys[0].q.clone();
+        let mut q = self.task.keyframes[0].q.clone();
         let mut reference = q.clone();
         let mut kinematics = Kinematics::new(robot, &q);
         let weight = self.weights();
@@ -70,23 +73,22 @@ impl<'a> Router<'a> {
         let mut target = Target {
             patches: Vec::new(),
             turn_freedom: 0.0,
-            com_W: self.task.keys[0].com_W,
+            com_W: self.task.keyframes[0].com_W,
         };
-        let pieces = setting.config.pieces;
-        let mut deltas: Vec<f64> = Vec::with_capacity((pieces + 1) * n);
-        for i in 0..=pieces {
-            let u = i as f64 / pieces as f64;
+        let mut deltas: Vec<f64> = Vec::with_capacity((PIECES + 1) * n);
+        for i in 0..=PIECES {
+            let u = i as f64 / PIECES as f64;
             blend.configuration(u, &mut reference);
             q.clone_from(&reference);
-            // From the solution at the knot before.
+            // Start from the solution at the previous knot.
             if let Some(before) = deltas.len().checked_sub(n) {
                 q.integrate_in_place(&deltas[before..]);
             }
             self.target(u, &ends, &mut target);
             let extra = quintic(u / EASE) * quintic((1.0 - u) / EASE);
-            let joints = joint_bounds(setting, extra * EXTRA_RAD);
+            let joints = joint_bounds(context, extra * EXTRA_RAD);
             let near = |kinematics: &Kinematics, out: &mut Vec<Near>| {
-                near::pairs(setting, self.task, kinematics, extra * EXTRA_M, out);
+                near::pairs(context, self.task, kinematics, extra * EXTRA_M, out);
             };
             let bounds = Bounds {
                 joints: &joints,
@@ -106,12 +108,12 @@ impl<'a> Router<'a> {
             }
             deltas.extend(reference.difference(&q).iter());
         }
-        self.arrives(&deltas[pieces * n..])?;
+        self.arrives(&deltas[PIECES * n..])?;
         Ok(Route {
             blend,
-            delta: Spline::new(n, 1.0 / pieces as f64, deltas, Ends::Free),
+            delta: Spline::new(n, 1.0 / PIECES as f64, deltas, Ends::Free),
             buffer: vec![0.0; n],
-            keys: &self.task.keys,
+            keyframes: &self.task.keyframes,
             closed: self.task.closed.iter().map(|c| c.patch).collect(),
             ends,
             target,
@@ -120,19 +122,19 @@ impl<'a> Router<'a> {
         })
     }
 
-    /// Whether the last knot, so far off its reference, is the posture that the phase ends with: what
-    /// evades something may come to the same contacts in another one.
+    /// Whether the last knot, `delta` away from its reference, is the posture that the phase ends with:
+    /// a body that moved out of the way of something may reach the same contacts in another posture.
     fn arrives(&self, delta: &[f64]) -> Result<(), Failure> {
-        let setting = self.setting;
+        let context = self.context;
         let farthest = delta.iter().map(|off| off.abs()).enumerate();
         match farthest.reduce(|a, b| if b.1 > a.1 { b } else { a }) {
             Some((k, off)) if off > ARRIVED => {
-                let bodies = setting.robot.joint_bodies();
+                let bodies = context.robot.joint_bodies();
                 let joint = match k.checked_sub(6) {
                     Some(j) => bodies[j].joint.clone(),
                     None => "the base".to_owned(),
                 };
-                Err(setting.failure(self.task, Reason::Leap { joint }, off, 1.0))
+                Err(context.failure(self.task, Reason::Discontinuity { joint }, off, 1.0))
             }
             _ => Ok(()),
         }
@@ -140,7 +142,7 @@ impl<'a> Router<'a> {
 
     /// Pose of every closed patch at both ends: the postures close them to their tolerance.
     fn ends(&self, kinematics: &mut Kinematics) -> Vec<(Isometry3<f64>, Isometry3<f64>)> {
-        let robot = self.setting.robot;
+        let robot = self.context.robot;
         let mut poses = |q: &Configuration| -> Vec<Isometry3<f64>> {
             kinematics.update(robot, q);
             self.task
@@ -149,30 +151,30 @@ impl<'a> Router<'a> {
                 .map(|c| kinematics.X_WC(&robot.patches[c.patch]))
                 .collect()
         };
-        let keys = &self.task.keys;
-        let from = poses(&keys[0].q);
-        let to = poses(&keys[keys.len() - 1].q);
+        let keyframes = &self.task.keyframes;
+        let from = poses(&keyframes[0].q);
+        let to = poses(&keyframes[keyframes.len() - 1].q);
         from.into_iter().zip(to).collect()
     }
 
     fn target(&self, u: f64, ends: &[(Isometry3<f64>, Isometry3<f64>)], target: &mut Target) {
         let closed = self.task.closed.iter().map(|c| c.patch);
-        closed_target(&self.task.keys, closed, ends, u, target);
-        if let (Some(swing), Some(way)) = (&self.task.swing, self.way) {
-            target.patches.push((swing.patch, way.pose(u)));
-            target.turn_freedom = way.turn_freedom(u);
+        closed_target(&self.task.keyframes, closed, ends, u, target);
+        if let (Some(swing), Some(path)) = (&self.task.swing, self.path) {
+            target.patches.push((swing.patch, path.pose(u)));
+            target.turn_freedom = path.turn_freedom(u);
         }
     }
 
-    /// How readily each coordinate moves; joints that carry no patch of the phase keep to the
-    /// reference.
+    /// Inverse square roots of the coordinates' weights; 0 for joints that carry no patch of the phase:
+    /// they keep to the reference.
     fn weights(&self) -> Vec<f64> {
-        let robot = self.setting.robot;
+        let robot = self.context.robot;
         let mut weight = vec![0.0; robot.nv()];
         weight[..3].fill(1.0);
         weight[3..6].fill(TURN_WEIGHT);
         let patches = self.task.closed.iter().map(|c| c.patch);
-        let patches: Vec<usize> = patches
+        let patches: Vec<PatchId> = patches
             .chain(self.task.swing.iter().map(|s| s.patch))
             .collect();
         for b in 1..robot.bodies.len() {
@@ -187,7 +189,7 @@ impl<'a> Router<'a> {
     }
 
     fn missed(&self, target: &Target, kinematics: &Kinematics, u: f64) -> Failure {
-        let robot = self.setting.robot;
+        let robot = self.context.robot;
         let mut worst = (None, (kinematics.com_W - target.com_W).xy().norm());
         for (patch, wanted) in &target.patches {
             let X_WC = kinematics.X_WC(&robot.patches[*patch]);
@@ -197,13 +199,13 @@ impl<'a> Router<'a> {
                 && self.task.swing.as_ref().is_some_and(|s| s.patch == *patch);
             if free {
                 if apart > worst.1 {
-                    worst = (Some(patch_name(self.setting, *patch)), apart);
+                    worst = (Some(self.context.patch_name(*patch)), apart);
                 }
                 continue;
             }
             let turned = ANGLE_ARM_M * X_WC.rotation.angle_to(&wanted.rotation);
             if apart.max(turned) > worst.1 {
-                worst = (Some(patch_name(self.setting, *patch)), apart.max(turned));
+                worst = (Some(self.context.patch_name(*patch)), apart.max(turned));
             }
         }
         Failure {
@@ -214,7 +216,7 @@ impl<'a> Router<'a> {
                 .task
                 .swing
                 .as_ref()
-                .map(|s| patch_name(self.setting, s.patch)),
+                .map(|s| self.context.patch_name(s.patch)),
         }
     }
 }
@@ -238,7 +240,7 @@ impl Route<'_> {
     ) {
         self.configuration(u, out);
         let closed = self.closed.iter().copied();
-        closed_target(self.keys, closed, &self.ends, u, &mut self.target);
+        closed_target(self.keyframes, closed, &self.ends, u, &mut self.target);
         self.projection
             .close(robot, &self.target, &self.weight, out, kinematics);
     }
@@ -246,27 +248,27 @@ impl Route<'_> {
 
 /// Where the closed contacts and the centre of mass are at `u`.
 fn closed_target(
-    keys: &[Key],
-    closed: impl Iterator<Item = usize>,
+    keyframes: &[Keyframe],
+    closed: impl Iterator<Item = PatchId>,
     ends: &[(Isometry3<f64>, Isometry3<f64>)],
     u: f64,
     target: &mut Target,
 ) {
     target.patches.clear();
     target.turn_freedom = 0.0;
-    // From the one posture's tolerance to the other's.
+    // Each posture closes its contacts to a tolerance: go from the one's poses to the other's.
     let poses = ends.iter().map(|(from, to)| from.lerp_slerp(to, u));
     target.patches.extend(closed.zip(poses));
-    target.com_W = blend::com_W(keys, u);
+    target.com_W = blend::com_W(keyframes, u);
 }
 
 /// The joints' limits, inside by the postures' margin and `extra` where there is room for it.
-pub(crate) fn joint_bounds(setting: &Setting, extra: f64) -> Vec<(f64, f64)> {
-    let bodies = setting.robot.joint_bodies().iter();
+pub(crate) fn joint_bounds(context: &MotionContext, extra: f64) -> Vec<(f64, f64)> {
+    let bodies = context.robot.joint_bodies().iter();
     bodies
         .map(|body| {
             let room = 0.25 * (body.upper - body.lower).max(0.0);
-            let margin = (setting.posture.joint_margin_rad + extra).min(room);
+            let margin = (context.posture.joint_margin_rad + extra).min(room);
             (body.lower + margin, body.upper - margin)
         })
         .collect()

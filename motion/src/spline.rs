@@ -5,7 +5,7 @@
 //! with the second derivatives M from continuity of the first ones and from given end slopes.
 
 /// A curve of `dim` coordinates.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Spline {
     dim: usize,
     step: f64,
@@ -13,8 +13,6 @@ pub struct Spline {
     value: Vec<f64>,
     /// Second derivatives, knot by knot.
     second: Vec<f64>,
-    /// Working memory of the elimination.
-    ratio: Vec<f64>,
 }
 
 /// The derivative that is asked for.
@@ -42,12 +40,12 @@ impl Spline {
     /// apart, the first at 0.
     pub fn new(dim: usize, step: f64, value: Vec<f64>, ends: Ends) -> Self {
         let mut spline = Self {
+            second: vec![0.0; value.len()],
             dim,
             step,
             value,
-            ..Self::default()
         };
-        spline.refit(ends);
+        spline.solve(ends);
         spline
     }
 
@@ -56,25 +54,17 @@ impl Spline {
         self.value.len() / self.dim.max(1)
     }
 
-    /// The values, knot by knot, for writing before [`Self::refit`].
-    pub fn values_mut(&mut self) -> &mut Vec<f64> {
-        &mut self.value
-    }
-
-    /// Solves for the second derivatives again after the values changed.
-    pub fn refit(&mut self, ends: Ends) {
+    /// Solves for the second derivatives.
+    fn solve(&mut self, ends: Ends) {
         let (n, dim, h) = (self.knots(), self.dim, self.step);
-        self.second.clear();
-        self.second.resize(self.value.len(), 0.0);
         if n < 2 {
             return;
         }
         // The tridiagonal system 2 1 | 1 4 1 | … | 1 2, the same for every coordinate.
-        self.ratio.clear();
-        self.ratio.push(0.5);
+        let mut ratio = vec![0.5];
         for i in 1..n {
             let diagonal = if i + 1 < n { 4.0 } else { 2.0 };
-            self.ratio.push(1.0 / (diagonal - self.ratio[i - 1]));
+            ratio.push(1.0 / (diagonal - ratio[i - 1]));
         }
         let y = |i: usize, k: usize| self.value[i * dim + k];
         let scale = 6.0 / (h * h);
@@ -83,19 +73,19 @@ impl Spline {
                 Ends::Rest => (0.0, 0.0),
                 Ends::Free => (slope(h, n, |i| y(i, k)), -slope(h, n, |i| y(n - 1 - i, k))),
             };
-            self.second[k] = scale * (y(1, k) - y(0, k) - h * first) * self.ratio[0];
-            for i in 1..n {
+            self.second[k] = scale * (y(1, k) - y(0, k) - h * first) * ratio[0];
+            for (i, ratio) in ratio.iter().enumerate().skip(1) {
                 let right = if i + 1 < n {
                     scale * (y(i + 1, k) - 2.0 * y(i, k) + y(i - 1, k))
                 } else {
                     scale * (h * last - y(i, k) + y(i - 1, k))
                 };
-                self.second[i * dim + k] = (right - self.second[(i - 1) * dim + k]) * self.ratio[i];
+                self.second[i * dim + k] = (right - self.second[(i - 1) * dim + k]) * ratio;
             }
         }
         for i in (0..n - 1).rev() {
             for k in 0..dim {
-                self.second[i * dim + k] -= self.ratio[i] * self.second[(i + 1) * dim + k];
+                self.second[i * dim + k] -= ratio[i] * self.second[(i + 1) * dim + k];
             }
         }
     }

@@ -4,11 +4,11 @@
 #![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, Vector3};
+use posture::force_points;
 use robot_model::{GRAVITY_M_S2, JointKind, Kinematics};
 
-use crate::failure::{Failure, Reason, keep_worst, patch_name};
-use crate::force_points::force_points;
-use crate::problem::{Closed, Setting, Task};
+use crate::failure::{Failure, Reason, keep_worst};
+use crate::problem::{MotionContext, Task};
 
 /// Largest unbalanced part of the weight (moments over 1 m): what the postures are solved to, with
 /// a digit to spare.
@@ -19,7 +19,7 @@ const SLIP: f64 = 1.5e-5;
 
 /// The force points of the closed contacts, and sums over them.
 pub(crate) struct Statics<'a> {
-    setting: &'a Setting<'a>,
+    context: &'a MotionContext<'a>,
     task: &'a Task,
     points_C: Vec<Vec<Point2<f64>>>,
     /// Force and moment about W's origin of each closed contact.
@@ -27,17 +27,17 @@ pub(crate) struct Statics<'a> {
 }
 
 impl<'a> Statics<'a> {
-    pub fn new(setting: &'a Setting<'a>, task: &'a Task) -> Self {
+    pub fn new(context: &'a MotionContext<'a>, task: &'a Task) -> Self {
         let points_C = task
             .closed
             .iter()
             .map(|closed| {
-                let polygon = &setting.robot.patches[closed.patch].polygon;
-                force_points(polygon, setting.posture.com_margin_m)
+                let polygon = &context.robot.patches[closed.patch].polygon;
+                force_points(polygon, context.posture.com_margin_m)
             })
             .collect();
         Self {
-            setting,
+            context,
             task,
             points_C,
             wrench: Vec::new(),
@@ -52,11 +52,11 @@ impl<'a> Statics<'a> {
         at: f64,
         worst: &mut Option<Failure>,
     ) {
-        let robot = self.setting.robot;
+        let robot = self.context.robot;
         let weight = robot.mass_kg * GRAVITY_M_S2;
         self.sum(kinematics, forces_W);
         let mut report = |reason, amount| {
-            keep_worst(worst, self.setting.failure(self.task, reason, amount, at));
+            keep_worst(worst, self.context.failure(self.task, reason, amount, at));
         };
 
         // Balance.
@@ -72,13 +72,13 @@ impl<'a> Statics<'a> {
         // Friction, in the cone of which the postures use the inscribed pyramid.
         for (closed, forces) in self.task.closed.iter().zip(forces_W) {
             let patch = &robot.patches[closed.patch];
-            let use_max = patch.friction * self.setting.posture.friction_use;
-            let n = self.normal_W(closed);
+            let use_max = patch.friction * self.context.posture.friction_use;
+            let n = closed.normal_W();
             for f in forces {
                 let normal = f.dot(&n);
                 let over = (f - n * normal).norm() - use_max * normal;
                 if over > SLIP * weight {
-                    let name = patch_name(self.setting, closed.patch);
+                    let name = self.context.patch_name(closed.patch);
                     report(Reason::Friction { patch: name }, over / weight);
                 }
             }
@@ -86,7 +86,7 @@ impl<'a> Statics<'a> {
 
         // Torques.
         for (b, body) in robot.bodies.iter().enumerate().skip(1) {
-            let limit = body.effort * self.setting.posture.torque_use;
+            let limit = body.effort * self.context.posture.torque_use;
             if !(limit > 0.0 && limit.is_finite()) {
                 continue;
             }
@@ -111,26 +111,17 @@ impl<'a> Statics<'a> {
         }
     }
 
-    /// The normal of the surface that a contact touches.
-    fn normal_W(&self, closed: &Closed) -> Vector3<f64> {
-        let surface = self.setting.environment.surfaces.get(closed.surface);
-        surface.map_or_else(
-            || closed.X_WC.rotation * Vector3::z(),
-            surfaces::Surface::normal_W,
-        )
-    }
-
     fn sum(&mut self, kinematics: &Kinematics, forces_W: &[Vec<Vector3<f64>>]) {
         self.wrench.clear();
         for ((closed, points), forces) in self.task.closed.iter().zip(&self.points_C).zip(forces_W)
         {
-            let patch = &self.setting.robot.patches[closed.patch];
+            let patch = &self.context.robot.patches[closed.patch];
             let X_WC: Isometry3<f64> = kinematics.X_WC(patch);
             let mut sum = (Vector3::zeros(), Vector3::zeros());
             // A ball touches below its centre, however it is turned.
             let below = patch
                 .point_radius_m()
-                .map_or_else(Vector3::zeros, |radius| -radius * self.normal_W(closed));
+                .map_or_else(Vector3::zeros, |radius| -radius * closed.normal_W());
             for (p, f) in points.iter().zip(forces) {
                 let p_W = (X_WC * Point3::new(p.x, p.y, 0.0)).coords + below;
                 sum.0 += f;

@@ -1,17 +1,17 @@
-//! The swept link alone against the environment: the cheap test of a way before the whole body. Of a
-//! leg that ends in a ball it is the ball alone.
+//! The swinging link alone against the environment: a cheap test of a path before the whole body is
+//! computed. For a leg that ends in a ball only the ball is tested.
 #![allow(non_snake_case)]
 
 use nalgebra::Isometry3;
 use robot_model::collision::{Shape, ShapeGeometry, closest};
 
 use crate::airborne::Airborne;
-use crate::problem::{Setting, Task};
-use crate::way::Way;
+use crate::problem::{MotionContext, Task};
+use crate::swing_path::SwingPath;
 
-/// Poses that are looked at.
+/// Poses along the path that are tested.
 const POSES: usize = 40;
-/// Farther than this nothing is looked for, m.
+/// Bodies farther than this are not measured, m.
 const LOOK_M: f64 = 0.05;
 
 /// What the link would hit.
@@ -22,11 +22,15 @@ pub(crate) enum Hit {
     Robot(String),
 }
 
-/// By how much the link misses what is asked along the way, m: what it would hit and the
-/// shortfall where it is greatest; none where the way is free.
-pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hit, f64, f64)> {
+/// What the link comes too near to, by how much (m) and where on the path (0…1), at the worst pose;
+/// `None` where the path is free.
+pub(crate) fn shortfall(
+    context: &MotionContext,
+    task: &Task,
+    path: &SwingPath,
+) -> Option<(Hit, f64, f64)> {
     let swing = task.swing.as_ref()?;
-    let robot = setting.robot;
+    let robot = context.robot;
     let patch = &robot.patches[swing.patch];
     let to_body = patch.X_BC.inverse();
     let own: Vec<_> = robot
@@ -36,7 +40,7 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
         .enumerate()
         .filter(|(_, shape)| shape.body == patch.body)
         .collect();
-    // A ball's way does not say how its link is turned: only the ball itself is known.
+    // A ball's path does not say how its link is turned: only the ball itself is known.
     let ball = patch
         .point_radius_m()
         .map(|radius_m| (ShapeGeometry::Sphere { radius_m }, patch.X_BC));
@@ -44,7 +48,7 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
         Some((sphere, X_BG)) => vec![(sphere, X_BG)],
         None => own.iter().map(|(_, s)| (&s.geometry, &s.X_BG)).collect(),
     };
-    // A ball around each, for what is far away.
+    // A bounding ball around each, to skip what is far away.
     let balls: Vec<_> = swept
         .iter()
         .map(|(geometry, _)| {
@@ -52,7 +56,7 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
             (centre, half.norm())
         })
         .collect();
-    // What the closed contacts hold in place stands like the environment does.
+    // Links that closed contacts hold in place do not move: obstacles like the environment's.
     let collision = &robot.collision;
     let watched = |a: usize, b: usize| {
         let pair = (a.min(b), a.max(b));
@@ -72,14 +76,14 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
     let mut worst: Option<(Hit, f64, f64)> = None;
     for i in 0..=POSES {
         let u = i as f64 / POSES as f64;
-        let X_WC = way.pose(u);
-        let air = Airborne::new(setting, swing, &X_WC);
+        let X_WC = path.pose(u);
+        let air = Airborne::new(context, swing, &X_WC);
         let X_WB = X_WC * to_body;
         for (&(geometry, X_BG), &(centre, radius)) in swept.iter().zip(&balls) {
             let X_WG = X_WB * X_BG;
-            for (o, obstacle) in setting.environment.world.obstacles().iter().enumerate() {
+            for (o, obstacle) in context.environment.world().obstacles().iter().enumerate() {
                 let middle = X_WG * centre;
-                if obstacle.is_beyond(&middle, radius + LOOK_M) || air.touches(setting, o) {
+                if obstacle.is_beyond(&middle, radius + LOOK_M) || air.touches(context, o) {
                     continue;
                 }
                 let found = closest(
@@ -90,8 +94,8 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
                     LOOK_M,
                 );
                 let Some(found) = found else { continue };
-                let short = air.required_m(setting, &found.normal_W) - found.distance;
-                // The ends are postures that keep their clearance to the solver's tolerance.
+                let short = air.required_m(context, &found.normal_W) - found.distance;
+                // The postures at the ends keep their clearance only to the solver's tolerance.
                 if short > 1e-4 && worst.as_ref().is_none_or(|(_, w, _)| short > *w) {
                     worst = Some((Hit::Environment(o), short, u));
                 }
@@ -100,7 +104,7 @@ pub(crate) fn shortfall(setting: &Setting, task: &Task, way: &Way) -> Option<(Hi
                 let Some(found) = closest(geometry, &X_WG, &other.geometry, X_WO, LOOK_M) else {
                     continue;
                 };
-                let short = setting.posture.self_clearance_m - found.distance;
+                let short = context.posture.self_clearance_m - found.distance;
                 if short > 1e-4 && worst.as_ref().is_none_or(|(_, w, _)| short > *w) {
                     worst = Some((Hit::Robot(other.link.clone()), short, u));
                 }

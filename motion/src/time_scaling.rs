@@ -1,8 +1,8 @@
-//! Time along a way: from rest to rest with continuous acceleration.
+//! Time along a path: from rest to rest with continuous acceleration.
 //!
 //!   σ(s) = 10 s³ − 15 s⁴ + 6 s⁵,   max σ' = 1.875,   max |σ''| = 10/√3 = 5.77
 
-/// The part of the way after the part `s` of the time.
+/// The part of the path after the part `s` of the time.
 pub fn quintic(s: f64) -> f64 {
     let s = s.clamp(0.0, 1.0);
     s * s * s * (10.0 + s * (6.0 * s - 15.0))

@@ -1,12 +1,13 @@
 //! Motions of the humanoid that ships between stances on a floor and a step.
 #![allow(clippy::unwrap_used, non_snake_case)]
 
-use motion::{Config, End, Motion, PhaseKind, Reason, Segment, Setting, assemble, segment};
+use motion::{Config, Interpolation, MotionContext, Reason, Segment, StanceRef, assemble, segment};
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use posture::{Contact, Environment, Outcome, Place, Posture, Problem};
+use plan::{Motion, PhaseKind};
+use posture::{Contact, Environment, Freedom, Outcome, Posture, Problem};
 use robot_model::collision::closest;
-use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
-use surfaces::{ConvexPolygon, Obstacle, Surface, SurfaceSet};
+use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, PatchId, Robot};
+use surfaces::{Face, Obstacle, Region, Terrain};
 
 /// Height and front of the step, m.
 const STEP: (f64, f64) = (0.20, 0.22);
@@ -18,7 +19,7 @@ fn humanoid() -> Robot {
         .unwrap()
 }
 
-fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64; 2]) -> Surface {
+fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64; 2]) -> Face {
     let rotation = Rotation3::from_basis_unchecked(&[x, y, x.cross(&y)]);
     let pose = Isometry3::from_parts(
         Translation3::from(p),
@@ -26,15 +27,15 @@ fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64;
     );
     let [a, b] = half;
     let corners = [(-a, -b), (a, -b), (a, b), (-a, b)].map(|(u, v)| Point2::new(u, v));
-    Surface::new(id, pose, ConvexPolygon::new(corners.to_vec()).unwrap())
+    Face::new(id, pose, Region::new([corners.to_vec()]).unwrap())
 }
 
 /// A floor, and a step across it with a front.
-fn step() -> SurfaceSet {
+fn step() -> Terrain {
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
     let (height, front) = STEP;
-    SurfaceSet {
-        surfaces: vec![
+    Terrain {
+        faces: vec![
             face("floor", Vector3::new(-0.3, 0.0, 0.0), x, y, [0.52, 0.6]),
             face(
                 "step",
@@ -57,7 +58,7 @@ fn step() -> SurfaceSet {
 
 /// Two stances: the left foot about to leave the floor, and touching the step.
 struct Pair {
-    contacts: [Vec<(usize, usize, bool)>; 2],
+    contacts: [Vec<Contact>; 2],
     posture: [Posture; 2],
 }
 
@@ -68,30 +69,23 @@ impl Pair {
             Kinematics::new(robot, q).X_WC(robot.patch(name).unwrap())
         };
         start.p_WB.z -= sole(&start, "left_foot").translation.vector.z;
-        let (left, right) = (
-            robot.patch_index("left_foot").unwrap(),
-            robot.patch_index("right_foot").unwrap(),
-        );
-        let fixed = |patch: usize, loaded: bool| Contact {
-            patch,
-            place: Place::Fixed {
-                X_WC: sole(&start, &robot.patches[patch].name),
-                yaw_free: false,
-                surface: Some(0),
-            },
-            loaded,
+        let [left, right] = ["left_foot", "right_foot"].map(|n| robot.patch_id(n).unwrap());
+        let [floor, step] = ["floor", "step"].map(|n| environment.face(n).unwrap());
+        let fixed = |patch: PatchId, loaded: bool| Contact {
             friction: 0.6,
+            ..Contact::at(robot, patch, sole(&start, &robot.patches[patch].name))
+                .on(floor)
+                .loaded(loaded)
         };
-        let placed = Contact {
-            patch: left,
-            place: Place::OnSurface {
-                surface: 1,
-                toward: Some(Point3::new(STEP.1 + 0.16, 0.10, STEP.0)),
-                yaw_rad: Some(0.0),
-            },
-            loaded: false,
+        let mut placed = environment.anywhere_on(step, robot, left).unwrap();
+        placed = Contact {
             friction: 0.6,
+            ..placed.loaded(false)
         };
+        if let Freedom::Within(area) = &mut placed.freedom {
+            area.toward = Some(Point3::new(STEP.1 + 0.16, 0.10, STEP.0));
+            area.yaw_rad = Some(0.0);
+        }
         let solve = |contacts: Vec<Contact>, guess: &Configuration| {
             let problem = Problem {
                 robot,
@@ -106,32 +100,33 @@ impl Pair {
                 other => panic!("{}", other.violation().unwrap().describe(&problem)),
             }
         };
-        let before = solve(vec![fixed(left, false), fixed(right, true)], &start);
-        let after = solve(vec![fixed(right, true), placed], &before.q);
+        let contacts = [
+            vec![fixed(left, false), fixed(right, true)],
+            vec![fixed(right, true), placed],
+        ];
+        let before = solve(contacts[0].clone(), &start);
+        let after = solve(contacts[1].clone(), &before.q);
         Self {
-            contacts: [
-                vec![(left, 0, false), (right, 0, true)],
-                vec![(right, 0, true), (left, 1, false)],
-            ],
+            contacts,
             posture: [before, after],
         }
     }
 
-    fn end(&self, i: usize) -> End<'_> {
-        End {
+    fn end(&self, i: usize) -> StanceRef<'_> {
+        StanceRef {
             contacts: &self.contacts[i],
             posture: &self.posture[i],
         }
     }
 }
 
-fn setting<'a>(
+fn context<'a>(
     robot: &'a Robot,
     environment: &'a Environment,
     posture: &'a posture::Config,
     config: &'a Config,
-) -> Setting<'a> {
-    Setting {
+) -> MotionContext<'a> {
+    MotionContext {
         robot,
         environment,
         posture,
@@ -139,10 +134,10 @@ fn setting<'a>(
     }
 }
 
-fn moved(setting: &Setting, pair: &Pair) -> (Segment, Motion) {
-    let segment = segment(setting, pair.end(0), pair.end(1)).unwrap();
+fn moved(context: &MotionContext, pair: &Pair) -> (Segment, Motion) {
+    let segment = segment(context, pair.end(0), pair.end(1)).unwrap();
     let segment = segment.unwrap_or_else(|failure| panic!("{}", failure.describe()));
-    let motion = assemble(setting, &[&segment]);
+    let motion = assemble(context, &[&segment]);
     motion.validate().unwrap();
     (segment, motion)
 }
@@ -150,10 +145,10 @@ fn moved(setting: &Setting, pair: &Pair) -> (Segment, Motion) {
 #[test]
 fn a_swing_over_a_step_clears_it() {
     let robot = humanoid();
-    let environment = Environment::new(&step(), 0.03).unwrap();
+    let environment = Environment::new(step(), 0.03, 2.0).unwrap();
     let pair = Pair::new(&robot, &environment);
     let (posture, config) = (posture::Config::default(), Config::default());
-    let (_, motion) = moved(&setting(&robot, &environment, &posture, &config), &pair);
+    let (_, motion) = moved(&context(&robot, &environment, &posture, &config), &pair);
 
     let left = robot.patch("left_foot").unwrap();
     let right = robot.patch("right_foot").unwrap();
@@ -168,7 +163,7 @@ fn a_swing_over_a_step_clears_it() {
         // Nothing of either leg comes near the riser; the foot lands on the step's own body.
         for (i, shape) in robot.collision.shapes().iter().enumerate() {
             let X_WG = robot.collision.X_WG(&kinematics, i);
-            let riser = &environment.world.obstacles()[2];
+            let riser = &environment.world().obstacles()[2];
             let near = closest(
                 &shape.geometry,
                 &X_WG,
@@ -205,10 +200,10 @@ fn a_swing_over_a_step_clears_it() {
 #[test]
 fn configuration_forces_and_rates_are_continuous_and_carry_the_weight() {
     let robot = humanoid();
-    let environment = Environment::new(&step(), 0.03).unwrap();
+    let environment = Environment::new(step(), 0.03, 2.0).unwrap();
     let pair = Pair::new(&robot, &environment);
     let (posture, config) = (posture::Config::default(), Config::default());
-    let (_, motion) = moved(&setting(&robot, &environment, &posture, &config), &pair);
+    let (_, motion) = moved(&context(&robot, &environment, &posture, &config), &pair);
     let weight = robot.mass_kg * GRAVITY_M_S2;
 
     let kinds: Vec<PhaseKind> = motion.phases.iter().map(|p| p.kind).collect();
@@ -231,7 +226,7 @@ fn configuration_forces_and_rates_are_continuous_and_carry_the_weight() {
         }
     }
     // Accelerations change by steps of their own size over a hundredth of the swing.
-    let curve = motion.interpolation().unwrap();
+    let curve = Interpolation::new(&motion).unwrap();
     let at = |i: usize| curve.at(i as f64 * motion.dt_s);
     let accelerations: Vec<_> = (0..motion.samples.len()).map(|i| at(i).a).collect();
     let peak = accelerations.iter().map(|a| a.amax()).fold(0.0, f64::max);
@@ -251,7 +246,7 @@ fn configuration_forces_and_rates_are_continuous_and_carry_the_weight() {
 #[test]
 fn a_wall_in_the_way_is_the_reason() {
     let robot = humanoid();
-    let free = Environment::new(&step(), 0.03).unwrap();
+    let free = Environment::new(step(), 0.03, 2.0).unwrap();
     let pair = Pair::new(&robot, &free);
     // A plate between the foot's places, from wall to wall and up to the chest, where neither
     // posture is.
@@ -272,12 +267,12 @@ fn a_wall_in_the_way_is_the_reason() {
         surface: None,
         assumed: false,
     });
-    let walled = Environment::new(&set, 0.03).unwrap();
+    let walled = Environment::new(set, 0.03, 2.0).unwrap();
     let (posture, config) = (posture::Config::default(), Config::default());
-    let setting = setting(&robot, &walled, &posture, &config);
-    let failure = segment(&setting, pair.end(0), pair.end(1))
+    let context = context(&robot, &walled, &posture, &config);
+    let failure = segment(&context, pair.end(0), pair.end(1))
         .unwrap()
-        .expect_err("the plate is in the way");
+        .expect_err("the plate is in the path");
     let text = failure.describe();
     assert_eq!(failure.swing.as_deref(), Some("left_foot"), "{text}");
     assert!((0.0..=1.0).contains(&failure.at), "{text}");
@@ -297,21 +292,21 @@ fn a_wall_in_the_way_is_the_reason() {
 #[test]
 fn the_same_stances_give_the_same_motion() {
     let robot = humanoid();
-    let environment = Environment::new(&step(), 0.03).unwrap();
+    let environment = Environment::new(step(), 0.03, 2.0).unwrap();
     let pair = Pair::new(&robot, &environment);
     let (posture, config) = (posture::Config::default(), Config::default());
-    let setting = setting(&robot, &environment, &posture, &config);
-    assert_eq!(moved(&setting, &pair).1, moved(&setting, &pair).1);
+    let context = context(&robot, &environment, &posture, &config);
+    assert_eq!(moved(&context, &pair).1, moved(&context, &pair).1);
 }
 
 #[test]
 fn stances_that_do_not_follow_on_each_other_are_refused() {
     let robot = humanoid();
-    let environment = Environment::new(&step(), 0.03).unwrap();
+    let environment = Environment::new(step(), 0.03, 2.0).unwrap();
     let mut pair = Pair::new(&robot, &environment);
     let (posture, config) = (posture::Config::default(), Config::default());
-    let setting = setting(&robot, &environment, &posture, &config);
-    pair.contacts[0][0].2 = true;
-    let error = segment(&setting, pair.end(0), pair.end(1)).unwrap_err();
+    let context = context(&robot, &environment, &posture, &config);
+    pair.contacts[0][0].loaded = true;
+    let error = segment(&context, pair.end(0), pair.end(1)).unwrap_err();
     assert!(error.to_string().contains("left_foot"), "{error}");
 }

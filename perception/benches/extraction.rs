@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, criterion_group, criterion_main};
 use perception::{Config, Method, Scan, extract};
 
-#[path = "../tests/support/mod.rs"]
+#[path = "../tests/all/support.rs"]
 mod support;
 
 /// Steps, a table, a wall and a ramp, 640 × 480, with the errors of an Xtion.
@@ -63,7 +63,10 @@ fn benches(criterion: &mut Criterion) {
     group
         .sample_size(10)
         .measurement_time(Duration::from_secs(8));
-    for (name, method) in [("organised", Method::Organised), ("chain", Method::Chain)] {
+    for (name, method) in [
+        ("organised", Method::Organised),
+        ("chain", Method::Brossette2013),
+    ] {
         let config = config(method);
         group.bench_function(name, |bencher| {
             pool.install(|| bencher.iter(|| black_box(extract(&scan, &scan.X_WV, &config))));
@@ -79,7 +82,7 @@ fn benches(criterion: &mut Criterion) {
             })
         })
     };
-    let (organised, chain) = (time(Method::Organised, 21), time(Method::Chain, 5));
+    let (organised, chain) = (time(Method::Organised, 21), time(Method::Brossette2013, 5));
     let ratio = chain.as_secs_f64() / organised.as_secs_f64();
     println!(
         "organised {organised:.2?}, chain {chain:.2?}: the organised path is {ratio:.0}× faster"

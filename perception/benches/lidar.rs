@@ -3,7 +3,7 @@
 //! The medians are printed at the end; `benches/peers/slope.sh` sets them beside PCL's.
 //!
 //! ```sh
-//! cargo bench -p perception --bench lidar
+//! cargo bench -p scandent-perception --bench lidar
 //! ```
 
 use std::hint::black_box;
@@ -14,7 +14,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use perception::lidar::{LidarCloud, LidarConfig, detect};
 use perception::parse_lidar;
 
-#[path = "../tests/ramps/mod.rs"]
+#[path = "../tests/all/ramps.rs"]
 mod ramps;
 
 /// A sweep of the ramp of 15.3°, or the PCD that `SCANDENT_CLOUD` names.
@@ -46,23 +46,17 @@ fn median(mut run: impl FnMut()) -> Duration {
 
 fn benches(criterion: &mut Criterion) {
     let cloud = cloud();
-    let whole = LidarConfig::default();
-    let mut unfiltered = LidarConfig::default();
-    unfiltered.outliers.enabled = false;
+    let config = LidarConfig::default();
     // The chain of a cloud with rings runs on the thread that calls it.
     criterion.bench_function("slope of a sweep", |b| {
-        b.iter(|| black_box(detect(&cloud, None, &whole)));
+        b.iter(|| black_box(detect(&cloud, None, &config)));
     });
-    let run = |config: &LidarConfig| {
-        median(|| {
-            black_box(detect(&cloud, None, config)).ok();
-        })
-    };
-    let (all, rest) = (run(&whole), run(&unfiltered));
+    let whole = median(|| {
+        black_box(detect(&cloud, None, &config)).ok();
+    });
     println!(
-        "{} points: the whole chain {all:.2?}, of it the filter {:.2?}; at most 20 ms are wanted",
-        cloud.len(),
-        all.saturating_sub(rest)
+        "{} points: {whole:.2?}; at most 20 ms are wanted",
+        cloud.len()
     );
 }
 

@@ -1,7 +1,7 @@
 //! Extracts the surfaces of a scan and writes them for a script to look at.
 //!
-//!   cargo run --release -p perception --example extract -- SCAN OUT_PREFIX [--sensor NAME]
-//!       [--intrinsics fx,fy,cx,cy] [--eye x,y,z] [--method auto|organised|voxels|chain] [--runs N]
+//!   cargo run --release -p scandent-perception --example extract -- SCAN OUT_PREFIX [--sensor NAME]
+//!       [--intrinsics fx,fy,cx,cy] [--eye x,y,z] [--method auto|organised|voxels|brossette2013] [--runs N]
 //!
 //! Writes `OUT_PREFIX.json`, a list with one entry a plane (by the chain, one a surface), all in the sensor's optical frame (x right, y down, z forward; m):
 //!
@@ -48,7 +48,7 @@ fn main() -> Result<(), AnyError> {
                     "auto" => Method::Auto,
                     "organised" => Method::Organised,
                     "voxels" => Method::Voxels,
-                    "chain" => Method::Chain,
+                    "brossette2013" => Method::Brossette2013,
                     _ => return Err(format!("unknown method {value}").into()),
                 }
             }

@@ -3,16 +3,16 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::chain::ChainConfig;
+use crate::brossette2013::Brossette2013Config;
 use crate::error::within;
 use crate::inset::InsetConfig;
 use crate::lidar::LidarConfig;
-use crate::organised::OrganisedConfig;
 use crate::registration::RegistrationConfig;
-use crate::voxels::VoxelConfig;
 
 /// Which path a scan takes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// The organised path where the scan has an image, else voxels.
@@ -23,29 +23,36 @@ pub enum Method {
     /// Moments of the points in hashed voxels.
     Voxels,
     /// The chain of brossette2013 on the points.
-    Chain,
+    Brossette2013,
 }
 
 /// Parameters of the extraction.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Which path a scan takes.
     pub method: Method,
     /// Points farther than this from the sensor are not used, m.
     pub range_max_m: f64,
-    /// Parameters of the organised path.
-    pub organised: OrganisedConfig,
-    /// Parameters of the path of voxels.
-    pub voxels: VoxelConfig,
-    /// Parameters of the chain.
-    pub chain: ChainConfig,
+    /// Smallest face, m².
+    pub area_min_m2: f64,
+    /// Smallest width of a face (diameter of the largest inscribed circle), m.
+    pub width_min_m: f64,
+    /// How far steep faces that the border of an image cuts are taken to go on beyond it, m.
+    pub unseen_extension_m: f64,
     /// How far surfaces keep from their edges.
     pub inset: InsetConfig,
+    /// Parameters of the method of brossette2013.
+    pub brossette2013: Brossette2013Config,
     /// Parameters of the LiDAR chain.
     pub lidar: LidarConfig,
     /// Where further scans of a scene were taken from.
     pub registration: RegistrationConfig,
+    /// Whether faces that may be level are taken to be.
+    pub assume_level: bool,
+    /// Whether faces that more than one scan shows are made one; if not, those of every scan stand
+    /// side by side.
+    pub fuse_views: bool,
 }
 
 impl Default for Config {
@@ -53,12 +60,15 @@ impl Default for Config {
         Self {
             method: Method::Auto,
             range_max_m: 5.0,
-            organised: OrganisedConfig::default(),
-            voxels: VoxelConfig::default(),
-            chain: ChainConfig::default(),
+            area_min_m2: 0.005,
+            width_min_m: 0.04,
+            unseen_extension_m: 0.5,
             inset: InsetConfig::default(),
+            brossette2013: Brossette2013Config::default(),
             lidar: LidarConfig::default(),
             registration: RegistrationConfig::default(),
+            assume_level: true,
+            fuse_views: true,
         }
     }
 }
@@ -69,18 +79,43 @@ impl Config {
     /// # Errors
     /// [`Error::Config`] naming the parameter.
     pub fn check(&self) -> Result<(), Error> {
-        within(
-            "range_max_m",
-            self.range_max_m,
-            1e-3,
-            1e6,
-            "must be a positive distance",
-        )?;
-        self.organised.check()?;
-        self.voxels.check(self.range_max_m)?;
-        self.chain.check(self.range_max_m)?;
+        for (key, value, least, most, cause) in [
+            (
+                "range_max_m",
+                self.range_max_m,
+                1e-3,
+                RANGE_MAX_M,
+                "must be in [0.001, 10000] m",
+            ),
+            (
+                "area_min_m2",
+                self.area_min_m2,
+                0.0,
+                1e6,
+                "must not be negative",
+            ),
+            (
+                "width_min_m",
+                self.width_min_m,
+                0.0,
+                1e3,
+                "must not be negative",
+            ),
+            (
+                "unseen_extension_m",
+                self.unseen_extension_m,
+                0.0,
+                1e3,
+                "must not be negative",
+            ),
+        ] {
+            within(key, value, least, most, cause)?;
+        }
+        self.brossette2013.check(self.range_max_m)?;
         self.inset.check()?;
-        self.lidar.check()?;
-        self.registration.check()
+        self.lidar.check()
     }
 }
+
+/// Farthest range, m: a voxel's place along an axis has to fit 21 bits.
+const RANGE_MAX_M: f64 = 1e4;

@@ -2,13 +2,15 @@
 
 use nalgebra::Vector3;
 use serde::Serialize;
-use surfaces::{Obstacle, Surface};
+use surfaces::{Face, Obstacle, Surface};
 
 /// The surfaces of one scan, and how they came about.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Extraction {
     /// The surfaces in W, by falling area; ids s0, s1, …
     pub surfaces: Vec<Surface>,
+    /// The same as connected faces with holes in W, by falling area; ids f0, f1, …
+    pub faces: Vec<Face>,
     /// Bodies in W where faces may go on that the image's border cuts; depth images only.
     pub obstacles: Vec<Obstacle>,
     /// Counts along the way.

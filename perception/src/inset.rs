@@ -10,35 +10,32 @@ use crate::error::within;
 
 /// The inset of the surfaces of a scan ([`surfaces::covariance`]): an error of a plane moves its edges
 /// along the rays on which they were seen.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct InsetConfig {
     /// k: number of standard deviations of an edge's place to keep off it.
     pub sigmas: f64,
-    /// Standard deviation of an edge's place in an image, px. Outlines of images lie inside the true
-    /// edges already, by what was taken off and what dropped out there: only what k σ of the image and
-    /// the plane together come to beyond that is left for the inset.
-    pub edge_sigma_px: f64,
 }
+
+/// Standard deviation of an edge's place in an image, px. Outlines of images lie inside the true edges
+/// already, by what was taken off and what dropped out there: only what k σ of the image and the plane
+/// together come to beyond that is left for the inset.
+pub(crate) const EDGE_SIGMA_PX: f64 = 1.0;
 
 impl Default for InsetConfig {
     fn default() -> Self {
-        Self {
-            sigmas: 2.0,
-            edge_sigma_px: 1.0,
-        }
+        Self { sigmas: 2.0 }
     }
 }
 
 impl InsetConfig {
     pub(crate) fn check(&self) -> Result<(), Error> {
-        within("sigmas", self.sigmas, 0.0, 100.0, "must be in [0, 100]")?;
         within(
-            "edge_sigma_px",
-            self.edge_sigma_px,
+            "inset.sigmas",
+            self.sigmas,
             0.0,
-            64.0,
-            "must be in [0, 64] px",
+            100.0,
+            "must be in [0, 100]",
         )
     }
 
@@ -54,7 +51,7 @@ impl InsetConfig {
         EdgeView {
             eye_W: Point3::from(X_WV.translation.vector),
             k: self.sigmas,
-            sigma_rad: self.edge_sigma_px * pixel_rad,
+            sigma_rad: EDGE_SIGMA_PX * pixel_rad,
             inside_rad,
             further_m: 0.0,
         }

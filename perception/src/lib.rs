@@ -1,10 +1,10 @@
 //! From a scan to planar surfaces.
 //!
-//! A depth image takes the *organised* path ([`OrganisedConfig`]): inverse depth is linear in the
+//! A depth image takes the *organised* path ([`Method::Organised`]): inverse depth is linear in the
 //! pixel on a plane, so sums over cells of pixels give its planes without a nearest neighbour, and
 //! each face is covered by convex polygons that hold no air. Any other cloud takes the same growth
-//! over hashed voxels ([`VoxelConfig`]), or, where [`Method::Chain`] asks for it, the paper's *chain*
-//! ([`ChainConfig`]): crop, voxel grid, region growing on normals, planes per cluster, projection,
+//! over hashed voxels ([`Method::Voxels`]), or, where [`Method::Brossette2013`] asks for it, the chain of that paper
+//! ([`Brossette2013Config`]): crop, voxel grid, region growing on normals, planes per cluster, projection,
 //! convex hull, re-orientation.
 //!
 //! ```no_run
@@ -21,41 +21,36 @@
 //! Frames: V is the sensor's optical frame (x right, y down, z forward), S a surface's (z_S toward
 //! the sensor), W the world. Points stay in V; only the surfaces' frames are moved to W.
 
-mod chain;
+mod brossette2013;
 mod config;
-mod directions;
 mod edges;
 mod error;
 mod extraction;
+mod face;
 mod inset;
 pub mod lidar;
 mod organised;
+mod perceive;
 mod readers;
 mod registration;
 mod scan;
+mod segmentation;
 mod sensor;
-mod several;
+mod spherical_range_image;
+mod view_set;
 mod voxels;
 
-pub use chain::{
-    ChainConfig, HullConfig, NormalsConfig, PlaneExtractionConfig, RegionGrowingConfig,
-    VoxelGridConfig,
-};
+pub use brossette2013::Brossette2013Config;
 pub use config::{Config, Method};
 pub use error::Error;
 pub use extraction::{Extraction, Segmentation, Statistics};
 pub use inset::InsetConfig;
-pub use organised::{
-    BeyondConfig, CoverConfig, GrowthConfig, MaskConfig, MergeConfig, OrganisedConfig,
-    OutlineConfig,
-};
+pub use perceive::{Notice, Perception, PosedScan, perceive};
 pub use readers::{LidarScan, SensorOptions, parse_lidar, parse_scan, read_lidar, read_scan};
 pub use registration::{Registration, RegistrationConfig, register};
 pub use scan::{DepthImage, Intrinsics, PointCloud, Scan};
 pub use sensor::{Noise, SENSORS, Sensor};
-pub use several::{SIGHT_STEP, Several, extract_all, sight};
-
-pub use voxels::{VoxelConfig, VoxelGrowthConfig, VoxelOutlineConfig};
+pub use view_set::{SIGHT_STEP, ViewSet, extract_all, sight};
 
 use nalgebra::Isometry3;
 
@@ -70,7 +65,7 @@ use nalgebra::Isometry3;
 #[allow(non_snake_case)]
 pub fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Result<Extraction, Error> {
     config.check()?;
-    let (range_max_m, inset) = (config.range_max_m, &config.inset);
+    let inset = &config.inset;
     // What is not known of the edges of a cloud shrinks where its surfaces may be touched; in images
     // that is known edge by edge.
     let less = |mut found: Extraction, edge_m: f64| {
@@ -82,18 +77,17 @@ pub fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Result<Ex
     };
     match (&scan.depth, config.method) {
         (Some(depth), Method::Auto | Method::Organised) => {
-            let (noise, organised) = (&scan.noise, &config.organised);
-            let found = organised::extract(depth, noise, X_WV, range_max_m, organised, inset);
-            Ok(found)
+            Ok(organised::extract(depth, &scan.noise, X_WV, config))
         }
         (None, Method::Organised) => Err(Error::NotOrganised),
         (_, Method::Auto | Method::Voxels) => {
-            let found = voxels::extract(scan, X_WV, range_max_m, &config.voxels);
-            Ok(less(found, config.voxels.outline.inset_m))
+            let found = voxels::extract(scan, X_WV, config);
+            Ok(less(found, voxels::INSET_M))
         }
-        (_, Method::Chain) => {
-            let found = chain::extract(scan, X_WV, range_max_m, &config.chain)?;
-            Ok(less(found, config.chain.hull.inset_m))
+        (_, Method::Brossette2013) => {
+            let found =
+                brossette2013::extract(scan, X_WV, config.range_max_m, &config.brossette2013)?;
+            Ok(less(found, brossette2013::INSET_M))
         }
     }
 }

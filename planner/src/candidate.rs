@@ -5,15 +5,25 @@
 //! equilibrium without c while c still touches. One posture then belongs to both contact sets.
 //! Source: [escande2013]; design: transitions.
 
-use motion::{End, Setting};
+use motion::{MotionContext, StanceRef};
 use nalgebra::{Point3, Vector3};
-use posture::{Contact, Outcome, Place, Problem};
+use posture::{Contact, Outcome};
+use robot_model::PatchId;
 
 use crate::Error;
-use crate::comfort::comfortable;
-use crate::node::{Node, aside, fixed};
-use crate::request::{FootState, Prepared};
-use crate::wish::{Wish, wanted_place};
+use crate::context::{FootState, SearchContext};
+use crate::foothold_proposal::{Foothold, propose};
+use crate::node::{Node, SAME_PLACE_M};
+use crate::nominal_posture::nominal_posture;
+
+/// Attempts from other seeds at a child whose posture was not found from its parent's.
+const RETRY_RESTARTS: usize = 1;
+/// How near to the nominal one the postures of the tree are brought: what is left to gain is carried
+/// on to the children ([`posture::Solver::optimality`]).
+const OPTIMALITY: f64 = 5e-3;
+
+/// Normals whose cosine is larger are those of one plane, up to a tenth of a degree.
+const ONE_PLANE: f64 = 1.0 - 2e-6;
 
 /// A change to a node's contact set that has passed the cheap tests.
 #[derive(Clone, Debug)]
@@ -22,157 +32,146 @@ pub(crate) struct Candidate {
     pub change: Move,
     /// Contacts made plus contacts still to be made, as far as one can tell before solving.
     pub priority: f64,
-    /// Whether it failed at the first attempt and is tried again, from other starts.
-    pub again: bool,
-    /// Whether its place is one beside another that no motion leads to.
-    pub elsewhere: bool,
+    /// Whether it failed at the first attempt and is tried again, from other seeds.
+    pub retry: bool,
+    /// Whether its place is an alternative to one that no motion leads to.
+    pub alternative: bool,
 }
 
 /// One contact more or one less.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) enum Move {
     /// Release the contact of this patch.
-    Remove { patch: usize },
-    /// Touch the surface with the patch, as near as possible to the wanted place.
-    Add {
-        patch: usize,
-        surface: usize,
-        toward: Point3<f64>,
-        yaw_rad: Option<f64>,
-    },
+    Remove(PatchId),
+    /// Touch with a patch, as near as possible to the proposed place.
+    Add(Foothold),
+}
+
+impl Move {
+    /// The patch that leaves or lands.
+    pub fn patch(&self) -> PatchId {
+        match self {
+            Move::Remove(patch) => *patch,
+            Move::Add(foothold) => foothold.patch,
+        }
+    }
 }
 
 /// Every child of a node that passes the cheap tests.
-pub(crate) fn children(prepared: &Prepared, index: usize, node: &Node) -> Vec<Candidate> {
-    let mut children = Vec::new();
-    let feet = node.feet(prepared);
-    let made = (node.depth + 1) as f64;
-    let greed = prepared.config.greed;
-    let held: f64 = node
-        .contacts
-        .iter()
-        .map(|c| extra(prepared, c.patch, &c.place_W(prepared)))
-        .sum();
-
-    // With a foot in the air that stood before, only that foot.
-    let aloft = |patch: usize| {
-        let stood = prepared.feet.contains(&patch) && node.last[patch].is_some();
+pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Vec<Candidate> {
+    let robot = context.request.robot;
+    let feet = node.feet(context);
+    // With a foot in the air that stood before, only that foot: nothing else is done on fewer feet
+    // than must be.
+    let aloft = |patch: PatchId| {
+        let stood = context.foot(patch).is_some() && node.last[patch.index()].is_some();
         stood && !node.holds(patch)
     };
-    let any_aloft = prepared.config.land_first && prepared.feet.iter().any(|&p| aloft(p));
+    let any_aloft = context.feet.iter().any(|&p| aloft(p));
+    let mut children = Vec::new();
 
     // Release: at least one foot stays, and three points where forces may act, which a foot with an
     // area has: over two the centre of mass has no room.
-    for contact in &node.contacts {
+    for contact in node.contacts.iter().filter(|_| !any_aloft) {
         let patch = contact.patch;
-        let stays = node
-            .contacts
-            .iter()
-            .any(|c| c.patch != patch && prepared.feet.contains(&c.patch));
-        let points: usize = node
-            .contacts
-            .iter()
-            .filter(|c| c.patch != patch)
-            .map(|c| prepared.request.robot.patches[c.patch].polygon.len())
-            .sum();
-        if !stays || points < 3 || any_aloft {
+        let stay = || node.contacts.iter().filter(|c| c.patch != patch);
+        let points: usize = stay().map(|c| robot.patches[c.patch].polygon.len()).sum();
+        if points < 3 || !stay().any(|c| context.foot(c.patch).is_some()) {
             continue;
         }
         let mut after = feet.clone();
-        if let Some(i) = prepared.feet.iter().position(|&p| p == patch) {
-            after[i].in_air = true;
+        if let Some(foot) = context.foot(patch) {
+            after[foot].in_air = true;
         }
-        let released = extra(prepared, patch, &contact.place_W(prepared));
         children.push(Candidate {
             node: index,
-            change: Move::Remove { patch },
-            priority: made + greed * prepared.estimate(&after) + held - released,
-            again: false,
-            elsewhere: false,
+            change: Move::Remove(patch),
+            priority: priority(context, node, &after, stay()),
+            retry: false,
+            alternative: false,
         });
     }
 
-    // Touch: a patch that is free, on a surface it may touch, within reach.
-    for patch in 0..prepared.request.robot.patches.len() {
-        if !prepared.used[patch] || node.holds(patch) || (any_aloft && !aloft(patch)) {
+    // Touch: a patch that is free, on a face it may touch, within reach.
+    for patch in robot.patch_ids() {
+        if !context.is_used(patch) || node.holds(patch) || (any_aloft && !aloft(patch)) {
             continue;
         }
-        // Pieces of one face that offer the same place are one.
-        let mut offered: Vec<(usize, Point3<f64>)> = Vec::new();
-        for &surface in &prepared.request.usable[patch] {
-            let Some(wish) = wanted_place(prepared, node, &feet, patch, surface) else {
+        let mut offered: Vec<(Vector3<f64>, Point3<f64>)> = Vec::new();
+        for &face in &context.request.usable[patch.index()] {
+            let Some(foothold) = propose(context, node, &feet, patch, face) else {
                 continue;
             };
-            let face = prepared.face[surface];
-            let same = |(other, place): &(usize, Point3<f64>)| {
-                *other == face && (place - wish.place).norm() < prepared.config.same_place_m
+            // Faces of one plane may overlap, as the ground under the feet and the floor do.
+            let normal = context.request.environment[face].normal_W();
+            let same = |(other, place): &(Vector3<f64>, Point3<f64>)| {
+                let apart_m = (place - foothold.place).norm();
+                other.dot(&normal) > ONE_PLANE && apart_m < SAME_PLACE_M
             };
-            if !offered.iter().any(same) {
-                offered.push((face, wish.place));
-                children.push(touch(prepared, index, node, patch, surface, &wish));
+            let is_wanted = context.request.goal.contacts.contains(&(patch, face));
+            if is_wanted || !offered.iter().any(same) {
+                offered.push((normal, foothold.place));
+                children.push(touch(context, index, node, foothold));
             }
         }
     }
     children
 }
 
-/// The child that touches a surface at the wanted place.
+/// The child that touches at a proposed place.
 pub(crate) fn touch(
-    prepared: &Prepared,
+    context: &SearchContext,
     index: usize,
     node: &Node,
-    patch: usize,
-    surface: usize,
-    wish: &Wish,
+    foothold: Foothold,
 ) -> Candidate {
-    let config = prepared.config;
-    let mut feet = node.feet(prepared);
-    let mut over_m = 0.0;
-    if let Some(i) = prepared.feet.iter().position(|&p| p == patch) {
-        let place = &wish.place.coords;
-        let guide = &prepared.request.guide;
-        let progress = guide.foot_progress(place, &prepared.offset[patch]);
-        over_m = (progress.along_m - wish.along_m).max(0.0);
-        feet[i] = FootState {
-            // More than a stride is worth no more than a stride.
-            along_m: progress.along_m - over_m,
-            aside_m: aside(prepared, patch, place),
+    let (patch, place) = (foothold.patch, foothold.place.coords);
+    let mut feet = node.feet(context);
+    let mut beyond_m = 0.0;
+    if let Some(foot) = context.foot(patch) {
+        let (along_m, lateral_m) = context.progress(patch, &place);
+        // More than a stride is worth no more than a stride.
+        beyond_m = (along_m - foothold.along_m).max(0.0);
+        feet[foot] = FootState {
+            along_m: along_m - beyond_m,
+            lateral_m,
             in_air: false,
         };
     }
-    let held = node
-        .contacts
-        .iter()
-        .map(|c| (c.patch, c.place_W(prepared)))
-        .chain([(patch, wish.place.coords)]);
-    let extras: f64 = held
-        .map(|(patch, place)| extra(prepared, patch, &place))
-        .sum();
     Candidate {
         node: index,
-        change: Move::Add {
-            patch,
-            surface,
-            toward: wish.place,
-            yaw_rad: wish.yaw_rad,
-        },
-        priority: (node.depth + 1) as f64
-            + config.greed * prepared.estimate(&feet)
-            + extras
-            + config.aside_price_per_m * over_m,
-        again: false,
-        elsewhere: false,
+        priority: priority(context, node, &feet, node.contacts.iter())
+            + extra(context, patch, &place)
+            + context.config.lateral_deviation_price_per_m * beyond_m,
+        change: Move::Add(foothold),
+        retry: false,
+        alternative: false,
     }
+}
+
+/// Contacts made, those estimated to follow and the price of extra ones, of a child that keeps
+/// `contacts` and has its feet there.
+fn priority<'c>(
+    context: &SearchContext,
+    node: &Node,
+    feet: &[FootState],
+    contacts: impl Iterator<Item = &'c Contact>,
+) -> f64 {
+    let extras: f64 = contacts
+        .map(|c| extra(context, c.patch, &context.place_W(c)))
+        .sum();
+    (node.depth + 1) as f64 + context.config.heuristic_weight * context.estimate(feet) + extras
 }
 
 /// The price of a contact with a patch that is not among the start's: that of any, and of its
 /// distance from where the limb usually is.
-fn extra(prepared: &Prepared, patch: usize, place: &Vector3<f64>) -> f64 {
-    if prepared.feet.contains(&patch) {
+fn extra(context: &SearchContext, patch: PatchId, place: &Vector3<f64>) -> f64 {
+    if context.foot(patch).is_some() {
         return 0.0;
     }
-    let config = prepared.config;
-    config.extra_contact_price + config.aside_price_per_m * aside(prepared, patch, place)
+    let (_, lateral_m) = context.progress(patch, place);
+    let config = context.config;
+    config.extra_contact_price + config.lateral_deviation_price_per_m * lateral_m
 }
 
 /// What came of a candidate.
@@ -181,87 +180,53 @@ pub(crate) struct Solved {
     pub contacts: Vec<Contact>,
     pub outcome: Outcome,
     /// Why the patch cannot come to the place that it touches or leave it, where it cannot.
-    pub stuck: Option<String>,
+    pub lift_off_blocked: Option<String>,
 }
 
 /// Solves the posture problem of a candidate; a pure function of the node and the candidate.
 pub(crate) fn solve(
-    prepared: &Prepared,
-    setting: &Setting,
+    context: &SearchContext,
+    motion: &MotionContext,
     node: &Node,
     candidate: &Candidate,
 ) -> Result<Solved, Error> {
-    let request = prepared.request;
-    let change = &candidate.change;
-    let restarts = if candidate.again {
-        prepared.config.posture_restarts
-    } else {
-        0
-    };
     let config = &posture::Config {
-        restarts,
-        optimality: prepared.config.posture_optimality,
-        ..setting.posture.clone()
+        restarts: if candidate.retry { RETRY_RESTARTS } else { 0 },
+        solver: posture::Solver {
+            optimality: OPTIMALITY,
+            ..motion.posture.solver
+        },
+        ..motion.posture.clone()
     };
-    let mut contacts: Vec<Contact> = node
-        .contacts
-        .iter()
-        .map(|held| {
-            let leaves = matches!(change, Move::Remove { patch } if *patch == held.patch);
-            fixed(prepared, held, !leaves)
-        })
-        .collect();
-    if let Move::Add {
-        patch,
-        surface,
-        toward,
-        yaw_rad,
-    } = *change
-    {
-        contacts.push(Contact {
-            patch,
-            place: Place::OnSurface {
-                surface,
-                toward: Some(toward),
-                yaw_rad,
-            },
-            loaded: false,
-            friction: request.robot.patches[patch].friction,
-        });
+    let mut contacts = node.contacts.clone();
+    match &candidate.change {
+        Move::Remove(patch) => {
+            for contact in contacts.iter_mut().filter(|c| c.patch == *patch) {
+                contact.loaded = false;
+            }
+        }
+        Move::Add(foothold) => contacts.push(foothold.contact(context)),
     }
-    let reference = comfortable(prepared, &contacts);
-    let problem = Problem {
-        robot: request.robot,
-        environment: request.environment,
-        contacts,
-        base_goal: None,
-        reference: &reference,
-        guess: &node.posture.q,
-    };
+    let reference = nominal_posture(context, &contacts);
+    let problem = context.problem(contacts, &reference, &node.posture.q);
     let outcome = posture::solve(&problem, config)?;
-    let contacts = problem.contacts;
-    let stuck = match &outcome {
+    let lift_off_blocked = match &outcome {
         Outcome::Feasible(posture) => {
-            let touching: Vec<(usize, usize, bool)> = contacts
-                .iter()
-                .filter_map(|c| Some((c.patch, c.place.surface()?, c.loaded)))
-                .collect();
-            let (Move::Remove { patch } | Move::Add { patch, .. }) = *change;
-            let setting = Setting {
+            let motion = MotionContext {
                 posture: config,
-                ..*setting
+                ..*motion
             };
-            let stance = End {
-                contacts: &touching,
+            let stance = StanceRef {
+                contacts: &problem.contacts,
                 posture,
             };
-            motion::raised(&setting, stance, patch)?
+            motion::raised(&motion, stance, candidate.change.patch())?
         }
         _ => None,
     };
     Ok(Solved {
-        contacts,
+        contacts: problem.contacts,
         outcome,
-        stuck,
+        lift_off_blocked,
     })
 }

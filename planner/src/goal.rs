@@ -2,22 +2,24 @@
 //!
 //! A node is final if that problem stays feasible. Source: [brossette2013] section II.
 
-use posture::{BaseGoal, Contact, Outcome, Posture, Problem};
+use std::sync::Arc;
+
+use plan::Change;
+use posture::{BaseGoal, Posture, Problem};
 
 use crate::Error;
-use crate::answer::Blocked;
-use crate::comfort::comfortable;
-use crate::grow::held;
-use crate::node::{Node, fixed};
-use crate::plan::Change;
-use crate::request::Prepared;
+use crate::context::SearchContext;
+use crate::node::Node;
+use crate::node_construction::feasible;
+use crate::nominal_posture::nominal_posture;
+use crate::result::Blocked;
 
 /// What came of trying the goal at a node.
 pub(crate) enum Attempt {
     /// The wanted contacts are not there, or the goal is out of reach of those that are.
     TooEarly,
     /// The goal's posture.
-    Reached(Box<Posture>),
+    Reached(Arc<Posture>),
     /// The contacts are there, the posture is not.
     Missed(Blocked),
 }
@@ -27,64 +29,50 @@ pub(crate) enum Attempt {
 /// # Errors
 /// [`Error::Posture`] where the problem cannot be posed.
 pub(crate) fn try_goal(
-    prepared: &Prepared,
+    context: &SearchContext,
     config: &posture::Config,
     node: &Node,
 ) -> Result<Attempt, Error> {
-    let request = prepared.request;
-    let goal = &request.goal;
+    let goal = &context.request.goal;
     let has_patches = goal.patches.iter().all(|&p| node.holds(p));
-    let has_contacts = goal
-        .contacts
-        .iter()
-        .all(|&(p, s)| node.contacts.iter().any(|c| c.patch == p && c.surface == s));
+    let has = |patch, face| {
+        let mut contacts = node.contacts.iter();
+        contacts.any(|c| c.patch == patch && c.face == Some(face))
+    };
+    let has_contacts = goal.contacts.iter().all(|&(patch, face)| has(patch, face));
     // The feet have to come along: a body that leans over to its goal is not there.
-    let behind = node.distance_m(prepared) > 0.5 * prepared.stride_m + goal.base.tolerance_m;
-    if !has_patches || !has_contacts || behind || !near_goal(prepared, node, &goal.base) {
+    let behind = node.distance_m(context) > 0.5 * context.stride_m + goal.base.tolerance_m;
+    if !has_patches || !has_contacts || behind || !near_goal(context, node, &goal.base) {
         return Ok(Attempt::TooEarly);
     }
-    let contacts: Vec<Contact> = node
-        .contacts
-        .iter()
-        .map(|held| fixed(prepared, held, true))
-        .collect();
-    let reference = comfortable(prepared, &contacts);
+    let reference = nominal_posture(context, &node.contacts);
     let problem = Problem {
-        robot: request.robot,
-        environment: request.environment,
-        contacts,
         base_goal: Some(goal.base.clone()),
-        reference: &reference,
-        guess: &node.posture.q,
+        ..context.problem(node.contacts.clone(), &reference, &node.posture.q)
     };
-    // The node's posture is near: what other starts would find is another way to the goal.
+    // The node's posture is near: what other seeds would find is another way to the goal.
     let config = posture::Config {
         restarts: 0,
         ..config.clone()
     };
-    Ok(match posture::solve(&problem, &config)? {
-        Outcome::Feasible(posture) => Attempt::Reached(posture),
-        other => Attempt::Missed(Blocked {
+    let outcome = posture::solve(&problem, &config)?;
+    Ok(match feasible(outcome, &problem) {
+        Ok(posture) => Attempt::Reached(posture),
+        Err(reason) => Attempt::Missed(Blocked {
             change: Change::Goal,
-            held: held(prepared, node),
-            reason: other
-                .violation()
-                .map_or_else(String::new, |v| v.describe(&problem)),
-            distance_m: node.distance_m(prepared),
+            held: node.describe(context),
+            reason,
+            distance_m: node.distance_m(context),
         }),
     })
 }
 
 /// Whether the base could be at the goal at all: within reach of every contact.
-fn near_goal(prepared: &Prepared, node: &Node, goal: &BaseGoal) -> bool {
+fn near_goal(context: &SearchContext, node: &Node, goal: &BaseGoal) -> bool {
     node.contacts.iter().all(|held| {
-        let p = held.X_WC.translation.vector;
-        let apart: f64 = goal
-            .position_m
-            .iter()
-            .zip(p.iter())
-            .filter_map(|(g, x)| g.map(|g| (g - x).powi(2)))
-            .sum();
-        apart.sqrt() <= prepared.reach_m[held.patch] + goal.tolerance_m
+        let wanted = goal.position_m.iter();
+        let pairs = wanted.zip(held.X_WC.translation.vector.iter());
+        let apart: f64 = pairs.filter_map(|(g, x)| g.map(|g| (g - x).powi(2))).sum();
+        apart.sqrt() <= context.reach_m(held.patch) + goal.tolerance_m
     })
 }

@@ -9,40 +9,41 @@
 //! | question | module |
 //! |---|---|
 //! | what is asked | [`request`] |
+//! | what follows from it once | `context` |
 //! | how far along the guide path | [`guide`] |
 //! | which contact changes could be made, and at what price | `candidate` |
-//! | where a patch would like to touch a surface, and beside that | `wish` |
-//! | the posture that a stance would like best | `comfort` |
+//! | where a patch should touch a face, and the alternatives | `foothold_proposal` |
+//! | the posture that a stance would like best | `nominal_posture` |
 //! | ways that nothing can hold the robot on | `steepness` |
+//! | nodes from solved candidates | `node_construction` |
 //! | the tree and its order | [`search`](mod@search) |
 //! | which contacts the way can do without | `shorten` |
-//! | what is done with a way that reaches the goal | `conclude` |
+//! | what is done with a way that reaches the goal | `finalize` |
 //! | the motions between its stances | `motions` |
-//! | what is written | [`plan`], [`record`] |
+//! | what comes back, and as it is written | [`result`], [`record`] |
 
-pub mod answer;
 mod candidate;
-mod comfort;
-mod conclude;
 mod config;
+mod context;
 mod error;
+mod finalize;
+mod foothold_proposal;
 mod goal;
-mod grow;
 pub mod guide;
 mod motions;
 mod node;
-pub mod plan;
+mod node_construction;
+mod nominal_posture;
 pub mod record;
 pub mod request;
+pub mod result;
 pub mod search;
 mod shorten;
 mod steepness;
-mod wish;
 
-pub use answer::{Answer, Blocked, PathStance, Progress, Stage, Status};
 pub use config::Config;
 pub use error::Error;
 pub use guide::Guide;
-pub use plan::Plan;
 pub use request::{Goal, Request, Start};
+pub use result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
 pub use search::search;

@@ -1,30 +1,30 @@
 //! Motions of the edges of a path, each computed once.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use motion::{End, Failure, Motion, Segment, Setting};
+use motion::{Failure, MotionContext, Segment, StanceRef};
+use plan::Motion;
 use rayon::prelude::*;
 
 use crate::Error;
-use crate::answer::PathStance;
+use crate::result::PathStance;
 
-type Edge = Result<Segment, Failure>;
+/// What a motion depends on: the two stances, to the bit.
+type Key = [Vec<u64>; 2];
 
 /// The motions between stances that were asked for so far.
 ///
 /// A motion depends on its two stances alone, so the order and the number of threads in which they
 /// are computed do not matter.
 pub(crate) struct Motions<'a> {
-    pub setting: Setting<'a>,
-    /// By the addresses of the two postures, which are kept alive beside the edge.
-    known: BTreeMap<(usize, usize), (PathStance, PathStance, Edge)>,
+    pub context: MotionContext<'a>,
+    known: BTreeMap<Key, Result<Segment, Failure>>,
 }
 
 impl<'a> Motions<'a> {
-    pub fn new(setting: Setting<'a>) -> Self {
+    pub fn new(context: MotionContext<'a>) -> Self {
         Self {
-            setting,
+            context,
             known: BTreeMap::new(),
         }
     }
@@ -35,57 +35,57 @@ impl<'a> Motions<'a> {
     /// # Errors
     /// [`Error::Motion`] where stances do not follow on each other.
     pub fn along(&mut self, path: &[PathStance]) -> Result<Option<(usize, Failure)>, Error> {
-        let pairs: Vec<&[PathStance]> = path.windows(2).collect();
-        let setting = &self.setting;
-        let solve = |pair: &&[PathStance]| {
-            motion::segment(setting, end(&pair[0]), end(&pair[1]))
-                .map(|edge| (key(pair), (pair[0].clone(), pair[1].clone(), edge)))
+        let pairs: Vec<(Key, &[PathStance])> = path.windows(2).map(|p| (key(p), p)).collect();
+        let context = &self.context;
+        let solve = |(key, pair): &(Key, &[PathStance])| {
+            let edge = motion::segment(context, end(&pair[0]), end(&pair[1]))?;
+            Ok((key.clone(), edge))
         };
         // As many at a time as there are threads: what lies beyond a missing motion may never be
         // asked for.
+        let mut number = 0;
         for batch in pairs.chunks(rayon::current_num_threads()) {
             let unknown = batch
                 .iter()
-                .filter(|pair| !self.known.contains_key(&key(pair)));
+                .filter(|(key, _)| !self.known.contains_key(key));
             let unknown: Vec<_> = unknown.collect();
-            let solved: Vec<_> = unknown
-                .into_par_iter()
-                .map(solve)
-                .collect::<Result<_, _>>()?;
-            self.known.extend(solved);
-            let known = |pair: &&[PathStance]| self.known.get(&key(pair));
-            if batch
-                .iter()
-                .filter_map(known)
-                .any(|(.., edge)| edge.is_err())
-            {
-                break;
+            let solved: Result<Vec<_>, Error> = unknown.into_par_iter().map(solve).collect();
+            self.known.extend(solved?);
+            for (key, _) in batch {
+                number += 1;
+                if let Some(Err(failure)) = self.known.get(key) {
+                    return Ok(Some((number, failure.clone())));
+                }
             }
         }
-        Ok(path.windows(2).enumerate().find_map(|(i, pair)| {
-            let (.., edge) = self.known.get(&key(pair))?;
-            Some((i + 1, edge.as_ref().err()?.clone()))
-        }))
+        Ok(None)
     }
 
     /// The motion of a path all of whose edges have one.
     pub fn assemble(&self, path: &[PathStance]) -> Option<Motion> {
         let segments: Option<Vec<&Segment>> = path
             .windows(2)
-            .map(|pair| self.known.get(&key(pair))?.2.as_ref().ok())
+            .map(|pair| self.known.get(&key(pair))?.as_ref().ok())
             .collect();
         let segments = segments.filter(|s| !s.is_empty())?;
-        Some(motion::assemble(&self.setting, &segments))
+        Some(motion::assemble(&self.context, &segments))
     }
 }
 
-fn key(pair: &[PathStance]) -> (usize, usize) {
-    let address = |stance: &PathStance| Arc::as_ptr(&stance.posture) as usize;
-    (address(&pair[0]), address(&pair[1]))
+fn key(pair: &[PathStance]) -> Key {
+    let bits = |stance: &PathStance| {
+        let contacts = stance.contacts.iter();
+        let contacts = contacts.map(|c| 2 * c.patch.index() as u64 + u64::from(c.loaded));
+        let states = stance.posture.contacts.iter();
+        let forces = states.flat_map(|state| state.forces_W.iter().flatten().copied());
+        let numbers = stance.posture.q.to_q().into_iter().chain(forces);
+        contacts.chain(numbers.map(f64::to_bits)).collect()
+    };
+    [bits(&pair[0]), bits(&pair[1])]
 }
 
-fn end(stance: &PathStance) -> End<'_> {
-    End {
+fn end(stance: &PathStance) -> StanceRef<'_> {
+    StanceRef {
         contacts: &stance.contacts,
         posture: &stance.posture,
     }

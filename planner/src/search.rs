@@ -6,23 +6,25 @@
 //! results are taken in the same order, so the tree is the same on any number of threads.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use motion::Setting;
+use motion::MotionContext;
 use posture::Posture;
 use rayon::prelude::*;
 
-use crate::answer::{Answer, Blocked, Progress, Stage, Status};
 use crate::candidate::{self, Candidate, touch};
+use crate::context::SearchContext;
+use crate::foothold_proposal::alternatives;
 use crate::goal::{Attempt, try_goal};
-use crate::grow;
 use crate::motions::Motions;
-use crate::node::{Node, key};
-use crate::plan::{Change, SearchSummary};
-use crate::request::{Prepared, Request};
+use crate::node::{Key, Node, key};
+use crate::node_construction;
+use crate::request::Request;
+use crate::result::{Blocked, Progress, SearchResult, Stage, Status};
 use crate::steepness::too_steep;
-use crate::wish::elsewhere;
 use crate::{Config, Error};
+use plan::{Change, SearchSummary};
 
 /// Order of the frontier: priority, then the number of the candidate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -35,10 +37,13 @@ impl Rank {
     }
 }
 
+/// Price of a second try at a candidate, from other seeds, in contacts.
+const RETRY_PRICE: f64 = 3.0;
+
 type Solved = Result<candidate::Solved, Error>;
 
 pub(crate) struct Search<'a> {
-    pub prepared: Prepared<'a>,
+    pub context: SearchContext<'a>,
     pub posture_config: &'a posture::Config,
     pub motions: Motions<'a>,
     pub nodes: Vec<Node>,
@@ -46,7 +51,7 @@ pub(crate) struct Search<'a> {
     pub dead: BTreeSet<usize>,
     frontier: BTreeMap<Rank, (Candidate, Option<Solved>)>,
     counted: usize,
-    seen: BTreeSet<Vec<(usize, usize, [i64; 3])>>,
+    seen: BTreeSet<Key>,
     pub blocked: Vec<Blocked>,
     expanded: BTreeSet<usize>,
     pub solved: usize,
@@ -69,13 +74,13 @@ pub fn search(
     motion_config: &motion::Config,
     progress: &(dyn Fn(Progress) + Sync),
     cancel: &AtomicBool,
-) -> Result<Answer, Error> {
-    let prepared = Prepared::new(request, config)?;
+) -> Result<SearchResult, Error> {
+    let context = SearchContext::new(request, config)?;
     motion_config.validate()?;
     let mut search = Search {
-        prepared,
+        context,
         posture_config,
-        motions: Motions::new(Setting {
+        motions: Motions::new(MotionContext {
             robot: request.robot,
             environment: request.environment,
             posture: posture_config,
@@ -90,14 +95,14 @@ pub fn search(
         expanded: BTreeSet::new(),
         solved: 0,
     };
-    let root = grow::root(&search.prepared, posture_config)?;
-    if let Some(blocked) = too_steep(&search.prepared, posture_config.friction_use) {
+    let root = node_construction::root(&search.context, posture_config)?;
+    if let Some(blocked) = too_steep(&search.context, posture_config.friction_use) {
         search.nodes.push(root);
         search.blocked.push(blocked);
         return Ok(search.give_up(Status::NoPlan));
     }
     if let Some(last) = search.admit(root)?
-        && let Some(answer) = search.conclude(0, last, progress)?
+        && let Some(answer) = search.finalize(0, last, progress)?
     {
         return Ok(answer);
     }
@@ -115,17 +120,17 @@ pub fn search(
         search.expanded.insert(candidate.node);
         let solved = solved?;
         let parent = &search.nodes[candidate.node];
-        let child = grow::child(
-            &search.prepared,
+        let child = node_construction::child(
+            &search.context,
             &candidate,
             parent,
-            &solved.contacts,
+            solved.contacts,
             solved.outcome,
         );
-        match (child, solved.stuck) {
+        match (child, solved.lift_off_blocked) {
             (Ok(node), Some(reason)) => {
                 search.block(candidate.node, node.change.clone(), reason);
-                search.beside(&node, candidate.node);
+                search.add_alternatives(&node, candidate.node);
             }
             (Ok(node), None) if search.is_new(&node) => {
                 tracing::debug!(
@@ -136,18 +141,18 @@ pub fn search(
                 );
                 let index = search.nodes.len();
                 if let Some(last) = search.admit(node)?
-                    && let Some(answer) = search.conclude(index, last, progress)?
+                    && let Some(answer) = search.finalize(index, last, progress)?
                 {
                     return Ok(answer);
                 }
             }
             (Ok(_), None) => {}
-            (Err(blocked), _) if !candidate.again && config.posture_restarts > 0 => {
+            (Err(blocked), _) if !candidate.retry => {
                 // The reason so far, should its second turn never come.
                 search.blocked.push(blocked);
                 search.put(Candidate {
-                    priority: candidate.priority + config.again_price,
-                    again: true,
+                    priority: candidate.priority + RETRY_PRICE,
+                    retry: true,
                     ..candidate
                 });
             }
@@ -179,9 +184,10 @@ impl<'a> Search<'a> {
                 .take(threads)
                 .map(|(rank, (candidate, _))| (*rank, candidate.clone()))
                 .collect();
-            let (prepared, nodes, setting) = (&self.prepared, &self.nodes, &self.motions.setting);
+            let (context, nodes) = (&self.context, &self.nodes);
+            let motion = &self.motions.context;
             let solve = |candidate: &Candidate| {
-                candidate::solve(prepared, setting, &nodes[candidate.node], candidate)
+                candidate::solve(context, motion, &nodes[candidate.node], candidate)
             };
             let results: Vec<(Rank, Solved)> = if due.len() > 1 {
                 due.par_iter().map(|(rank, c)| (*rank, solve(c))).collect()
@@ -200,29 +206,21 @@ impl<'a> Search<'a> {
 
     /// Whether the contact set was not reached before, to the cell.
     fn is_new(&mut self, node: &Node) -> bool {
-        let state = self.state(node);
-        self.seen.insert(state)
-    }
-
-    fn state(&self, node: &Node) -> Vec<(usize, usize, [i64; 3])> {
-        let mut state = key(&self.prepared, &node.contacts);
-        state.sort();
-        state
+        self.seen.insert(key(&node.contacts))
     }
 
     /// Adds a node and its candidates; the goal's posture if the node fulfils it.
-    fn admit(&mut self, node: Node) -> Result<Option<Posture>, Error> {
+    fn admit(&mut self, node: Node) -> Result<Option<Arc<Posture>>, Error> {
         let index = self.nodes.len();
         if index == 0 {
-            let state = self.state(&node);
-            self.seen.insert(state);
+            self.seen.insert(key(&node.contacts));
         }
-        match try_goal(&self.prepared, self.posture_config, &node)? {
+        match try_goal(&self.context, self.posture_config, &node)? {
             Attempt::TooEarly => {}
             Attempt::Reached(posture) => {
                 self.solved += 1;
                 self.nodes.push(node);
-                return Ok(Some(*posture));
+                return Ok(Some(posture));
             }
             Attempt::Missed(blocked) => {
                 self.solved += 1;
@@ -240,28 +238,24 @@ impl<'a> Search<'a> {
         tracing::debug!("node {node}: {change:?}: {reason}");
         self.blocked.push(Blocked {
             change,
-            held: grow::held(&self.prepared, &self.nodes[node]),
+            held: self.nodes[node].describe(&self.context),
             reason,
-            distance_m: self.nodes[node].distance_m(&self.prepared),
+            distance_m: self.nodes[node].distance_m(&self.context),
         });
     }
 
     /// Adds candidates of the parent that touch beside where `node` does, which no motion leads to.
-    pub fn beside(&mut self, node: &Node, parent: usize) {
+    pub fn add_alternatives(&mut self, node: &Node, parent: usize) {
         let before = &self.nodes[parent];
         let made = node.contacts.iter().find(|c| !before.holds(c.patch));
-        let Some(made) = made.filter(|_| !node.elsewhere) else {
+        let Some(made) = made.filter(|_| !node.alternative) else {
             return;
         };
-        let candidates: Vec<Candidate> = elsewhere(&self.prepared, made)
-            .iter()
-            .map(|wish| {
-                let (patch, surface) = (made.patch, made.surface);
-                let touch = touch(&self.prepared, parent, before, patch, surface, wish);
-                Candidate {
-                    elsewhere: true,
-                    ..touch
-                }
+        let places = alternatives(&self.context, made).into_iter();
+        let candidates: Vec<Candidate> = places
+            .map(|foothold| Candidate {
+                alternative: true,
+                ..touch(&self.context, parent, before, foothold)
             })
             .collect();
         for candidate in candidates {
@@ -271,7 +265,7 @@ impl<'a> Search<'a> {
 
     /// Adds a node's candidates to the frontier.
     pub fn branch(&mut self, index: usize) {
-        for candidate in candidate::children(&self.prepared, index, &self.nodes[index]) {
+        for candidate in candidate::children(&self.context, index, &self.nodes[index]) {
             self.put(candidate);
         }
     }
@@ -286,7 +280,7 @@ impl<'a> Search<'a> {
                 self.dead.insert(i);
             }
             if self.dead.contains(&i) {
-                self.seen.remove(&self.state(&self.nodes[i]));
+                self.seen.remove(&key(&self.nodes[i].contacts));
             }
         }
         let dead = &self.dead;
@@ -299,7 +293,7 @@ impl<'a> Search<'a> {
         Progress {
             nodes: self.nodes.len(),
             solved: self.solved,
-            best_distance_m: self.nodes[self.best()].distance_m(&self.prepared),
+            best_distance_m: self.nodes[self.best()].distance_m(&self.context),
             stage,
         }
     }
@@ -316,7 +310,7 @@ impl<'a> Search<'a> {
         (0..self.nodes.len())
             .filter(|i| !self.dead.contains(i))
             .min_by(|&a, &b| {
-                let distance = |i: usize| self.nodes[i].distance_m(&self.prepared);
+                let distance = |i: usize| self.nodes[i].distance_m(&self.context);
                 distance(a).total_cmp(&distance(b))
             })
             .unwrap_or(0)

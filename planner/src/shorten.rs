@@ -6,13 +6,13 @@
 
 use std::sync::Arc;
 
-use posture::{Contact, Outcome, Problem};
+use posture::{Contact, Outcome};
 
 use crate::Error;
-use crate::comfort::comfortable;
-use crate::node::{Held, Node, fixed};
-use crate::plan::Change;
-use crate::request::Prepared;
+use crate::context::SearchContext;
+use crate::node::Node;
+use crate::nominal_posture::nominal_posture;
+use plan::Change;
 
 /// The way without the contacts that it can do without, and how many problems were solved for it;
 /// a shorter way counts only if `accept` says so.
@@ -20,7 +20,7 @@ use crate::request::Prepared;
 /// # Errors
 /// [`Error::Posture`] where a problem cannot be posed.
 pub(crate) fn shorten(
-    prepared: &Prepared,
+    context: &SearchContext,
     config: &posture::Config,
     mut way: Vec<Node>,
     accept: &mut dyn FnMut(&[Node]) -> Result<bool, Error>,
@@ -28,9 +28,9 @@ pub(crate) fn shorten(
     let mut solved = 0;
     let mut made = 1;
     while made < way.len() {
-        match released(prepared, &way, made) {
+        match released(context, &way, made) {
             Some(released) => {
-                let (shorter, tried) = without(prepared, config, &way, made, released)?;
+                let (shorter, tried) = without(context, config, &way, made, released)?;
                 solved += tried;
                 match shorter {
                     Some(shorter) if accept(&shorter)? => way = shorter,
@@ -45,21 +45,21 @@ pub(crate) fn shorten(
 
 /// Where the contact that stance `made` makes is released again, if it is one that the start does
 /// not have.
-fn released(prepared: &Prepared, way: &[Node], made: usize) -> Option<usize> {
+fn released(context: &SearchContext, way: &[Node], made: usize) -> Option<usize> {
     let Change::Add { patch, .. } = &way[made].change else {
         return None;
     };
-    let index = prepared.request.robot.patch_index(patch).ok()?;
-    if prepared.feet.contains(&index) {
+    let patch = context.request.robot.patch_id(patch).ok()?;
+    if context.foot(patch).is_some() {
         return None;
     }
-    (made + 1..way.len()).find(|&i| !way[i].holds(index))
+    (made + 1..way.len()).find(|&i| !way[i].holds(patch))
 }
 
 /// The way with the contact that is made at `made` and released at `released` left out, if every
 /// posture between exists without it.
 fn without(
-    prepared: &Prepared,
+    context: &SearchContext,
     config: &posture::Config,
     way: &[Node],
     made: usize,
@@ -75,36 +75,18 @@ fn without(
     };
     let mut shorter: Vec<Node> = way[..made].to_vec();
     for (tried, node) in way[made + 1..released].iter().enumerate() {
-        let touching: Vec<(Held, bool)> = node
-            .touching
-            .iter()
-            .filter(|(held, _)| held.patch != dropped)
-            .cloned()
-            .collect();
-        let Some(last) = shorter.last() else {
+        let stays = |c: &&Contact| c.patch != dropped;
+        let touching: Vec<Contact> = node.touching.iter().filter(stays).cloned().collect();
+        let Some(last) = shorter.last().filter(|_| touching.iter().any(|c| c.loaded)) else {
             return Ok((None, tried));
         };
-        let contacts: Vec<Contact> = touching
-            .iter()
-            .map(|(held, loaded)| fixed(prepared, held, *loaded))
-            .collect();
-        if !contacts.iter().any(|c| c.loaded) {
-            return Ok((None, tried));
-        }
-        let reference = comfortable(prepared, &contacts);
-        let problem = Problem {
-            robot: prepared.request.robot,
-            environment: prepared.request.environment,
-            contacts,
-            base_goal: None,
-            reference: &reference,
-            guess: &last.posture.q,
-        };
+        let reference = nominal_posture(context, &touching);
+        let problem = context.problem(touching.clone(), &reference, &last.posture.q);
         let Outcome::Feasible(posture) = posture::solve(&problem, config)? else {
             return Ok((None, tried + 1));
         };
         let mut next = node.clone();
-        next.contacts.retain(|held| held.patch != dropped);
+        next.contacts.retain(|c| c.patch != dropped);
         next.touching = touching;
         next.posture = Arc::new(*posture);
         shorter.push(next);

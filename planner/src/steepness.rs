@@ -8,13 +8,15 @@
 //! is necessary whatever the posture; for one face it says that it is no steeper than atan μ. Where
 //! it fails there is a w with w·ẑ > 0 and w·k ≤ 0 on every cone (Farkas), which is the proof. It costs
 //! microseconds, and says the angle where the search would try every stance before it.
-#![allow(non_snake_case)]
+
+use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
+use posture::FaceIndex;
 
-use crate::answer::Blocked;
-use crate::plan::Change;
-use crate::request::Prepared;
+use crate::context::SearchContext;
+use crate::result::Blocked;
+use plan::Change;
 
 /// Cosine that a ray may have with the separating direction and still count as behind it.
 const BEHIND: f64 = 1e-9;
@@ -23,9 +25,8 @@ const STEPS: usize = 500;
 /// A rest of the vertical shorter than this is none.
 const REACHED: f64 = 1e-3;
 
-/// A face in reach, with the friction that plans may use on it.
+/// The friction cone of a face in reach, as plans may use it.
 struct Hold {
-    surface: usize,
     normal: Vector3<f64>,
     mu: f64,
 }
@@ -50,19 +51,19 @@ impl Hold {
 }
 
 /// Where on the guide path nothing can hold the robot, and why.
-pub(crate) fn too_steep(prepared: &Prepared, friction_use: f64) -> Option<Blocked> {
-    let guide = &prepared.request.guide;
+pub(crate) fn too_steep(context: &SearchContext, friction_use: f64) -> Option<Blocked> {
+    let guide = &context.request.guide;
     let length = guide.length_m();
-    let parts = (length / prepared.stride_m).ceil().max(1.0) as usize;
+    let parts = (length / context.stride_m).ceil().max(1.0) as usize;
     (0..=parts).find_map(|i| {
         let along = length * i as f64 / parts as f64;
-        let holds = in_reach(prepared, &guide.at(along).0, friction_use);
-        if holds.is_empty() || carries(&holds) {
+        let holds = in_reach(context, &guide.at(along).0, friction_use);
+        if holds.is_empty() || carries(holds.values()) {
             return None;
         }
-        let least = holds
+        let (face, least) = holds
             .iter()
-            .min_by(|a, b| a.angles().0.total_cmp(&b.angles().0))?;
+            .min_by(|a, b| a.1.angles().0.total_cmp(&b.1.angles().0))?;
         let (slope, allowed) = least.angles();
         Some(Blocked {
             change: Change::Goal,
@@ -70,7 +71,7 @@ pub(crate) fn too_steep(prepared: &Prepared, friction_use: f64) -> Option<Blocke
             reason: format!(
                 "{} is too steep: it slopes by {:.1}°, and friction {:.2}, of which plans use {:.0} %, \
                  holds up to {:.1}°",
-                prepared.request.environment.surfaces[least.surface].id,
+                context.request.environment[*face].id,
                 slope.to_degrees(),
                 least.mu / friction_use,
                 1e2 * friction_use,
@@ -82,32 +83,25 @@ pub(crate) fn too_steep(prepared: &Prepared, friction_use: f64) -> Option<Blocke
 }
 
 /// The faces that the robot may touch with its base at a place of the guide path.
-fn in_reach(prepared: &Prepared, base: &Vector3<f64>, friction_use: f64) -> Vec<Hold> {
-    let request = prepared.request;
+fn in_reach(
+    context: &SearchContext,
+    base: &Vector3<f64>,
+    friction_use: f64,
+) -> BTreeMap<FaceIndex, Hold> {
+    let request = context.request;
     let environment = request.environment;
-    let mut holds: Vec<Hold> = Vec::new();
-    for (patch, shape) in request.robot.patches.iter().enumerate() {
-        if !prepared.used[patch] {
-            continue;
-        }
-        let mu = shape.friction * friction_use;
-        for &surface in &request.usable[patch] {
-            let Some(polygon) = &environment.effective[surface] else {
+    let mut holds: BTreeMap<FaceIndex, Hold> = BTreeMap::new();
+    let used = request.robot.patch_ids().filter(|p| context.is_used(*p));
+    for patch in used {
+        let mu = request.robot.patches[patch].friction * friction_use;
+        for &face in &request.usable[patch.index()] {
+            let Some((beside, over)) = environment.distances_m(face, &Point3::from(*base)) else {
                 continue;
             };
-            let face = &environment.surfaces[surface];
-            let p = face.X_WS.inverse_transform_point(&Point3::from(*base));
-            let beside = polygon.signed_distance(&p.xy()).max(0.0);
-            if beside.hypot(p.z) <= prepared.reach_m[patch] {
-                let normal = face.normal_W();
-                match holds.iter_mut().find(|hold| hold.surface == surface) {
-                    Some(known) => known.mu = known.mu.max(mu),
-                    None => holds.push(Hold {
-                        surface,
-                        normal,
-                        mu,
-                    }),
-                }
+            if beside.hypot(over) <= context.reach_m(patch) {
+                let normal = environment[face].normal_W();
+                let hold = holds.entry(face).or_insert(Hold { normal, mu });
+                hold.mu = hold.mu.max(mu);
             }
         }
     }
@@ -117,10 +111,10 @@ fn in_reach(prepared: &Prepared, base: &Vector3<f64>, friction_use: f64) -> Vec<
 /// Whether the cones together hold the vertical: false only with a proof.
 ///
 /// The rest of the vertical is shortened along the ray that is farthest along it, until none is.
-fn carries(holds: &[Hold]) -> bool {
+fn carries<'h>(holds: impl Iterator<Item = &'h Hold> + Clone) -> bool {
     let mut w = Vector3::z();
     for _ in 0..STEPS {
-        let rays = holds.iter().map(|hold| hold.farthest(&w));
+        let rays = holds.clone().map(|hold| hold.farthest(&w));
         let Some(ray) = rays.max_by(|a, b| a.dot(&w).total_cmp(&b.dot(&w))) else {
             return false;
         };
@@ -144,7 +138,6 @@ mod tests {
     fn hold(degrees: f64, mu: f64) -> Hold {
         let (sin, cos) = f64::to_radians(degrees).sin_cos();
         Hold {
-            surface: 0,
             normal: Vector3::new(-sin, 0.0, cos),
             mu,
         }
@@ -154,16 +147,16 @@ mod tests {
     fn one_face_carries_up_to_the_angle_of_its_friction() {
         let mu = 0.5_f64;
         let most = mu.atan().to_degrees();
-        assert!(carries(&[hold(0.0, mu)]) && carries(&[hold(most - 0.1, mu)]));
-        assert!(!carries(&[hold(most + 0.1, mu)]) && !carries(&[hold(80.0, mu)]));
+        assert!(carries([hold(0.0, mu)].iter()) && carries([hold(most - 0.1, mu)].iter()));
+        assert!(!carries([hold(most + 0.1, mu)].iter()) && !carries([hold(80.0, mu)].iter()));
     }
 
     #[test]
     fn two_faces_that_lean_on_each_other_carry_where_none_does_alone() {
-        assert!(carries(&[hold(50.0, 0.5), hold(-50.0, 0.5)]));
+        assert!(carries([hold(50.0, 0.5), hold(-50.0, 0.5)].iter()));
         // Both of one side do not.
-        assert!(!carries(&[hold(50.0, 0.5), hold(60.0, 0.5)]));
+        assert!(!carries([hold(50.0, 0.5), hold(60.0, 0.5)].iter()));
         // Nor two walls without friction.
-        assert!(!carries(&[hold(90.0, 0.0), hold(-90.0, 0.0)]));
+        assert!(!carries([hold(90.0, 0.0), hold(-90.0, 0.0)].iter()));
     }
 }

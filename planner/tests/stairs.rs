@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Isometry3, Point2, Rotation3, Translation3, UnitQuaternion, Vector3};
 use planner::{Config, Goal, Guide, Request, Start, Status};
-use posture::{BaseGoal, Environment};
+use posture::{BaseGoal, Environment, FaceIndex};
 use robot_model::{Configuration, Robot};
-use surfaces::{ConvexPolygon, Surface, SurfaceSet};
+use surfaces::{Face, Region, Terrain};
 
 fn humanoid() -> Robot {
     scenes::builtin_robot("hrp2")
@@ -17,24 +17,19 @@ fn humanoid() -> Robot {
 }
 
 /// The rectangle with that middle, axes and half sizes.
-fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64; 2]) -> Surface {
+fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64; 2]) -> Face {
     let rotation = Rotation3::from_basis_unchecked(&[x, y, x.cross(&y)]);
     let pose = Isometry3::from_parts(
         Translation3::from(p),
         UnitQuaternion::from_rotation_matrix(&rotation),
     );
     let [a, b] = half;
-    let polygon = ConvexPolygon::new(
-        [(-a, -b), (a, -b), (a, b), (-a, b)]
-            .map(|(u, v)| Point2::new(u, v))
-            .to_vec(),
-    )
-    .unwrap();
-    Surface::new(id, pose, polygon)
+    let corners = [(-a, -b), (a, -b), (a, b), (-a, b)].map(|(u, v)| Point2::new(u, v));
+    Face::new(id, pose, Region::new([corners.to_vec()]).unwrap())
 }
 
 /// Top and front of a box that stands on the floor: centre, length, width, height.
-fn block(id: &str, [x, y]: [f64; 2], length: f64, width: f64, height: f64) -> [Surface; 2] {
+fn block(id: &str, [x, y]: [f64; 2], length: f64, width: f64, height: f64) -> [Face; 2] {
     let (ex, ey, ez) = (Vector3::x(), Vector3::y(), Vector3::z());
     [
         face(
@@ -54,21 +49,21 @@ fn block(id: &str, [x, y]: [f64; 2], length: f64, width: f64, height: f64) -> [S
     ]
 }
 
-fn stairs() -> SurfaceSet {
-    let mut surfaces = vec![face(
+fn stairs() -> Terrain {
+    let mut faces = vec![face(
         "floor",
         Vector3::new(0.3, 0.0, 0.0),
         Vector3::x(),
         Vector3::y(),
         [1.0, 1.0],
     )];
-    surfaces.extend(block("step1", [0.40, 0.0], 0.32, 0.8, 0.15));
-    surfaces.extend(block("step2", [0.72, 0.0], 0.32, 0.8, 0.29));
-    surfaces.extend(block("step3", [1.04, 0.0], 0.32, 0.8, 0.43));
-    surfaces.extend(block("step4", [1.36, 0.0], 0.32, 0.8, 0.57));
-    surfaces.extend(block("table", [2.02, 0.0], 1.0, 1.2, 0.71));
-    SurfaceSet {
-        surfaces,
+    faces.extend(block("step1", [0.40, 0.0], 0.32, 0.8, 0.15));
+    faces.extend(block("step2", [0.72, 0.0], 0.32, 0.8, 0.29));
+    faces.extend(block("step3", [1.04, 0.0], 0.32, 0.8, 0.43));
+    faces.extend(block("step4", [1.36, 0.0], 0.32, 0.8, 0.57));
+    faces.extend(block("table", [2.02, 0.0], 1.0, 1.2, 0.71));
+    Terrain {
+        faces,
         obstacles: Vec::new(),
     }
 }
@@ -77,27 +72,23 @@ fn request<'a>(robot: &'a Robot, environment: &'a Environment, to: Vector3<f64>)
     let mut configuration: Configuration = robot.posture("half_sitting").unwrap();
     configuration.p_WB = Vector3::new(0.0, 0.0, 0.6487);
     let kinematics = robot_model::Kinematics::new(robot, &configuration);
-    let foot = |name: &str| robot.patch_index(name).unwrap();
+    let foot = |name: &str| robot.patch_id(name).unwrap();
     let sole = kinematics
         .X_WC(&robot.patches[foot("left_foot")])
         .translation
         .vector
         .z;
     configuration.p_WB.z -= sole;
-    let walkable: Vec<usize> = environment
-        .surfaces
-        .iter()
-        .enumerate()
-        .filter(|(_, s)| s.normal_W().z > 0.8)
-        .map(|(i, _)| i)
-        .collect();
+    let level = |face: &FaceIndex| environment[*face].normal_W().z > 0.8;
+    let walkable: Vec<FaceIndex> = environment.faces().filter(level).collect();
+    let floor = environment.face("floor").unwrap();
     let from = configuration.p_WB;
     Request {
         robot,
         environment,
         start: Start {
             configuration: configuration.clone(),
-            contacts: vec![(foot("left_foot"), 0), (foot("right_foot"), 0)],
+            contacts: vec![(foot("left_foot"), floor), (foot("right_foot"), floor)],
         },
         goal: Goal {
             base: BaseGoal {
@@ -128,7 +119,7 @@ fn request<'a>(robot: &'a Robot, environment: &'a Environment, to: Vector3<f64>)
 #[test]
 fn stairs_are_climbed_the_same_on_any_number_of_threads() {
     let robot = humanoid();
-    let environment = Environment::new(&stairs(), 0.05).unwrap();
+    let environment = Environment::new(stairs(), 0.05, 2.0).unwrap();
     let request = request(&robot, &environment, Vector3::new(1.9, 0.0, 0.71));
     let plan = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
@@ -165,7 +156,7 @@ fn stairs_are_climbed_the_same_on_any_number_of_threads() {
 #[test]
 fn a_start_in_collision_or_out_of_balance_is_refused() {
     let robot = humanoid();
-    let environment = Environment::new(&stairs(), 0.05).unwrap();
+    let environment = Environment::new(stairs(), 0.05, 2.0).unwrap();
     let refused = |change: &dyn Fn(&mut Configuration)| {
         let mut request = request(&robot, &environment, Vector3::new(1.9, 0.0, 0.71));
         change(&mut request.start.configuration);

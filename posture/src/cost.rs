@@ -9,15 +9,22 @@ use nalgebra::{DMatrix, Isometry3, Point2, Vector3};
 
 use crate::constraint::ANGLE_ARM_M;
 use crate::iterate::{Context, Iterate};
-use crate::problem::Place;
 
+/// Weight of the joints' distance from the reference posture, 1/rad².
+const WEIGHT_POSTURE: f64 = 0.1;
+/// Weight of the contact forces over the robot's weight.
+const WEIGHT_FORCES: f64 = 1e-2;
+/// Weight of the distance of a free contact from its wanted place, 1/m².
+const WEIGHT_PLACEMENT: f64 = 5.0;
+/// Weight of the heading of a free contact, where one is wanted, 1/rad².
+const WEIGHT_HEADING: f64 = 1.0;
 /// Weight that keeps the base position's block positive definite, 1/m².
 const WEIGHT_POSITION: f64 = 1e-3;
-/// Weight that draws a contact to a place it need not reach, 1/m²: more than comfort, less than
-/// any constraint.
+/// Weight that draws a relaxed contact to its place, 1/m²: more than the other terms, less than any
+/// constraint.
 const WEIGHT_DRAWN: f64 = 5.0;
 
-/// Less friction than this counts as this: a contact without any would cost without bound.
+/// Least friction coefficient in the cost: a contact without friction would cost without bound.
 const MU_MIN: f64 = 0.05;
 
 /// Value, gradient (n) and Gauss–Newton matrix (n × n, lower triangle used) at the iterate.
@@ -43,9 +50,9 @@ pub(crate) fn quadratic(
     for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
         let Some(column) = *column else { continue };
         let error = it.q.joints[i - 1] - ctx.problem.reference.joints[i - 1];
-        value += 0.5 * config.weight_posture * error * error;
-        gradient[column] += config.weight_posture * error;
-        hessian[(column, column)] += config.weight_posture.max(1e-4);
+        value += 0.5 * WEIGHT_POSTURE * error * error;
+        gradient[column] += WEIGHT_POSTURE * error;
+        hessian[(column, column)] += WEIGHT_POSTURE;
     }
     for (column, weight) in force_weights(ctx) {
         let f = it.force[column - ctx.layout.nq];
@@ -81,7 +88,7 @@ pub(crate) fn value(ctx: &Context, it: &Iterate) -> f64 {
     for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
         if column.is_some() {
             let error = it.q.joints[i - 1] - ctx.problem.reference.joints[i - 1];
-            value += 0.5 * config.weight_posture * error * error;
+            value += 0.5 * WEIGHT_POSTURE * error * error;
         }
     }
     for (column, weight) in force_weights(ctx) {
@@ -100,7 +107,7 @@ fn force_weights<'a>(ctx: &'a Context) -> impl Iterator<Item = (usize, f64)> + '
     let contacts = ctx.layout.force.iter().zip(&ctx.contacts);
     contacts.flat_map(move |(columns, model)| {
         let slip = config.weight_friction / model.mu_axis.max(MU_MIN).powi(2);
-        let (along, across) = (config.weight_forces, config.weight_forces + slip);
+        let (along, across) = (WEIGHT_FORCES, WEIGHT_FORCES + slip);
         columns
             .iter()
             .flat_map(move |&c| [(c, across), (c + 1, across), (c + 2, along)])
@@ -122,8 +129,8 @@ fn squares(
     for (i, (contact, model)) in ctx.problem.contacts.iter().zip(&ctx.contacts).enumerate() {
         let X_WC: Isometry3<f64> =
             it.kinematics.X_WB[model.body] * ctx.robot().patches[contact.patch].X_BC;
-        // A contact that is let off its place is drawn to it.
-        if ctx.dropped.place(i) {
+        // A relaxed contact is drawn to its place.
+        if ctx.relaxed.place(i) {
             let error = ctx.patch_point_W(it, i, &Point2::origin()) - ctx.wanted_W(it, i);
             for k in 0..3 {
                 let p = &X_WC.translation.vector;
@@ -136,32 +143,27 @@ fn squares(
                 );
             }
         }
-        let Place::OnSurface {
-            surface,
-            toward,
-            yaw_rad,
-        } = &contact.place
-        else {
+        let Some(area) = contact.area() else {
             continue;
         };
-        if let Some(toward) = toward {
+        if let Some(toward) = &area.toward {
             let error = ctx.patch_point_W(it, i, &Point2::origin()) - toward.coords;
             for k in 0..3 {
                 let direction = Vector3::ith(k, 1.0);
                 term(
                     error[k],
-                    ctx.config.weight_placement,
+                    WEIGHT_PLACEMENT,
                     model.body,
                     &direction,
                     Some(&X_WC.translation.vector),
                 );
             }
         }
-        if let Some(yaw) = yaw_rad
+        if let Some(yaw) = area.yaw_rad
             && model.radius.is_none()
         {
-            // The wanted x axis, made tangent to the surface; the error is the sine of the angle.
-            let n = ctx.problem.environment.surfaces[*surface].normal_W();
+            // The wanted x axis, made tangent to the face; the error is the sine of the angle.
+            let n = contact.normal_W();
             let wanted = Vector3::new(yaw.cos(), yaw.sin(), 0.0);
             let across = n.cross(&wanted);
             if across.norm() > ANGLE_ARM_M {
@@ -170,7 +172,7 @@ fn squares(
                 let direction = x_C.cross(&across);
                 term(
                     across.dot(&x_C),
-                    ctx.config.weight_heading,
+                    WEIGHT_HEADING,
                     model.body,
                     &direction,
                     None,

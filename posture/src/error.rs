@@ -15,25 +15,19 @@ pub enum Error {
         /// What is allowed.
         allowed: &'static str,
     },
-    /// The problem refers to something that is not there.
-    #[error("contact {contact}: {what} {index} does not exist (there are {count})")]
-    Missing {
-        /// Index of the contact in the problem.
-        contact: usize,
-        /// `patch` or `surface`.
-        what: &'static str,
-        /// The index that was given.
-        index: usize,
-        /// How many there are.
-        count: usize,
+    /// The environment has no face of a name.
+    #[error("there is no face {face:?}; there are: {}", known.join(", "))]
+    UnknownFace {
+        /// The name.
+        face: String,
+        /// Those that there are.
+        known: Vec<String>,
     },
-    /// A surface vanishes under its inset.
-    #[error("surface {surface}: nothing is left of its polygon after an inset of {inset_m} m")]
-    EmptySurface {
-        /// Id of the surface.
-        surface: String,
-        /// Its inset, m.
-        inset_m: f64,
+    /// A face vanishes under its insets.
+    #[error("face {face}: nothing is left of it after its insets")]
+    EmptyFace {
+        /// Its name.
+        face: String,
     },
     /// A number of the problem is not finite, or has no meaning.
     #[error("{what}: {value} is not allowed")]

@@ -1,11 +1,11 @@
 //! The final evaluation: every margin from the variables alone, joints that were held included.
 
 use nalgebra::{Point3, Vector3};
+use plan::Margins;
 
 use crate::constraint::Scratch;
 use crate::iterate::{Context, Iterate};
-use crate::outcome::{ContactState, Margins, Posture, Violation};
-use crate::problem::Place;
+use crate::outcome::{ContactState, Posture, Violation};
 use crate::rows::{Constraint, Rows, Tag};
 
 /// The posture at an iterate, and the worst violation of any constraint.
@@ -74,13 +74,10 @@ pub(crate) fn posture(
             points.iter().map(|p| ctx.patch_point_W(it, i, p)).collect()
         };
         let vertices_W = to_W(&model.vertices);
-        if let Place::OnSurface { surface, .. } = contact.place
-            && let Some(polygon) = &ctx.problem.environment.effective[surface]
-        {
-            let X_WS = &ctx.problem.environment.surfaces[surface].X_WS;
+        if let Some(area) = contact.area() {
             for v in &vertices_W {
-                let p = X_WS.inverse_transform_point(&Point3::from(*v)).xy();
-                let inside = -polygon.signed_distance(&p);
+                let p = area.X_WF.inverse_transform_point(&Point3::from(*v)).xy();
+                let inside = -area.polygon.signed_distance(&p);
                 margins.inclusion_m = Some(margins.inclusion_m.map_or(inside, |m| m.min(inside)));
             }
         }
@@ -95,12 +92,7 @@ pub(crate) fn posture(
         }
         let mut X_WC = it.kinematics.X_WB[model.body] * robot.patches[contact.patch].X_BC;
         if model.radius.is_some() {
-            X_WC.rotation = match &contact.place {
-                Place::Fixed { X_WC, .. } => X_WC.rotation,
-                Place::OnSurface { surface, .. } => {
-                    ctx.problem.environment.surfaces[*surface].X_WS.rotation
-                }
-            };
+            X_WC.rotation = contact.X_WC.rotation;
         }
         contacts.push(ContactState {
             X_WC,

@@ -7,7 +7,7 @@
 
 use std::fmt::Write;
 
-use crate::iterate::Context;
+use crate::iterate::{Context, Relaxed};
 use crate::outcome::Constraint;
 use crate::problem::Problem;
 use crate::{Config, Error, proof};
@@ -59,7 +59,7 @@ pub struct Explanation {
     pub words: String,
 }
 
-/// The friction that counts as any: more than a pair of soles and floors has.
+/// A coefficient of friction higher than any sole has on any floor.
 pub(super) const ANY_FRICTION: f64 = 3.0;
 
 /// The reason why a problem has no posture; nothing where it has one.
@@ -83,8 +83,8 @@ pub fn explain(problem: &Problem, config: &Config) -> Result<Option<Explanation>
     if holds(&kept)? {
         return Ok(None);
     }
-    // What is proven needs no trial.
-    let proven = unbalanced(problem, config)?;
+    // A proved conflict needs no trials.
+    let proven = unbalanced(problem, config);
     let trials = if proven.is_some() {
         Vec::new()
     } else {
@@ -110,19 +110,19 @@ pub fn explain(problem: &Problem, config: &Config) -> Result<Option<Explanation>
 }
 
 /// Whether no posture at all can balance the contacts.
-fn proven(problem: &Problem, config: &Config) -> Result<bool, Error> {
-    let violation = proof::infeasible(&Context::new(problem, config)?);
-    Ok(matches!(
+fn proven(problem: &Problem, config: &Config) -> bool {
+    let violation = proof::infeasible(&Context::new(problem, config, Relaxed::default()));
+    matches!(
         violation.map(|v| v.constraint),
         Some(Constraint::Equilibrium | Constraint::Balance)
-    ))
+    )
 }
 
 /// The conflict where fixed contacts cannot hold the weight: with friction, where more of it
 /// would do.
-fn unbalanced(problem: &Problem, config: &Config) -> Result<Option<Vec<Group>>, Error> {
-    if !proven(problem, config)? {
-        return Ok(None);
+fn unbalanced(problem: &Problem, config: &Config) -> Option<Vec<Group>> {
+    if !proven(problem, config) {
+        return None;
     }
     let mut rough = Problem {
         contacts: problem.contacts.clone(),
@@ -133,16 +133,16 @@ fn unbalanced(problem: &Problem, config: &Config) -> Result<Option<Vec<Group>>, 
         contact.friction = ANY_FRICTION;
     }
     let mut conflict = Vec::new();
-    if !proven(&rough, config)? {
+    if !proven(&rough, config) {
         conflict.push(Group::Friction);
     }
     let loaded = |i: &usize| problem.contacts[*i].loaded;
     conflict.extend((0..problem.contacts.len()).filter(loaded).map(Group::Place));
     conflict.push(Group::Equilibrium);
-    Ok(Some(conflict))
+    Some(conflict)
 }
 
-/// The groups of a problem, those first that one would do without first.
+/// The groups of a problem, in the order in which a user would give them up.
 fn groups(problem: &Problem) -> Vec<Group> {
     let mut groups = vec![
         Group::SelfClearance,
@@ -171,10 +171,10 @@ fn describe(problem: &Problem, conflict: &[Group], relaxations: &[Relaxation]) -
         Group::Equilibrium => "equilibrium".to_owned(),
         Group::Place(i) => {
             let contact = &problem.contacts[*i];
-            let patch = &problem.robot.patches[contact.patch].name;
-            match contact.place.surface() {
-                Some(s) => format!("{patch} on {}", problem.environment.surfaces[s].id),
-                None => format!("{patch} at its place"),
+            let words = contact.describe(problem.robot, problem.environment);
+            match contact.face {
+                Some(_) => words,
+                None => format!("{words} at its place"),
             }
         }
     };

@@ -2,11 +2,13 @@
 
 use nalgebra::{DMatrix, DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, Robot};
-use surfaces::{ConvexPolygon, Surface, SurfaceSet};
+use surfaces::{ConvexPolygon, Face, Region, Terrain};
 
 use crate::constraint::{self, Scratch};
-use crate::iterate::{Context, Iterate};
-use crate::problem::{BaseGoal, Contact, Environment, Place, Problem};
+use crate::contact::{Contact, Freedom};
+use crate::environment::Environment;
+use crate::iterate::{Context, Iterate, Relaxed};
+use crate::problem::{BaseGoal, Problem};
 use crate::rows::{Rows, Tag};
 use crate::{Config, cost};
 
@@ -28,14 +30,14 @@ fn hexapod() -> Robot {
 
 /// A square surface of half width `half` at a pose.
 #[allow(non_snake_case)]
-pub(crate) fn square(id: &str, X_WS: Isometry3<f64>, half: f64) -> Surface {
+pub(crate) fn square(id: &str, X_WF: Isometry3<f64>, half: f64) -> Face {
     let polygon = ConvexPolygon::new(
         [(-half, -half), (half, -half), (half, half), (-half, half)]
             .map(|(x, y)| nalgebra::Point2::new(x, y))
             .to_vec(),
     )
     .unwrap();
-    Surface::new(id, X_WS, polygon)
+    Face::new(id, X_WF, Region::from(&polygon))
 }
 
 /// Numbers between −1 and 1 from a seed: SplitMix64.
@@ -84,50 +86,43 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
                 0.25,
             )
         };
-        let surfaces = vec![
+        let faces = vec![
             at(Vector3::new(0.2, -0.1, 0.1), "a"),
             at(Vector3::new(0.4, 0.4, 0.6), "b"),
         ];
-        Environment::new(
-            &SurfaceSet {
-                surfaces,
-                obstacles: Vec::new(),
-            },
-            0.05,
-        )
-        .unwrap()
+        let terrain = Terrain::new(faces, Vec::new()).unwrap();
+        Environment::new(terrain, 0.05, 2.0).unwrap()
     };
     let q = random_configuration(robot, &mut random);
-    let patch = |name: &str| robot.patch_index(name).unwrap();
-    let fixed = |yaw_free: bool, random: &mut Random| Place::Fixed {
-        X_WC: Isometry3::from_parts(
+    let patch = |name: &str| robot.patch_id(name).unwrap();
+    let fixed = |name: &str, freedom: Freedom, random: &mut Random| {
+        let pose = Isometry3::from_parts(
             Translation3::from(0.3 * random.vector()),
             UnitQuaternion::new(turn_rad * random.vector()),
-        ),
-        yaw_free,
-        surface: None,
+        );
+        Contact {
+            freedom,
+            ..Contact::at(robot, patch(name), pose)
+        }
     };
-    let on = |surface, random: &mut Random| Place::OnSurface {
-        surface,
-        toward: Some(Point3::from(random.vector())),
-        yaw_rad: Some(random.next()),
+    let on = |name: &str, face: &str, random: &mut Random| {
+        let face = environment.face(face).unwrap();
+        let mut contact = environment.anywhere_on(face, robot, patch(name)).unwrap();
+        if let Freedom::Within(area) = &mut contact.freedom {
+            area.toward = Some(Point3::from(random.vector()));
+            area.yaw_rad = Some(random.next());
+        }
+        contact
     };
-    let places = [
-        fixed(false, &mut random),
-        on(0, &mut random),
-        on(1, &mut random),
-        fixed(true, &mut random),
+    let mut contacts = vec![
+        fixed(names[0], Freedom::Fixed, &mut random),
+        on(names[1], "a", &mut random),
+        on(names[2], "b", &mut random),
+        fixed(names[3], Freedom::Yaw, &mut random),
     ];
-    let contacts = names
-        .into_iter()
-        .zip(places)
-        .map(|(name, place)| Contact {
-            patch: patch(name),
-            place,
-            loaded: true,
-            friction: 0.7,
-        })
-        .collect();
+    for contact in &mut contacts {
+        contact.friction = 0.7;
+    }
     let reference = random_configuration(robot, &mut random);
     let problem = Problem {
         robot,
@@ -142,11 +137,8 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
         reference: &reference,
         guess: &q,
     };
-    let config = Config {
-        prediction_m: 0.3,
-        ..Config::default()
-    };
-    let ctx = Context::new(&problem, &config).unwrap();
+    let config = Config::default();
+    let ctx = Context::new(&problem, &config, Relaxed::default());
     let mut it = ctx.start(&q);
     for f in &mut it.force {
         *f += 0.2 * random.next();
@@ -166,7 +158,7 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
         let mut moved = |sign: f64| -> (Rows, f64, Iterate) {
             let delta = DVector::from_fn(n, |i, _| if i == k { sign * H } else { 0.0 });
             let mut to = it.clone();
-            ctx.step(&it, delta.as_slice(), 1.0, &mut to);
+            ctx.step(&it, delta.as_slice(), &mut to);
             let mut rows = Rows::new(n);
             rows.with_jacobian = false;
             constraint::all(&ctx, &to, &mut scratch, &mut rows);

@@ -11,7 +11,7 @@
 use nalgebra::Vector2;
 
 use crate::Config;
-use crate::iterate::ContactModel;
+use crate::layout::ContactModel;
 use crate::problem::Problem;
 
 /// Smallest upward part of a normal for which this is meant: on steeper faces friction holds, and

@@ -14,40 +14,69 @@
 //!
 //! | symbol | module |
 //! |---|---|
-//! | the problem | [`problem`] |
-//! | the variables and their step | `iterate` |
+//! | the problem | [`problem`]: [`contact`]s in an [`environment`] |
+//! | postures to begin with | [`stand`] |
+//! | the variables and their step | `layout`, `iterate`, `jacobian` |
 //! | one constraint a file | `constraint` |
 //! | the cost | `cost` |
-//! | where it starts, and how it comes near its contacts | `starts`, `approach` |
-//! | what no posture can mend | `proof` |
+//! | where it starts, and how it comes near its contacts | `seeding`, `contact_ik` |
+//! | proofs that no posture exists | `proof` |
 //! | attempts, one after the other | `solve` |
 //! | the solver, and its QP engines | `sqp`, `qp` |
 //! | what comes back | [`outcome`] |
 //! | why nothing does | [`explain()`] |
+//!
+//! ```
+//! use posture::{Config, Environment, Problem, stand};
+//! use surfaces::{Face, Terrain};
+//!
+//! let robot = scenes::builtin_robot("hrp2").expect("it ships");
+//! let robot = robot.load(&robot_model::Config::default())?;
+//! let floor = Face::rectangle("floor", nalgebra::Isometry3::identity(), [1.0, 1.0])?;
+//! // Bodies 3 cm deep behind faces whose edges are known exactly.
+//! let environment = Environment::new(Terrain::new(vec![floor], vec![])?, 0.03, 0.0)?;
+//!
+//! let (floor, foot) = (environment.face("floor")?, robot.patch_id("left_foot")?);
+//! let contacts = vec![environment.anywhere_on(floor, &robot, foot)?];
+//! let start = stand::on_level_ground(&robot, &robot.resting(), &[foot]);
+//! let problem = Problem::new(&robot, &environment, contacts, &start);
+//! let outcome = posture::solve(&problem, &Config::default())?;
+//! let posture = outcome.posture().expect("it stands on one foot");
+//! assert!(posture.margins.joint_rad > 0.029);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-mod approach;
 mod config;
 mod constraint;
+pub mod contact;
+mod contact_ik;
 mod cost;
+pub mod environment;
 mod error;
 mod evaluate;
 mod explain;
 #[cfg(test)]
 mod finite_difference;
 mod iterate;
+mod jacobian;
+mod layout;
 mod least_load;
 pub mod outcome;
 pub mod problem;
 mod proof;
 mod qp;
 mod rows;
+mod seeding;
 mod solve;
 mod sqp;
-mod starts;
+pub mod stand;
 
-pub use config::{Config, Engine};
+pub use config::{Config, Engine, Solver};
+pub use contact::{Area, Contact, Freedom};
+pub use environment::{Environment, FaceIndex};
 pub use error::Error;
 pub use explain::{Explanation, Group, Relaxation, explain};
-pub use outcome::{Constraint, ContactState, Margins, Outcome, Posture, Violation};
-pub use problem::{BaseGoal, Contact, Environment, Place, Problem};
+pub use layout::force_points;
+pub use outcome::{Constraint, ContactState, Outcome, Posture, Stop, Violation};
+pub use problem::{BaseGoal, Problem};
 pub use solve::solve;

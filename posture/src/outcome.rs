@@ -1,6 +1,7 @@
 //! What comes back: a posture, or the reason why not.
 
 use nalgebra::{Isometry3, Vector3};
+use plan::Margins;
 use robot_model::Configuration;
 
 use crate::problem::Problem;
@@ -12,12 +13,12 @@ pub use crate::rows::Constraint;
 pub enum Outcome {
     /// A posture that fulfils every constraint to the stated tolerance, as evaluated at the end.
     Feasible(Box<Posture>),
-    /// No step makes the violation smaller: the constraint that stays violated most.
+    /// It is proved that no posture exists: the constraint that none fulfils.
     Infeasible(Violation),
-    /// The solver ran out of progress before it could tell.
+    /// No posture was found, and none was excluded.
     Undecided {
-        /// What the solver said.
-        status: String,
+        /// What ended the search.
+        stop: Stop,
         /// The constraint that is violated most where it stopped.
         violation: Violation,
     },
@@ -41,6 +42,19 @@ impl Outcome {
             }
         }
     }
+}
+
+/// What ended a search that found no posture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// No step lowers the linearised violation: a local least violation.
+    Stationary,
+    /// Steps no longer lower the violation.
+    Stalled,
+    /// The iterations are used up.
+    IterationLimit,
+    /// The QP engines failed on every smaller step.
+    QpFailure,
 }
 
 /// A whole-body posture with the forces that hold it.
@@ -78,27 +92,6 @@ pub struct ContactState {
     pub forces_W: Vec<Vector3<f64>>,
 }
 
-/// How far a posture is from each limit.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Margins {
-    /// Largest distance of a contact from its place, m (angles times 0.1 m).
-    pub closure_m: f64,
-    /// Smallest distance of a patch vertex from the edge of its effective polygon, m.
-    pub inclusion_m: Option<f64>,
-    /// Largest residual of force over the weight, and of moment over the weight, m.
-    pub equilibrium: f64,
-    /// Largest used part of the friction coefficient (cone).
-    pub friction_use: f64,
-    /// Largest used part of the torque limits.
-    pub torque_use: f64,
-    /// Smallest distance of a joint from its limits, rad (m where prismatic).
-    pub joint_rad: f64,
-    /// Smallest distance to the environment, contacts excepted, m; `None` beyond prediction.
-    pub clearance_m: Option<f64>,
-    /// Smallest distance between parts of the robot, m; `None` beyond prediction.
-    pub self_clearance_m: Option<f64>,
-}
-
 /// A constraint and by how much it is violated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Violation {
@@ -114,18 +107,11 @@ impl Violation {
     pub fn describe(&self, problem: &Problem) -> String {
         let mm = 1e3 * self.amount;
         let percent = 100.0 * self.amount;
-        let contact = |i: usize| {
-            let c = &problem.contacts[i];
-            let patch = &problem.robot.patches[c.patch].name;
-            match c.place.surface() {
-                Some(s) => format!("{patch} on {}", problem.environment.surfaces[s].id),
-                None => patch.clone(),
-            }
-        };
+        let contact = |i: usize| problem.contacts[i].describe(problem.robot, problem.environment);
         match &self.constraint {
             Constraint::Closure(i) => format!("{} is out of reach by {mm:.1} mm", contact(*i)),
             Constraint::Inclusion(i) => {
-                format!("{} sticks out of the surface by {mm:.1} mm", contact(*i))
+                format!("{} sticks out of the face by {mm:.1} mm", contact(*i))
             }
             Constraint::Equilibrium => {
                 format!("no equilibrium: {percent:.1} % of the weight stays unbalanced")

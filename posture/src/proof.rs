@@ -1,4 +1,4 @@
-//! What no posture can mend: contacts too far apart for the robot, and contacts at fixed places
+//! Proofs that no posture exists: contacts too far apart for the robot, and contacts at fixed places
 //! whose forces cannot hold the weight wherever the centre of mass may be.
 //!
 //!   ‖p_a − p_b‖ ≤ Σ lengths of the links between a and b
@@ -10,16 +10,16 @@
 use nalgebra::{DMatrix, Vector3};
 use robot_model::JointKind;
 
+use crate::contact::Freedom;
 use crate::iterate::Context;
 use crate::least_load::least_load;
 use crate::outcome::Violation;
-use crate::problem::Place;
 use crate::qp::{self, Program};
 use crate::rows::{Constraint, Rows, Tag};
 
 /// Smallest violation that counts as a proof, beyond the engine's accuracy.
 const CERTAIN: f64 = 1e-4;
-/// Curvature that makes the program strictly convex, against violations that cost 100.
+/// Curvature that makes the program strictly convex, small against the price of violations.
 const CURVATURE: f64 = 1e-4;
 
 /// The constraint that no posture fulfils, and by how much; nothing where none is found.
@@ -35,10 +35,8 @@ fn apart(ctx: &Context) -> Option<Violation> {
         .contacts
         .iter()
         .enumerate()
-        .filter_map(|(i, c)| match &c.place {
-            Place::Fixed { X_WC, .. } => Some((i, X_WC.translation.vector)),
-            Place::OnSurface { .. } => None,
-        })
+        .filter(|(_, c)| c.area().is_none())
+        .map(|(i, c)| (i, c.X_WC.translation.vector))
         .collect();
     let mut worst: Option<Violation> = None;
     for (k, &(a, p_a)) in fixed.iter().enumerate() {
@@ -93,16 +91,18 @@ fn unbalanced(ctx: &Context) -> Option<Violation> {
         if !contact.loaded {
             continue;
         }
-        let Place::Fixed { X_WC, yaw_free, .. } = &contact.place else {
-            return None;
-        };
         // A patch that may turn offers no more than a disc around its points would: it is left
-        // to the solver.
-        if *yaw_free && model.force_points.len() > 1 {
+        // to the solver, as is one that may slide.
+        let free = match contact.freedom {
+            Freedom::Fixed => false,
+            Freedom::Yaw => model.force_points.len() > 1,
+            Freedom::Within(_) => true,
+        };
+        if free {
             return None;
         }
         for v in &model.force_points {
-            let p = X_WC * nalgebra::Point3::new(v.x, v.y, -model.radius.unwrap_or(0.0));
+            let p = contact.X_WC * nalgebra::Point3::new(v.x, v.y, -model.radius.unwrap_or(0.0));
             points.push((i, 2 + 3 * points.len(), p.coords));
         }
     }
@@ -161,12 +161,11 @@ fn unbalanced(ctx: &Context) -> Option<Violation> {
         hard: &rows.hard,
         lower: &vec![f64::NEG_INFINITY; n],
         upper: &vec![f64::INFINITY; n],
-        elastic_weight: 100.0,
     };
-    let x = qp::engine(ctx.config.engine).solve(&program).ok()?;
+    let x = qp::engine(ctx.config.solver.engine).solve(&program).ok()?;
     (0..6)
         .map(|i| {
-            let value = rows.value[i] + rows.row(i).iter().zip(&x).map(|(a, x)| a * x).sum::<f64>();
+            let value = rows.value[i] + rows.change(i, &x);
             Violation {
                 constraint: ctx.constraint(rows.tag[i]),
                 amount: value.abs(),

@@ -121,6 +121,11 @@ impl Rows {
         &self.a[i * self.n..(i + 1) * self.n]
     }
 
+    /// How much the linear model changes row `i` by a step.
+    pub fn change(&self, i: usize, delta: &[f64]) -> f64 {
+        self.row(i).iter().zip(delta).map(|(a, d)| a * d).sum()
+    }
+
     /// By how much row `i` is violated at the iterate.
     pub fn violation(&self, i: usize) -> f64 {
         (self.lower[i] - self.value[i])

@@ -1,21 +1,22 @@
-//! A posture problem from its starts to its outcome.
+//! A posture problem from its seeds to its outcome.
 //!
-//! What no posture can mend is refused before any is sought. The guess is tried first. Where it fails, or its contacts stay far from their places, other
-//! starts are drawn, brought to their contacts, and ranked by what then still collides or gapes;
-//! the SQP takes the best of them, one after the other.
+//! A problem that is proved to have no posture is refused before any is sought. The guess is tried
+//! first. Where it fails, or its contacts stay far from their places, other seeds are drawn, brought
+//! to their contacts, and sorted by what then still collides or gapes; the SQP takes the best of
+//! them, one after the other.
 
-use crate::approach::Approach;
-use crate::iterate::{Context, Dropped, Iterate};
+use crate::contact_ik::ContactIk;
+use crate::iterate::{Context, Iterate, Relaxed};
 use crate::outcome::Outcome;
 use crate::problem::Problem;
+use crate::seeding::seed;
 use crate::sqp::Sqp;
-use crate::starts::start;
 use crate::{Config, Error, proof};
 
-/// Starts that are drawn for every one that is taken.
+/// Seeds that are drawn for every one that is taken.
 const DRAWN: usize = 8;
-/// A start that is nearer to all that does not depend on forces than this is good enough.
-const NEAR: f64 = 0.02;
+/// Geometric violation below which a seed is good enough and no more are drawn, m.
+const GOOD_ENOUGH: f64 = 0.02;
 /// A guess that is left farther from its contacts than this waits its turn among the others, m.
 const FAR_M: f64 = 0.05;
 
@@ -34,50 +35,57 @@ const FAR_M: f64 = 0.05;
 pub fn solve(problem: &Problem, config: &Config) -> Result<Outcome, Error> {
     config.validate()?;
     problem.validate()?;
-    solve_without(problem, config, Dropped::default())
+    solve_relaxed(problem, config, Relaxed::default())
 }
 
-/// As [`solve`], of a problem that is known to make sense, without the constraints that are
-/// dropped.
-pub(crate) fn solve_without(
+/// As [`solve`], of a problem that is known to make sense, without the constraints that `relaxed`
+/// leaves out.
+///
+/// # Errors
+/// As [`solve`].
+pub(crate) fn solve_relaxed(
     problem: &Problem,
     config: &Config,
-    dropped: Dropped,
+    relaxed: Relaxed,
 ) -> Result<Outcome, Error> {
-    let whole = !dropped.equilibrium && !dropped.places.contains(&true);
-    let mut ctx = Context::new(problem, config)?;
-    ctx.dropped = dropped;
+    let whole = relaxed.is_nothing();
+    let ctx = Context::new(problem, config, relaxed);
     if whole && let Some(violation) = proof::infeasible(&ctx) {
         return Ok(Outcome::Infeasible(violation));
     }
     let mut sqp = Sqp::new(&ctx);
-    let mut approach = Approach::new(&ctx);
+    let mut contact_ik = ContactIk::new(&ctx);
     let mut draw = |k: usize| {
-        let mut it = ctx.start(&start(&ctx, k));
-        let apart_m = approach.run(&ctx, &mut it);
+        let mut it = ctx.start(&seed(&ctx, k));
+        let apart_m = contact_ik.run(&ctx, &mut it);
         (apart_m, it)
     };
 
-    // Candidates for the next attempt, the best last.
+    // Seeds that wait, with their geometric violation.
     let mut pool: Vec<(f64, Iterate)> = Vec::new();
-    let mut best: Option<Outcome> = None;
-    let mut drawn = 1;
     let (apart_m, guess) = draw(0);
-    for attempt in 0..=config.restarts {
-        let it = if attempt == 0 && apart_m < FAR_M {
-            guess.clone()
+    let mut first = None;
+    if apart_m < FAR_M {
+        first = Some(guess);
+    } else {
+        pool.push((sqp.geometric_violation(&guess), guess));
+    }
+    let mut drawn = 1;
+    let mut nearest: Option<Outcome> = None;
+    for _ in 0..=config.restarts {
+        let it = if let Some(guess) = first.take() {
+            guess
         } else {
-            if attempt == 0 {
-                pool.push((sqp.distance(&guess), guess.clone()));
-            }
             for _ in 0..DRAWN {
                 let it = draw(drawn).1;
                 drawn += 1;
-                pool.push((sqp.distance(&it), it));
-                if pool.last().is_some_and(|(distance, _)| *distance < NEAR) {
+                let violation = sqp.geometric_violation(&it);
+                pool.push((violation, it));
+                if violation < GOOD_ENOUGH {
                     break;
                 }
             }
+            // The best last.
             pool.sort_by(|a, b| b.0.total_cmp(&a.0));
             let Some((_, it)) = pool.pop() else { break };
             it
@@ -87,9 +95,12 @@ pub(crate) fn solve_without(
             return Ok(outcome);
         }
         let amount = |o: &Outcome| o.violation().map_or(0.0, |v| v.amount);
-        if best.as_ref().is_none_or(|b| amount(&outcome) < amount(b)) {
-            best = Some(outcome);
+        if nearest
+            .as_ref()
+            .is_none_or(|b| amount(&outcome) < amount(b))
+        {
+            nearest = Some(outcome);
         }
     }
-    best.ok_or(Error::Unsupported)
+    nearest.ok_or(Error::Unsupported)
 }

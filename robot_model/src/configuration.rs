@@ -58,10 +58,7 @@ impl Configuration {
     /// [`Error::Value`] when q is shorter than 7, holds a value that is not finite, or its
     /// quaternion is further than 1e-3 from unit length (a nearer one is normalised).
     pub fn from_q(q: &[f64]) -> Result<Self, Error> {
-        let refuse = |cause: String| Error::Value {
-            what: "configuration q",
-            cause,
-        };
+        let refuse = |cause: String| Error::value("configuration q", cause);
         let &[x, y, z, i, j, k, w, ref joints @ ..] = q else {
             return Err(refuse(format!("{} values, at least 7 wanted", q.len())));
         };
@@ -71,10 +68,8 @@ impl Configuration {
         let quaternion = Quaternion::new(w, i, j, k);
         // 1e-3: a quaternion written with three decimals is a rounded one, one further off is wrong.
         if (quaternion.norm() - 1.0).abs() > 1e-3 {
-            return Err(refuse(format!(
-                "quaternion of length {}",
-                quaternion.norm()
-            )));
+            let length = quaternion.norm();
+            return Err(refuse(format!("quaternion of length {length}")));
         }
         // A quaternion that is already unit to the last bits stays as it was written.
         let R_WB = if (quaternion.norm_squared() - 1.0).abs() < 4.0 * f64::EPSILON {

@@ -1,7 +1,30 @@
 //! Where a robot may touch the world.
 #![allow(non_snake_case)]
 
+use std::ops::Index;
+
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Translation3, Vector3};
+
+/// One of a robot's patches, as [`Robot::patch_id`](crate::Robot::patch_id) finds it by name.
+///
+/// It belongs to the robot that gave it, whose `patches[id]` is the patch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PatchId(pub(crate) usize);
+
+impl PatchId {
+    /// The patch's place in the robot's list of patches.
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
+impl Index<PatchId> for Vec<ContactPatch> {
+    type Output = ContactPatch;
+
+    fn index(&self, id: PatchId) -> &ContactPatch {
+        &self[id.0]
+    }
+}
 
 /// A patch of a robot's link that may bear contact.
 ///

@@ -14,70 +14,22 @@ pub enum Error {
         /// What the operating system said.
         source: std::io::Error,
     },
-    /// The file is not well-formed, or not what its format asks for.
+    /// The file is not well-formed, not what its format asks for, or makes no robot.
     #[error("{file}: {cause}")]
-    Parse {
+    File {
         /// The file (or the name of an embedded text).
         file: String,
         /// The cause, with the line where it is known.
         cause: String,
     },
-    /// The links and joints do not make one tree.
-    #[error("{file}: {cause}")]
-    Tree {
+    /// A link, joint or patch cannot be as the file has it.
+    #[error("{file}: {part}: {cause}")]
+    Part {
         /// The file.
         file: String,
-        /// Which link or joint, and why.
-        cause: String,
-    },
-    /// A link's mass or inertia cannot be that of a body.
-    #[error("{file}: link \"{link}\": {cause}")]
-    Inertia {
-        /// The file.
-        file: String,
-        /// The link.
-        link: String,
-        /// Why.
-        cause: String,
-    },
-    /// A joint's limits or axis make no sense.
-    #[error("{file}: joint \"{joint}\": {cause}")]
-    Joint {
-        /// The file.
-        file: String,
-        /// The joint.
-        joint: String,
-        /// Why.
-        cause: String,
-    },
-    /// A collision shape of a link is missing or cannot be made into a convex body.
-    #[error("{file}: link \"{link}\": collision {what}: {cause}")]
-    Shape {
-        /// The URDF.
-        file: String,
-        /// The link.
-        link: String,
-        /// The mesh or primitive.
-        what: String,
-        /// Why, with every place looked at for a missing mesh.
-        cause: String,
-    },
-    /// A contact patch is malformed.
-    #[error("{file}: patch \"{patch}\": {cause}")]
-    Patch {
-        /// The contacts file.
-        file: String,
-        /// The patch.
-        patch: String,
-        /// Why.
-        cause: String,
-    },
-    /// A mesh file is malformed.
-    #[error("{path}: {cause}", path = .path.display())]
-    Mesh {
-        /// The mesh file.
-        path: PathBuf,
-        /// Why.
+        /// The kind and name of the part, and the shape of a link where that is wrong.
+        part: String,
+        /// The cause, with every place looked at for a missing mesh.
         cause: String,
     },
     /// A name that nothing bears.
@@ -106,6 +58,31 @@ pub enum Error {
 }
 
 impl Error {
+    /// An [`Error::File`].
+    pub(crate) fn file(file: impl std::fmt::Display, cause: impl Into<String>) -> Self {
+        Error::File {
+            file: file.to_string(),
+            cause: cause.into(),
+        }
+    }
+
+    /// An [`Error::Part`] of that kind and name.
+    pub(crate) fn part(file: &str, kind: &str, name: &str, cause: impl Into<String>) -> Self {
+        Error::Part {
+            file: file.to_owned(),
+            part: format!("{kind} \"{name}\""),
+            cause: cause.into(),
+        }
+    }
+
+    /// An [`Error::Value`].
+    pub(crate) fn value(what: &'static str, cause: impl Into<String>) -> Self {
+        Error::Value {
+            what,
+            cause: cause.into(),
+        }
+    }
+
     /// An [`Error::Unknown`] that lists the names nearest to `name`.
     pub(crate) fn unknown<'a>(
         file: Option<&str>,

@@ -8,6 +8,18 @@
 //! | poses, centre of mass, Jacobians, gravity torques | [`Kinematics`] |
 //! | distances to itself and to the world | [`collision`] |
 //! | how is it read from files | [`load()`], [`load_from_strings`], [`mesh_file`] |
+//!
+//! ```
+//! use robot_model::{Kinematics, RobotFiles, load};
+//!
+//! let robot = load(&RobotFiles::new("tests/golden/test_tree.urdf"))?;
+//! let mut configuration = robot.neutral();
+//! configuration.joints[robot.joint_index("hip")?] = 0.5;
+//! let kinematics = Kinematics::new(&robot, &configuration);
+//! println!("centre of mass {}, sole {}", kinematics.com_W, kinematics.X_WL(&robot, "sole")?);
+//! assert!(robot.colliding_pairs(&configuration).is_empty());
+//! # Ok::<(), robot_model::Error>(())
+//! ```
 
 pub mod body;
 pub mod collision;
@@ -19,11 +31,12 @@ pub mod kinematics;
 pub mod load;
 pub mod mesh_file;
 pub mod robot;
+mod xml;
 
 pub use body::{Body, Frame, JointKind};
 pub use config::Config;
 pub use configuration::Configuration;
-pub use contact::{ContactPatch, PatchKind, pyramid_axes_W};
+pub use contact::{ContactPatch, PatchId, PatchKind, pyramid_axes_W};
 pub use error::Error;
 pub use kinematics::Kinematics;
 pub use load::{RobotFiles, load, load_from_strings};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DVector, Isometry3};
 
 use crate::collision::CollisionModel;
-use crate::{Body, Configuration, ContactPatch, Error, Frame, JointKind};
+use crate::{Body, Configuration, ContactPatch, Error, Frame, JointKind, PatchId};
 
 /// A floating-base robot.
 ///
@@ -48,18 +48,11 @@ impl Robot {
         collision: CollisionModel,
     ) -> Result<Self, Error> {
         let subtree_end = subtree_ends(&bodies)?;
-        let refuse = |cause: String| Error::Value {
-            what: "robot",
-            cause,
-        };
-        if let Some(frame) = frames.iter().find(|f| f.body >= bodies.len()) {
-            return Err(refuse(format!("frame \"{}\" is on no body", frame.name)));
-        }
-        if let Some(shape) = collision.shapes().iter().find(|s| s.body >= bodies.len()) {
-            return Err(refuse(format!(
-                "a shape of link \"{}\" is on no body",
-                shape.link
-            )));
+        let framed = frames.iter().map(|f| (f.body, &f.name));
+        let shaped = collision.shapes().iter().map(|s| (s.body, &s.link));
+        if let Some((_, link)) = framed.chain(shaped).find(|(at, _)| *at >= bodies.len()) {
+            let cause = format!("link \"{link}\" is on no body");
+            return Err(Error::value("robot", cause));
         }
         let mass_kg = bodies.iter().map(|b| b.mass_kg).sum();
         Ok(Robot {
@@ -111,9 +104,7 @@ impl Robot {
     /// # Errors
     /// [`Error::Unknown`] listing the nearest names.
     pub fn joint_index(&self, name: &str) -> Result<usize, Error> {
-        self.joint_names()
-            .position(|n| n == name)
-            .ok_or_else(|| Error::unknown(None, "joint", name, self.joint_names()))
+        position("joint", name, self.joint_names())
     }
 
     /// The contact patch of that name.
@@ -121,7 +112,20 @@ impl Robot {
     /// # Errors
     /// [`Error::Unknown`] listing the nearest names.
     pub fn patch(&self, name: &str) -> Result<&ContactPatch, Error> {
-        self.patch_index(name).map(|i| &self.patches[i])
+        self.patch_id(name).map(|id| &self.patches[id])
+    }
+
+    /// The id of the contact patch of that name.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] listing the nearest names.
+    pub fn patch_id(&self, name: &str) -> Result<PatchId, Error> {
+        position("patch", name, self.patches.iter().map(|p| p.name.as_str())).map(PatchId)
+    }
+
+    /// The ids of all patches, in the order of the contacts file.
+    pub fn patch_ids(&self) -> impl ExactSizeIterator<Item = PatchId> + Clone + use<> {
+        (0..self.patches.len()).map(PatchId)
     }
 
     /// Index of the contact patch of that name.
@@ -129,17 +133,7 @@ impl Robot {
     /// # Errors
     /// [`Error::Unknown`] listing the nearest names.
     pub fn patch_index(&self, name: &str) -> Result<usize, Error> {
-        self.patches
-            .iter()
-            .position(|p| p.name == name)
-            .ok_or_else(|| {
-                Error::unknown(
-                    None,
-                    "patch",
-                    name,
-                    self.patches.iter().map(|p| p.name.as_str()),
-                )
-            })
+        self.patch_id(name).map(PatchId::index)
     }
 
     /// The frame of a link.
@@ -147,14 +141,8 @@ impl Robot {
     /// # Errors
     /// [`Error::Unknown`] listing the nearest names.
     pub fn frame(&self, link: &str) -> Result<&Frame, Error> {
-        self.frames.iter().find(|f| f.name == link).ok_or_else(|| {
-            Error::unknown(
-                None,
-                "link",
-                link,
-                self.frames.iter().map(|f| f.name.as_str()),
-            )
-        })
+        let names = self.frames.iter().map(|f| f.name.as_str());
+        position("link", link, names).map(|at| &self.frames[at])
     }
 
     /// The base at the origin, joints at zero or at the nearer limit where zero is out of range.
@@ -171,14 +159,9 @@ impl Robot {
     /// # Errors
     /// [`Error::Unknown`] listing the postures there are.
     pub fn posture(&self, name: &str) -> Result<Configuration, Error> {
-        let joints = self.postures.get(name).ok_or_else(|| {
-            Error::unknown(
-                None,
-                "posture",
-                name,
-                self.postures.keys().map(String::as_str),
-            )
-        })?;
+        let names = || self.postures.keys().map(String::as_str);
+        let joints = self.postures.get(name);
+        let joints = joints.ok_or_else(|| Error::unknown(None, "posture", name, names()))?;
         let mut configuration = Configuration::zero(self.nj());
         if let Some(base) = self.posture_bases.get(name) {
             configuration = configuration.with_base(base);
@@ -206,10 +189,7 @@ impl Robot {
         let (wanted, found) = (7 + self.nj(), q.len());
         if found != wanted {
             let cause = format!("{found} values, {wanted} wanted for \"{}\"", self.name);
-            return Err(Error::Value {
-                what: "configuration q",
-                cause,
-            });
+            return Err(Error::value("configuration q", cause));
         }
         Ok(configuration)
     }
@@ -219,49 +199,43 @@ impl Robot {
     /// # Errors
     /// [`Error::Value`] naming the first joint that does not.
     pub fn check_joints(&self, joints: &[f64], tol: f64) -> Result<(), Error> {
-        let refuse = |cause: String| {
-            Err(Error::Value {
-                what: "joint values",
-                cause,
-            })
-        };
+        let refuse = |cause: String| Err(Error::value("joint values", cause));
         if joints.len() != self.nj() {
             return refuse(format!("{} values for {} joints", joints.len(), self.nj()));
         }
         for (q, body) in joints.iter().zip(self.joint_bodies()) {
             if !(*q >= body.lower - tol && *q <= body.upper + tol) {
-                let Body {
-                    joint,
-                    lower,
-                    upper,
-                    ..
-                } = body;
-                return refuse(format!(
-                    "joint \"{joint}\" at {q} is outside [{lower}, {upper}]"
-                ));
+                let (joint, range) = (&body.joint, [body.lower, body.upper]);
+                return refuse(format!("joint \"{joint}\" at {q} is outside {range:?}"));
             }
         }
         Ok(())
     }
 }
 
+/// The place of a name among those of its kind.
+fn position<'a>(
+    kind: &'static str,
+    name: &str,
+    mut names: impl Iterator<Item = &'a str> + Clone,
+) -> Result<usize, Error> {
+    let all = names.clone();
+    let found = names.position(|n| n == name);
+    found.ok_or_else(|| Error::unknown(None, kind, name, all))
+}
+
 /// One past the last body of each subtree, having checked the depth-first order.
 fn subtree_ends(bodies: &[Body]) -> Result<Vec<usize>, Error> {
-    let refuse = |cause: String| {
-        Err(Error::Value {
-            what: "robot",
-            cause,
-        })
-    };
+    let refuse = |cause: &str| Err(Error::value("robot", cause));
     match bodies.first() {
         Some(base) if base.parent.is_none() && base.kind == JointKind::Floating => {}
-        _ => return refuse("the first body is no floating base".to_owned()),
+        _ => return refuse("the first body is no floating base"),
     }
     let mut end = vec![bodies.len(); bodies.len()];
     let mut open = vec![0_usize];
     for (i, body) in bodies.iter().enumerate().skip(1) {
         let Some(parent) = body.parent.filter(|_| body.kind != JointKind::Floating) else {
-            return refuse(format!("body \"{}\" floats", body.name));
+            return refuse(&format!("body \"{}\" floats", body.name));
         };
         // Close the subtrees that this body is not in.
         while let Some(&top) = open.last()
@@ -271,10 +245,8 @@ fn subtree_ends(bodies: &[Body]) -> Result<Vec<usize>, Error> {
             open.pop();
         }
         if open.is_empty() {
-            return refuse(format!(
-                "body \"{}\" is out of depth-first order",
-                body.name
-            ));
+            let name = &body.name;
+            return refuse(&format!("body \"{name}\" is out of depth-first order"));
         }
         open.push(i);
     }

@@ -2,13 +2,13 @@
 //! pose, as `scandent calibrate camera` reads them, and prints the true mount.
 //!
 //! ```sh
-//! cargo run --release -p scenes --example make_camera_set -- FOLDER [ROBOT [SEED]]
+//! cargo run --release -p scandent-scenes --example make_camera_set -- FOLDER [ROBOT [SEED]]
 //! scandent calibrate camera --robot builtin:hexapod --poses FOLDER/poses.csv --frames FOLDER
 //! ```
 
 use std::path::{Path, PathBuf};
 
-use scenes::camera_set::{PoseNoise, frame, published_mount, readings, table};
+use scenes::camera_set::{PoseNoise, frame, published_extrinsics, readings, table};
 use scenes::simulator::{DepthNoise, KINECT, distortion};
 use scenes::{stances, worlds};
 
@@ -22,7 +22,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .load(&robot_model::Config::default())?;
     std::fs::create_dir_all(&folder)?;
 
-    let (world, mount) = (worlds::ground::truth(None, seed).world(), published_mount());
+    let (world, mount) = (
+        worlds::ground::truth(None, seed).world(),
+        published_extrinsics(),
+    );
     let noise = DepthNoise::default();
     let distortion = distortion(&KINECT, &noise, seed);
     let mut configurations = Vec::new();

@@ -1,7 +1,7 @@
 //! Takes the sweeps of a simulated VLP-16 of the ramps of [meng] and writes them as PCD and pcap.
 //!
 //! ```sh
-//! cargo run -p scenes --example make_lidar FOLDER [SEED]
+//! cargo run -p scandent-scenes --example make_lidar FOLDER [SEED]
 //! ```
 
 use std::path::PathBuf;

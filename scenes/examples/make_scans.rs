@@ -1,8 +1,8 @@
 //! Takes the scans of the scenes that ship and writes them beside their scene files.
 //!
 //! ```sh
-//! cargo run -p scenes --example make_scans                  # as they ship
-//! cargo run -p scenes --example make_scans FOLDER SEED      # elsewhere, other noise
+//! cargo run -p scandent-scenes --example make_scans                  # as they ship
+//! cargo run -p scandent-scenes --example make_scans FOLDER SEED      # elsewhere, other noise
 //! ```
 
 use std::path::PathBuf;

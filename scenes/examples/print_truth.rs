@@ -1,7 +1,7 @@
 //! Prints the true world of a scene as JSON.
 //!
 //! ```sh
-//! cargo run -p scenes --example print_truth irregular-stairs
+//! cargo run -p scandent-scenes --example print_truth irregular-stairs
 //! ```
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -28,130 +28,61 @@ pub struct Builtin {
     pub sensor: Option<fn() -> Isometry3<f64>>,
 }
 
+/// A scene that a depth camera shows: its name, world, seed, true sensor pose and further files.
+macro_rules! depth_scene {
+    ($name:literal, $world:ident, $seed:literal, $sensor:expr, [$($file:literal),*]) => {
+        Builtin {
+            name: $name,
+            toml: include_str!(concat!("../scenes/", $name, ".toml")),
+            files: &[
+                (
+                    concat!($name, "_depth.png"),
+                    include_bytes!(concat!("../scenes/", $name, "_depth.png")),
+                ),
+                $(($file, include_bytes!(concat!("../scenes/", $file))),)*
+            ],
+            sweep: None,
+            truth: worlds::$world::truth,
+            seed: $seed,
+            sensor: $sensor,
+        }
+    };
+}
+
+/// A ramp that a lidar sweeps: its name, world and seed.
+macro_rules! slope {
+    ($name:literal, $truth:expr, $seed:literal) => {
+        Builtin {
+            name: $name,
+            toml: include_str!(concat!("../scenes/", $name, ".toml")),
+            files: &[],
+            sweep: Some(concat!($name, ".pcd")),
+            truth: $truth,
+            seed: $seed,
+            sensor: None,
+        }
+    };
+}
+
 static SCENES: [Builtin; 12] = [
-    Builtin {
-        name: "irregular-stairs",
-        toml: include_str!("../scenes/irregular-stairs.toml"),
-        files: &[(
-            "irregular-stairs_depth.png",
-            include_bytes!("../scenes/irregular-stairs_depth.png"),
-        )],
-        sweep: None,
-        truth: worlds::irregular_stairs::truth,
-        seed: 1,
-        sensor: None,
-    },
-    Builtin {
-        name: "slope-and-hand",
-        toml: include_str!("../scenes/slope-and-hand.toml"),
-        files: &[(
-            "slope-and-hand_depth.png",
-            include_bytes!("../scenes/slope-and-hand_depth.png"),
-        )],
-        sweep: None,
-        truth: worlds::slope_and_hand::truth,
-        seed: 2,
-        sensor: None,
-    },
-    Builtin {
-        name: "hexapod-obstacles",
-        toml: include_str!("../scenes/hexapod-obstacles.toml"),
-        files: &[
-            (
-                "hexapod-obstacles_depth.png",
-                include_bytes!("../scenes/hexapod-obstacles_depth.png"),
-            ),
-            (
-                "hexapod-obstacles_camera.toml",
-                include_bytes!("../scenes/hexapod-obstacles_camera.toml"),
-            ),
-        ],
-        sweep: None,
-        truth: worlds::hexapod_obstacles::truth,
-        seed: 1,
-        sensor: Some(worlds::hexapod_obstacles::X_WV),
-    },
-    Builtin {
-        name: "slope-10.5",
-        toml: include_str!("../scenes/slope-10.5.toml"),
-        files: &[],
-        sweep: Some("slope-10.5.pcd"),
-        truth: worlds::slope::truth::<0>,
-        seed: 3,
-        sensor: None,
-    },
-    Builtin {
-        name: "slope-13.5",
-        toml: include_str!("../scenes/slope-13.5.toml"),
-        files: &[],
-        sweep: Some("slope-13.5.pcd"),
-        truth: worlds::slope::truth::<1>,
-        seed: 4,
-        sensor: None,
-    },
-    Builtin {
-        name: "slope-15.3",
-        toml: include_str!("../scenes/slope-15.3.toml"),
-        files: &[],
-        sweep: Some("slope-15.3.pcd"),
-        truth: worlds::slope::truth::<2>,
-        seed: 5,
-        sensor: None,
-    },
-    Builtin {
-        name: "slope-17.4",
-        toml: include_str!("../scenes/slope-17.4.toml"),
-        files: &[],
-        sweep: Some("slope-17.4.pcd"),
-        truth: worlds::slope::truth::<3>,
-        seed: 6,
-        sensor: None,
-    },
-    Builtin {
-        name: "slope-19.7",
-        toml: include_str!("../scenes/slope-19.7.toml"),
-        files: &[],
-        sweep: Some("slope-19.7.pcd"),
-        truth: worlds::slope::truth::<4>,
-        seed: 7,
-        sensor: None,
-    },
-    Builtin {
-        name: "slope-22",
-        toml: include_str!("../scenes/slope-22.toml"),
-        files: &[],
-        sweep: Some("slope-22.pcd"),
-        truth: worlds::slope::truth::<5>,
-        seed: 8,
-        sensor: None,
-    },
-    Builtin {
-        name: "slope-23.8",
-        toml: include_str!("../scenes/slope-23.8.toml"),
-        files: &[],
-        sweep: Some("slope-23.8.pcd"),
-        truth: worlds::slope::truth::<6>,
-        seed: 9,
-        sensor: None,
-    },
-    Builtin {
-        name: "slope-10.5-at-30",
-        toml: include_str!("../scenes/slope-10.5-at-30.toml"),
-        files: &[],
-        sweep: Some("slope-10.5-at-30.pcd"),
-        truth: worlds::slope::turned::<0>,
-        seed: 10,
-        sensor: None,
-    },
-    Builtin {
-        name: "slope-23.8-at-30",
-        toml: include_str!("../scenes/slope-23.8-at-30.toml"),
-        files: &[],
-        sweep: Some("slope-23.8-at-30.pcd"),
-        truth: worlds::slope::turned::<6>,
-        seed: 11,
-        sensor: None,
-    },
+    depth_scene!("irregular-stairs", irregular_stairs, 1, None, []),
+    depth_scene!("slope-and-hand", slope_and_hand, 2, None, []),
+    depth_scene!(
+        "hexapod-obstacles",
+        hexapod_obstacles,
+        1,
+        Some(worlds::hexapod_obstacles::X_WV),
+        ["hexapod-obstacles_camera.toml"]
+    ),
+    slope!("slope-10.5", worlds::slope::truth::<0>, 3),
+    slope!("slope-13.5", worlds::slope::truth::<1>, 4),
+    slope!("slope-15.3", worlds::slope::truth::<2>, 5),
+    slope!("slope-17.4", worlds::slope::truth::<3>, 6),
+    slope!("slope-19.7", worlds::slope::truth::<4>, 7),
+    slope!("slope-22", worlds::slope::truth::<5>, 8),
+    slope!("slope-23.8", worlds::slope::truth::<6>, 9),
+    slope!("slope-10.5-at-30", worlds::slope::turned::<0>, 10),
+    slope!("slope-23.8-at-30", worlds::slope::turned::<6>, 11),
 ];
 
 /// The scene of this name; a slope's may leave its fraction out (`slope-15`).

@@ -56,7 +56,7 @@ impl PoseNoise {
 }
 
 /// The mount of [chai2015] Eq. 32, as X_RV: optical frame V in the robot's body R.
-pub fn published_mount() -> Isometry3<f64> {
+pub fn published_extrinsics() -> Isometry3<f64> {
     let [alpha, beta, gamma] = [-0.4398_f64, -37.4072, -3.0471].map(f64::to_radians);
     // The paper's axes turn as in `stances`; V's optical axes are x right, y down, z forward.
     let ahead = UnitQuaternion::from_euler_angles(gamma, -beta, alpha);

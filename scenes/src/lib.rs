@@ -9,8 +9,17 @@
 //!   frames of a robot that takes them, to find a sensor's mount from.
 //! * [`contact_sets`]: posture problems drawn from a seed, and the format of their files.
 //!
-//! Scans are made again with `cargo run -p scenes --example make_scans`, robots with
-//! `cargo run -p scenes --example make_hrp2`, `make_hexapod` and the like.
+//! Scans are made again with `cargo run -p scandent-scenes --example make_scans`, robots with
+//! `cargo run -p scandent-scenes --example make_robots`.
+//!
+//! ```
+//! let robot = scenes::builtin_robot("hrp2").ok_or("it ships")?.load(&Default::default())?;
+//! let scene = scenes::builtin("irregular-stairs").ok_or("it ships")?;
+//! let file = scenes::SceneFile::parse(scene.toml)?;
+//! let truth = (scene.truth)();
+//! println!("{} climbs {} boxes to {:?}", robot.name, truth.boxes.len(), file.goal);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod builtin;
 pub mod camera_set;

@@ -33,31 +33,22 @@ impl BuiltinRobot {
     }
 }
 
+macro_rules! robot {
+    ($name:literal) => {
+        BuiltinRobot {
+            name: $name,
+            urdf: include_str!(concat!("../robots/", $name, "/", $name, ".urdf")),
+            srdf: include_str!(concat!("../robots/", $name, "/", $name, ".srdf")),
+            contacts: include_str!(concat!("../robots/", $name, "/contacts.toml")),
+        }
+    };
+}
+
 static ROBOTS: [BuiltinRobot; 4] = [
-    BuiltinRobot {
-        name: "hrp2",
-        urdf: include_str!("../robots/hrp2/hrp2.urdf"),
-        srdf: include_str!("../robots/hrp2/hrp2.srdf"),
-        contacts: include_str!("../robots/hrp2/contacts.toml"),
-    },
-    BuiltinRobot {
-        name: "hexapod",
-        urdf: include_str!("../robots/hexapod/hexapod.urdf"),
-        srdf: include_str!("../robots/hexapod/hexapod.srdf"),
-        contacts: include_str!("../robots/hexapod/contacts.toml"),
-    },
-    BuiltinRobot {
-        name: "hexapod_urp",
-        urdf: include_str!("../robots/hexapod_urp/hexapod_urp.urdf"),
-        srdf: include_str!("../robots/hexapod_urp/hexapod_urp.srdf"),
-        contacts: include_str!("../robots/hexapod_urp/contacts.toml"),
-    },
-    BuiltinRobot {
-        name: "quadruped",
-        urdf: include_str!("../robots/quadruped/quadruped.urdf"),
-        srdf: include_str!("../robots/quadruped/quadruped.srdf"),
-        contacts: include_str!("../robots/quadruped/contacts.toml"),
-    },
+    robot!("hrp2"),
+    robot!("hexapod"),
+    robot!("hexapod_urp"),
+    robot!("quadruped"),
 ];
 
 /// The robot of this name.

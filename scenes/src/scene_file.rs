@@ -55,9 +55,18 @@ pub struct SceneFile {
     /// Overrides of the surfaces' configuration.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub surfaces: toml::Table,
+    /// Overrides of how the robot is read.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub robot_model: toml::Table,
     /// Overrides of the posture generator's configuration.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub posture: toml::Table,
+    /// Overrides of the motion's configuration.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub motion: toml::Table,
+    /// Overrides of the exporters' configuration.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub export: toml::Table,
     /// Overrides of the planner's configuration.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub planner: toml::Table,
@@ -126,19 +135,39 @@ pub struct RobotSource {
     pub contacts: Option<String>,
 }
 
-/// Posture and place of the robot before its first step.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The robot before its first step: a posture with the base at a place, or patches at their poses
+/// (`contact`), for which a posture is sought.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
     /// Name of a posture in the SRDF.
-    pub posture: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub posture: Option<String>,
     /// Position of the base in W, m.
-    pub base_position_m: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base_position_m: Option<[f64; 3]>,
     /// Orientation of the base in W: roll, pitch, yaw about fixed axes.
     #[serde(default)]
     pub base_rpy_rad: [f64; 3],
-    /// Patches that touch the ground.
+    /// Patches that touch the ground in that posture.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contacts: Vec<String>,
+    /// Patches and their poses, in the place of all of the above.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contact: Vec<StartContact>,
+}
+
+/// A patch at a pose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StartContact {
+    /// The robot's contact patch.
+    pub patch: String,
+    /// Position of the patch frame C in W, m.
+    pub position_m: [f64; 3],
+    /// Orientation of C in W: roll, pitch, yaw about fixed axes.
+    #[serde(default)]
+    pub rpy_rad: [f64; 3],
 }
 
 /// What the last stance must fulfil.
@@ -222,11 +251,7 @@ impl SceneFile {
         for (i, scan) in self.scan.iter().enumerate() {
             scan.check(&format!("scan[{i}]"))?;
         }
-        finite("start.base_position_m", &self.start.base_position_m)?;
-        finite("start.base_rpy_rad", &self.start.base_rpy_rad)?;
-        if self.start.contacts.is_empty() {
-            return Err(Error::field("start.contacts", "is empty"));
-        }
+        self.start.check()?;
         self.goal.check()?;
         if let Some(guide) = &self.guide {
             for (i, posture) in guide.key_postures.iter().enumerate() {
@@ -234,6 +259,34 @@ impl SceneFile {
             }
         }
         self.friction.check()
+    }
+}
+
+impl Start {
+    fn check(&self) -> Result<(), Error> {
+        for (i, contact) in self.contact.iter().enumerate() {
+            finite(
+                &format!("start.contact[{i}].position_m"),
+                &contact.position_m,
+            )?;
+            finite(&format!("start.contact[{i}].rpy_rad"), &contact.rpy_rad)?;
+        }
+        finite("start.base_rpy_rad", &self.base_rpy_rad)?;
+        match (&self.posture, &self.base_position_m) {
+            (Some(_), Some(position)) if self.contact.is_empty() => {
+                finite("start.base_position_m", position)?;
+                if self.contacts.is_empty() {
+                    return Err(Error::field("start.contacts", "is empty"));
+                }
+                Ok(())
+            }
+            (None, None) if !self.contact.is_empty() && self.contacts.is_empty() => Ok(()),
+            _ => {
+                let reason =
+                    "needs posture, base_position_m and contacts, or `contact` in their place";
+                Err(Error::field("start", reason))
+            }
+        }
     }
 }
 

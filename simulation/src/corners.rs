@@ -6,7 +6,7 @@ use robot_model::ContactPatch;
 use surfaces::ConvexPolygon;
 
 use crate::Error;
-use crate::course::WantedContact;
+use crate::reference::ReferenceContact;
 
 /// The corners of a patch, drawn in by a margin; a ball has the point that touches.
 #[derive(Clone, Debug)]
@@ -61,7 +61,7 @@ impl Corners {
     }
 
     /// The corners in W with the patch at `X_WC`.
-    pub fn points_W(&self, X_WC: &Isometry3<f64>, contact: &WantedContact) -> Vec<Vector3<f64>> {
+    pub fn points_W(&self, X_WC: &Isometry3<f64>, contact: &ReferenceContact) -> Vec<Vector3<f64>> {
         match self.radius_m {
             // The ball's point nearest to the planned surface.
             Some(radius) => {
@@ -78,7 +78,7 @@ impl Corners {
 
     /// Corner forces in the contact's axes R that come nearest to the contact's planned wrench,
     /// none of them pulling.
-    pub fn spread(&self, contact: &WantedContact, R: &Matrix3<f64>) -> Vec<Vector3<f64>> {
+    pub fn spread(&self, contact: &ReferenceContact, R: &Matrix3<f64>) -> Vec<Vector3<f64>> {
         let force = R.transpose() * contact.force_W;
         let moment = R.transpose() * contact.moment_W;
         let wrench = Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z);

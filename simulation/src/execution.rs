@@ -1,23 +1,29 @@
-//! Whether a course is executed: the robot starts where it starts and follows it to the end.
+//! Whether a reference is executed: the robot starts at its first configuration and follows it to the end.
 use nalgebra::DVector;
 use robot_model::{Configuration, Robot};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::config::{Config, Controller, Servo};
-use crate::course::{Course, Wanted, WantedContact};
+use crate::config::{Config, Controller};
 use crate::criteria::Criterion;
 use crate::footing::Footing;
 use crate::monitor::{Monitor, Seen};
 use crate::perturbation::Perturbation;
+use crate::physics::{Physics, Servo};
 use crate::plant::{Plant, Touch};
+use crate::reference::{Reference, ReferenceContact, ReferenceState};
 use crate::schedule::closures;
 use crate::touching::Touching;
-use crate::verdict::{cause, judge};
-use crate::whole_body::WholeBodyController;
+use crate::verdict::{CONTACT_DELAY_S, CONTACT_N, cause, judge};
+use crate::whole_body::{PERIOD_S, WholeBodyController};
 use crate::world::WorldBody;
 
-/// How a course was executed.
+/// Time held at the end of the motion, s.
+const REST_S: f64 = 1.0;
+/// Deviation of the centre of mass from which on the robot is taken to fall, m.
+const FALL_M: f64 = 0.25;
+
+/// How a reference was executed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Executed {
     /// Every criterion.
@@ -68,7 +74,7 @@ impl Observer for Unobserved {
     }
 }
 
-/// Executes a course.
+/// Executes a reference.
 ///
 /// The controller knows the planned robot and measures state and touch exactly; the simulated
 /// robot and world differ from the planned ones by the perturbation.
@@ -79,51 +85,41 @@ impl Observer for Unobserved {
 pub fn execute(
     robot: &Robot,
     world: &[WorldBody],
-    course: &impl Course,
+    reference: &impl Reference,
     config: &Config,
     perturbation: &Perturbation,
     observer: &mut impl Observer,
 ) -> Result<Executed, Error> {
-    let bounds = &config.execution;
-    let physics = &config.physics;
+    let physics = Physics::from(config);
     let servo = match config.controller {
-        Controller::Servo => config.servo.clone(),
-        Controller::WholeBody => Servo {
-            kp: config.whole_body.joint_kp,
-            kv: config.whole_body.joint_kv,
-        },
+        Controller::Servo => Servo::STIFF,
+        Controller::WholeBody => Servo::SOFT,
     };
     let world = perturbation.applied(world);
-    let mut plant = Plant::new(robot, &world, physics, &servo, &perturbation.scales())?;
-    let mut controller = WholeBodyController::new(robot, &config.whole_body, physics)?;
+    let mut plant = Plant::new(robot, &world, &physics, servo, &perturbation.scales())?;
+    let mut controller = WholeBodyController::new(robot, &physics)?;
     let mut footing = Footing::new(robot);
 
-    let mut wanted = Wanted::at_rest(robot.neutral());
-    course.at(0.0, &mut wanted);
+    let mut wanted = ReferenceState::at_rest(robot.neutral());
+    reference.at(0.0, &mut wanted);
     plant.reset(&wanted.configuration);
-    let closed = closures(course, &wanted, bounds.contact_n);
-    let mut monitor = Monitor::new(
-        robot,
-        &world,
-        closed,
-        bounds.contact_delay_s,
-        bounds.contact_n,
-    );
-    let mut touching = Touching::new(robot, &wanted, config.whole_body.touch_n);
+    let closed = closures(reference, &wanted, CONTACT_N);
+    let mut monitor = Monitor::new(robot, &world, closed, CONTACT_DELAY_S, CONTACT_N);
+    let mut touching = Touching::new(robot, &wanted);
     let mut state = wanted.configuration.clone();
     let mut v = DVector::zeros(robot.nv());
     let mut torques = vec![0.0; robot.nj()];
     let (mut joints, mut rates) = (torques.clone(), torques.clone());
     let mut touches: Vec<Touch> = Vec::new();
-    let period = ((config.whole_body.period_s / physics.dt_s).round() as usize).max(1);
-    let duration_s = course.duration_s() + bounds.rest_s;
+    let period = ((PERIOD_S / physics.dt_s).round() as usize).max(1);
+    let duration_s = reference.duration_s() + REST_S;
     let steps = (duration_s / physics.dt_s).round() as usize;
     let mut fell_s = None;
 
     for step in 0..steps {
         let t_s = step as f64 * physics.dt_s;
         if step % period == 0 {
-            course.at(t_s, &mut wanted);
+            reference.at(t_s, &mut wanted);
             let (found, followed) = match config.controller {
                 Controller::WholeBody => {
                     let dt_s = period as f64 * physics.dt_s;
@@ -142,7 +138,7 @@ pub fn execute(
             rates.copy_from_slice(&followed.v.as_slice()[6..]);
             if config.controller == Controller::WholeBody {
                 // A limb that searches for its place beyond the reference is not held back.
-                let searching = |c: &&WantedContact| touching.searches(c.patch);
+                let searching = |c: &&ReferenceContact| touching.searches(c.patch);
                 for contact in wanted.contacts.iter().filter(searching) {
                     let body = robot.patches[contact.patch].body;
                     for j in (0..joints.len()).filter(|j| robot.supports(j + 1, body)) {
@@ -165,7 +161,7 @@ pub fn execute(
         });
         let lands = monitor.nears_landing(&wanted);
         touching.update(&monitor.normal_n, &wanted, lands, physics.dt_s);
-        if !stable || monitor.com_error_m.is_nan() || monitor.com_error_m > bounds.fall_m {
+        if !stable || monitor.com_error_m.is_nan() || monitor.com_error_m > FALL_M {
             fell_s = Some(t_s);
             break;
         }
@@ -175,10 +171,10 @@ pub fn execute(
         }
     }
     let simulated_s = fell_s.unwrap_or(duration_s);
-    let criteria = judge(robot, config, &monitor, fell_s, simulated_s);
+    let criteria = judge(robot, &monitor, fell_s, simulated_s);
     Ok(Executed {
         pass: criteria.iter().all(|c| c.pass),
-        stands: fell_s.is_none() && stands(&wanted, &monitor, bounds.contact_n),
+        stands: fell_s.is_none() && stands(&wanted, &monitor),
         cause: cause(&criteria, fell_s),
         criteria,
         fell_s,
@@ -188,9 +184,9 @@ pub fn execute(
 }
 
 /// Whether every contact that is to bear does.
-fn stands(wanted: &Wanted, monitor: &Monitor, contact_n: f64) -> bool {
-    let borne = |c: &WantedContact| monitor.normal_n[c.patch] >= contact_n;
-    let mut loaded = wanted.contacts.iter().filter(|c| c.normal_n() >= contact_n);
+fn stands(wanted: &ReferenceState, monitor: &Monitor) -> bool {
+    let borne = |c: &ReferenceContact| monitor.normal_n[c.patch] >= CONTACT_N;
+    let mut loaded = wanted.contacts.iter().filter(|c| c.normal_n() >= CONTACT_N);
     loaded.all(borne)
 }
 

@@ -9,10 +9,10 @@
 //! Once the foot is in the air, the correction fades.
 #![allow(non_snake_case)]
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use robot_model::{Configuration, Kinematics, Robot};
 
-use crate::course::Wanted;
+use crate::reference::ReferenceState;
 
 /// Time in which the correction of a leg in the air falls to a third, s.
 const FADE_S: f64 = 0.3;
@@ -43,10 +43,10 @@ impl<'a> Footing<'a> {
     pub fn followed(
         &mut self,
         state: &Configuration,
-        wanted: &Wanted,
+        wanted: &ReferenceState,
         touching: &[bool],
         dt_s: f64,
-    ) -> Wanted {
+    ) -> ReferenceState {
         let robot = self.robot;
         let mut followed = wanted.clone();
         if robot.patches.iter().all(|p| p.point_radius_m().is_none()) {
@@ -62,18 +62,11 @@ impl<'a> Footing<'a> {
             }
             let p = |k: &Kinematics| k.X_WC(patch).translation.vector;
             let off = p(&self.actual) - p(&self.planned);
-            let mut J = DMatrix::zeros(3, robot.nv());
-            self.planned
-                .point_jacobian(robot, patch.body, &p(&self.planned), &mut J);
-            let leg = J.columns(6, robot.nj());
-            let mut gram = leg * leg.transpose();
-            for k in 0..3 {
-                gram[(k, k)] += DAMPING * DAMPING;
-            }
-            let Some(inverse) = gram.try_inverse() else {
-                continue;
-            };
-            let step = leg.tr_mul(&(inverse * off));
+            let at = p(&self.planned);
+            let step = self
+                .planned
+                .point_step(robot, patch.body, &at, &off, DAMPING);
+            let Some(step) = step else { continue };
             for (j, correction) in self.correction.iter_mut().enumerate() {
                 if robot.supports(j + 1, patch.body) {
                     *correction = step[j];

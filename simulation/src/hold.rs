@@ -7,14 +7,36 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::Config;
-use crate::course::{Standing, Wanted};
 use crate::criteria::{Criterion, Unit};
-use crate::mjcf::Scales;
-use crate::monitor::{Monitor, Peak, Seen};
+use crate::monitor::{Monitor, Seen};
+use crate::observed::Peak;
+use crate::physics::{Physics, Scales, Servo};
 use crate::plant::Plant;
+use crate::reference::{ReferenceState, Standing};
 use crate::schedule::Closure;
 use crate::statics::holding_torques;
+use crate::verdict::{COM_ERROR_FINAL_MAX_M, CONTACT_N, PENETRATION_MAX_M, TILT_MAX_RAD};
 use crate::world::WorldBody;
+
+/// Time given to settle on the world as it is before anything is measured, s.
+const SETTLE_S: f64 = 0.5;
+/// Duration of a push, s.
+const PUSH_S: f64 = 0.2;
+/// Largest drift of the centre of mass, m: all in all, in the last second, and where the robot is
+/// pushed.
+const COM_DRIFT_MAX_M: f64 = 0.003;
+const COM_DRIFT_LAST_MAX_M: f64 = 0.001;
+const COM_DRIFT_PUSHED_MAX_M: f64 = 0.005;
+/// Largest slip of a contact, m.
+const SLIP_MAX_M: f64 = 0.002;
+/// Largest tilt of the base after settling, rad.
+const HELD_TILT_MAX_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// Largest norm of the joint velocities at the end, rad/s.
+const JOINT_SPEED_MAX_RAD_S: f64 = 0.02;
+/// Largest relative difference of the mean vertical force from the weight.
+const WEIGHT_ERROR_MAX: f64 = 0.01;
+/// Largest use of the torque limits.
+const TORQUE_USE_MAX: f64 = 0.8;
 
 /// How a stance held.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,15 +69,9 @@ pub fn hold(
     config: &Config,
     push_W: Option<Vector3<f64>>,
 ) -> Result<Held, Error> {
-    let bounds = &config.hold;
+    let physics = Physics::from(config);
     let wanted = standing.wanted();
-    let mut plant = Plant::new(
-        robot,
-        world,
-        &config.physics,
-        &config.servo,
-        &Scales::default(),
-    )?;
+    let mut plant = Plant::new(robot, world, &physics, Servo::STIFF, &Scales::default())?;
     plant.reset(&wanted.configuration);
     let torques = holding_torques(robot, wanted);
     let still = vec![0.0; robot.nj()];
@@ -70,10 +86,10 @@ pub fn hold(
             normal_W: contact.X_WC.rotation * Vector3::z(),
             start_s: 0.0,
             end_s: f64::INFINITY,
-            loaded_from_s: (contact.normal_n() > bounds.contact_n).then_some(0.0),
+            loaded_from_s: (contact.normal_n() > CONTACT_N).then_some(0.0),
         })
         .collect();
-    let mut monitor = Monitor::new(robot, world, closures, 0.0, bounds.contact_n);
+    let mut monitor = Monitor::new(robot, world, closures, 0.0, CONTACT_N);
     let mut run = Run {
         plant: &mut plant,
         monitor: &mut monitor,
@@ -81,11 +97,11 @@ pub fn hold(
         configuration: wanted.configuration.clone(),
         v: DVector::zeros(robot.nv()),
         touches: Vec::new(),
-        dt_s: config.physics.dt_s,
+        dt_s: physics.dt_s,
     };
 
     // Settle on the world as it is.
-    run.go(bounds.settle_s, &mut |_, _| {});
+    run.go(SETTLE_S, &mut |_, _| {});
     let (settled_com_m, settled_tilt_rad) = (run.monitor.com_error_m, run.monitor.tilt_rad);
     run.monitor.forget();
     let home = run.configuration.clone();
@@ -94,10 +110,9 @@ pub fn hold(
     // Hold, pushed at first where so wished.
     let (mut drift, mut drift_last, mut tilt) = (0.0_f64, 0.0_f64, 0.0_f64);
     let mut com_before_last = com_home;
-    let last_from = bounds.duration_s - 1.0;
-    let push_until = bounds.push_s;
+    let last_from = config.hold_s - 1.0;
     let mut since = 0.0;
-    run.go(bounds.duration_s, &mut |run, _| {
+    run.go(config.hold_s, &mut |run, _| {
         since += run.dt_s;
         let com = run.monitor.com_W;
         drift = drift.max((com - com_home).norm());
@@ -107,13 +122,12 @@ pub fn hold(
         } else {
             drift_last = drift_last.max((com - com_before_last).norm());
         }
-        let pushing = push_W.filter(|_| since < push_until);
+        let pushing = push_W.filter(|_| since < PUSH_S);
         run.plant.push(&pushing.unwrap_or_else(Vector3::zeros));
     });
     let speed = Monitor::joint_speed(&run.v);
     Ok(judge(
         robot,
-        config,
         wanted,
         &monitor,
         &Drift {
@@ -141,7 +155,7 @@ struct Drift {
 struct Run<'r, 'a> {
     plant: &'r mut Plant<'a>,
     monitor: &'r mut Monitor<'a>,
-    wanted: &'r Wanted,
+    wanted: &'r ReferenceState,
     configuration: robot_model::Configuration,
     v: DVector<f64>,
     touches: Vec<crate::plant::Touch>,
@@ -169,14 +183,7 @@ impl Run<'_, '_> {
     }
 }
 
-fn judge(
-    robot: &Robot,
-    config: &Config,
-    wanted: &Wanted,
-    monitor: &Monitor,
-    drift: &Drift,
-) -> Held {
-    let bounds = &config.hold;
+fn judge(robot: &Robot, wanted: &ReferenceState, monitor: &Monitor, drift: &Drift) -> Held {
     let peaks = &monitor.peaks;
     let name = |patch: usize| robot.patches[patch].name.clone();
     let steps = peaks.steps.max(1) as f64;
@@ -184,24 +191,24 @@ fn judge(
     let normal_n: Vec<(String, f64)> = monitor
         .closures()
         .iter()
-        .zip(&monitor.tracks)
-        .map(|(closure, track)| (name(closure.patch), track.force_sum_n / steps))
+        .zip(&monitor.observed)
+        .map(|(closure, observed)| (name(closure.patch), observed.force_sum_n / steps))
         .collect();
     let slip = monitor
         .closures()
         .iter()
-        .zip(&monitor.tracks)
+        .zip(&monitor.observed)
         .max_by(|a, b| a.1.slip_m.total_cmp(&b.1.slip_m));
     let least = wanted
         .contacts
         .iter()
         .zip(&normal_n)
-        .filter(|(contact, _)| contact.normal_n() > bounds.contact_n)
+        .filter(|(contact, _)| contact.normal_n() > CONTACT_N)
         .min_by(|a, b| a.1.1.total_cmp(&b.1.1));
     let bound_drift = if drift.pushed {
-        bounds.com_drift_pushed_m
+        COM_DRIFT_PUSHED_MAX_M
     } else {
-        bounds.com_drift_m
+        COM_DRIFT_MAX_M
     };
     let mm = Unit::Millimetre;
     let plain = Unit::Plain("");
@@ -210,15 +217,10 @@ fn judge(
     };
     let mut criteria = vec![
         Criterion::at_most("com drift", drift.drift, bound_drift, mm),
-        Criterion::at_most("slip", slip.map_or(0.0, |s| s.1.slip_m), bounds.slip_m, mm)
+        Criterion::at_most("slip", slip.map_or(0.0, |s| s.1.slip_m), SLIP_MAX_M, mm)
             .on(slip.map(|s| name(s.0.patch))),
-        most("torque use", &peaks.torque_use, bounds.torque_use, plain),
-        most(
-            "penetration",
-            &peaks.penetration_m,
-            bounds.penetration_m,
-            mm,
-        ),
+        most("torque use", &peaks.torque_use, TORQUE_USE_MAX, plain),
+        most("penetration", &peaks.penetration_m, PENETRATION_MAX_M, mm),
         Criterion::at_most(
             "unplanned contacts",
             monitor.unplanned.len() as f64,
@@ -230,7 +232,7 @@ fn judge(
     if let Some((_, (patch, force))) = least {
         let newton = Unit::Plain("N");
         criteria.push(
-            Criterion::at_least("least contact force", *force, bounds.contact_n, newton)
+            Criterion::at_least("least contact force", *force, CONTACT_N, newton)
                 .on(Some(patch.clone())),
         );
     }
@@ -238,29 +240,18 @@ fn judge(
         let error = (peaks.vertical_sum_n / steps / weight - 1.0).abs();
         let last = drift.drift_last;
         let (settled_m, settled_rad) = (drift.settled_com_m, drift.settled_tilt_rad);
-        let allowed = &config.execution;
         criteria.extend([
-            Criterion::at_most("com drift, last second", last, bounds.com_drift_last_m, mm),
-            Criterion::at_most("tilt", drift.tilt, bounds.tilt_rad, Unit::Degree),
+            Criterion::at_most("com drift, last second", last, COM_DRIFT_LAST_MAX_M, mm),
+            Criterion::at_most("tilt", drift.tilt, HELD_TILT_MAX_RAD, Unit::Degree),
             Criterion::at_most(
                 "joint speed at the end",
                 drift.speed,
-                bounds.joint_speed_rad_s,
+                JOINT_SPEED_MAX_RAD_S,
                 Unit::Plain("rad/s"),
             ),
-            Criterion::at_most("weight error", error, bounds.weight_error, plain),
-            Criterion::at_most(
-                "com shift, settling",
-                settled_m,
-                allowed.com_error_final_m,
-                mm,
-            ),
-            Criterion::at_most(
-                "tilt, settling",
-                settled_rad,
-                allowed.tilt_rad,
-                Unit::Degree,
-            ),
+            Criterion::at_most("weight error", error, WEIGHT_ERROR_MAX, plain),
+            Criterion::at_most("com shift, settling", settled_m, COM_ERROR_FINAL_MAX_M, mm),
+            Criterion::at_most("tilt, settling", settled_rad, TILT_MAX_RAD, Unit::Degree),
         ]);
     }
     Held {

@@ -2,8 +2,8 @@
 //!
 //! | question | module |
 //! |---|---|
-//! | what is simulated: the parsed robot and convex bodies as model text | [`mjcf`], [`world`] |
-//! | what is wanted at which time | [`course`], [`schedule`] |
+//! | what is simulated: the parsed robot and convex bodies as model text | [`mjcf`], [`world`], [`physics`] |
+//! | what is wanted at which time | [`reference`], [`schedule`] |
 //! | τ = g − Σ Jᵀ f | [`statics`] |
 //! | M v̇ + h = (0, τ) + Σ Jᵀ f | [`dynamics`] |
 //! | torques from one quadratic program | [`whole_body`] |
@@ -14,17 +14,31 @@
 //!
 //! The controllers know the robot as it was planned with; the simulated one may differ in mass,
 //! friction and surroundings. Only `plant.rs` and `picture.rs` know MuJoCo.
+//!
+//! ```
+//! use simulation::mjcf::model;
+//! use simulation::physics::{Physics, Scales, Servo};
+//!
+//! let robot = scenes::builtin_robot("hexapod")
+//!     .expect("it ships")
+//!     .load(&robot_model::Config::default())?;
+//! let physics = Physics::from(&simulation::Config::default());
+//! let text = model(&robot, &[], &physics, Servo::STIFF, &Scales::default())?;
+//! assert_eq!(text.matches("<body ").count(), robot.bodies.len());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod config;
 mod corners;
-pub mod course;
 pub mod criteria;
 pub mod dynamics;
 mod error;
 pub mod mjcf;
 pub mod perturbation;
+pub mod physics;
 pub mod playback;
 mod qp;
+pub mod reference;
 pub mod schedule;
 pub mod statics;
 pub mod used_faces;
@@ -39,6 +53,8 @@ mod footing;
 pub mod hold;
 #[cfg(feature = "mujoco")]
 mod monitor;
+#[cfg(feature = "mujoco")]
+mod observed;
 #[cfg(feature = "render")]
 pub mod picture;
 #[cfg(feature = "mujoco")]
@@ -47,13 +63,6 @@ pub mod plant;
 mod touching;
 #[cfg(feature = "mujoco")]
 mod verdict;
-
-#[cfg(all(test, feature = "mujoco"))]
-mod stepping;
-#[cfg(test)]
-mod testing;
-#[cfg(all(test, feature = "mujoco"))]
-mod tests;
 
 /// Version of the MuJoCo library that the bindings are made for.
 pub const MUJOCO_VERSION: &str = "3.17.0";

@@ -18,29 +18,18 @@ use robot_model::collision::ShapeGeometry;
 use robot_model::{Body, GRAVITY_M_S2, JointKind, Robot};
 
 use crate::Error;
-use crate::config::{Physics, Servo};
+use crate::physics::{Physics, Scales, Servo};
 use crate::world::{WorldBody, WorldShape};
 
 /// Robot shapes meet bodies of the world through this bit, and each other through listed pairs.
 const ROBOT_BIT: u32 = 1;
 
-/// What the simulated robot differs in from the planned one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scales {
-    /// Factor of all masses and inertias.
-    pub mass: f64,
-    /// Factor of all coefficients of friction.
-    pub friction: f64,
-}
-
-impl Default for Scales {
-    fn default() -> Self {
-        Self {
-            mass: 1.0,
-            friction: 1.0,
-        }
-    }
-}
+/// Ratio of frictional to normal constraint impedance; high values keep contacts from creeping on
+/// slopes.
+const IMPRATIO: f64 = 100.0;
+/// Time constant of contacts, s, and their damping ratio.
+const CONTACT_TIME_S: f64 = 0.004;
+const CONTACT_DAMPING: f64 = 1.0;
 
 /// The model text of `robot` in `world` with position servos of these gains.
 ///
@@ -50,7 +39,7 @@ pub fn model(
     robot: &Robot,
     world: &[WorldBody],
     physics: &Physics,
-    servo: &Servo,
+    servo: Servo,
     scales: &Scales,
 ) -> Result<String, Error> {
     let mut xml = Text::default();
@@ -59,13 +48,13 @@ pub fn model(
     xml.line(&format!(
         "<option timestep=\"{}\" gravity=\"0 0 {}\" integrator=\"implicitfast\" cone=\"elliptic\" \
          impratio=\"{}\"><flag multiccd=\"enable\"/></option>",
-        physics.dt_s, -GRAVITY_M_S2, physics.impratio
+        physics.dt_s, -GRAVITY_M_S2, IMPRATIO
     ));
     xml.line("<visual><global offwidth=\"1920\" offheight=\"1080\"/><headlight ambient=\"0.35 0.35 0.35\" diffuse=\"0.5 0.5 0.5\"/></visual>");
     xml.line(&format!(
         "<default><geom condim=\"3\" solref=\"{t} {d}\"/><pair condim=\"3\" solref=\"{t} {d}\"/></default>",
-        t = physics.contact_time_s,
-        d = physics.contact_damping
+        t = CONTACT_TIME_S,
+        d = CONTACT_DAMPING
     ));
     assets(&mut xml, robot, world);
     xml.line("<worldbody>");
@@ -259,7 +248,7 @@ fn self_collision(xml: &mut Text, robot: &Robot) {
 }
 
 /// force = kp·(ctrl − q) − kv·q̇, limited to the effort.
-fn actuators(xml: &mut Text, robot: &Robot, servo: &Servo) {
+fn actuators(xml: &mut Text, robot: &Robot, servo: Servo) {
     xml.line("<actuator>");
     for (i, body) in robot.bodies.iter().enumerate().skip(1) {
         let limit = if body.effort.is_finite() {

@@ -3,12 +3,13 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DVector, Isometry3, Point2, Vector3};
+use nalgebra::{DVector, Point2, Vector3};
 use robot_model::{Configuration, Kinematics, Robot};
 use surfaces::ConvexPolygon;
 
-use crate::course::Wanted;
+use crate::observed::{ClosureObserved, Peaks, Unplanned};
 use crate::plant::{Side, Touch};
+use crate::reference::ReferenceState;
 use crate::schedule::Closure;
 use crate::world::WorldBody;
 
@@ -28,7 +29,7 @@ const ALONG: f64 = 0.94;
 pub(crate) struct Seen<'s> {
     pub t_s: f64,
     pub configuration: &'s Configuration,
-    pub wanted: &'s Wanted,
+    pub wanted: &'s ReferenceState,
     pub touches: &'s [Touch],
     pub torques: &'s [f64],
 }
@@ -44,7 +45,7 @@ pub(crate) struct Monitor<'a> {
     kinematics: Kinematics,
     reference: Kinematics,
     /// What was seen, by closure.
-    pub tracks: Vec<Track>,
+    pub observed: Vec<ClosureObserved>,
     /// Largest values since the last [`Self::forget`].
     pub peaks: Peaks,
     /// Contacts that nothing asked for, by the names of the two.
@@ -61,59 +62,8 @@ pub(crate) struct Monitor<'a> {
     pub tilt_rad: f64,
 }
 
-/// What was seen of one closure.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Track {
-    anchor: Option<Isometry3<f64>>,
-    /// How far a ball has slid since then, m.
-    slid_W: Vector3<f64>,
-    /// Largest distance from where it first bore load, m.
-    pub slip_m: f64,
-    /// When it first bore load, s.
-    pub loaded_s: Option<f64>,
-    /// Sum and count of the normal forces.
-    pub force_sum_n: f64,
-    pub steps: usize,
-}
-
-/// Largest values.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Peaks {
-    pub com_error_m: Peak,
-    pub tilt_rad: Peak,
-    pub swing_error_m: Peak,
-    pub torque_use: Peak,
-    pub penetration_m: Peak,
-    pub vertical_sum_n: f64,
-    pub steps: usize,
-}
-
-/// A largest value and where it was.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Peak {
-    pub value: f64,
-    pub detail: Option<String>,
-}
-
-impl Peak {
-    fn see(&mut self, value: f64, detail: impl FnOnce() -> String) {
-        if value > self.value || !value.is_finite() {
-            self.value = value;
-            self.detail = Some(detail());
-        }
-    }
-}
-
-/// A contact that nothing asked for.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Unplanned {
-    pub first_s: f64,
-    pub steps: usize,
-    pub peak_n: f64,
-}
-
 impl<'a> Monitor<'a> {
-    /// A monitor of a course with these closures. A contact may be `grace_s` early or late, and
+    /// A monitor of a reference with these closures. A contact may be `grace_s` early or late, and
     /// is loaded from `load_n` on.
     pub fn new(
         robot: &'a Robot,
@@ -129,7 +79,7 @@ impl<'a> Monitor<'a> {
             .map(|patch| ConvexPolygon::new(patch.polygon.clone()).ok())
             .collect();
         Self {
-            tracks: vec![Track::default(); closures.len()],
+            observed: vec![ClosureObserved::default(); closures.len()],
             normal_n: vec![0.0; robot.patches.len()],
             kinematics: Kinematics::new(robot, &start),
             reference: Kinematics::new(robot, &start),
@@ -155,7 +105,7 @@ impl<'a> Monitor<'a> {
 
     /// Forgets everything seen so far: the robot has settled.
     pub fn forget(&mut self) {
-        self.tracks.fill(Track::default());
+        self.observed.fill(ClosureObserved::default());
         self.peaks = Peaks::default();
         self.unplanned.clear();
     }
@@ -271,30 +221,30 @@ impl<'a> Monitor<'a> {
 
     /// Slip and load of closed patches, deviation of the one in the air.
     fn see_patches(&mut self, seen: &Seen) {
-        for (closure, track) in self.closures.iter().zip(&mut self.tracks) {
+        for (closure, observed) in self.closures.iter().zip(&mut self.observed) {
             if seen.t_s < closure.start_s || seen.t_s >= closure.end_s {
                 continue;
             }
             let normal = self.normal_n[closure.patch];
-            track.force_sum_n += normal;
-            track.steps += 1;
+            observed.force_sum_n += normal;
+            observed.steps += 1;
             if normal < self.load_n {
                 continue;
             }
-            track.loaded_s.get_or_insert(seen.t_s);
+            observed.loaded_s.get_or_insert(seen.t_s);
             let patch = &self.robot.patches[closure.patch];
             let X_WC = self.kinematics.X_WC(patch);
-            let anchor = track.anchor.get_or_insert(X_WC);
+            let anchor = observed.anchor.get_or_insert(X_WC);
             let mut moved = X_WC.translation.vector - anchor.translation.vector;
             if let Some(radius) = patch.point_radius_m() {
                 // A ball rolls: what it slides beyond rolling, from one state to the next.
                 //   s += Δp − r Δθ × n
                 let turn = (X_WC.rotation * anchor.rotation.inverse()).scaled_axis();
-                track.slid_W += moved - radius * turn.cross(&closure.normal_W);
+                observed.slid_W += moved - radius * turn.cross(&closure.normal_W);
                 *anchor = X_WC;
-                moved = track.slid_W;
+                moved = observed.slid_W;
             }
-            track.slip_m = track.slip_m.max(moved.norm());
+            observed.slip_m = observed.slip_m.max(moved.norm());
         }
         if let Some(swing) = seen.wanted.swing {
             let patch = &self.robot.patches[swing];
@@ -308,7 +258,7 @@ impl<'a> Monitor<'a> {
 
     /// Whether the patch in the air is near the place where it is to touch, while its reference is
     /// still on the way.
-    pub fn nears_landing(&self, wanted: &Wanted) -> bool {
+    pub fn nears_landing(&self, wanted: &ReferenceState) -> bool {
         wanted.landing.as_ref().is_some_and(|landing| {
             let patch = &self.robot.patches[landing.patch];
             let to = landing.X_WC.translation.vector;

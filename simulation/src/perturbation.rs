@@ -5,8 +5,11 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Spread;
-use crate::mjcf::Scales;
+use crate::physics::Scales;
 use crate::world::WorldBody;
+
+/// Duration of a push, s.
+const PUSH_S: f64 = 0.2;
 
 /// A push on the base.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -90,7 +93,7 @@ impl Perturbation {
                     let (sin, cos) = angle.sin_cos();
                     Push {
                         t_s: (k as f64 + within) * spread.push_every_s.min(duration_s),
-                        duration_s: spread.push_s,
+                        duration_s: PUSH_S,
                         force_W: [spread.push_n * cos, spread.push_n * sin, 0.0],
                     }
                 })

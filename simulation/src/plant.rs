@@ -6,8 +6,8 @@ use nalgebra::{DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};
 use robot_model::{Configuration, Robot};
 
 use crate::Error;
-use crate::config::{Physics, Servo};
-use crate::mjcf::{self, Scales};
+use crate::mjcf;
+use crate::physics::{Physics, Scales, Servo};
 use crate::world::WorldBody;
 
 /// One side of a contact.
@@ -55,7 +55,7 @@ impl<'a> Plant<'a> {
         robot: &'a Robot,
         world: &[WorldBody],
         physics: &Physics,
-        servo: &Servo,
+        servo: Servo,
         scales: &Scales,
     ) -> Result<Self, Error> {
         let xml = mjcf::model(robot, world, physics, servo, scales)?;
@@ -96,7 +96,7 @@ impl<'a> Plant<'a> {
             data,
             sides,
             bodies,
-            servo: servo.clone(),
+            servo,
         })
     }
 

@@ -1,12 +1,13 @@
-//! The motion of a plan as a course.
+//! The motion of a plan as a reference.
 #![allow(non_snake_case)]
 
-use motion::{Interpolation, Motion};
+use motion::Interpolation;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use plan::Motion;
 use robot_model::Robot;
 
 use crate::Error;
-use crate::course::{Course, Wanted, WantedContact};
+use crate::reference::{Reference, ReferenceContact, ReferenceState};
 
 /// A motion that is played.
 #[derive(Clone, Debug)]
@@ -20,7 +21,7 @@ pub struct Playback {
 struct PlayedPhase {
     contacts: Vec<PlayedContact>,
     swing: Option<usize>,
-    landing: Option<WantedContact>,
+    landing: Option<ReferenceContact>,
 }
 
 #[derive(Clone, Debug)]
@@ -38,9 +39,8 @@ impl Playback {
     /// [`Error::Reference`] for a motion that contradicts itself or is not this robot's.
     pub fn new(robot: &Robot, motion: Motion, com_margin_m: f64) -> Result<Self, Error> {
         let refuse = |what: String, cause: String| Error::Reference { what, cause };
-        let curve = motion
-            .interpolation()
-            .map_err(|e| refuse("motion".to_owned(), e.to_string()))?;
+        let curve =
+            Interpolation::new(&motion).map_err(|e| refuse("motion".to_owned(), e.to_string()))?;
         if motion.robot != robot.name {
             return Err(refuse(
                 "motion".to_owned(),
@@ -93,7 +93,7 @@ impl Playback {
             let swing = before[index - 1].swing;
             let lands = after[0].contacts.iter().find(|c| Some(c.patch) == swing);
             before[index - 1].landing =
-                lands.map(|c| WantedContact::new(c.patch, c.X_WC, c.friction, &[], &[]));
+                lands.map(|c| ReferenceContact::new(c.patch, c.X_WC, c.friction, &[], &[]));
         }
         Ok(Self {
             curve,
@@ -133,12 +133,12 @@ impl Playback {
     }
 }
 
-impl Course for Playback {
+impl Reference for Playback {
     fn duration_s(&self) -> f64 {
         self.curve.duration_s()
     }
 
-    fn at(&self, t_s: f64, wanted: &mut Wanted) {
+    fn at(&self, t_s: f64, wanted: &mut ReferenceState) {
         let instant = self.curve.at(t_s);
         wanted.configuration = instant.q;
         wanted.v = instant.v;
@@ -157,7 +157,7 @@ impl Course for Playback {
             let forces: Vec<Vector3<f64>> = (0..contact.points_W.len())
                 .map(|point| self.force_W(index, number, point, time))
                 .collect();
-            wanted.contacts.push(WantedContact::new(
+            wanted.contacts.push(ReferenceContact::new(
                 contact.patch,
                 contact.X_WC,
                 contact.friction,

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::course::{Course, Wanted};
+use crate::reference::{Reference, ReferenceState};
 
 /// The times at which a patch is to touch without a break.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,18 +22,18 @@ pub struct Closure {
     pub loaded_from_s: Option<f64>,
 }
 
-/// Time between two looks at a course, s.
+/// Time between two looks at a reference, s.
 const STEP_S: f64 = 0.005;
 
-/// Every closure of a course in the order of its start; loaded is what bears `load_n`.
-pub fn closures(course: &impl Course, start: &Wanted, load_n: f64) -> Vec<Closure> {
+/// Every closure of a reference in the order of its start; loaded is what bears `load_n`.
+pub fn closures(reference: &impl Reference, start: &ReferenceState, load_n: f64) -> Vec<Closure> {
     let mut wanted = start.clone();
     let mut all: Vec<Closure> = Vec::new();
     let mut open: Vec<usize> = Vec::new();
-    let steps = (course.duration_s() / STEP_S).ceil() as usize;
+    let steps = (reference.duration_s() / STEP_S).ceil() as usize;
     for k in 0..=steps {
-        let t = (k as f64 * STEP_S).min(course.duration_s());
-        course.at(t, &mut wanted);
+        let t = (k as f64 * STEP_S).min(reference.duration_s());
+        reference.at(t, &mut wanted);
         open.retain(|&index| {
             let closure = &mut all[index];
             let stays = wanted.contacts.iter().any(|c| c.patch == closure.patch);

@@ -4,10 +4,10 @@
 use nalgebra::{DMatrix, DVector};
 use robot_model::{Kinematics, Robot};
 
-use crate::course::Wanted;
+use crate::reference::ReferenceState;
 
 /// τ = g(q) − Σ Jᵀ f of the joints; nj.
-pub fn holding_torques(robot: &Robot, wanted: &Wanted) -> Vec<f64> {
+pub fn holding_torques(robot: &Robot, wanted: &ReferenceState) -> Vec<f64> {
     let kinematics = Kinematics::new(robot, &wanted.configuration);
     let mut whole = DVector::zeros(robot.nv());
     kinematics.gravity_torques(robot, &mut whole);

@@ -2,7 +2,7 @@
 
 use robot_model::Robot;
 
-use crate::course::Wanted;
+use crate::reference::ReferenceState;
 
 /// Which patches touch, as force sensors tell, with some patience against chatter.
 pub(crate) struct Touching {
@@ -13,17 +13,18 @@ pub(crate) struct Touching {
     left: Vec<bool>,
     /// For how long each patch should have touched and has not, s.
     missing_s: Vec<f64>,
-    touch_n: f64,
 }
 
+/// Normal force from which on a patch is taken to touch, N.
+const TOUCH_N: f64 = 5.0;
 /// A contact that bears nothing for this long is lost, s.
 const LOST_AFTER_S: f64 = 0.05;
 /// A patch that should touch for this long and does not is to search for its surface, s.
 const MISSING_AFTER_S: f64 = 0.1;
 
 impl Touching {
-    /// At the start what is to touch does; `touch_n` is the least force that counts, N.
-    pub fn new(robot: &Robot, start: &Wanted, touch_n: f64) -> Self {
+    /// At the start what is to touch does.
+    pub fn new(robot: &Robot, start: &ReferenceState) -> Self {
         let mut now = vec![false; robot.patches.len()];
         for contact in &start.contacts {
             now[contact.patch] = true;
@@ -34,7 +35,6 @@ impl Touching {
             left: vec![false; now.len()],
             missing_s: vec![0.0; now.len()],
             now,
-            touch_n,
         }
     }
 
@@ -54,7 +54,7 @@ impl Touching {
     }
 
     /// `lands` says whether the patch in the air would land early if it touched now.
-    pub fn update(&mut self, normal_n: &[f64], wanted: &Wanted, lands: bool, dt_s: f64) {
+    pub fn update(&mut self, normal_n: &[f64], wanted: &ReferenceState, lands: bool, dt_s: f64) {
         for (patch, &force) in normal_n.iter().enumerate() {
             let planned = wanted.contacts.iter().any(|c| c.patch == patch);
             self.unloaded_s[patch] = if force > 0.0 {
@@ -69,7 +69,7 @@ impl Touching {
             let early = swings && (lands || self.now[patch]);
             if lost || !(planned || early) {
                 self.now[patch] = false;
-            } else if force >= self.touch_n {
+            } else if force >= TOUCH_N {
                 self.now[patch] = true;
             }
             self.missing_s[patch] = if planned && !self.now[patch] {

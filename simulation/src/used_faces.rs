@@ -1,10 +1,10 @@
-//! Which faces of a world a course uses.
+//! Which faces of a world a reference uses.
 #![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 use robot_model::Robot;
 
-use crate::course::{Course, Wanted};
+use crate::reference::{Reference, ReferenceState};
 use crate::world::WorldBody;
 
 /// The normal of the first contact that uses each body of the world; `None` for bodies that
@@ -14,14 +14,14 @@ use crate::world::WorldBody;
 pub fn touched_normals_W(
     robot: &Robot,
     world: &[WorldBody],
-    course: &impl Course,
+    reference: &impl Reference,
 ) -> Vec<Option<Vector3<f64>>> {
-    let mut wanted = Wanted::at_rest(robot.neutral());
+    let mut wanted = ReferenceState::at_rest(robot.neutral());
     let mut normals = vec![None; world.len()];
     let mut fixed = vec![false; world.len()];
-    let steps = (course.duration_s() / 0.05).ceil() as usize;
+    let steps = (reference.duration_s() / 0.05).ceil() as usize;
     for step in 0..=steps {
-        course.at(step as f64 * 0.05, &mut wanted);
+        reference.at(step as f64 * 0.05, &mut wanted);
         for contact in &wanted.contacts {
             let patch = &robot.patches[contact.patch];
             let normal_W = contact.X_WC.rotation * Vector3::z();

@@ -5,7 +5,7 @@ use std::io::Write;
 use anyhow::Result;
 
 use crate::cli::Global;
-use crate::config::Config;
+use crate::config::{Config, documented};
 use crate::provenance::Inputs;
 use crate::scene::Scene;
 use crate::status::Status;
@@ -17,7 +17,7 @@ pub struct Args {
     scene: Option<String>,
 }
 
-/// Prints the settings as TOML; the output can be given back with `--config`.
+/// Prints the settings as TOML, each below what it means; the output can be given back with `--config`.
 ///
 /// # Errors
 /// A scene or a setting that does not exist.
@@ -32,6 +32,6 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         .as_ref()
         .map(|scene| (scene.name.as_str(), &scene.settings));
     let config = Config::layered(layer, global)?;
-    out.write_all(toml::to_string_pretty(&config)?.as_bytes())?;
+    out.write_all(documented(&config)?.as_bytes())?;
     Ok(Status::Done)
 }

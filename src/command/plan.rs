@@ -10,7 +10,7 @@ use super::run::plan_and_write;
 use crate::argument::{self, GoalContactFlag, GoalFlag, StartFlag};
 use crate::cli::Global;
 use crate::environment_flags::ScanFlags;
-use crate::mount::placement;
+use crate::extrinsics::placement;
 use crate::provenance::Inputs;
 use crate::robot_files::RobotFiles;
 use crate::scene::{Environment, Files, Scene, Start};

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use planner::plan::{Input, Program};
+use plan::{Input, Program};
 use posture::{Contact, Outcome, Posture};
 use rayon::prelude::*;
 use robot_model::{Configuration, Robot};
@@ -77,7 +77,7 @@ struct Answer<'a> {
     /// `[p_WB, quat_xyzw, joints…]`, m and rad.
     q: Option<Vec<f64>>,
     forces: Option<Vec<ContactForces<'a>>>,
-    margins: Option<planner::plan::Margins>,
+    margins: Option<plan::Margins>,
     /// Iterations over all starts, where there is a posture.
     iterations: Option<usize>,
     /// Time of the solve, µs; with `--repeat` the median.
@@ -211,7 +211,7 @@ impl<'a> Solver<'a> {
             violation: violation.map(|v| v.amount),
             q: found.map(|posture| posture.q.to_q()),
             forces: found.map(|posture| forces(posture, &problem.contacts, self.robot)),
-            margins: found.map(|posture| margins(&posture.margins)),
+            margins: found.map(|posture| posture.margins),
             iterations: found.map(|posture| posture.iterations),
             us: timing::quantile(&mut times_us, 0.5),
         })
@@ -231,17 +231,4 @@ fn forces<'a>(found: &Posture, contacts: &[Contact], robot: &'a Robot) -> Vec<Co
             }
         })
         .collect()
-}
-
-fn margins(m: &posture::Margins) -> planner::plan::Margins {
-    planner::plan::Margins {
-        closure_m: m.closure_m,
-        inclusion_m: m.inclusion_m,
-        equilibrium: m.equilibrium,
-        friction_use: m.friction_use,
-        torque_use: m.torque_use,
-        joint_rad: m.joint_rad,
-        clearance_m: m.clearance_m,
-        self_clearance_m: m.self_clearance_m,
-    }
 }

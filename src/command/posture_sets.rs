@@ -48,7 +48,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         .robot
         .files()
         .load(&config.robot_model, &mut Inputs::default())?;
-    let seed = global.seed.unwrap_or(0);
+    let seed = config.seed;
     let set = contact_sets::generate(&robot, &families, args.count, seed)?;
     output::write_json(&args.output, &set)?;
     writeln!(

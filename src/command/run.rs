@@ -8,8 +8,8 @@ use planner::Status as Ended;
 
 use crate::cli::Global;
 use crate::config::Config;
-use crate::mount::placement;
-use crate::pipeline::{self, Manner, Planned};
+use crate::extrinsics::placement;
+use crate::pipeline::{self, PlanOutcome, RunOptions};
 use crate::progress::ProgressLine;
 use crate::provenance::Inputs;
 use crate::scene::Scene;
@@ -62,7 +62,7 @@ pub fn plan_and_write(
     writeln!(out, "{}", scene.name)?;
     let planned = {
         let line = ProgressLine::new(config.planner.nodes_max);
-        let manner = Manner {
+        let manner = RunOptions {
             threads: global.threads,
             progress: &|progress| line.show(progress),
             cancel: interrupt::listen(),
@@ -76,7 +76,7 @@ pub fn plan_and_write(
 }
 
 /// How the command ends; a plan that fails its verification is an error.
-fn verdict(planned: &Planned, out: &mut dyn Write) -> Result<Status> {
+fn verdict(planned: &PlanOutcome, out: &mut dyn Write) -> Result<Status> {
     match planned.status {
         Ended::NoPlan => Ok(Status::NoPlan),
         Ended::BudgetSpent | Ended::Interrupted => Ok(Status::BudgetSpent),

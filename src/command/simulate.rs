@@ -105,7 +105,7 @@ mod simulated {
     use std::path::Path;
 
     use anyhow::{Context, bail};
-    use motion::Motion;
+    use plan::Motion;
     use robot_model::Robot;
     use simulation::execution::{Executed, execute};
     use simulation::perturbation::{Kinds, Perturbation};
@@ -131,10 +131,13 @@ mod simulated {
         let plan = plan_file::open(&args.plan)?;
         let mut robot = args.robot.load(&plan)?;
         simulate::stance::apply_friction(&mut robot, &plan)?;
-        let config = Config::layered(None, global)?.simulation;
+        let Config {
+            seed,
+            simulation: config,
+            ..
+        } = Config::layered(None, global)?;
         let (world, true_world) = simulate::world::world(&plan, args.world)?;
         let pool = threads::pool(global.threads)?;
-        let seed = global.seed.unwrap_or(0);
         let mut report = Report {
             format: SIMULATION_FORMAT,
             program: crate::program(),
@@ -185,7 +188,7 @@ mod simulated {
                     robust_runs(&robot, &world, &playback, &config, kinds, args.runs, seed)
                 })?;
                 write!(out, "{}", table::of_robust(&report.robust))?;
-                let standing = table::standing(&report.robust, &config.perturbation);
+                let standing = table::standing(&report.robust);
                 report.pass &= standing.pass;
                 report.standing = Some(standing);
             }

@@ -71,7 +71,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         Some(eye_m) => read.cloud.seen_from(eye_m),
         None => read.cloud,
     };
-    let seen = lidar::look_around(&cloud, calibration.as_ref(), &config.perception.lidar)
+    let seen = lidar::segment_cloud(&cloud, calibration.as_ref(), &config.perception.lidar)
         .with_context(|| name.to_string())?;
     let found = |scan: &lidar::SlopeScan| -> Vec<SlopeRecord> {
         let record = |slope| SlopeRecord::of(slope, &args.heading);

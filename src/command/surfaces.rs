@@ -49,7 +49,8 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     for note in &perceived.notes {
         writeln!(out, "{note}")?;
     }
-    summary::surfaces(&perceived.set.surfaces, out)?;
+    let terrain = perceived.terrain;
+    summary::faces(&terrain.faces, config.posture.edge_sigmas, out)?;
     let times: Vec<String> = stages
         .ms
         .iter()
@@ -57,7 +58,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         .collect();
     writeln!(out, "{}", times.join(", "))?;
     if let Some(path) = &args.output {
-        output::write(path, perceived.set.to_json()?.as_bytes())?;
+        output::write(path, terrain.to_json()?.as_bytes())?;
         writeln!(out, "written: {}", path.display())?;
     }
     Ok(Status::Done)

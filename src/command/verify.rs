@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 
+use crate::output;
 use crate::plan_file::{self, PlanRobotFlags};
 use crate::status::Status;
-use crate::{output, verify};
 
 /// Flags of `verify`.
 #[derive(Debug, clap::Args)]

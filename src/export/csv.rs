@@ -1,7 +1,7 @@
 //! One row a stance, for spreadsheets and plots.
 
 use anyhow::Result;
-use planner::plan::{Change, Plan};
+use plan::{Change, Plan};
 use robot_model::{JointKind, Robot};
 
 use super::timeline::phases;
@@ -11,18 +11,18 @@ use super::{Config, frames};
 /// every patch whether it touches and its force (N) and moment about its frame's origin (N·m) in W.
 pub(super) fn write(
     plan: &Plan,
-    motion: Option<&motion::Motion>,
+    motion: Option<&plan::Motion>,
     robot: &Robot,
     config: &Config,
 ) -> Result<String> {
     let mut text = header(robot).join(",") + "\n";
     let phases = phases(plan, motion, config);
     for (index, stance) in plan.stances.iter().enumerate() {
-        let (kind, patch, surface) = match &stance.change {
+        let (kind, patch, face) = match &stance.change {
             Change::Start => ("start", "", ""),
             Change::Goal => ("goal", "", ""),
-            Change::Add { patch, surface } => ("add", patch.as_str(), surface.as_str()),
-            Change::Remove { patch, surface } => ("remove", patch.as_str(), surface.as_str()),
+            Change::Add { patch, face } => ("add", patch.as_str(), face.as_str()),
+            Change::Remove { patch, face } => ("remove", patch.as_str(), face.as_str()),
         };
         // The first phase that leads to the stance; the start is there from the beginning.
         let reached = phases
@@ -30,7 +30,7 @@ pub(super) fn write(
             .find(|p| p.stance == index)
             .map_or(0.0, |p| p.end_s);
         let mut cells = vec![index.to_string()];
-        cells.extend([kind, patch, surface].map(quoted));
+        cells.extend([kind, patch, face].map(quoted));
         cells.push(number(reached));
         cells.extend(stance.com_W.iter().chain(&stance.q).map(|x| number(*x)));
         for patch in &robot.patches {
@@ -50,7 +50,7 @@ pub(super) fn write(
 }
 
 fn header(robot: &Robot) -> Vec<String> {
-    let mut names: Vec<String> = ["index", "change", "patch", "surface", "time_s"]
+    let mut names: Vec<String> = ["index", "change", "patch", "face", "time_s"]
         .into_iter()
         .chain([
             "com_x_m", "com_y_m", "com_z_m", "base_x_m", "base_y_m", "base_z_m",

@@ -3,7 +3,7 @@
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use planner::plan::{Plan, Pose, Stance, StanceContact};
+use plan::{Contact, Plan, Pose, Stance};
 
 /// A plan's pose as an isometry.
 pub(super) fn isometry(pose: &Pose) -> Isometry3<f64> {
@@ -58,7 +58,7 @@ pub(super) fn rounded(value: f64) -> f64 {
 /// The contact of a patch in a stance.
 ///
 /// # Errors  no such stance or contact.
-pub(super) fn contact<'a>(plan: &'a Plan, stance: usize, patch: &str) -> Result<&'a StanceContact> {
+pub(super) fn contact<'a>(plan: &'a Plan, stance: usize, patch: &str) -> Result<&'a Contact> {
     plan.stances
         .get(stance)
         .and_then(|s| s.contacts.iter().find(|c| c.patch == patch))
@@ -131,7 +131,7 @@ pub(super) fn check(plan: &Plan, robot: &robot_model::Robot) -> Result<()> {
 }
 
 /// Total force (N) and moment (N·m) of a contact about its frame's origin, in W.
-pub(super) fn wrench(contact: &StanceContact) -> [f64; 6] {
+pub(super) fn wrench(contact: &Contact) -> [f64; 6] {
     let origin = Vector3::from(contact.X_WC.p);
     let mut force = Vector3::zeros();
     let mut moment = Vector3::zeros();

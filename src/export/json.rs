@@ -2,8 +2,7 @@
 #![allow(non_snake_case)]
 
 use anyhow::{Context, Result};
-use nalgebra::Isometry3;
-use planner::plan::{Change, Plan, Pose};
+use plan::{Change, Plan, Pose};
 use robot_model::Robot;
 use serde::Serialize;
 
@@ -66,7 +65,7 @@ struct Stance<'a> {
 #[derive(Serialize)]
 struct Contact<'a> {
     patch: &'a str,
-    surface: &'a str,
+    face: &'a str,
     X_WC: Pose,
     loaded: bool,
     /// The coefficient of the pair, and the part of it that the plan uses at most.
@@ -79,7 +78,7 @@ struct Contact<'a> {
 /// The plan as a contact sequence with times.
 pub(super) fn write(
     plan: &Plan,
-    motion: Option<&motion::Motion>,
+    motion: Option<&plan::Motion>,
     robot: &Robot,
     config: &Config,
 ) -> Result<String> {
@@ -93,7 +92,7 @@ pub(super) fn write(
                 name: &patch.name,
                 limb: limbs.of(&patch.name)?,
                 link: &patch.link,
-                X_LC: record(&(link.X_BL.inverse() * patch.X_BC)),
+                X_LC: (&(link.X_BL.inverse() * patch.X_BC)).into(),
                 polygon_m: patch.polygon.iter().map(|v| [v.x, v.y]).collect(),
                 radius_m: patch.point_radius_m(),
             })
@@ -135,7 +134,7 @@ pub(super) fn write(
                 .iter()
                 .map(|contact| Contact {
                     patch: &contact.patch,
-                    surface: &contact.surface,
+                    face: contact.face.as_str(),
                     X_WC: contact.X_WC,
                     loaded: contact.loaded,
                     friction: contact.friction,
@@ -155,12 +154,4 @@ pub(super) fn write(
         stances,
     };
     Ok(serde_json::to_string_pretty(&document)? + "\n")
-}
-
-fn record(X: &Isometry3<f64>) -> Pose {
-    let q = X.rotation.coords;
-    Pose {
-        p: X.translation.vector.into(),
-        quat_xyzw: [q.x, q.y, q.z, q.w],
-    }
 }

@@ -24,8 +24,7 @@ pub use config::Config;
 use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
-use motion::Motion;
-use planner::plan::Plan;
+use plan::{Motion, Plan};
 use robot_model::Robot;
 
 /// What a plan can be written as.

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use motion::Motion;
+use plan::Motion;
 use robot_model::Robot;
 
 /// The motion as a table: time, what the phase does and which patch swings, centre of mass, q, and

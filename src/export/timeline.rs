@@ -1,9 +1,13 @@
 //! When what of a plan happens: stances have no times, a controller needs some.
 
-use motion::{Motion, PhaseKind};
-use planner::plan::{Change, Plan};
+use plan::{Change, Motion, PhaseKind, Plan};
 
 use super::Config;
+
+/// From the start of the motion to its first movement, s.
+const START_S: f64 = 1.0;
+/// To take a limb away that touches nothing next, s: without a motion.
+const RELEASE_S: f64 = 1.5;
 
 /// What a contact does between two times.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,16 +42,16 @@ pub struct Phase {
 /// the first movement; without a motion they last as long as the settings say.
 pub fn phases(plan: &Plan, motion: Option<&Motion>, config: &Config) -> Vec<Phase> {
     match motion {
-        Some(motion) => moved(plan, motion, config),
+        Some(motion) => moved(plan, motion),
         None => assumed(plan, config),
     }
 }
 
 /// The phases of the motion; those without movement belong to what comes after them, as a contact is
 /// made when its swing ends.
-fn moved(plan: &Plan, motion: &Motion, config: &Config) -> Vec<Phase> {
+fn moved(plan: &Plan, motion: &Motion) -> Vec<Phase> {
     let mut phases: Vec<Phase> = Vec::new();
-    let mut start_s = config.start_s;
+    let mut start_s = START_S;
     for phase in &motion.phases {
         let change = |stance: usize| plan.stances.get(stance).map(|s| &s.change);
         let lands = matches!(change(phase.to_stance), Some(Change::Add { patch, .. }) if Some(patch) == phase.swing.as_ref());
@@ -62,7 +66,7 @@ fn moved(plan: &Plan, motion: &Motion, config: &Config) -> Vec<Phase> {
             (PhaseKind::Swing, true, false) => (phase.to_stance, Move::Make),
             (PhaseKind::Swing, false, _) => (phase.from_stance, Move::Release),
         };
-        let end_s = config.start_s + phase.t_end_s;
+        let end_s = START_S + phase.t_end_s;
         phases.push(Phase {
             stance,
             kind,
@@ -81,7 +85,7 @@ fn moved(plan: &Plan, motion: &Motion, config: &Config) -> Vec<Phase> {
 /// no shift: the stance before already bears without it.
 fn assumed(plan: &Plan, config: &Config) -> Vec<Phase> {
     let mut phases: Vec<Phase> = Vec::new();
-    let mut now = config.start_s;
+    let mut now = START_S;
     let mut push = |stance, kind, duration: f64| {
         phases.push(Phase {
             stance,
@@ -99,7 +103,7 @@ fn assumed(plan: &Plan, config: &Config) -> Vec<Phase> {
                 push(index, Move::Shift, config.shift_s);
                 let next = plan.stances.get(index + 1).map(|s| &s.change);
                 if !matches!(next, Some(Change::Add { patch: made, .. }) if made == patch) {
-                    push(index, Move::Release, config.release_s);
+                    push(index, Move::Release, RELEASE_S);
                 }
             }
             Change::Add { patch, .. } => {

@@ -3,10 +3,10 @@
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use robot_model::Robot;
-use simulation::course::Course;
 use simulation::execution::{Executed, Unobserved, execute};
 use simulation::perturbation::{Kinds, Perturbation};
 use simulation::playback::Playback;
+use simulation::reference::Reference;
 use simulation::used_faces::touched_normals_W;
 use simulation::world::WorldBody;
 

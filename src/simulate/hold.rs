@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
-use planner::plan::{Change, Plan};
+use plan::{Change, Plan};
 use rayon::prelude::*;
 use robot_model::Robot;
 use serde::Serialize;
@@ -41,7 +41,7 @@ pub fn hold_all(
     world: &[WorldBody],
     config: &simulation::Config,
 ) -> Result<Vec<HeldStance>> {
-    let push = config.hold.push_n;
+    let push = config.hold_push_n;
     let directions = [
         None,
         Some(Vector3::x() * push),

@@ -1,6 +1,6 @@
 //! The file of a simulation's results.
 
-use planner::plan::Program;
+use plan::Program;
 use serde::Serialize;
 use simulation::criteria::Criterion;
 use simulation::execution::Executed;

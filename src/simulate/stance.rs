@@ -3,9 +3,9 @@
 
 use anyhow::{Context, Result};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
-use planner::plan::{Plan, Pose, Stance};
+use plan::{Plan, Pose, Stance};
 use robot_model::Robot;
-use simulation::course::{Standing, WantedContact};
+use simulation::reference::{ReferenceContact, Standing};
 
 /// A stance that is to be held.
 ///
@@ -22,7 +22,7 @@ pub fn standing(robot: &Robot, stance: &Stance) -> Result<Standing> {
             let vectors = |list: &[[f64; 3]]| -> Vec<Vector3<f64>> {
                 list.iter().copied().map(Vector3::from).collect()
             };
-            Ok(WantedContact::new(
+            Ok(ReferenceContact::new(
                 patch,
                 isometry(&contact.X_WC),
                 contact.friction,

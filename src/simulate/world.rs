@@ -3,9 +3,9 @@
 
 use anyhow::{Result, bail};
 use nalgebra::Vector3;
-use planner::plan::Plan;
+use plan::Plan;
 use simulation::world::{WorldBody, WorldShape};
-use surfaces::Surface;
+use surfaces::{Face, Source};
 
 use crate::command::simulate::World;
 
@@ -41,26 +41,24 @@ fn body(solid: &scenes::OrientedBox) -> WorldBody {
     }
 }
 
-/// The bodies behind the surfaces, where no obstacle already is one, and the obstacles that were
-/// seen.
+/// The bodies behind the faces, where no obstacle already is one, and the obstacles that were seen.
 fn planned(plan: &Plan) -> Vec<WorldBody> {
     let seen = || plan.obstacles.iter().filter(|o| !o.assumed);
     let has_body = |id: &str| seen().any(|o| o.surface.as_deref() == Some(id));
-    let thin = plan
-        .surfaces
-        .iter()
-        .filter(|surface| !has_body(&surface.id))
-        .map(|surface| {
-            let surface = Surface {
-                edge_m: 0.0,
-                depth_m: 0.0,
-                ..surface.clone()
-            };
-            WorldBody {
-                shape: WorldShape::Hull(surface.thin_body(plan.thin_body_m).points_W),
-                name: surface.id,
-            }
-        });
+    let bare = plan.faces.iter().filter(|face| !has_body(face.id.as_str()));
+    let thin = bare.flat_map(|face| {
+        // What was seen of it, and not what is kept away from.
+        let face = Face {
+            depth_m: 0.0,
+            source: Source::File,
+            ..face.clone()
+        };
+        let bodies = face.bodies_W(plan.thin_body_m).into_iter();
+        bodies.map(move |points_W| WorldBody {
+            name: face.id.to_string(),
+            shape: WorldShape::Hull(points_W),
+        })
+    });
     let obstacles = seen().map(|obstacle| WorldBody {
         name: obstacle.id.clone(),
         shape: WorldShape::Hull(obstacle.points_W.clone()),

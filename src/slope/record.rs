@@ -1,8 +1,8 @@
 //! `slope.json`: what a LiDAR's cloud shows of ground and slopes.
 
 use nalgebra::{Point2, Point3};
-use perception::lidar::{LidarCounts, Slope, SlopeScan, Thing, Wall};
-use planner::plan::{Input, Program};
+use perception::lidar::{LidarCounts, ObstacleCluster, Slope, SlopeScan, Wall};
+use plan::{Input, Program};
 use serde::Serialize;
 use surfaces::Surface;
 
@@ -170,7 +170,7 @@ impl WallRecord {
 
 impl ThingRecord {
     /// The record of a thing.
-    pub fn of(thing: &Thing) -> Self {
+    pub fn of(thing: &ObstacleCluster) -> Self {
         Self {
             centre: thing.centre_W.coords.into(),
             width_m: thing.width_m,

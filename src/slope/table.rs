@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use perception::lidar::LookedAround;
+use perception::lidar::SegmentedCloud;
 
 use super::record::{SlopeRecord, ThingRecord, WallRecord};
 
@@ -11,7 +11,7 @@ use super::record::{SlopeRecord, ThingRecord, WallRecord};
 /// # Errors
 /// When it cannot be printed.
 pub fn print(
-    seen: &LookedAround,
+    seen: &SegmentedCloud,
     slopes: &[SlopeRecord],
     walls: &[WallRecord],
     things: &[ThingRecord],

@@ -13,12 +13,16 @@
 use calibration::camera::CameraConfig;
 use nalgebra::{Isometry3, Matrix2x3, Matrix3, Matrix3x6, Matrix6, Point3, RowVector3, Vector3};
 use scenes::scene_file::ScanSource;
-use surfaces::{Source, Surface, SurfaceSet};
-
-use super::ground::Config;
+use surfaces::{Face, Source, Terrain};
 
 /// Surfaces that lean by more than this from the ground under the feet are not it, rad.
 const LEAN_MAX_RAD: f64 = 0.12;
+
+/// A level surface of a scan is the ground under the feet, well or badly placed, where its height
+/// under the sensor is that of the ground under the feet up to this, m.
+const HEIGHT_MAX_M: f64 = 0.04;
+/// Disagreement of the two, in standard deviations, from which on it is told.
+const TELL_SIGMAS: f64 = 4.0;
 
 /// A sensor over the ground.
 struct Sensor {
@@ -33,12 +37,11 @@ struct Sensor {
 /// `extracted` are the scans' surfaces, untouched; `feet` is the face under the feet; `mounts` gives
 /// for every scan the covariance of its sensor's mount about W's axes, where there is one.
 pub fn disagreements(
-    extracted: &SurfaceSet,
+    extracted: &Terrain,
     scans: &[ScanSource],
     mounts: &[Option<Matrix6<f64>>],
-    feet: &Surface,
+    feet: &Face,
     robot: &CameraConfig,
-    config: &Config,
 ) -> Vec<String> {
     let mut said = Vec::new();
     for (number, scan) in scans.iter().enumerate() {
@@ -48,13 +51,13 @@ pub fn disagreements(
             mount: mounts.get(number).copied().flatten().unwrap_or_default(),
         };
         let of_scan =
-            |s: &&Surface| s.source == Source::Scan && scan_of(&s.id, scans.len()) == number;
-        let surfaces = extracted.surfaces.iter().filter(of_scan);
-        let Some(floor) = floor(surfaces, feet, &sensor, config) else {
+            |s: &&Face| s.source == Source::Scan && scan_of(s.id.as_str(), scans.len()) == number;
+        let surfaces = extracted.faces.iter().filter(of_scan);
+        let Some(floor) = floor(surfaces, feet, &sensor) else {
             continue;
         };
         let seen = Seen::new(floor, feet, &sensor, robot);
-        if seen.sigmas() <= config.seen_sigmas {
+        if seen.sigmas() <= TELL_SIGMAS {
             continue;
         }
         let name = scan.depth.as_ref().or(scan.cloud.as_ref());
@@ -85,19 +88,18 @@ fn scan_of(id: &str, scans: usize) -> usize {
 /// The largest surface that may be the ground under the feet by its lean, and by its height below
 /// the sensor.
 fn floor<'a>(
-    surfaces: impl Iterator<Item = &'a Surface>,
-    feet: &Surface,
+    surfaces: impl Iterator<Item = &'a Face>,
+    feet: &Face,
     sensor: &Sensor,
-    config: &Config,
-) -> Option<&'a Surface> {
+) -> Option<&'a Face> {
     let wanted = feet.height_of(&sensor.p_WV);
     surfaces
         .filter(|s| {
             s.normal_W().dot(&feet.normal_W()) > LEAN_MAX_RAD.cos()
-                && (s.height_of(&sensor.p_WV) - wanted).abs() <= config.seen_height_m
+                && (s.height_of(&sensor.p_WV) - wanted).abs() <= HEIGHT_MAX_M
         })
         .max_by(|a, b| {
-            let area = a.polygon.area().total_cmp(&b.polygon.area());
+            let area = a.region.area().total_cmp(&b.region.area());
             area.then_with(|| b.id.cmp(&a.id))
         })
 }
@@ -111,19 +113,19 @@ struct Seen {
 }
 
 impl Seen {
-    fn new(floor: &Surface, feet: &Surface, sensor: &Sensor, robot: &CameraConfig) -> Self {
+    fn new(floor: &Face, feet: &Face, sensor: &Sensor, robot: &CameraConfig) -> Self {
         let (n, n_S, p) = (feet.normal_W(), floor.normal_W(), sensor.p_WV);
         let lean = n.cross(&n_S);
         let e = Vector3::new(lean.x, lean.y, floor.height_of(&p) - feet.height_of(&p));
 
         // The seen plane: rotations about x_S and y_S, offset along z_S.
         let level = Matrix2x3::<f64>::identity();
-        let R_WS: Matrix3<f64> = floor.X_WS.rotation.to_rotation_matrix().into_inner();
+        let R_WS: Matrix3<f64> = floor.X_WF.rotation.to_rotation_matrix().into_inner();
         let lever = |from: &Isometry3<f64>| p.coords - from.translation.vector;
         let mut by_plane = Matrix3::zeros();
         let turns = R_WS * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 0.0));
         by_plane.fixed_rows_mut::<2>(0).copy_from(&(level * turns));
-        let mut below: RowVector3<f64> = n_S.cross(&lever(&floor.X_WS)).transpose() * turns;
+        let mut below: RowVector3<f64> = n_S.cross(&lever(&floor.X_WF)).transpose() * turns;
         below[2] = -1.0;
         by_plane.fixed_rows_mut::<1>(2).copy_from(&below);
         let plane = floor.plane_covariance.unwrap_or_default();
@@ -138,7 +140,7 @@ impl Seen {
 
         // The robot's pose: tilts about the feet turn what is seen and lift the sensor.
         let mut by_pose = Matrix3::identity();
-        let lift = lever(&feet.X_WS).cross(&n);
+        let lift = lever(&feet.X_WF).cross(&n);
         by_pose
             .fixed_rows_mut::<1>(2)
             .copy_from(&RowVector3::new(-lift.x, -lift.y, -1.0));
@@ -170,16 +172,16 @@ impl Seen {
 #[cfg(test)]
 mod tests {
     use nalgebra::{Point2, UnitQuaternion};
-    use surfaces::ConvexPolygon;
+    use surfaces::Region;
 
     use super::*;
 
-    fn level(id: &str, at: Isometry3<f64>, half: f64, source: Source) -> Surface {
+    fn level(id: &str, at: Isometry3<f64>, half: f64, source: Source) -> Face {
         let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
         let corners = corners.map(|(x, y)| Point2::new(x, y));
-        Surface {
+        Face {
             source,
-            ..Surface::new(id, at, ConvexPolygon::new(corners.to_vec()).unwrap())
+            ..Face::new(id, at, Region::new([corners.to_vec()]).unwrap())
         }
     }
 
@@ -199,8 +201,8 @@ mod tests {
         floor.plane_covariance = Some([[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0], [0.0, 0.0, 1e-6]]);
         // A block beside it is not the ground.
         let block = Isometry3::translation(1.5, 1.0, 0.1);
-        let set = SurfaceSet {
-            surfaces: vec![level("s1", block, 1.0, Source::Scan), floor],
+        let set = Terrain {
+            faces: vec![level("s1", block, 1.0, Source::Scan), floor],
             obstacles: Vec::new(),
         };
         let scan: ScanSource = toml::from_str(
@@ -211,8 +213,8 @@ mod tests {
         let (turn, shift) = known;
         let spread = [turn, turn, turn, shift, shift, shift].map(|s| s * s);
         let mount = Matrix6::from_diagonal(&spread.into());
-        let (robot, config) = (CameraConfig::default(), Config::default());
-        disagreements(&set, &[scan], &[Some(mount)], &feet, &robot, &config)
+        let robot = CameraConfig::default();
+        disagreements(&set, &[scan], &[Some(mount)], &feet, &robot)
     }
 
     #[test]

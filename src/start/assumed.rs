@@ -3,14 +3,14 @@
 
 use robot_model::collision::World;
 use robot_model::{Configuration, Kinematics, Robot};
-use surfaces::{Obstacle, SurfaceSet};
+use surfaces::{Obstacle, Terrain};
 
 /// Drops the bodies beyond the view that the robot at its start would be too near to: what was
 /// assumed there cannot be. Returns their names.
 ///
 /// Bodies of a face's rim stay: the face itself was seen.
 pub fn drop_refuted(
-    set: &mut SurfaceSet,
+    terrain: &mut Terrain,
     robot: &Robot,
     configuration: &Configuration,
     clearance_m: f64,
@@ -33,7 +33,7 @@ pub fn drop_refuted(
         !near.is_empty()
     };
     let mut dropped = Vec::new();
-    set.obstacles.retain(|obstacle| {
+    terrain.obstacles.retain(|obstacle| {
         let refuted = obstacle.assumed && obstacle.surface.is_none() && meets(obstacle);
         if refuted {
             dropped.push(obstacle.id.clone());

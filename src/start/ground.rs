@@ -3,44 +3,39 @@
 //! A camera on the head does not see where its robot stands. The soles do: their planes are
 //! support faces. A face that continues a surface of the scan is joined to it, so that the search
 //! sees one floor.
+#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
-use robot_model::{Configuration, Kinematics, Robot};
+use robot_model::{Configuration, Kinematics, PatchId, Robot};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use surfaces::{ConvexPolygon, HalfPlane, Source, Surface, SurfaceSet};
+use surfaces::outline::Outline;
+use surfaces::{ConvexPolygon, Face, FaceId, HalfPlane, Region, Source, Terrain};
+
+/// Soles whose vertices lie in one plane to this distance stand on one face, and on a surface that
+/// is known to be there, m: what a named posture's rounded joints leave between two soles, half of
+/// what the verifier grants.
+const SAME_FACE_M: f64 = 5e-4;
+/// A scanned surface of which every vertex lies this near to the soles' plane is the same floor, m:
+/// the error of a plane fitted to a scan.
+const JOIN_HEIGHT_M: f64 = 0.010;
 
 /// Settings of the ground under the feet.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Border of ground around the hull of the soles, m.
     pub border_m: f64,
-    /// Soles whose vertices lie in one plane to this distance stand on one face, and on a surface
-    /// that is known to be there, m: what a named posture's rounded joints leave between two
-    /// soles, half of what the verifier grants.
-    pub same_face_m: f64,
-    /// A scanned surface of which every vertex lies this near to the soles' plane is the same
-    /// floor, m: the error of a plane fitted to a scan.
-    pub join_height_m: f64,
-    /// The largest unseen gap between the soles' border and such a surface that is taken for
-    /// floor too, m.
+    /// The largest unseen gap between the soles' border and a scanned surface in their plane that
+    /// is taken for floor too, m.
     pub join_gap_m: f64,
-    /// A level surface of a scan is the ground under the feet, well or badly placed, where it is
-    /// below its sensor by the height of that ground up to this, m.
-    pub seen_height_m: f64,
-    /// Disagreement of the two, in standard deviations, from which on it is told.
-    pub seen_sigmas: f64,
 }
 
 impl Default for Config {
     fn default() -> Self {
         Self {
             border_m: 0.02,
-            same_face_m: 5e-4,
-            join_height_m: 0.010,
             join_gap_m: 0.30,
-            seen_height_m: 0.04,
-            seen_sigmas: 4.0,
         }
     }
 }
@@ -48,31 +43,32 @@ impl Default for Config {
 /// The ground under the start's contacts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ground {
-    /// For each start contact, in the order given: its patch and the surface it is on.
-    pub contacts: Vec<(usize, usize)>,
+    /// For each start contact, in the order given: its patch and the face it is on.
+    pub contacts: Vec<(PatchId, FaceId)>,
     /// What was done, for the user.
     pub notes: Vec<String>,
 }
 
-/// Adds to `set` the faces that the robot stands on in `start` with the patches `standing`.
+/// Adds to `terrain` the faces that the robot stands on in `start` with the patches `standing`.
 ///
-/// 1. Soles in one plane are one face: their hull with a border. Where the set has a surface in
-///    that plane with room for all of them, it is that surface.
-/// 2. A scanned surface that lies in a face's plane is moved exactly into it and named as the same
-///    face; a surface of a file or a mesh is known better than that and stays where it is.
+/// 1. Soles in one plane are one face: their hull with a border. Where the terrain has a face in
+///    that plane with room for all of them, it is that face.
+/// 2. A scanned face that lies in its plane is moved exactly into it; a face of a file or a mesh is
+///    known better than that and stays where it is.
 /// 3. If there is a gap between the two, the face reaches over it at its own width.
 ///
 /// # Errors
 /// In words: a patch whose polygon is degenerate in the plane of its face.
 pub fn add_ground(
-    set: &mut SurfaceSet,
+    terrain: &mut Terrain,
     robot: &Robot,
     start: &Configuration,
-    standing: &[usize],
+    standing: &[PatchId],
     config: &Config,
+    edge_sigmas: f64,
 ) -> anyhow::Result<Ground> {
     let kinematics = Kinematics::new(robot, start);
-    let scanned = set.surfaces.len();
+    let given = terrain.faces.len();
     let mut ground = Ground {
         contacts: Vec::new(),
         notes: Vec::new(),
@@ -82,23 +78,30 @@ pub fn add_ground(
         .map(|&p| Sole::new(robot, &kinematics, p))
         .collect();
 
-    for (number, members) in faces(&soles, config.same_face_m).iter().enumerate() {
-        if let Some(index) = known_face(set, &soles, members, config.same_face_m) {
-            ground
-                .contacts
-                .extend(members.iter().map(|&m| (soles[m].patch, index)));
+    for (number, members) in faces(&soles).iter().enumerate() {
+        let patches = members.iter().map(|&m| soles[m].patch);
+        if let Some(face) = known_face(terrain, &soles, members, edge_sigmas) {
+            let contacts = patches.map(|patch| (patch, face.id.clone()));
+            ground.contacts.extend(contacts);
             continue;
         }
-        let id = unique_id(set, number);
-        let mut face = face(&id, &soles, members, config.border_m)?;
-        for floor in &mut set.surfaces[..scanned] {
-            join(&mut face, floor, config, &mut ground.notes);
+        let id = unique_id(terrain, number);
+        let (mut X_WF, mut polygon) = hull(&soles, members, config.border_m)?;
+        for floor in &mut terrain.faces[..given] {
+            join(
+                &mut X_WF,
+                &mut polygon,
+                floor,
+                config.join_gap_m,
+                &mut ground.notes,
+            );
         }
-        let index = set.surfaces.len();
-        ground
-            .contacts
-            .extend(members.iter().map(|&m| (soles[m].patch, index)));
-        set.surfaces.push(face);
+        let contacts = patches.map(|patch| (patch, FaceId::from(id.as_str())));
+        ground.contacts.extend(contacts);
+        terrain.faces.push(Face {
+            source: Source::Robot,
+            ..Face::new(id, X_WF, Region::from(&polygon))
+        });
     }
     // Back into the order in which the contacts were named.
     ground
@@ -108,9 +111,8 @@ pub fn add_ground(
 }
 
 /// A patch that touches the ground at the start.
-#[allow(non_snake_case)]
 struct Sole {
-    patch: usize,
+    patch: PatchId,
     X_WC: Isometry3<f64>,
     /// Radius of a ball, m.
     radius_m: Option<f64>,
@@ -119,8 +121,7 @@ struct Sole {
 }
 
 impl Sole {
-    #[allow(non_snake_case)]
-    fn new(robot: &Robot, kinematics: &Kinematics, patch: usize) -> Self {
+    fn new(robot: &Robot, kinematics: &Kinematics, patch: PatchId) -> Self {
         let shape = &robot.patches[patch];
         let mut X_WC = kinematics.X_WC(shape);
         let radius_m = shape.point_radius_m();
@@ -160,10 +161,10 @@ impl Sole {
 }
 
 /// The soles, grouped by plane.
-fn faces(soles: &[Sole], same_face_m: f64) -> Vec<Vec<usize>> {
+fn faces(soles: &[Sole]) -> Vec<Vec<usize>> {
     let mut faces: Vec<Vec<usize>> = Vec::new();
     for (i, sole) in soles.iter().enumerate() {
-        let same = |face: &&mut Vec<usize>| soles[face[0]].off_plane_m(sole) <= same_face_m;
+        let same = |face: &&mut Vec<usize>| soles[face[0]].off_plane_m(sole) <= SAME_FACE_M;
         match faces.iter_mut().find(same) {
             Some(face) => face.push(i),
             None => faces.push(vec![i]),
@@ -172,30 +173,37 @@ fn faces(soles: &[Sole], same_face_m: f64) -> Vec<Vec<usize>> {
     faces
 }
 
-/// The surface that the soles stand on already, as a file or a mesh may give it.
-fn known_face(
-    set: &SurfaceSet,
+/// The face that the soles stand on already, as a file or a mesh may give it.
+fn known_face<'t>(
+    terrain: &'t Terrain,
     soles: &[Sole],
     members: &[usize],
-    same_face_m: f64,
-) -> Option<usize> {
-    set.surfaces.iter().position(|surface| {
-        let normal = surface.normal_W();
+    edge_sigmas: f64,
+) -> Option<&'t Face> {
+    let upward = soles[members[0]].X_WC.rotation * Vector3::z();
+    terrain.faces.iter().find(|face| {
+        let normal = face.normal_W();
         let vertices = || members.iter().flat_map(|&m| soles[m].touching(&normal));
-        let upward = soles[members[0]].X_WC.rotation * Vector3::z();
-        normal.dot(&upward) > 0.0
-            && vertices().all(|v| surface.height_of(&v).abs() <= same_face_m)
-            && surface.effective_polygon().is_some_and(|room| {
-                vertices().all(|v| {
-                    room.contains(&surface.X_WS.inverse_transform_point(&v).xy(), same_face_m)
-                })
+        let in_plane = vertices().all(|v| face.height_of(&v).abs() <= SAME_FACE_M);
+        if !in_plane || normal.dot(&upward) <= 0.0 {
+            return false;
+        }
+        let regions = face.inset_region(edge_sigmas, 0.0).regions();
+        regions.iter().any(|region| {
+            vertices().all(|v| {
+                let p = face.X_WF.inverse_transform_point(&v).xy();
+                (region.nearest(&p) - p).norm() <= SAME_FACE_M
             })
+        })
     })
 }
 
 /// The hull of the soles and a border, in their mean plane.
-#[allow(non_snake_case)]
-fn face(id: &str, soles: &[Sole], members: &[usize], border_m: f64) -> anyhow::Result<Surface> {
+fn hull(
+    soles: &[Sole],
+    members: &[usize],
+    border_m: f64,
+) -> anyhow::Result<(Isometry3<f64>, ConvexPolygon)> {
     let plane = mean_plane(soles, members);
     let points: Vec<Point2<f64>> = members
         .iter()
@@ -205,16 +213,10 @@ fn face(id: &str, soles: &[Sole], members: &[usize], border_m: f64) -> anyhow::R
         .collect();
     let hull = ConvexPolygon::hull(&points)
         .map_err(|error| anyhow::anyhow!("the ground under the start: {error}"))?;
-    let (X_WS, polygon) = centred(&plane, &hull)?;
-    Ok(Surface {
-        source: Source::Robot,
-        face: Some(id.to_owned()),
-        ..Surface::new(id, X_WS, polygon)
-    })
+    centred(&plane, &hull)
 }
 
 /// The frame of the first sole, turned to the mean normal and moved to the mean of the vertices.
-#[allow(non_snake_case)]
 fn mean_plane(soles: &[Sole], members: &[usize]) -> Isometry3<f64> {
     let first = &soles[members[0]].X_WC;
     let normal_of = |m: &usize| soles[*m].X_WC.rotation * Vector3::z();
@@ -241,9 +243,8 @@ fn around(p: Point2<f64>, border_m: f64) -> impl Iterator<Item = Point2<f64>> {
 }
 
 /// The same polygon with the frame's origin at its centroid.
-#[allow(non_snake_case)]
 fn centred(
-    X_WS: &Isometry3<f64>,
+    X_WF: &Isometry3<f64>,
     polygon: &ConvexPolygon,
 ) -> anyhow::Result<(Isometry3<f64>, ConvexPolygon)> {
     let centroid = polygon.centroid();
@@ -252,44 +253,53 @@ fn centred(
         .iter()
         .map(|v| v - centroid.coords)
         .collect();
-    let origin = X_WS * Point3::new(centroid.x, centroid.y, 0.0);
+    let origin = X_WF * Point3::new(centroid.x, centroid.y, 0.0);
     Ok((
-        Isometry3::from_parts(origin.into(), X_WS.rotation),
+        Isometry3::from_parts(origin.into(), X_WF.rotation),
         ConvexPolygon::new(moved)?,
     ))
 }
 
-/// Makes a scanned `floor` part of `face` if it continues it.
-fn join(face: &mut Surface, floor: &mut Surface, config: &Config, notes: &mut Vec<String>) {
-    let vertices = floor.vertices_W();
-    let off_m = vertices
-        .iter()
-        .map(|v| face.height_of(v).abs())
-        .fold(0.0, f64::max);
-    let is_seen = floor.source == Source::Scan;
-    let is_same = off_m <= config.join_height_m && face.normal_W().dot(&floor.normal_W()) > 0.0;
-    if !is_seen || !is_same {
+/// Reaches over to a scanned `floor` that continues the ground, and moves it into its plane.
+fn join(
+    X_WF: &mut Isometry3<f64>,
+    polygon: &mut ConvexPolygon,
+    floor: &mut Face,
+    gap_m: f64,
+    notes: &mut Vec<String>,
+) {
+    let normal = X_WF.rotation * Vector3::z();
+    let in_ground = |p: &Point3<f64>| X_WF.inverse_transform_point(p);
+    let heights = floor
+        .vertices_W()
+        .into_iter()
+        .map(|v| in_ground(&v).z.abs());
+    let off_m = heights.fold(0.0, f64::max);
+    let is_same = off_m <= JOIN_HEIGHT_M && normal.dot(&floor.normal_W()) > 0.0;
+    if floor.source != Source::Scan || !is_same {
         return;
     }
-    let floor_in_face: Vec<Point2<f64>> = vertices
-        .iter()
-        .map(|v| face.X_WS.inverse_transform_point(v).xy())
-        .collect();
-    let Ok(seen) = ConvexPolygon::hull(&floor_in_face) else {
+    // The convex part of the floor about its point nearest to the soles.
+    let middle = polygon.centroid();
+    let middle = *X_WF * Point3::new(middle.x, middle.y, 0.0);
+    let middle = floor.X_WF.inverse_transform_point(&middle).xy();
+    let ahead = floor.region.nearest(&middle) - middle;
+    let Some(part) = Outline::from(&floor.region).convex_around(&middle, &ahead) else {
         return;
     };
-    let Some(reached) = reach_over(&face.polygon, &seen, config.join_gap_m) else {
+    let corners = part.vertices().iter();
+    let corners: Vec<Point2<f64>> = corners.map(|v| in_ground(&floor.point_W(v)).xy()).collect();
+    let Ok(seen) = ConvexPolygon::hull(&corners) else {
         return;
     };
-    let Ok((pose, polygon)) = centred(&face.X_WS, &reached) else {
+    let reached = reach_over(polygon, &seen, gap_m);
+    let Some(Ok(centred)) = reached.map(|reached| centred(X_WF, &reached)) else {
         return;
     };
-    face.X_WS = pose;
-    face.polygon = polygon;
-    into_plane(floor, face);
-    floor.face.clone_from(&face.face);
+    (*X_WF, *polygon) = centred;
+    into_plane(floor, X_WF);
     notes.push(format!(
-        "surface {} continues the ground under the feet and was moved into its plane by {:.1} mm",
+        "face {} continues the ground under the feet and was moved into its plane by {:.1} mm",
         floor.id,
         1e3 * off_m
     ));
@@ -362,21 +372,22 @@ fn nearest_on_boundary(polygon: &ConvexPolygon, p: &Point2<f64>) -> Point2<f64> 
         .unwrap_or(*p)
 }
 
-/// Moves `floor` into the plane of `face` by the smallest rotation and the offset along the normal.
-#[allow(non_snake_case)]
-fn into_plane(floor: &mut Surface, face: &Surface) {
-    let normal: Vector3<f64> = face.normal_W();
-    let origin = Point3::from(floor.X_WS.translation.vector);
-    let onto = origin - face.height_of(&origin) * normal;
+/// Moves `floor` into the plane z = 0 of a frame by the smallest rotation and the offset along the
+/// normal.
+fn into_plane(floor: &mut Face, X_WF: &Isometry3<f64>) {
+    let normal = X_WF.rotation * Vector3::z();
+    let origin = Point3::from(floor.X_WF.translation.vector);
+    let onto = origin - X_WF.inverse_transform_point(&origin).z * normal;
     let turn = UnitQuaternion::rotation_between(&floor.normal_W(), &normal)
         .unwrap_or_else(UnitQuaternion::identity);
-    floor.X_WS = Isometry3::from_parts(onto.into(), turn * floor.X_WS.rotation);
+    floor.X_WF = Isometry3::from_parts(onto.into(), turn * floor.X_WF.rotation);
 }
 
-/// A name for the ground that no surface has yet.
-fn unique_id(set: &SurfaceSet, number: usize) -> String {
+/// A name for the ground that nothing has yet.
+fn unique_id(terrain: &Terrain, number: usize) -> String {
     let taken = |id: &str| {
-        set.surfaces.iter().any(|s| s.id == id) || set.obstacles.iter().any(|o| o.id == id)
+        terrain.faces.iter().any(|f| f.id.as_str() == id)
+            || terrain.obstacles.iter().any(|o| o.id == id)
     };
     let mut id = if number == 0 {
         "ground".to_owned()

@@ -13,16 +13,15 @@
 
 mod base64;
 mod cloud;
+mod face;
 mod motion;
 mod number;
 mod robot;
 mod stance;
 mod support;
-mod surface;
 
-use ::motion::Motion;
 use anyhow::{Context, Result};
-use planner::plan::Plan;
+use plan::{Motion, Plan};
 use robot_model::{GRAVITY_M_S2, Robot};
 use serde_json::{Value, json};
 
@@ -107,8 +106,8 @@ fn data(input: &ViewInput<'_>) -> Result<Value> {
             "bodies": robot::bodies(robot),
         },
         "cloud": cloud::record(&cloud::thinned(cloud_W, CLOUD_POINTS_MAX), cloud_W.len()),
-        "surfaces": plan.surfaces.iter().map(surface::record).collect::<Vec<_>>(),
-        "obstacles": plan.obstacles.iter().map(surface::obstacle).collect::<Vec<_>>(),
+        "surfaces": plan.faces.iter().map(|f| face::record(f, plan.required.edge_sigmas)).collect::<Vec<_>>(),
+        "obstacles": plan.obstacles.iter().map(face::obstacle).collect::<Vec<_>>(),
         "required": plan.required,
         "goal": plan.goal,
         "search": plan.search,
@@ -123,6 +122,3 @@ fn escaped(text: &str) -> String {
         .replace('<', "&lt;")
         .replace('>', "&gt;")
 }
-
-#[cfg(test)]
-mod tests;

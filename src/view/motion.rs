@@ -2,7 +2,7 @@
 //! the one to the next.
 
 use anyhow::Result;
-use motion::Motion;
+use plan::Motion;
 use robot_model::Robot;
 use serde_json::{Value, json};
 

@@ -1,7 +1,7 @@
 //! The robot in the page: its collision shapes, and where its bodies are in a stance.
 
 use anyhow::{Result, ensure};
-use planner::plan::Plan;
+use plan::Plan;
 use robot_model::collision::ShapeGeometry;
 use robot_model::{Configuration, Kinematics, Robot};
 use serde_json::{Value, json};

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use anyhow::{Result, ensure};
 use nalgebra::{Point2, Point3, Quaternion, UnitQuaternion, Vector3};
-use planner::plan::{Change, RequiredMargins, Stance, StanceContact};
+use plan::{Change, Contact, RequiredMargins, Stance};
 use robot_model::Robot;
 use serde_json::{Value, json};
 use surfaces::ConvexPolygon;
@@ -51,7 +51,7 @@ pub(super) fn record(stance: &Stance, required: &RequiredMargins, robot: &Robot)
     }))
 }
 
-fn contact(contact: &StanceContact, change: &Change) -> Value {
+fn contact(contact: &Contact, change: &Change) -> Value {
     let normal = normal(contact);
     let (points, forces) = (triples(&contact.force_points_W), triples(&contact.forces_W));
     let force: Vector3<f64> = forces.iter().sum();
@@ -71,7 +71,7 @@ fn contact(contact: &StanceContact, change: &Change) -> Value {
     json!({
         "patch": contact.patch,
         "link": contact.link,
-        "surface": contact.surface,
+        "surface": contact.face,
         "loaded": contact.loaded,
         "state": state(contact, change),
         "friction": contact.friction,
@@ -87,7 +87,7 @@ fn contact(contact: &StanceContact, change: &Change) -> Value {
 }
 
 /// The patch as it is drawn: its vertices, or a small disc where a ball touches.
-fn outline(contact: &StanceContact) -> Vec<[f64; 3]> {
+fn outline(contact: &Contact) -> Vec<[f64; 3]> {
     let [touched] = contact.vertices_W[..] else {
         return contact.vertices_W.clone();
     };
@@ -101,7 +101,7 @@ fn outline(contact: &StanceContact) -> Vec<[f64; 3]> {
 }
 
 /// What the page calls the contact.
-fn state(contact: &StanceContact, change: &Change) -> &'static str {
+fn state(contact: &Contact, change: &Change) -> &'static str {
     match change {
         _ if contact.loaded => "loaded",
         Change::Add { patch, .. } if *patch == contact.patch => "made",
@@ -111,11 +111,11 @@ fn state(contact: &StanceContact, change: &Change) -> &'static str {
 }
 
 /// z_C in W.
-fn normal(contact: &StanceContact) -> Vector3<f64> {
+fn normal(contact: &Contact) -> Vector3<f64> {
     rotation(contact) * Vector3::z()
 }
 
-fn rotation(contact: &StanceContact) -> UnitQuaternion<f64> {
+fn rotation(contact: &Contact) -> UnitQuaternion<f64> {
     let [x, y, z, w] = contact.X_WC.quat_xyzw;
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }
@@ -130,9 +130,9 @@ fn triples(rows: &[[f64; 3]]) -> Vec<Vector3<f64>> {
 
 /// The height at which the support region is drawn: that of the lowest loaded contact.
 fn support_level(stance: &Stance) -> f64 {
-    let height = |contact: &StanceContact| contact.X_WC.p[2];
+    let height = |contact: &Contact| contact.X_WC.p[2];
     let lowest =
-        |contacts: &mut dyn Iterator<Item = &StanceContact>| contacts.map(height).reduce(f64::min);
+        |contacts: &mut dyn Iterator<Item = &Contact>| contacts.map(height).reduce(f64::min);
     lowest(&mut stance.contacts.iter().filter(|c| c.loaded))
         .or_else(|| lowest(&mut stance.contacts.iter()))
         .unwrap_or(0.0)
@@ -142,7 +142,7 @@ fn support_level(stance: &Stance) -> f64 {
 /// the forces at the shrunk patches and the share of the friction that may be used.
 fn support(stance: &Stance, required: &RequiredMargins) -> Option<Value> {
     let loaded: Vec<_> = stance.contacts.iter().filter(|c| c.loaded).collect();
-    let region_of = |points: fn(&StanceContact) -> &[[f64; 3]], friction_use: f64| {
+    let region_of = |points: fn(&Contact) -> &[[f64; 3]], friction_use: f64| {
         let contacts: Vec<_> = loaded
             .iter()
             .map(|&contact| LoadedContact {
@@ -178,27 +178,27 @@ fn support(stance: &Stance, required: &RequiredMargins) -> Option<Value> {
 }
 
 /// Whether the contacts lie in one horizontal plane.
-fn is_level(contacts: &[&StanceContact]) -> bool {
+fn is_level(contacts: &[&Contact]) -> bool {
     let heights = || contacts.iter().flat_map(|c| &c.vertices_W).map(|v| v[2]);
     let [low, high] = [
         heights().fold(f64::MAX, f64::min),
         heights().fold(f64::MIN, f64::max),
     ];
-    let upright = |contact: &&StanceContact| normal(contact).angle(&Vector3::z()) < LEVEL_TILT_RAD;
+    let upright = |contact: &&Contact| normal(contact).angle(&Vector3::z()) < LEVEL_TILT_RAD;
     high - low < LEVEL_HEIGHT_M && contacts.iter().all(upright)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planner::plan::{Margins, Pose};
+    use plan::{Margins, Pose};
 
-    fn foot(patch: &str, loaded: bool) -> StanceContact {
+    fn foot(patch: &str, loaded: bool) -> Contact {
         let corners = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]];
-        StanceContact {
+        Contact {
             patch: patch.into(),
             link: "sole".into(),
-            surface: "ground".into(),
+            face: "ground".into(),
             X_WC: Pose {
                 p: [0.0, 0.0, 0.2],
                 quat_xyzw: [0.0, 0.0, 0.0, 1.0],
@@ -251,7 +251,7 @@ mod tests {
     fn on_balls_alone_the_whole_margin_is_promised() {
         let ball = |x: f64, y: f64| {
             let at = vec![[x, y, 0.0]];
-            StanceContact {
+            Contact {
                 vertices_W: at.clone(),
                 force_points_W: at,
                 forces_W: vec![[0.0, 0.0, 100.0]],
@@ -277,11 +277,11 @@ mod tests {
     fn a_contact_without_load_says_whether_it_comes_or_goes() {
         let add = Change::Add {
             patch: "left".into(),
-            surface: "ground".into(),
+            face: "ground".into(),
         };
         let remove = Change::Remove {
             patch: "left".into(),
-            surface: "ground".into(),
+            face: "ground".into(),
         };
         let states = [
             (&add, "made"),

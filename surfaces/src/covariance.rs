@@ -28,6 +28,19 @@ pub fn sigma_at(covariance: &[[f64; 3]; 3], p: &Point2<f64>) -> f64 {
     g.dot(&(sigma * g)).max(0.0).sqrt()
 }
 
+/// The covariance of the same plane in a frame whose origin is at `p` of the first, the axes alike.
+pub fn carried(covariance: &[[f64; 3]; 3], p: &nalgebra::Vector2<f64>) -> [[f64; 3]; 3] {
+    let sigma = Matrix3::from_fn(|i, j| covariance[i][j]);
+    let carry = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, p.y, -p.x, 1.0);
+    rows(&(carry * sigma * carry.transpose()))
+}
+
+/// The rows of a covariance, made symmetric to the last bit.
+pub(crate) fn rows(sigma: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    let mean = |i, j| 0.5 * (sigma[(i, j)] + sigma[(j, i)]);
+    std::array::from_fn(|i| std::array::from_fn(|j| mean(i, j)))
+}
+
 /// A plane as it looks from a frame C near it: (θ_x, θ_y, z) that would bring C's plane z = 0 onto
 /// it, and their covariance. `None` where the plane leans by more than 60° in C.
 ///

@@ -6,19 +6,18 @@
 
 mod fragments;
 mod grow;
-mod region;
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
 use crate::ConvexPolygon;
+pub use crate::Region;
 use crate::polygon::ring_area;
 use fragments::Fragments;
-pub(crate) use grow::distance_to_segment;
-pub use region::Region;
+pub(crate) use grow::{Boundary, distance_to_segment};
 
 /// When a cover is good enough.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Part of the region's area to cover, 0…1.
@@ -35,6 +34,15 @@ pub struct Config {
     pub seeds_max: usize,
 }
 
+/// The cover of a region by bodies to avoid.
+pub const BODIES: Config = Config {
+    coverage: 0.98,
+    gain_min_m2: 0.002,
+    pieces_max: 12,
+    vertices_max: 12,
+    seeds_max: 12,
+};
+
 impl Default for Config {
     fn default() -> Self {
         Self {
@@ -42,7 +50,7 @@ impl Default for Config {
             gain_min_m2: 0.002,
             pieces_max: 16,
             vertices_max: 16,
-            seeds_max: 48,
+            seeds_max: 12,
         }
     }
 }
@@ -84,11 +92,11 @@ pub fn cover(region: &Region, config: &Config) -> Cover {
             };
         }
     }
-    let boundary = grow::Boundary::new(region);
-    let triangles = region.triangles().iter();
-    let mut uncovered = Fragments::new(triangles.map(|t| t.to_vec()));
+    let boundary = Boundary::new(region.rings().iter().map(|ring| &ring.vertices[..]));
+    let triangles = region.triangles();
+    let mut uncovered = Fragments::new(triangles.iter().map(|t| t.to_vec()));
     let mut candidates = Candidates::default();
-    for seed in seeds(region.triangles(), config.seeds_max) {
+    for seed in seeds(&triangles, config.seeds_max) {
         // What grows from inside a piece is mostly that piece again.
         if !candidates.contain(&seed) {
             candidates.push(boundary.grow(&seed), vertices_max);

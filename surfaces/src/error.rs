@@ -108,6 +108,12 @@ pub enum Error {
         /// What it is for.
         expected: String,
     },
+    /// An edge of a region is called a seam.
+    #[error("edge {edge} is a seam, which only pieces of a face have")]
+    Seam {
+        /// The edge.
+        edge: usize,
+    },
     /// An edge of an outline is called a seam.
     #[error("outline_edges of ring {ring}: edge {edge} is a seam, which only polygons have")]
     OutlineSeam {
@@ -127,6 +133,17 @@ pub enum Error {
         /// Area that a triangulation of it covers, m².
         triangles_m2: f64,
     },
+    /// A face is bad.
+    #[error("face `{id}`: {cause}")]
+    Face {
+        /// Its id.
+        id: String,
+        /// What is wrong with it.
+        cause: Box<Error>,
+    },
+    /// A face without a shape, or with two.
+    #[error("it needs either `region`, a list of rings, or `polygon`, one ring")]
+    OneShape,
     /// A surface is bad.
     #[error("surface `{id}`: {cause}")]
     Surface {
@@ -213,4 +230,31 @@ pub enum Error {
         /// Number of vertices.
         count: usize,
     },
+}
+
+impl Error {
+    /// A number that is not what is expected.
+    pub(crate) fn bad(field: &str, value: f64, expected: &'static str) -> Self {
+        Self::BadNumber {
+            field: field.into(),
+            value,
+            expected,
+        }
+    }
+
+    /// The same of a face with this id.
+    pub(crate) fn of_face(self, id: &str) -> Self {
+        Self::Face {
+            id: id.to_owned(),
+            cause: Box::new(self),
+        }
+    }
+
+    /// Refuses a number that is negative or not finite.
+    pub(crate) fn check_not_negative(field: &str, value: f64) -> Result<(), Self> {
+        if value.is_finite() && value >= 0.0 {
+            return Ok(());
+        }
+        Err(Self::bad(field, value, "a finite number ≥ 0"))
+    }
 }

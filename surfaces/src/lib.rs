@@ -1,58 +1,84 @@
-//! What a contactable surface is.
+//! What a robot may touch: connected plane faces of the world.
 //!
-//! A surface is a frame S in the world W and a convex polygon in its plane z_S = 0, with z_S the
-//! normal that points out of the body:
+//! A face is a frame F in the world W and a region F of its plane z_F = 0, with z_F the normal that
+//! points out of the body. A patch of the robot with the frame C and the vertices c_k touches it where
 //!
-//!   S = { X_WS (x, y, 0) : n_l · (x, y) ≤ b_l, l = 0 … m−1 }.
+//!   z_C = z_F,   p_FC = (t, 0),   t + R(ψ) c_k ∈ { p ∈ F : |p − e| ≥ inset_e for every edge e }.
 //!
-//! A patch of the robot with the frame C and the vertices c_k touches it when
-//!
-//!   z_C = z_S,   p_SC = (t, 0),   n_l · (t + R(ψ) c_k) ≤ b_l − inset   for all k and l.
+//! The set on the right need not be convex: a solver is held to a large convex part of it around the
+//! place that is wanted.
 //!
 //! | symbol | meaning | where |
 //! |---|---|---|
-//! | X_WS, inset, Σ | a surface, what is known of it, and its JSON | [`Surface`], [`pose`] |
-//! | n_l, b_l | convex polygons: checks, hull, clip, inset, simplification | [`polygon`] |
-//! | n_l · p_k − b_l | the patch inside the surface, its derivatives, where it fits | [`inclusion`] |
-//! | σ² = gᵀ Σ g | from a plane's covariance to an inset | [`covariance`] |
+//! | F, X_WF, Σ | a face: its region with holes, its frame, what is known of both | [`Face`], [`Region`], [`Edge`] |
+//! | inset_e | what an edge may be nearer than it seems, from Σ and its view | [`Face::edge_insets_m`] |
+//! | F ⊖ insets | the part that is surely the face's, and a convex part of that | [`Face::inset_region`], [`outline::Outline::convex_around`] |
+//! | ∪ P_i ⊂ F | a region as few large convex pieces | [`cover`] |
+//! | F ⊕ edge | convex bodies that surely cover what is behind it | [`Face::bodies_W`], [`deepen_walls`] |
+//! | σ² = gᵀ Σ g | a plane's covariance at a point, in another frame | [`covariance`] |
 //! | Σ Hᵀ S⁻¹ h | what "it is level" adds to a plane | [`level`] |
-//! | p − t z_S | the body behind a surface and how deep it can be | [`thin_body`] |
-//! | F ⊕ disc | the bodies that surely cover a scanned face | [`rim`] |
-//! | max_l g_kl | what ends a face at each edge: real, occluded, field of view | [`edge`] |
-//! | acos(z_S · u) | which surface serves a foot, a hand | [`role`] |
-//! | ∪ P_i ⊂ F | a face with holes as few large convex pieces | [`cover`] |
+//! | (Σ Σᵢ⁻¹)⁻¹, ⋃ Fᵢ | faces of several views as one terrain, and what they looked through | [`mod@fuse`], [`free_space`] |
+//! | acos(z_F · u) | which face serves a foot, a hand | [`role`] |
+//! | n_l · p ≤ b_l | convex polygons: checks, hull, clip, inset, simplification | [`polygon`] |
 //! | A ∪ B, A \\ B | regions of any shape, joined and cut | [`outline`] |
-//! | (Σ Σᵢ⁻¹)⁻¹, ⋃ Fᵢ | faces of several views as one set | [`merge`] |
-//! | | from a mesh of the environment to surfaces and bodies | [`mesh`] |
-//! | | the set of them, its file, its bodies | [`SurfaceSet`], [`Obstacle`] |
+//! | | from a mesh of the environment to faces and bodies | [`mesh`] |
+//! | | all of them with the bodies to avoid, and their file | [`Terrain`], [`Obstacle`] |
 //!
 //! Everything is geometry in metres and radians: no sensors, no robots, no files.
+//!
+//! ```
+//! use nalgebra::{Isometry3, Point2, Vector2};
+//! use surfaces::{Face, Region, Terrain};
+//!
+//! // An L of two planks, 0.2 m wide, half a metre above the ground.
+//! let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.2], [0.2, 0.2], [0.2, 1.0], [0.0, 1.0]];
+//! let region = Region::new([corners.map(Point2::from).to_vec()])?;
+//! let planks = Face::new("planks", Isometry3::translation(0.0, 0.0, 0.5), region);
+//!
+//! // Where a foot may stand that is to be 2 cm from every edge, around a place on the longer plank.
+//! let room = planks.inset_region(2.0, 0.02);
+//! let part = room.convex_around(&Point2::new(0.7, 0.1), &Vector2::x());
+//! assert!(part.is_some_and(|part| (part.area() - 0.96 * 0.16).abs() < 1e-6));
+//! print!("{}", Terrain::new(vec![planks], vec![])?.to_json()?);
+//! # Ok::<(), surfaces::Error>(())
+//! ```
 
 mod config;
+mod conservative_bodies;
+mod convex_around;
 pub mod covariance;
 pub mod cover;
 pub mod edge;
 mod error;
-pub mod inclusion;
+mod face;
+pub mod free_space;
+pub mod fuse;
 pub mod level;
 pub mod merge;
 pub mod mesh;
+mod nearest;
 mod obstacle;
 pub mod outline;
 pub mod polygon;
 pub mod pose;
+mod region;
 pub mod rim;
 pub mod role;
 mod set;
 mod surface;
+mod terrain;
 pub mod thin_body;
 
-pub use config::Config;
+pub use config::{Config, FACE_AREA_MIN_M2, FACE_WIDTH_MIN_M, WALL_RAD};
+pub use conservative_bodies::deepen_walls;
 pub use edge::EdgeKind;
 pub use error::Error;
+pub use face::{EdgeView, Face, FaceId, Fit};
 pub use mesh::TriangleMesh;
 pub use obstacle::Obstacle;
 pub use polygon::{ConvexPolygon, HalfPlane};
+pub use region::{Edge, Region, Ring};
 pub use set::{SURFACES_FORMAT, SurfaceSet};
 pub use surface::{Source, Surface};
+pub use terrain::{TERRAIN_FORMAT, Terrain};
 pub use thin_body::ThinBody;

@@ -1,97 +1,29 @@
-//! Several views of one environment → one set of surfaces.
-//!
-//! Each view gives faces of its own: planes with covariances, outlines, convex pieces. A face of two
-//! views is one physical face where its outlines overlap and its planes agree within what is known of
-//! them. Then
-//!
-//!   Σ = (Σᵢ Σᵢ⁻¹)⁻¹,   x = Σ Σᵢ Σᵢ⁻¹ xᵢ,   F = ⋃ᵢ Fᵢ
-//!
-//! with xᵢ = (θ_x, θ_y, z) of view i's plane in a common frame: the plane is the covariance-weighted
-//! mean, and an edge at which one view ended goes on as far as another saw the face. The union is
-//! covered by convex pieces anew. What a later view looked through is taken off first.
-//!
-//! Its edges have the kinds that the views saw: one that is hidden in one view is real where another
-//! saw the face end there, or looked through the plane beyond it.
-//!
-//! Faces keep the names that they had in the first view that showed them; a face that only one view
-//! showed stays as it was, bit for bit.
-
-mod assumed;
-mod edges;
-mod emit;
-mod sheet;
-mod sight;
+//! Several views of one environment as one set of convex surfaces: [`crate::fuse`] for views whose faces
+//! come in pieces.
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Obstacle, Source, Surface, cover};
-use sheet::Sheet;
-pub use sight::{Looked, Seen, Sight, SightConfig};
+pub use crate::free_space::{FreeSpace as Sight, RayEnd as Seen};
+use crate::fuse::{self, fuse};
+use crate::{Face, FaceId, Obstacle, Surface, SurfaceSet, Terrain};
 
-/// When faces of several views are one, and how it is covered.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Insets of edges are taken with this many standard deviations.
+const SIGMAS: f64 = 2.0;
+
+/// Whether faces of several views are one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Whether faces are merged at all; if not, the views' surfaces stand side by side.
     pub enabled: bool,
-    /// Planes are one where they differ by no more than this many standard deviations.
-    pub gate_sigmas: f64,
-    /// Planes are two where they are farther apart than this in the middle of the common part, m.
-    pub offset_max_m: f64,
-    /// Planes are two where they lean against each other by more than this, rad.
-    pub tilt_max_rad: f64,
-    /// Standard deviation of a view's position, m.
-    pub position_sigma_m: f64,
-    /// Standard deviation of a view's direction about each axis, rad.
-    pub direction_sigma_rad: f64,
-    /// Area that two faces must share to be one, m².
-    pub overlap_min_m2: f64,
-    /// An edge of the union lies along edges of the views' outlines that are this near to it, m.
-    pub edge_near_m: f64,
-    /// How far a simplified outline may stay inside the union, m.
-    pub tolerance_m: f64,
-    /// A further piece must add this part of the face, or `piece_gain_m2`.
-    pub piece_gain: f64,
-    /// A further piece that adds this much is worth it on a face of any size, m².
-    pub piece_gain_m2: f64,
-    /// Smallest piece, m².
-    pub piece_min_m2: f64,
-    /// Smallest width of a piece (diameter of the largest inscribed circle), m.
-    pub piece_width_min_m: f64,
-    /// How a merged face is covered; its `gain_min_m2` is the least that any piece adds.
-    pub cover: cover::Config,
-    /// What a view must see to refute a face.
-    pub sight: SightConfig,
 }
 
 impl Default for Config {
     fn default() -> Self {
-        Self {
-            enabled: true,
-            gate_sigmas: 3.5,
-            offset_max_m: 0.05,
-            tilt_max_rad: 0.15,
-            position_sigma_m: 0.003,
-            direction_sigma_rad: 0.002,
-            overlap_min_m2: 0.001,
-            edge_near_m: 0.03,
-            tolerance_m: 0.004,
-            piece_gain: 0.03,
-            piece_gain_m2: 0.06,
-            piece_min_m2: 0.005,
-            piece_width_min_m: 0.04,
-            cover: cover::Config {
-                coverage: 0.95,
-                gain_min_m2: 0.005,
-                pieces_max: 12,
-                vertices_max: 12,
-                seeds_max: 12,
-            },
-            sight: SightConfig::default(),
-        }
+        Self { enabled: true }
     }
 }
 
@@ -173,10 +105,8 @@ pub struct Merged {
     pub changes: Vec<Change>,
 }
 
-/// Merges views in their order in time; a single one is passed on as it is.
-///
-/// Surfaces that are no scan's ([`Source::Scan`]) or whose plane has no covariance are passed on
-/// unmerged. The result depends on the order of the views, not on anything else.
+/// Merges views in their order in time ([`fuse()`]); a single one is passed on as it is, and so are faces
+/// that only one view showed.
 pub fn merge(views: Vec<View>, config: &Config) -> Merged {
     let mut merged = Merged::default();
     if views.len() < 2 || !config.enabled {
@@ -186,118 +116,100 @@ pub fn merge(views: Vec<View>, config: &Config) -> Merged {
         }
         return merged;
     }
-    let mut set: Vec<Sheet> = Vec::new();
-    let mut sights = Vec::new();
-    let mut bodies = Vec::new();
-    for (number, view) in views.into_iter().enumerate() {
-        let (scanned, other) = (view.surfaces.into_iter())
-            .partition(|s: &Surface| s.source == Source::Scan && s.plane_covariance.is_some());
-        merged.surfaces.extend::<Vec<Surface>>(other);
-        let fresh = Sheet::of_view(scanned, number);
-
-        // 1. What this view looked through is not there any more.
-        for sheet in &mut set {
-            let cut_m2 = sheet.cut(&view.sight, &fresh, config);
-            if cut_m2 > 0.0 {
-                let id = sheet.id().to_owned();
-                merged.changes.push(if sheet.outline.is_empty() {
-                    Change::Dropped { id }
-                } else {
-                    let area_m2 = cut_m2;
-                    Change::Cut { id, area_m2 }
-                });
+    let mut known: BTreeMap<FaceId, (Face, Vec<Surface>)> = BTreeMap::new();
+    let mut whole = Vec::new();
+    for view in views {
+        let set = SurfaceSet {
+            surfaces: view.surfaces,
+            obstacles: view.obstacles,
+        };
+        // What cannot be read as faces stands beside those that can.
+        let Ok(terrain) = Terrain::try_from(set.clone()) else {
+            merged.surfaces.extend(set.surfaces);
+            merged.obstacles.extend(set.obstacles);
+            continue;
+        };
+        for face in &terrain.faces {
+            let of_face = |s: &&Surface| {
+                s.id == face.id.as_str() || s.face.as_deref() == Some(face.id.as_str())
+            };
+            let pieces = set.surfaces.iter().filter(of_face).cloned().collect();
+            known.insert(face.id.clone(), (face.clone(), pieces));
+        }
+        whole.push(fuse::View {
+            faces: terrain.faces,
+            obstacles: terrain.obstacles,
+            free_space: view.sight,
+        });
+    }
+    let fused = fuse(whole);
+    merged.changes = fused.changes.into_iter().map(Change::from).collect();
+    let mut obstacles = fused.terrain.obstacles;
+    for face in fused.terrain.faces {
+        let pieces = match known.get(&face.id) {
+            Some((before, pieces)) if unchanged(before, &face) => relabelled(pieces, &face),
+            before => {
+                let mut pieces = face.pieces(SIGMAS);
+                // A face that was one surface keeps its name for the piece that adds most.
+                if before.is_none_or(|(_, pieces)| pieces.len() < 2)
+                    && let Some(first) = pieces.first_mut()
+                {
+                    first.id = face.id.to_string();
+                }
+                pieces
+            }
+        };
+        for body in &mut obstacles {
+            if body.surface.as_deref() == Some(face.id.as_str()) {
+                body.surface = pieces.first().map(|piece| piece.id.clone());
             }
         }
-        set.retain(|sheet| !sheet.outline.is_empty());
-
-        // 2. Its faces, each to those that it is one with.
-        let known = set.len();
-        for new in fresh {
-            join(&mut set, known, new, config, &mut merged.changes);
-        }
-        set.retain(|sheet| !sheet.outline.is_empty());
-        bodies.extend(view.obstacles.into_iter().map(|body| (number, body)));
-        sights.push(view.sight);
+        merged.surfaces.extend(pieces);
     }
-
-    // 3. What hid how a face goes on in one view may have been looked behind in another.
-    for sheet in &mut set {
-        for sight in &sights {
-            edges::look_beyond(sheet, sight, config);
-        }
-    }
-    // 4. Assumed bodies give way to what was seen.
-    merged.obstacles = assumed::refuted(bodies, &sights, &set, config);
-    // 5. Faces that changed are covered anew; bodies of their old pieces are bodies of the new ones.
-    let mut now: BTreeMap<String, String> = BTreeMap::new();
-    for sheet in set {
-        let id = sheet.id().to_owned();
-        let old: Vec<String> = sheet.members.iter().map(|s| s.id.clone()).collect();
-        let surfaces = emit::surfaces(sheet, config);
-        match surfaces.first() {
-            Some(first) => now.extend(old.into_iter().map(|id| (id, first.id.clone()))),
-            None => merged.changes.push(Change::Dropped { id }),
-        }
-        merged.surfaces.extend(surfaces);
-    }
-    for body in &mut merged.obstacles {
-        if let Some(surface) = &body.surface
-            && !merged.surfaces.iter().any(|s| s.id == *surface)
-        {
-            body.surface = now.get(surface).cloned();
-        }
-    }
+    merged.obstacles.extend(obstacles);
     merged
 }
 
-/// Joins a new face with those of the first `known` that it is one with, or adds it.
-///
-/// The one with which it shares most comes first; others must agree with the joint plane.
-fn join(
-    set: &mut Vec<Sheet>,
-    known: usize,
-    new: Sheet,
-    config: &Config,
-    changes: &mut Vec<Change>,
-) {
-    let mut partners: Vec<(f64, usize)> = (set.iter().take(known).enumerate())
-        .filter_map(|(i, sheet)| Some((sheet.is_one_with(&new, config)?, i)))
-        .collect();
-    partners.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let Some(&(_, first)) = partners.first() else {
-        set.push(new);
-        return;
+/// Whether two faces differ in the kinds of their edges at most.
+fn unchanged(before: &Face, now: &Face) -> bool {
+    let vertices = |face: &Face| {
+        let rings = face.region.rings().iter();
+        rings
+            .flat_map(|ring| ring.vertices.clone())
+            .collect::<Vec<_>>()
     };
-    let mut with = vec![new.id().to_owned()];
-    let mut joint = set[first].clone();
-    joint.absorb(new);
-    let mut gone = Vec::new();
-    for &(_, i) in &partners[1..] {
-        if joint.is_one_with(&set[i], config).is_some() {
-            let other = std::mem::take(&mut set[i]);
-            // The older one gives the name.
-            if other.age() < joint.age() {
-                with.push(joint.id().to_owned());
-                joint = other.absorbing(joint);
-            } else {
-                with.push(other.id().to_owned());
-                joint.absorb(other);
-            }
-            gone.push(i);
+    before.X_WF == now.X_WF && vertices(before) == vertices(now)
+}
+
+/// The pieces of a face with the kinds that its edges have now.
+fn relabelled(pieces: &[Surface], face: &Face) -> Vec<Surface> {
+    let rings = face.region.rings().iter();
+    let kinds = rings.map(|ring| ring.edges.iter().map(|edge| edge.kind).collect());
+    let kinds: Vec<Vec<_>> = kinds.collect();
+    let mut pieces = pieces.to_vec();
+    for piece in &mut pieces {
+        let differ = !piece.outline_edges.is_empty()
+            || kinds.iter().flatten().any(|k| *k != Default::default());
+        if differ && !piece.outline.is_empty() && piece.outline_edges != kinds {
+            piece.set_outline_edges(kinds.clone());
         }
     }
-    let id = joint.id().to_owned();
-    let place = gone.iter().copied().chain([first]).min().unwrap_or(first);
-    set[first] = Sheet::default();
-    set[place] = joint;
-    with.retain(|name| *name != id);
-    changes.push(Change::Joined { id, with });
+    pieces
 }
 
-/// Whether two unit normals look the same way, to `tilt_max_rad`.
-fn alike(a: &Vector3<f64>, b: &Vector3<f64>, tilt_max_rad: f64) -> bool {
-    a.dot(b) >= tilt_max_rad.cos()
+impl From<fuse::Change> for Change {
+    fn from(change: fuse::Change) -> Self {
+        let name = |id: FaceId| id.to_string();
+        match change {
+            fuse::Change::Joined { id, with } => Self::Joined {
+                id: name(id),
+                with: with.into_iter().map(name).collect(),
+            },
+            fuse::Change::Cut { id, area_m2 } => Self::Cut {
+                id: name(id),
+                area_m2,
+            },
+            fuse::Change::Dropped { id } => Self::Dropped { id: name(id) },
+        }
+    }
 }
-
-#[cfg(test)]
-mod tests;

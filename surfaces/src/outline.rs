@@ -108,6 +108,18 @@ impl Outline {
         Self(self.0.difference(&other.0))
     }
 
+    /// What lies in none of the rings, which run counter-clockwise and may overlap.
+    #[must_use]
+    pub fn minus_all(&self, rings: impl IntoIterator<Item = Vec<Point2<f64>>>) -> Self {
+        use geo::bool_ops::{FillRule, OpType};
+        let part = |ring: Vec<Point2<f64>>| Polygon::new(line(&ring), Vec::new());
+        let others = MultiPolygon::new(rings.into_iter().map(part).collect());
+        Self(
+            self.0
+                .boolean_op_with_fill_rule(&others, OpType::Difference, FillRule::NonZero),
+        )
+    }
+
     /// The centroid of its area.
     pub fn middle(&self) -> Option<Point2<f64>> {
         use geo::Centroid;
@@ -152,14 +164,13 @@ impl Outline {
     /// more than that; a part that would then cross itself stays as it is.
     #[must_use]
     pub fn simplified_inside(&self, tolerance_m: f64) -> Self {
-        let line = |ring: &LineString<f64>| -> LineString<f64> {
+        let simple = |ring: &LineString<f64>| {
             let points: Vec<Point2<f64>> = open(ring).into_iter().map(Point2::from).collect();
-            let kept = without_tips(&points, tolerance_m);
-            kept.iter().map(|p| Coord { x: p.x, y: p.y }).collect()
+            line(&without_tips(&points, tolerance_m))
         };
         self.each_by(|part| {
-            let holes = part.interiors().iter().map(line).collect();
-            Polygon::new(line(part.exterior()), holes)
+            let holes = part.interiors().iter().map(simple).collect();
+            Polygon::new(simple(part.exterior()), holes)
         })
     }
 
@@ -212,6 +223,14 @@ impl Outline {
         })
     }
 
+    /// Each connected part as a region of real edges, the largest first; without those whose rings
+    /// cannot be used.
+    pub fn regions(&self) -> Vec<Region> {
+        let mut regions: Vec<Region> = self.0.iter().filter_map(region).collect();
+        regions.sort_by(|a, b| b.area().total_cmp(&a.area()));
+        regions
+    }
+
     /// Convex pieces that cover the largest part; none where its rings cannot be used.
     pub fn pieces(&self, config: &cover::Config) -> Vec<ConvexPolygon> {
         let largest = self
@@ -224,6 +243,20 @@ impl Outline {
         });
         pieces.unwrap_or_default()
     }
+}
+
+impl From<&Region> for Outline {
+    fn from(region: &Region) -> Self {
+        let mut lines = region.rings().iter().map(|ring| line(&ring.vertices));
+        let parts = lines
+            .next()
+            .map(|outer| Polygon::new(outer, lines.collect()));
+        Self(MultiPolygon::new(parts.into_iter().collect()))
+    }
+}
+
+fn line(ring: &[Point2<f64>]) -> LineString<f64> {
+    ring.iter().map(|p| Coord { x: p.x, y: p.y }).collect()
 }
 
 /// A ring without its last point, which repeats the first, and without corners that are none.
@@ -267,8 +300,7 @@ fn region(part: &Polygon<f64>) -> Option<Region> {
     let rings = std::iter::once(part.exterior()).chain(part.interiors());
     let rings = rings
         .map(|ring| open(ring).into_iter().map(Point2::from).collect())
-        .filter(|ring: &Vec<_>| ring.len() >= 3)
-        .collect();
+        .filter(|ring: &Vec<_>| ring.len() >= 3);
     Region::new(rings).ok()
 }
 

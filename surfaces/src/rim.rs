@@ -6,43 +6,15 @@
 //! outline goes on, further bodies cover the rest.
 
 use nalgebra::{Point2, Point3};
-use serde::{Deserialize, Serialize};
 
 use crate::cover::{self, Region, cover};
-use crate::{ConvexPolygon, Obstacle, Source, Surface, thin_body};
+use crate::{ConvexPolygon, Obstacle, Source, Surface, WALL_RAD, thin_body};
 
-/// How far bodies go beyond what can be touched.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Config {
-    /// Distance by which a scanned face is wider than its polygons, m: what was taken off its
-    /// edges, and how far they may be off.
-    pub edge_m: f64,
-    /// Normals at least this far from the vertical, rad, belong to walls: behind them nothing is
-    /// known, and their bodies are as deep as what was seen allows.
-    pub wall_rad: f64,
-    /// Parts of an outline that no widened polygon covers are left alone up to this area, m².
-    pub rest_max_m2: f64,
-    /// How an outline is covered.
-    pub cover: cover::Config,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            edge_m: 0.015,
-            wall_rad: 0.8,
-            rest_max_m2: 0.002,
-            cover: cover::Config {
-                coverage: 0.98,
-                gain_min_m2: 0.002,
-                pieces_max: 12,
-                vertices_max: 12,
-                seeds_max: 48,
-            },
-        }
-    }
-}
+/// Distance by which a scanned face is wider than its polygons, m: what was taken off its edges, and
+/// how far they may be off.
+const EDGE_M: f64 = 0.015;
+/// Parts of an outline that no widened polygon covers are left alone up to this area, m².
+const REST_MAX_M2: f64 = 0.002;
 
 /// Widens the bodies of scanned faces, deepens those of walls by `body`, and returns bodies that
 /// cover what is left of the outlines.
@@ -53,16 +25,15 @@ pub fn widen(
     surfaces: &mut [Surface],
     free_W: &[Point3<f64>],
     body: &thin_body::Config,
-    config: &Config,
 ) -> Vec<Obstacle> {
     let mut bodies = Vec::new();
     let scanned = |s: &Surface| s.source == Source::Scan;
     for surface in surfaces.iter_mut().filter(|s| scanned(s)) {
-        surface.edge_m = config.edge_m;
+        surface.edge_m = EDGE_M;
     }
     for index in 0..surfaces.len() {
         let surface = &surfaces[index];
-        let wall = surface.normal_W().z.abs() <= config.wall_rad.cos();
+        let wall = surface.normal_W().z.abs() <= WALL_RAD.cos();
         if scanned(surface) && wall {
             let depth = thin_body::depth_m(surface, surfaces, free_W, body);
             surfaces[index].depth_m = depth.max(body.thickness_m);
@@ -79,14 +50,14 @@ pub fn widen(
             .filter(|s| s.id == surface.id || s.shares_outline(surface));
         let mut covered: Vec<ConvexPolygon> = of_part
             .filter_map(|s| seen_from(surface, s))
-            .map(|polygon| polygon.grown(config.edge_m))
+            .map(|polygon| polygon.grown(EDGE_M))
             .collect();
         let mut number = 0;
-        for piece in pieces(surface, config) {
-            if cover::area_outside(&piece, &covered) <= config.rest_max_m2 {
+        for piece in pieces(surface) {
+            if cover::area_outside(&piece, &covered) <= REST_MAX_M2 {
                 continue;
             }
-            let wide = piece.grown(config.edge_m);
+            let wide = piece.grown(EDGE_M);
             bodies.push(Obstacle {
                 id: format!("{}/rim{number}", surface.id),
                 points_W: extruded(surface, &wide, body.thickness_m.max(surface.depth_m)),
@@ -111,14 +82,14 @@ fn seen_from(surface: &Surface, other: &Surface) -> Option<ConvexPolygon> {
 }
 
 /// Convex pieces of the outline; none where it crosses itself.
-fn pieces(surface: &Surface, config: &Config) -> Vec<ConvexPolygon> {
+fn pieces(surface: &Surface) -> Vec<ConvexPolygon> {
     let rings: Vec<Vec<Point2<f64>>> = surface
         .outline
         .iter()
         .map(|ring| ring.iter().map(|p| Point2::from(*p)).collect())
         .collect();
     match Region::new(rings) {
-        Ok(region) => cover(&region, &config.cover)
+        Ok(region) => cover(&region, &cover::BODIES)
             .pieces
             .into_iter()
             .map(|piece| piece.polygon)
@@ -157,12 +128,7 @@ mod tests {
         surfaces[0].source = Source::Scan;
         let corners = surfaces[0].polygon.vertices().iter();
         surfaces[0].outline = vec![corners.map(|p| [p.x, p.y]).collect()];
-        let rest = widen(
-            &mut surfaces,
-            &[],
-            &thin_body::Config::default(),
-            &Config::default(),
-        );
+        let rest = widen(&mut surfaces, &[], &thin_body::Config::default());
         assert!(rest.is_empty());
         let body = surfaces[0].thin_body(0.03);
         let reach = body.points_W.iter().map(|p| (p.x - 1.0).abs());
@@ -186,12 +152,7 @@ mod tests {
         second.id = "s1".to_owned();
         (surface.face, second.face) = (Some("f0".to_owned()), Some("f0".to_owned()));
         let mut surfaces = [surface.clone(), second];
-        let found = widen(
-            &mut surfaces,
-            &[],
-            &thin_body::Config::default(),
-            &Config::default(),
-        );
+        let found = widen(&mut surfaces, &[], &thin_body::Config::default());
         assert_eq!(found.len(), 2);
         assert!(
             found
@@ -215,15 +176,7 @@ mod tests {
     fn what_is_given_exactly_stays_as_it_is() {
         let mut surfaces = [square(0.2)];
         assert_ne!(surfaces[0].source, Source::Scan);
-        assert!(
-            widen(
-                &mut surfaces,
-                &[],
-                &thin_body::Config::default(),
-                &Config::default()
-            )
-            .is_empty()
-        );
+        assert!(widen(&mut surfaces, &[], &thin_body::Config::default()).is_empty());
         assert_eq!(surfaces[0].edge_m, 0.0);
     }
 }

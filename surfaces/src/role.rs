@@ -10,14 +10,14 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Surface, SurfaceSet};
+use crate::{Error, Face, FaceId, Terrain};
 pub use filter::{Filter, Rejection};
 
 /// The filter of each role, by name.
 ///
 /// In a file a table a role (`[foot]`, `[hand]`, or any other name): what a table of a known role
 /// does not set keeps its default, and a role of another name asks for nothing by default.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(from = "BTreeMap<String, Filter>", into = "BTreeMap<String, Filter>")]
 pub struct Config {
     roles: BTreeMap<String, Filter>,
@@ -61,14 +61,14 @@ impl From<Config> for BTreeMap<String, Filter> {
     }
 }
 
-/// A surface that serves a role, or the reason why not.
+/// A face that serves a role, or the reason why not.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// The role.
     pub role: String,
-    /// Id of the surface.
-    pub surface: String,
-    /// None when the surface serves.
+    /// The face.
+    pub face: FaceId,
+    /// None when the face serves.
     pub rejection: Option<Rejection>,
 }
 
@@ -95,15 +95,15 @@ impl Config {
         self.roles.keys().map(String::as_str)
     }
 
-    /// Every role with every surface of a set, roles sorted, surfaces in the set's order.
-    pub fn verdicts(&self, set: &SurfaceSet) -> Vec<Verdict> {
+    /// Every role with every face of a terrain, roles sorted, faces in the terrain's order.
+    pub fn verdicts(&self, terrain: &Terrain, k_sigma: f64) -> Vec<Verdict> {
         let of_role = |(role, filter): (&String, &Filter)| {
-            let verdict = |surface: &Surface| Verdict {
+            let verdict = |face: &Face| Verdict {
                 role: role.clone(),
-                surface: surface.id.clone(),
-                rejection: filter.accepts(surface).err(),
+                face: face.id.clone(),
+                rejection: filter.serves(face, k_sigma).err(),
             };
-            set.surfaces.iter().map(verdict).collect::<Vec<_>>()
+            terrain.faces.iter().map(verdict).collect::<Vec<_>>()
         };
         self.roles.iter().flat_map(of_role).collect()
     }

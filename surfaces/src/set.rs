@@ -3,6 +3,7 @@
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
+use crate::terrain::{check_ids, read_each};
 use crate::{Error, Obstacle, Source, Surface, ThinBody, thin_body};
 
 /// The value of the field `format` that this version writes and reads.
@@ -160,46 +161,6 @@ impl SurfaceSet {
         })?;
         Ok(text + "\n")
     }
-}
-
-/// Refuses empty and repeated ids.
-fn check_ids<'a>(what: &'static str, ids: impl Iterator<Item = &'a str>) -> Result<(), Error> {
-    let mut seen = std::collections::BTreeMap::new();
-    for (index, id) in ids.enumerate() {
-        if id.is_empty() {
-            return Err(Error::EmptyId { what, index });
-        }
-        if let Some(of) = seen.insert(id, index) {
-            let id = id.into();
-            return Err(Error::DuplicateId {
-                what,
-                id,
-                index,
-                of,
-            });
-        }
-    }
-    Ok(())
-}
-
-/// Reads a list entry by entry; an error that does not name its entry yet is given the name.
-fn read_each<T: serde::de::DeserializeOwned>(
-    what: &str,
-    values: Vec<serde_json::Value>,
-) -> Result<Vec<T>, Error> {
-    let read = |(index, value): (usize, serde_json::Value)| {
-        let id = value.get("id").and_then(|id| id.as_str().map(String::from));
-        serde_json::from_value(value).map_err(|e| {
-            let message = e.to_string();
-            let place = match id {
-                Some(id) if message.starts_with(&format!("{what} `{id}`")) => String::new(),
-                Some(id) => format!("{what} `{id}` (number {index}): "),
-                None => format!("{what} number {index}: "),
-            };
-            Error::Json { place, message }
-        })
-    };
-    values.into_iter().enumerate().map(read).collect()
 }
 
 #[cfg(test)]

@@ -48,7 +48,7 @@ impl ThinBody {
 }
 
 /// How deep the bodies behind surfaces are.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Depth that every object is taken to have, m.
@@ -56,9 +56,6 @@ pub struct Config {
     /// Depth of a body behind which nothing is known, m; not more than `thickness_m` where bodies
     /// shall be thin.
     pub depth_max_m: f64,
-    /// What is this near to the body's faces touches it and does not bound it, m: the noise of
-    /// neighbouring surfaces, such as the riser under the front edge of a tread.
-    pub touch_m: f64,
 }
 
 impl Default for Config {
@@ -66,11 +63,13 @@ impl Default for Config {
         Self {
             thickness_m: 0.03,
             depth_max_m: 0.25,
-            touch_m: 0.02,
         }
     }
 }
 
+/// What is this near to the body's faces touches it and does not bound it, m: the noise of
+/// neighbouring surfaces, such as the riser under the front edge of a tread.
+const TOUCH_M: f64 = 0.02;
 /// The least depth of a body whose far side is known, m: it must stay a body.
 const DEPTH_MIN_M: f64 = 1e-3;
 
@@ -93,7 +92,7 @@ pub fn depth_m(
 ) -> f64 {
     let wanted = config.depth_max_m.max(config.thickness_m);
     // The column behind the polygon, without the rim where neighbours touch it.
-    let core = surface.polygon.inset(config.touch_m);
+    let core = surface.polygon.inset(TOUCH_M);
     let column = core.as_ref().unwrap_or(&surface.polygon);
     let mut depth = wanted;
     for other in others {
@@ -101,11 +100,7 @@ pub fn depth_m(
         // Within 60° of the opposite direction: the other side of the same object.
         let far_side = along < -0.5;
         // The two sides of a sheet may lie in one plane.
-        let touch = if far_side {
-            -DEPTH_MIN_M
-        } else {
-            config.touch_m
-        };
+        let touch = if far_side { -DEPTH_MIN_M } else { TOUCH_M };
         if let Some(entry) = entry_depth(surface, column, other, touch)
             && entry < wanted
         {
@@ -119,7 +114,7 @@ pub fn depth_m(
     }
     for p_W in free_W {
         let p_S = surface.X_WS.inverse_transform_point(p_W);
-        if -p_S.z > config.touch_m && column.contains(&p_S.xy(), 0.0) {
+        if -p_S.z > TOUCH_M && column.contains(&p_S.xy(), 0.0) {
             depth = depth.min((-p_S.z).max(config.thickness_m));
         }
     }

@@ -1,4 +1,4 @@
-// The surfaces: polygon, inset polygon, outline, frame and name; those that carry a contact stand out.
+// The surfaces: face, what is left after the inset, outline, frame and name; those that carry a contact stand out.
 import {
   BufferAttribute, BufferGeometry, DoubleSide, Group, Mesh, MeshLambertMaterial,
 } from 'three';
@@ -34,6 +34,15 @@ export function fan(points) {
   return geometry;
 }
 
+/** The mesh of triangles in the plane z = 0. */
+function triangles(corners) {
+  const flat = new Float32Array(corners.flat().flatMap(([x, y]) => [x, y, 0]));
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(flat, 3));
+  geometry.computeVertexNormals();
+  return geometry;
+}
+
 export class SurfacesLayer {
   constructor(stage, surfaces) {
     this.fill = new Group();
@@ -58,13 +67,15 @@ export class SurfacesLayer {
 
   add(surface, lines) {
     const material = new MeshLambertMaterial({ transparent: true, side: DoubleSide, depthWrite: false });
-    const face = new Mesh(fan(surface.polygon), material);
+    const face = new Mesh(triangles(surface.triangles), material);
     face.receiveShadow = true;
-    const edge = segments(ring(surface.polygon), lines.edge);
-    const strong = segments(ring(surface.polygon), lines.edgeUsed);
+    const border = surface.outline.flatMap((points) => ring(points));
+    const edge = segments(border, lines.edge);
+    const strong = segments(border, lines.edgeUsed);
     const body = new Group().add(face, edge, strong);
     const inner = new Group();
-    if (surface.effective) inner.add(segments(ring(surface.effective), lines.inset));
+    const left = surface.effective.flatMap((points) => ring(points));
+    if (left.length) inner.add(segments(left, lines.inset));
     for (const { name } of EDGE_KINDS) {
       const edges = surface.outline.flatMap((outline, i) => edgesOf(outline, surface.outline_edges[i], name));
       if (edges.length) inner.add(segments(edges, lines.outline[name]));

@@ -3,7 +3,7 @@
 
     score.py FRAMES RESULTS [--detail]
 
-FRAMES holds NAME_gt.json with NAME_gt.bin (as `make_frames` writes them) or NAME_gt.npz (gid, z0).
+FRAMES holds NAME_gt.json with NAME_gt.bin (as `record --frames` writes them) or NAME_gt.npz (gid, z0).
 RESULTS holds a folder a method, in it of every frame
     NAME.json          a list of {"plane": [a, b, c, d], "polys": [[[x, y, z], …], …]}, camera frame
     NAME_labels.bin    of every pixel the index of its plane, uint16, 65535: none; or

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 use serde::Serialize;
 
 use super::PlanePair;
-use crate::Plane;
+use crate::GroundPlane;
 
 /// The two planes of one posture in V, and their disagreement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -30,7 +30,7 @@ impl Agreement {
     ///
     /// Source: [chai2015] Section 5.2, Fig. 16.
     pub fn of(pair: &PlanePair, X_RV: &Isometry3<f64>, weight: f64) -> Self {
-        let predicted: Plane = pair.robot.seen_from(X_RV);
+        let predicted: GroundPlane = pair.robot.seen_from(X_RV);
         let numbers = |normal: &Vector3<f64>| [normal.x, normal.y, normal.z];
         Self {
             measured_normal: numbers(&pair.sensor.normal),

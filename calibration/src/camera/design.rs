@@ -2,15 +2,18 @@
 
 use nalgebra::{Isometry3, Matrix6};
 
+use super::PlanePair;
 use super::refine::whitening;
 use super::residual::Residual;
-use super::{DesignConfig, PlanePair};
-use crate::Plane;
+use crate::GroundPlane;
 
 /// Standard deviation that the mount is known to before any pose: 1 rad, 1 m.
 ///
 /// It makes poses comparable that do not yet determine the mount.
 const PRIOR_SIGMA: f64 = 1.0;
+
+/// Distance from the sensor at which an error of the mount counts, m.
+pub const REACH_M: f64 = 2.0;
 
 /// A posture that could be taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,9 +21,9 @@ pub struct Candidate {
     /// Pose of the robot over the ground.
     pub X_GR: Isometry3<f64>,
     /// The ground as the robot would know it.
-    pub robot: Plane,
+    pub robot: GroundPlane,
     /// The ground as the sensor would see it, with the covariance to expect.
-    pub sensor: Plane,
+    pub sensor: GroundPlane,
 }
 
 /// The posture to add.
@@ -46,18 +49,18 @@ fn information_of(pair: &PlanePair, X_RV: &Isometry3<f64>) -> Matrix6<f64> {
     J.transpose() * J
 }
 
-/// Mean square displacement of a point at distance L from the sensor, in a direction at random:
+/// Mean square displacement of a point at distance L = [`REACH_M`] from the sensor, in a direction at random:
 ///
 ///   tr Σ_pp + ⅔ L² tr Σ_θθ,   m²
-fn criterion(information: &Matrix6<f64>, reach_m: f64) -> f64 {
+fn criterion(information: &Matrix6<f64>) -> f64 {
     let Some(covariance) = information.try_inverse() else {
         return f64::INFINITY;
     };
     let trace = |first: usize| -> f64 { (first..first + 3).map(|k| covariance[(k, k)]).sum() };
-    trace(3) + 2.0 / 3.0 * reach_m * reach_m * trace(0)
+    trace(3) + 2.0 / 3.0 * REACH_M * REACH_M * trace(0)
 }
 
-/// The candidate after which a point seen at `config.reach_m` is known best; `None` without
+/// The candidate after which a point seen at [`REACH_M`] is known best; `None` without
 /// candidates.
 ///
 /// Source: [pukelsheim2006], the A-criterion.
@@ -65,14 +68,13 @@ pub fn next_pose(
     pairs: &[PlanePair],
     X_RV: &Isometry3<f64>,
     candidates: &[Candidate],
-    config: &DesignConfig,
 ) -> Option<NextPose> {
     let known = information(pairs, X_RV);
     let after = |candidate: &Candidate| {
         let pair = PlanePair::new(candidate.robot, candidate.sensor);
-        criterion(&(known + information_of(&pair, X_RV)), config.reach_m)
+        criterion(&(known + information_of(&pair, X_RV)))
     };
-    let before = criterion(&known, config.reach_m);
+    let before = criterion(&known);
     candidates
         .iter()
         .map(after)
@@ -92,8 +94,8 @@ mod tests {
 
     fn pair(roll_deg: f64, pitch_deg: f64) -> (Isometry3<f64>, PlanePair) {
         let X_GR = stance(roll_deg.to_radians(), pitch_deg.to_radians(), 0.68);
-        let robot = Plane::ground(&X_GR, Matrix3::identity() * 9e-6);
-        let sensor = Plane {
+        let robot = GroundPlane::ground(&X_GR, Matrix3::identity() * 9e-6);
+        let sensor = GroundPlane {
             covariance: Matrix3::identity() * 1e-7,
             ..robot.seen_from(&mount())
         };
@@ -114,13 +116,10 @@ mod tests {
                 }
             })
             .collect();
-        let next = next_pose(&known, &mount(), &candidates, &DesignConfig::default()).unwrap();
+        let next = next_pose(&known, &mount(), &candidates).unwrap();
         assert_eq!(next.candidate, 3);
         // Unknown along y to a metre before, to centimetres after.
         assert!(next.error_m[0] > 0.9 && next.error_m[1] < 0.1, "{next:?}");
-        assert_eq!(
-            next_pose(&known, &mount(), &[], &DesignConfig::default()),
-            None
-        );
+        assert_eq!(next_pose(&known, &mount(), &[]), None);
     }
 }

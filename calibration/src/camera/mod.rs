@@ -31,7 +31,7 @@ mod residual;
 
 pub use agreement::Agreement;
 pub use closed_form::closed_form;
-pub use config::{CameraConfig, DesignConfig};
+pub use config::CameraConfig;
 pub use design::{Candidate, NextPose, next_pose};
 pub use observability::{Degeneracy, Observability};
 pub use paper::PaperParameters;
@@ -39,22 +39,25 @@ pub use paper::PaperParameters;
 use nalgebra::{Isometry3, Matrix6};
 
 use crate::ground::CellEffect;
-use crate::{Error, Plane};
+use crate::{Error, GroundPlane};
+
+/// Root mean square by which the tilts must vary in every direction, rad.
+const TILT_SPREAD_MIN_RAD: f64 = 1.0_f64.to_radians();
 
 /// The ground of one posture, twice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanePair {
     /// In R, from the robot's feet; its covariance is the robot's pose noise.
-    pub robot: Plane,
+    pub robot: GroundPlane,
     /// In V, from the scan; its covariance is the sensor's noise, drawn anew in each frame.
-    pub sensor: Plane,
+    pub sensor: GroundPlane,
     /// What the device's distortion, which all frames share, does to `sensor`.
     pub common: Vec<CellEffect>,
 }
 
 impl PlanePair {
     /// A pair without errors that frames share.
-    pub fn new(robot: Plane, sensor: Plane) -> Self {
+    pub fn new(robot: GroundPlane, sensor: GroundPlane) -> Self {
         Self {
             robot,
             sensor,
@@ -89,7 +92,7 @@ pub struct Identification {
 pub fn identify(pairs: &[PlanePair], config: &CameraConfig) -> Result<Identification, Error> {
     config.check()?;
     // 1. Can these poses tell?
-    let observability = Observability::of(pairs, config.tilt_spread_min_rad);
+    let observability = Observability::of(pairs, TILT_SPREAD_MIN_RAD);
     if let Some(degeneracy) = observability.degeneracy {
         return Err(Error::Degenerate(degeneracy));
     }

@@ -178,14 +178,14 @@ fn about_one_axis(axis: &Vector3<f64>) -> Degeneracy {
 mod tests {
     use super::super::residual::tests::{mount, stance};
     use super::*;
-    use crate::Plane;
+    use crate::GroundPlane;
     use crate::camera::{CameraConfig, identify};
 
     fn pairs(tilts_deg: &[(f64, f64)]) -> Vec<PlanePair> {
         let pair = |(i, (roll, pitch)): (usize, &(f64, f64))| {
             let height = 0.6 + 0.01 * (i % 7) as f64;
             let X_GR = stance(roll.to_radians(), pitch.to_radians(), height);
-            let robot = Plane::ground(&X_GR, Matrix3::identity() * 1e-6);
+            let robot = GroundPlane::ground(&X_GR, Matrix3::identity() * 1e-6);
             PlanePair::new(robot, robot.seen_from(&mount()))
         };
         tilts_deg.iter().enumerate().map(pair).collect()

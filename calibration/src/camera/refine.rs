@@ -15,6 +15,12 @@ const STEP_MIN: f64 = 1e-10;
 /// Damping relative to the diagonal: at first, and where nothing can be gained any more.
 const DAMPING: [f64; 2] = [1e-4, 1e10];
 
+/// Most iterations; ten are enough where the poses determine the mount.
+const ITERATIONS_MAX: usize = 50;
+/// Huber's threshold on √(eᵀΣ⁻¹e) of a pose; poses beyond it count less. Of three Gaussian
+/// components 3 % exceed it.
+const HUBER: f64 = 3.0;
+
 /// The refined mount.
 pub(super) struct Refined {
     pub X_RV: Isometry3<f64>,
@@ -60,7 +66,6 @@ struct System {
 struct Problem<'a> {
     pairs: &'a [PlanePair],
     cells: Vec<u32>,
-    huber: f64,
 }
 
 /// Minimises Σ ρ(√((e − C c)ᵀ Σᵢ⁻¹ (e − C c))) + ½ cᵀ c over mount and distortion from `start`.
@@ -77,7 +82,7 @@ pub(super) fn refine(
     config: &CameraConfig,
 ) -> Result<Refined, Error> {
     let not_converged = || Error::NotConverged {
-        iterations: config.iterations_max,
+        iterations: ITERATIONS_MAX,
     };
     let cells: BTreeSet<u32> = pairs
         .iter()
@@ -86,14 +91,13 @@ pub(super) fn refine(
     let problem = Problem {
         pairs,
         cells: cells.into_iter().collect(),
-        huber: config.huber,
     };
     let mut at = Estimate {
         X_RV: *start,
         distortion: DVector::zeros(problem.cells.len()),
     };
     let mut damping = DAMPING[0];
-    for iteration in 0..config.iterations_max {
+    for iteration in 0..ITERATIONS_MAX {
         // 1. Weights at this mount, held while it is compared with the next one.
         let weights = problem.whitenings(&at.X_RV);
         let here = problem.system(&weights, &at);
@@ -190,13 +194,10 @@ impl Problem<'_> {
             let e = W * e;
             // 2. Huber's weight, and the sums.
             let s = e.norm();
-            let (weight, cost) = if s <= self.huber {
+            let (weight, cost) = if s <= HUBER {
                 (1.0, 0.5 * s * s)
             } else {
-                (
-                    self.huber / s,
-                    self.huber * s - 0.5 * self.huber * self.huber,
-                )
+                (HUBER / s, HUBER * s - 0.5 * HUBER * HUBER)
             };
             system.cost += cost;
             system.chi2 += weight * s * s;

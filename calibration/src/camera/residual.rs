@@ -67,7 +67,7 @@ pub(super) fn step(X_RV: &Isometry3<f64>, delta: &nalgebra::Vector6<f64>) -> Iso
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::Plane;
+    use crate::GroundPlane;
     use crate::camera::paper::PaperParameters;
     use nalgebra::{UnitQuaternion, Vector6};
 
@@ -89,9 +89,9 @@ pub(super) mod tests {
     #[test]
     fn the_jacobian_is_the_difference_quotient() {
         let X_RV = mount();
-        let robot = Plane::ground(&stance(0.2, -0.1, 0.7), Matrix3::identity());
+        let robot = GroundPlane::ground(&stance(0.2, -0.1, 0.7), Matrix3::identity());
         // Not the plane that the mount predicts: the residual must not vanish.
-        let sensor = Plane::ground(&stance(0.1, 0.9, 1.1), Matrix3::identity());
+        let sensor = GroundPlane::ground(&stance(0.1, 0.9, 1.1), Matrix3::identity());
         let pair = PlanePair::new(robot, sensor);
         let at = Residual::of(&pair, &X_RV);
         for k in 0..6 {
@@ -112,13 +112,13 @@ pub(super) mod tests {
     fn the_robots_noise_moves_the_residual_as_its_covariance_says() {
         let X_RV = mount();
         let X_GR = stance(0.2, -0.1, 0.7);
-        let exact = Plane::ground(&X_GR, Matrix3::zeros());
+        let exact = GroundPlane::ground(&X_GR, Matrix3::zeros());
         let sensor = exact.seen_from(&X_RV);
         let U = exact.tangents();
         for k in 0..3 {
             let mut P = Matrix3::zeros();
             P[(k, k)] = 1.0;
-            let robot = Plane {
+            let robot = GroundPlane {
                 covariance: P,
                 ..exact
             };

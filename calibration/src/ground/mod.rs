@@ -33,14 +33,14 @@ use nalgebra::{Matrix3, Unit, Vector3};
 use perception::Scan;
 
 use crate::plane::tangents;
-use crate::{Error, Plane};
+use crate::{Error, GroundPlane};
 
 /// The ground's plane in V, and how it was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ground {
     /// The plane, its normal toward the sensor; its covariance is that of the errors that are
     /// drawn anew in each frame.
-    pub plane: Plane,
+    pub plane: GroundPlane,
     /// What the device's distortion does to it, which all frames share.
     pub common: Vec<CellEffect>,
     /// Samples within range.
@@ -75,7 +75,7 @@ pub fn ground(scan: &Scan, config: &GroundConfig) -> Result<Ground, Error> {
 ///
 ///   δη = −d Tᵀ δm,   δd = d² n·δm
 #[allow(non_snake_case)]
-fn plane_of(m: &Vector3<f64>) -> Option<(Plane, Matrix3<f64>)> {
+fn plane_of(m: &Vector3<f64>) -> Option<(GroundPlane, Matrix3<f64>)> {
     let distance_m = 1.0 / m.norm();
     let normal = Unit::try_new(-m, 1e-12)?;
     let mut J = Matrix3::zeros();
@@ -85,7 +85,7 @@ fn plane_of(m: &Vector3<f64>) -> Option<(Plane, Matrix3<f64>)> {
         .copy_from(&(normal.transpose() * (distance_m * distance_m)));
     distance_m
         .is_finite()
-        .then(|| (Plane::exact(normal, distance_m), J))
+        .then(|| (GroundPlane::exact(normal, distance_m), J))
 }
 
 /// The two parts of a symmetric matrix that rounding has made different, as one.
@@ -98,7 +98,7 @@ fn no_ground(found: usize, samples: &Samples, config: &GroundConfig) -> Error {
         found,
         samples: samples.len(),
         wanted: config.inliers_min,
-        range_min_m: config.range_min_m,
-        range_max_m: config.range_max_m,
+        range_min_m: config::RANGE_MIN_M,
+        range_max_m: config::RANGE_MAX_M,
     }
 }

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use perception::{DepthImage, Noise, PointCloud, Scan};
 
 use super::GroundConfig;
+use super::config::{RANGE_MAX_M, RANGE_MIN_M};
 
 /// Pixels of an image that are nearer to each other than this part of the noise's correlation area
 /// repeat each other, and every second (third, …) will do.
@@ -87,7 +88,6 @@ impl Samples {
         let columns = (image.width as f64 / edge) as u32 + 1;
         let room = image.z_m.len() / (stride * stride) + 1;
         samples.reserve(room);
-        let near = config.range_min_m.max(1e-3);
         for (v, row) in image
             .z_m
             .chunks_exact(image.width.max(1))
@@ -101,7 +101,7 @@ impl Samples {
                 let x = (u as f64 - k.cx) / k.fx;
                 // The range along the ray, so that image and cloud keep the same points.
                 let square = z * z * (x * x + y * y + 1.0);
-                if square >= near * near && square <= config.range_max_m * config.range_max_m {
+                if (RANGE_MIN_M * RANGE_MIN_M..=RANGE_MAX_M * RANGE_MAX_M).contains(&square) {
                     let cell = row_of_cells + (u as f64 / edge) as u32;
                     samples.push([x, y, 1.0], z, cell, &weighing);
                 }
@@ -117,12 +117,11 @@ impl Samples {
         noise: &Noise,
         config: &GroundConfig,
     ) -> Self {
-        let near = config.range_min_m.max(1e-3);
         let seen: Vec<(Vector3<f64>, f64)> = cloud
             .finite()
             .map(|p| Vector3::from(p.map(f64::from)) - eye_V)
             .map(|p| (p, p.norm()))
-            .filter(|(_, range)| (near..=config.range_max_m).contains(range))
+            .filter(|(_, range)| (RANGE_MIN_M..=RANGE_MAX_M).contains(range))
             .collect();
         // Samples within one correlated patch: density × 4π s², s as an angle.
         let density = seen.len() as f64 / solid_angle(seen.iter().map(|(p, _)| p)).max(1e-9);

@@ -2,10 +2,11 @@
 
 use nalgebra::{Matrix3, Unit, Vector3};
 
+use super::config::ITERATIONS_MAX;
 use super::pattern::CellEffect;
 use super::{Ground, GroundConfig, GroundForm, Samples, no_ground, pattern, symmetric};
 use crate::plane::tangents;
-use crate::{Error, Plane};
+use crate::{Error, GroundPlane};
 
 /// The plane of total least squares of the points that were never trimmed.
 ///
@@ -21,7 +22,7 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
     let mut found = fit(samples, &left).ok_or_else(|| no_ground(0, samples, config))?;
     let mut iterations = 0;
     let mut converged = false;
-    while iterations < config.iterations_max && left.len() >= config.inliers_min {
+    while iterations < ITERATIONS_MAX && left.len() >= config.inliers_min {
         iterations += 1;
         let value = |i: usize| {
             let d = found.normal.dot(&samples.point(i)) + found.distance_m;
@@ -58,7 +59,7 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
         .sum();
     let (anew, common) = covariance(samples, &left, &found);
     Ok(Ground {
-        plane: Plane {
+        plane: GroundPlane {
             covariance: symmetric(&anew),
             ..found
         },
@@ -72,27 +73,12 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
 }
 
 /// The plane of total least squares, d > 0.
-fn fit(samples: &Samples, left: &[usize]) -> Option<Plane> {
-    let n = left.len() as f64;
-    let mean = left.iter().map(|i| samples.point(*i)).sum::<Vector3<f64>>() / n;
-    let scatter: Matrix3<f64> = left
-        .iter()
-        .map(|i| samples.point(*i) - mean)
-        .map(|p| p * p.transpose())
-        .sum();
-    if left.len() < 3 || !scatter.iter().all(|x| x.is_finite()) {
-        return None;
-    }
-    let eigen = scatter.symmetric_eigen();
-    let smallest = eigen.eigenvalues.imin();
-    let normal = eigen.eigenvectors.column(smallest).into_owned();
-    let normal = if normal.dot(&mean) > 0.0 {
-        -normal
-    } else {
-        normal
-    };
-    let normal = Unit::new_normalize(normal);
-    Some(Plane::exact(normal, -normal.dot(&mean)))
+fn fit(samples: &Samples, left: &[usize]) -> Option<GroundPlane> {
+    let found = perception::lidar::Plane::fitted(left.iter().map(|i| samples.point(*i)))?;
+    Some(GroundPlane::exact(
+        Unit::new_normalize(found.normal),
+        found.offset_m,
+    ))
 }
 
 /// Covariance of the unweighted fit under the stated noise that is drawn anew in each frame,
@@ -103,7 +89,11 @@ fn fit(samples: &Samples, left: &[usize]) -> Option<Plane> {
 /// v is the variance of a point's distance times the samples that share its error: a point on ray r
 /// moves by d/w along the normal for an error of w, so v = (d/w)²/ω.
 #[allow(non_snake_case)]
-fn covariance(samples: &Samples, left: &[usize], plane: &Plane) -> (Matrix3<f64>, Vec<CellEffect>) {
+fn covariance(
+    samples: &Samples,
+    left: &[usize],
+    plane: &GroundPlane,
+) -> (Matrix3<f64>, Vec<CellEffect>) {
     let e = tangents(&plane.normal);
     let row = |i: usize| {
         let p = samples.point(i);

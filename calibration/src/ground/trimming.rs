@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::config::ITERATIONS_MAX;
 use super::{Ground, GroundConfig, Samples, consensus, no_ground, pattern, plane_of, symmetric};
 use crate::Error;
 
@@ -39,7 +40,7 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
     let mut m = start.ok_or_else(|| no_ground(0, samples, config))?;
     let mut bounds = [-config.trim_sigmas, config.trim_sigmas];
     let mut kept = 0;
-    for iteration in 1..=config.iterations_max {
+    for iteration in 1..=ITERATIONS_MAX {
         let chosen = sums(samples, &m, bounds);
         if chosen.n < config.inliers_min {
             return Err(no_ground(chosen.n, samples, config));
@@ -55,7 +56,7 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
         let still = chosen.n == kept && (next - m).norm() <= 1e-9 * m.norm();
         kept = chosen.n;
         m = next;
-        if still || iteration == config.iterations_max {
+        if still || iteration == ITERATIONS_MAX {
             let (mut plane, to_plane) =
                 plane_of(&m).ok_or_else(|| no_ground(kept, samples, config))?;
             // Cov m = H⁻¹ in two parts: H⁻¹ (Σ a ω r rᵀ) H⁻¹, and what the device's pattern does.

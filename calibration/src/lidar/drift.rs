@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Rotation2, Vector2, Vector3};
 
-use super::LidarMountConfig;
+use super::LidarExtrinsicsConfig;
 use super::poles::Pole;
 use crate::Error;
 
@@ -33,6 +33,12 @@ pub struct PoleMatch {
 /// Pairs of a found and a given pole.
 type Pairs = Vec<(usize, usize)>;
 
+/// A pole that is found and one that is given are the same up to this, m.
+const MATCH_M: f64 = 0.15;
+/// Standard deviation of a pole's place along the ray, m.
+const RADIAL_SIGMA_M: f64 = 0.010;
+/// Standard deviation of a pole's place across the ray, m.
+const TANGENTIAL_SIGMA_M: f64 = 0.003;
 /// Steps of the fit; it is nearly linear.
 const STEPS: usize = 5;
 /// Standard deviation of an offset that is taken to be zero, m.
@@ -54,7 +60,7 @@ const FREE_M: f64 = 1e3;
 pub fn drift(
     found: &[Pole],
     given: &[[f64; 2]],
-    config: &LidarMountConfig,
+    config: &LidarExtrinsicsConfig,
 ) -> Result<Drift, Error> {
     let fail = |cause: String| Err(Error::Lidar { cause });
     if given.len() < 2 {
@@ -73,13 +79,13 @@ pub fn drift(
     for (a, b) in pairs(places.len()) {
         for (i, j) in pairs(given.len()) {
             let (apart, wanted) = ((places[b] - places[a]).norm(), (given[j] - given[i]).norm());
-            if (apart - wanted).abs() > 2.0 * config.match_m || wanted < config.match_m {
+            if (apart - wanted).abs() > 2.0 * MATCH_M || wanted < MATCH_M {
                 continue;
             }
             let Some((phi, t)) = closed_form(&places, &given, &[(a, i), (b, j)]) else {
                 continue;
             };
-            if config.origin_below_sensor && t.norm() > 2.0 * config.match_m {
+            if config.origin_below_sensor && t.norm() > 2.0 * MATCH_M {
                 continue;
             }
             let t = if config.origin_below_sensor {
@@ -87,14 +93,14 @@ pub fn drift(
             } else {
                 t
             };
-            let matches = matched(&places, &given, phi, &t, config.match_m);
+            let matches = matched(&places, &given, phi, &t);
             let cost: f64 = matches
                 .iter()
                 .map(|&(f, g)| (Rotation2::new(phi) * places[f] + t - given[g]).norm_squared())
                 .sum();
             // More poles; then a clearly smaller residual; then the smaller angle.
             let better = best.as_ref().is_none_or(|(least, pairs, angle)| {
-                let alike = (cost - least).abs() < config.match_m.powi(2) / 4.0;
+                let alike = (cost - least).abs() < MATCH_M.powi(2) / 4.0;
                 matches.len() > pairs.len()
                     || matches.len() == pairs.len()
                         && (if alike {
@@ -113,7 +119,7 @@ pub fn drift(
             "none of the {} poles found stand as the {} given ones do (to {} m)",
             places.len(),
             given.len(),
-            config.match_m
+            MATCH_M
         ));
     };
     refined(&places, &given, &matches, config).ok_or_else(|| Error::Lidar {
@@ -149,13 +155,7 @@ fn closed_form(
 }
 
 /// For every given pole the nearest found one within reach.
-fn matched(
-    places: &[Vector2<f64>],
-    given: &[Vector2<f64>],
-    phi: f64,
-    t: &Vector2<f64>,
-    reach_m: f64,
-) -> Pairs {
+fn matched(places: &[Vector2<f64>], given: &[Vector2<f64>], phi: f64, t: &Vector2<f64>) -> Pairs {
     let turn = Rotation2::new(phi);
     given
         .iter()
@@ -165,7 +165,7 @@ fn matched(
                 .iter()
                 .enumerate()
                 .map(|(f, p)| (f, (turn * p + t - w).norm()))
-                .filter(|(_, d)| *d <= reach_m)
+                .filter(|(_, d)| *d <= MATCH_M)
                 .min_by(|a, b| a.1.total_cmp(&b.1))
                 .map(|(f, _)| (f, g))
         })
@@ -178,16 +178,12 @@ fn refined(
     places: &[Vector2<f64>],
     given: &[Vector2<f64>],
     matches: &[(usize, usize)],
-    config: &LidarMountConfig,
+    config: &LidarExtrinsicsConfig,
 ) -> Option<Drift> {
     let (mut phi, mut t) = closed_form(places, given, matches)?;
-    let offset_sigma = if config.origin_below_sensor {
-        FIXED_M
-    } else {
-        FREE_M
-    };
+    let (mut offset_sigma, mut unknowns) = (FREE_M, 3.0);
     if config.origin_below_sensor {
-        t = Vector2::zeros();
+        (offset_sigma, unknowns, t) = (FIXED_M, 1.0, Vector2::zeros());
     }
     let mut information = Matrix3::zeros();
     let mut chi_squared = 0.0;
@@ -201,8 +197,8 @@ fn refined(
             let residual = p_W + t - given[g];
             let u = p_W.try_normalize(1e-9)?;
             let v = Vector2::new(-u.y, u.x);
-            let weight: Matrix2<f64> = u * u.transpose() / config.radial_sigma_m.powi(2)
-                + v * v.transpose() / config.tangential_sigma_m.powi(2);
+            let weight: Matrix2<f64> = u * u.transpose() / RADIAL_SIGMA_M.powi(2)
+                + v * v.transpose() / TANGENTIAL_SIGMA_M.powi(2);
             // d(R p)/dφ = the vector turned by a right angle.
             let by_phi = Vector2::new(-p_W.y, p_W.x);
             let jacobian = nalgebra::Matrix2x3::from_columns(&[by_phi, Vector2::x(), Vector2::y()]);
@@ -219,7 +215,6 @@ fn refined(
         phi += step[0];
         t += Vector2::new(step[1], step[2]);
     }
-    let unknowns = if config.origin_below_sensor { 1.0 } else { 3.0 };
     let degrees = (2.0 * matches.len() as f64 - unknowns).max(1.0);
     let variance = information.cholesky()?.inverse()[(0, 0)] * (chi_squared / degrees).max(1.0);
     let turn = Rotation2::new(phi);
@@ -260,7 +255,7 @@ mod tests {
     proptest! {
         #[test]
         fn the_sign_and_size_of_the_drift_come_out(phi in -1.2f64..1.2, x in -0.5f64..0.5, free in any::<bool>()) {
-            let config = LidarMountConfig { origin_below_sensor: !free, ..LidarMountConfig::default() };
+            let config = LidarExtrinsicsConfig { origin_below_sensor: !free, ..LidarExtrinsicsConfig::default() };
             let t = if free { Vector2::new(x, -x / 2.0) } else { Vector2::zeros() };
             let back = Rotation2::new(-phi);
             // Another thing stands there too, and the order is another one.
@@ -275,7 +270,7 @@ mod tests {
 
     #[test]
     fn too_few_or_unlike_poles_are_refused() {
-        let config = LidarMountConfig::default();
+        let config = LidarExtrinsicsConfig::default();
         let found = [pole(Vector2::new(2.0, 0.0)), pole(Vector2::new(0.0, 2.0))];
         for given in [&GIVEN[..1], &[[5.0, 5.0], [9.0, -3.0]][..]] {
             assert!(drift(&found, given, &config).is_err());

@@ -11,71 +11,49 @@ mod poles;
 
 use nalgebra::{Isometry3, Matrix3, Matrix4, Translation3, UnitQuaternion, Vector3};
 use perception::lidar::{
-    Adjustment, LidarCalibration, LidarCloud, LidarConfig, Survey, adjust, levelled, survey,
+    Adjustment, ExtractedPlanes, LidarCalibration, LidarCloud, LidarConfig, adjust, extract_planes,
+    levelled,
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::error::within;
 pub use drift::{Drift, PoleMatch, drift};
 pub use poles::{Pole, poles};
 
 /// Settings of the calibration of a LiDAR.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct LidarMountConfig {
+pub struct LidarExtrinsicsConfig {
     /// Diameter of the poles, m.
     pub pole_diameter_m: f64,
-    /// A pole's points lie within this of its axis, m.
-    pub pole_radius_max_m: f64,
-    /// Least height over which a pole is seen, m.
-    pub pole_height_min_m: f64,
-    /// Fewest points of a pole.
-    pub pole_points_min: usize,
-    /// A pole that is found and one that is given are the same up to this, m.
-    pub match_m: f64,
-    /// Standard deviation of a pole's place along the ray, m.
-    pub radial_sigma_m: f64,
-    /// Standard deviation of a pole's place across the ray, m.
-    pub tangential_sigma_m: f64,
     /// Whether the world's origin is below the sensor; else the poles say where it is.
     pub origin_below_sensor: bool,
 }
 
-impl Default for LidarMountConfig {
+impl Default for LidarExtrinsicsConfig {
     fn default() -> Self {
         Self {
             pole_diameter_m: 0.08,
-            pole_radius_max_m: 0.10,
-            pole_height_min_m: 0.4,
-            pole_points_min: 20,
-            match_m: 0.15,
-            radial_sigma_m: 0.010,
-            tangential_sigma_m: 0.003,
             origin_below_sensor: true,
         }
     }
 }
 
-impl LidarMountConfig {
+impl LidarExtrinsicsConfig {
     /// Checks every setting's range.
     ///
     /// # Errors
-    /// [`Error::Lidar`] naming the setting.
+    /// [`Error::Config`] naming the setting.
     pub fn check(&self) -> Result<(), Error> {
-        for (key, value) in [
-            ("pole_diameter_m", self.pole_diameter_m),
-            ("pole_radius_max_m", self.pole_radius_max_m),
-            ("pole_height_min_m", self.pole_height_min_m),
-            ("match_m", self.match_m),
-            ("radial_sigma_m", self.radial_sigma_m),
-            ("tangential_sigma_m", self.tangential_sigma_m),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                let cause = format!("{key} = {value} is not a positive number");
-                return Err(Error::Lidar { cause });
-            }
-        }
-        Ok(())
+        let range = [1e-6, 10.0];
+        within(
+            "pole_diameter_m",
+            self.pole_diameter_m,
+            range,
+            "must be a length up to 10 m",
+        )
     }
 }
 
@@ -102,19 +80,19 @@ pub struct Calibrated {
 pub fn calibrate(
     clouds: &[LidarCloud],
     poles_W: &[[f64; 2]],
-    config: &LidarMountConfig,
+    config: &LidarExtrinsicsConfig,
     perception: &LidarConfig,
 ) -> Result<Calibrated, Error> {
     config.check()?;
     // 1. Planes of every cloud; ground and ring errors of all.
-    let surveys: Vec<Survey> = clouds
+    let surveys: Vec<ExtractedPlanes> = clouds
         .iter()
         .enumerate()
         .map(|(number, cloud)| {
-            survey(cloud, perception).map_err(|source| Error::Cloud { number, source })
+            extract_planes(cloud, perception).map_err(|source| Error::Cloud { number, source })
         })
         .collect::<Result<_, _>>()?;
-    let adjustment = adjust(&surveys, &perception.errors).ok_or_else(|| Error::Lidar {
+    let adjustment = adjust(&surveys).ok_or_else(|| Error::Lidar {
         cause: "no cloud shows ground that is about level under the sensor".to_owned(),
     })?;
 

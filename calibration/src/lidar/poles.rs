@@ -1,9 +1,9 @@
 //! Thin upright things in a cloud.
 
 use nalgebra::{Isometry3, Point3, Vector2, Vector3};
-use perception::lidar::{Survey, gathered};
+use perception::lidar::{ExtractedPlanes, gathered};
 
-use super::LidarMountConfig;
+use super::LidarExtrinsicsConfig;
 
 /// A pole in the levelled frame R below the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +17,12 @@ pub struct Pole {
     pub height_m: f64,
 }
 
+/// A pole's points lie within this of its axis, m.
+const RADIUS_MAX_M: f64 = 0.10;
+/// Least height over which a pole is seen, m.
+const HEIGHT_MIN_M: f64 = 0.4;
+/// Fewest points of a pole.
+const POINTS_MIN: usize = 20;
 /// Edge of the cells that points are gathered in, m; points in neighbouring cells belong together.
 const CELL_M: f64 = 0.08;
 /// Mean depth of a cylinder's visible side before its axis, in radii: ∫ cos² / ∫ cos = π/4.
@@ -28,10 +34,10 @@ const VISIBLE: f64 = std::f64::consts::FRAC_PI_4;
 /// enough, and enough. Rings' errors are taken away first.
 #[allow(non_snake_case)]
 pub fn poles(
-    survey: &Survey,
+    survey: &ExtractedPlanes,
     X_RV: &Isometry3<f64>,
     ring_bias_m: &[f64],
-    config: &LidarMountConfig,
+    config: &LidarExtrinsicsConfig,
 ) -> Vec<Pole> {
     // 1. Free points in R over the ground.
     let free: Vec<Vector3<f64>> = (survey.free.iter())
@@ -61,8 +67,8 @@ pub fn poles(
     found
 }
 
-fn pole(points: &[Vector3<f64>], config: &LidarMountConfig) -> Option<Pole> {
-    if points.len() < config.pole_points_min {
+fn pole(points: &[Vector3<f64>], config: &LidarExtrinsicsConfig) -> Option<Pole> {
+    if points.len() < POINTS_MIN {
         return None;
     }
     // The median is not moved by the strays that were gathered too.
@@ -74,15 +80,15 @@ fn pole(points: &[Vector3<f64>], config: &LidarMountConfig) -> Option<Pole> {
     let middle = Vector2::new(median(0), median(1));
     let near: Vec<&Vector3<f64>> = points
         .iter()
-        .filter(|p| (p.xy() - middle).norm() <= config.pole_radius_max_m)
+        .filter(|p| (p.xy() - middle).norm() <= RADIUS_MAX_M)
         .collect();
     // A group that is mostly wider is no pole.
-    if near.len() * 10 < points.len() * 8 || near.len() < config.pole_points_min {
+    if near.len() * 10 < points.len() * 8 || near.len() < POINTS_MIN {
         return None;
     }
     let low = near.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
     let high = near.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
-    if high - low < config.pole_height_min_m {
+    if high - low < HEIGHT_MIN_M {
         return None;
     }
     // Bearing and distance apart: the range is noisier.

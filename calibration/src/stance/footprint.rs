@@ -2,13 +2,17 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{StanceConfig, foot_error_m, stance};
+use super::{StanceMethod, foot_error_m, stance};
 use crate::Error;
 
 /// Rounds in which places and poses are made to agree; each gains a digit or more.
 const ROUNDS: usize = 20;
 /// A round that moves no foot farther than this is the last, m.
 const MOVED_MIN: f64 = 1e-9;
+
+/// Largest root mean square by which feet may miss their places, m: more is a foot that slipped, or
+/// joints that are not the robot's.
+const FOOT_ERROR_MAX_M: f64 = 0.02;
 
 /// The feet's places in G and the robot's poses over it.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,9 +37,8 @@ pub struct Footprint {
 pub fn footprint(
     postures: &[Vec<Point3<f64>>],
     heights_m: &[f64],
-    config: &StanceConfig,
+    method: StanceMethod,
 ) -> Result<Footprint, Error> {
-    config.check()?;
     let first = postures.first().ok_or_else(|| Error::Feet {
         cause: "there is no posture".to_owned(),
     })?;
@@ -67,7 +70,7 @@ pub fn footprint(
             .iter()
             .enumerate()
             .map(|(i, feet)| {
-                stance(feet, &feet_G, config.method).map_err(|error| Error::Feet {
+                stance(feet, &feet_G, method).map_err(|error| Error::Feet {
                     cause: format!("posture {}: {error}", i + 1),
                 })
             })
@@ -94,14 +97,14 @@ pub fn footprint(
         .zip(postures)
         .map(|(X_GR, feet)| foot_error_m(X_GR, feet, &feet_G))
         .collect();
-    let misfit = |error: &f64| error.is_nan() || *error > config.foot_error_max_m;
+    let misfit = |error: &f64| error.is_nan() || *error > FOOT_ERROR_MAX_M;
     if let Some(i) = error_m.iter().position(misfit) {
         let cause = format!(
             "posture {}: they miss their places by {:.1} mm (root mean square), more than {:.1} mm; \
              a foot has slipped or lifted, or the joints are not this robot's",
             i + 1,
             1e3 * error_m[i],
-            1e3 * config.foot_error_max_m
+            1e3 * FOOT_ERROR_MAX_M
         );
         return Err(Error::Feet { cause });
     }
@@ -162,7 +165,7 @@ fn over_plane(feet_R: &[Point3<f64>], heights_m: &[f64]) -> Result<Isometry3<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stance::{StanceMethod, trilateration};
+    use crate::stance::trilateration;
     use proptest::prelude::*;
 
     const RADIUS: f64 = 0.03;
@@ -206,7 +209,7 @@ mod tests {
             let mut poses = vec![pose([4.0, -7.0, 0.0], [0.0, 0.0, 0.68])];
             poses.extend(tilts.iter().map(|rpy| pose(*rpy, [0.02, -0.05, 0.7])));
             let feet: Vec<_> = poses.iter().map(in_R).collect();
-            let found = footprint(&feet, &[RADIUS; 6], &StanceConfig::default()).unwrap();
+            let found = footprint(&feet, &[RADIUS; 6], StanceMethod::AllFeet).unwrap();
             for (found, X_GR) in found.X_GR.iter().zip(&poses) {
                 // Heading is a convention; tilt and height are not.
                 let up = |X: &Isometry3<f64>| X.rotation.inverse() * Vector3::z();
@@ -235,9 +238,9 @@ mod tests {
         let poses = [0.0, 5.0, 10.0].map(|roll| pose([roll, 2.0, 0.0], [0.0, 0.0, 0.68]));
         let mut feet: Vec<_> = poses.iter().map(in_R).collect();
         feet[2][4].x += 0.2;
-        let error = footprint(&feet, &[RADIUS; 6], &StanceConfig::default()).unwrap_err();
+        let error = footprint(&feet, &[RADIUS; 6], StanceMethod::AllFeet).unwrap_err();
         assert!(error.to_string().contains("posture"), "{error}");
         let two: Vec<_> = feet.iter().map(|f| f[..2].to_vec()).collect();
-        assert!(footprint(&two, &[RADIUS; 2], &StanceConfig::default()).is_err());
+        assert!(footprint(&two, &[RADIUS; 2], StanceMethod::AllFeet).is_err());
     }
 }

@@ -8,17 +8,25 @@
 //! * [`footprint`]: the places of the feet in G, from all postures together.
 #![allow(non_snake_case)]
 
-mod config;
 mod footprint;
 mod trilateration;
 
-pub use config::{StanceConfig, StanceMethod};
 pub use footprint::{Footprint, footprint};
 pub use trilateration::trilateration;
 
 use nalgebra::{Isometry3, Point3};
 
 use crate::{Error, register};
+
+/// How a pose comes from feet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StanceMethod {
+    /// The nearest pose to all feet.
+    #[default]
+    AllFeet,
+    /// Trilateration with three feet, as in [chai2015].
+    ThreeFeet,
+}
 
 /// The robot's pose over the ground from its feet's places in R and in G, one to one, m.
 ///

@@ -10,18 +10,18 @@
 //! - nothing for far, or the face again: unknown.
 //!
 //! Most of an edge's places decide. The picture is a depth image or a cloud's directions
-//! ([`crate::directions`]).
+//! ([`crate::spherical_range_image`]).
 
+mod pixel_ray;
 mod profile;
-mod way;
 
 use nalgebra::{Point2, Vector2};
 use surfaces::EdgeKind;
 
 use crate::extraction::Segmentation;
 use crate::sensor::Noise;
+pub(crate) use pixel_ray::PixelRay;
 use profile::leaves_px;
-pub(crate) use way::Way;
 
 /// What a pixel shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,7 +109,7 @@ pub(crate) fn kinds(
         }
         let ahead = along / length;
         let right = Vector2::new(ahead.y, -ahead.x);
-        let out = Way::new(&if left { right } else { -right });
+        let out = PixelRay::new(&if left { right } else { -right });
         let count = (length / APART_PX).ceil() as usize;
         let count = count.clamp(1, PLACES_MAX);
         let place = |i: usize| a + along * ((i as f64 + 0.5) / count as f64);
@@ -143,7 +143,12 @@ pub(crate) fn kinds(
 }
 
 /// What ends the face beyond one place of its outline.
-pub(crate) fn beyond(picture: &impl Picture, label: u16, from: &Point2<f64>, out: &Way) -> Found {
+pub(crate) fn beyond(
+    picture: &impl Picture,
+    label: u16,
+    from: &Point2<f64>,
+    out: &PixelRay,
+) -> Found {
     let at = |k: usize| out.place(from, k as f64);
     let found = |kind: EdgeKind, last: usize, first: usize| {
         let between = first - last - 1;
@@ -230,7 +235,7 @@ fn meets(
     labels: [u16; 2],
     from: &Point2<f64>,
     to: &Point2<f64>,
-    out: &Way,
+    out: &PixelRay,
 ) -> bool {
     let apart = |p: &Point2<f64>| {
         let [own, its] = labels.map(|label| picture.plane(label, p));

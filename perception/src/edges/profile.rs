@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::way::Way;
+use super::pixel_ray::PixelRay;
 use super::{APART_PX, Picture};
 
 /// Steps of a profile across an edge: so many, from so far inside; the first are the reference.
@@ -30,7 +30,7 @@ pub(super) fn leaves_px(
     picture: &impl Picture,
     label: u16,
     from: impl ExactSizeIterator<Item = Point2<f64>>,
-    out: &Way,
+    out: &PixelRay,
     end_px: f64,
 ) -> Option<f64> {
     if from.len() < PLACES_MIN {

@@ -2,17 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ground::GroundConfig;
-use super::outliers::OutlierConfig;
-use super::plane::RangeErrors;
-use super::prosac::ConsensusConfig;
-use super::slopes::SlopeConfig;
-use super::surroundings::SurroundingsConfig;
 use crate::Error;
 use crate::error::within;
 
 /// Parameters of the LiDAR chain.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LidarConfig {
     /// Horizontal field of view about V's x, rad.
@@ -21,18 +15,15 @@ pub struct LidarConfig {
     pub range_min_m: f64,
     /// Farther points are not used, m.
     pub range_max_m: f64,
-    /// Errors of a measured point.
-    pub errors: RangeErrors,
-    /// Isolated points.
-    pub outliers: OutlierConfig,
-    /// The search for planes.
-    pub consensus: ConsensusConfig,
-    /// The ground.
-    pub ground: GroundConfig,
-    /// The slopes.
-    pub slope: SlopeConfig,
-    /// Walls and things around.
-    pub around: SurroundingsConfig,
+    /// Least angle of a slope to the ground, rad.
+    pub inclination_min_rad: f64,
+    /// Most angle of a slope to the ground, rad; steeper planes are walls.
+    pub inclination_max_rad: f64,
+    /// Samples planes and compares the distances of isolated points as [meng] publishes it.
+    pub as_published: bool,
+    /// Seed of the random samples.
+    #[serde(skip)]
+    pub seed: u64,
 }
 
 impl Default for LidarConfig {
@@ -42,12 +33,10 @@ impl Default for LidarConfig {
             view_rad: std::f64::consts::PI,
             range_min_m: 0.4,
             range_max_m: 20.0,
-            errors: RangeErrors::default(),
-            outliers: OutlierConfig::default(),
-            consensus: ConsensusConfig::default(),
-            ground: GroundConfig::default(),
-            slope: SlopeConfig::default(),
-            around: SurroundingsConfig::default(),
+            inclination_min_rad: 0.07,
+            inclination_max_rad: 0.80,
+            as_published: false,
+            seed: 0,
         }
     }
 }
@@ -59,33 +48,40 @@ impl LidarConfig {
     /// [`Error::Config`] naming the parameter.
     pub fn check(&self) -> Result<(), Error> {
         let turn = std::f64::consts::TAU + 1e-9;
-        within(
-            "lidar.view_rad",
-            self.view_rad,
-            1e-3,
-            turn,
-            "must be in (0, 2π]",
-        )?;
-        within(
-            "lidar.range_min_m",
-            self.range_min_m,
-            0.0,
-            1e3,
-            "must not be negative",
-        )?;
-        let cause = "must be more than range_min_m";
-        within(
-            "lidar.range_max_m",
-            self.range_max_m,
-            self.range_min_m + 1e-3,
-            1e6,
-            cause,
-        )?;
-        self.errors.check()?;
-        self.outliers.check()?;
-        self.consensus.check()?;
-        self.ground.check()?;
-        self.slope.check()?;
-        self.around.check()
+        let (near, flat) = (self.range_min_m, self.inclination_min_rad);
+        for (key, value, low, high, cause) in [
+            (
+                "lidar.view_rad",
+                self.view_rad,
+                1e-3,
+                turn,
+                "must be in (0, 2π]",
+            ),
+            ("lidar.range_min_m", near, 0.0, 1e3, "must not be negative"),
+            (
+                "lidar.range_max_m",
+                self.range_max_m,
+                near + 1e-3,
+                1e6,
+                "must be more than range_min_m",
+            ),
+            (
+                "lidar.inclination_min_rad",
+                flat,
+                0.0,
+                1.5,
+                "must be in [0, 1.5] rad",
+            ),
+            (
+                "lidar.inclination_max_rad",
+                self.inclination_max_rad,
+                flat,
+                1.5,
+                "must be in [inclination_min_rad, 1.5]",
+            ),
+        ] {
+            within(key, value, low, high, cause)?;
+        }
+        Ok(())
     }
 }

@@ -67,7 +67,7 @@ pub(super) fn described(
     let psi = l.cross(&n_s);
     let ahead = l.cross(&n_g);
     let delta = n_s.dot(&n_g).clamp(-1.0, 1.0).acos();
-    let inclinations = config.slope.inclination_min_rad..=config.slope.inclination_max_rad;
+    let inclinations = config.inclination_min_rad..=config.inclination_max_rad;
     if !inclinations.contains(&delta) {
         return None;
     }

@@ -9,7 +9,7 @@ use super::describe::{described, ground_covariance, ground_of};
 use super::field::Field;
 use super::ground::ground;
 use super::joint_fit::BiasPrior;
-use super::plane::{Plane, RangeErrors};
+use super::plane::Plane;
 use super::preparation::{bias_prior, prepared};
 use super::refine::{Refined, refined};
 use super::scan::{LidarCounts, SlopeScan};
@@ -45,14 +45,14 @@ pub fn detect(
 ///
 /// # Errors
 /// As [`detect`], but for [`Error::NoGround`].
-pub fn look_around(
+pub fn segment_cloud(
     cloud: &LidarCloud,
     calibration: Option<&LidarCalibration>,
     config: &LidarConfig,
-) -> Result<LookedAround, Error> {
+) -> Result<SegmentedCloud, Error> {
     let (scan, field, counts) = chain(cloud, calibration, config)?;
     let around = surroundings(&field, scan.as_ref(), config);
-    Ok(LookedAround {
+    Ok(SegmentedCloud {
         scan,
         around,
         counts,
@@ -61,7 +61,7 @@ pub fn look_around(
 
 /// What a cloud shows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LookedAround {
+pub struct SegmentedCloud {
     /// Ground and slopes; `None` where nothing is ground.
     pub scan: Option<SlopeScan>,
     /// Walls and things.
@@ -90,8 +90,7 @@ fn chain(
 
     // 2. Ground: as seen, else as calibrated.
     let known = calibration.map(LidarCalibration::ground_V);
-    let (search, errors) = (&config.consensus, &config.errors);
-    let seen = ground(&field, known.as_ref(), &config.ground, search, errors);
+    let seen = ground(&field, known.as_ref(), config);
     let floor = match (seen, known) {
         (Some(plane), _) => plane,
         (None, Some(plane)) => plane,
@@ -99,11 +98,11 @@ fn chain(
     };
 
     // 3. Slopes on it.
-    let patches = slopes(&field, &floor, &config.slope, search, errors);
+    let patches = slopes(&field, &floor, config);
 
     // 4. All planes and the rings' errors together.
-    let prior = bias_prior(&field, calibration, errors);
-    let fitted = fit(&field, &floor, seen.is_some(), patches, &prior, errors);
+    let prior = bias_prior(&field, calibration);
+    let fitted = fit(&field, &floor, seen.is_some(), patches, &prior);
 
     // 5. In W, described.
     let ground_V = fitted.as_ref().map_or(floor, |f| f.ground_plane(&floor));
@@ -156,13 +155,12 @@ fn fit(
     seen: bool,
     mut patches: Vec<Patch>,
     prior: &BiasPrior,
-    errors: &RangeErrors,
 ) -> Option<Refined> {
     loop {
         if !seen && patches.is_empty() {
             return None;
         }
-        let fitted = refined(field, ground, seen, &patches, prior, errors);
+        let fitted = refined(field, ground, seen, &patches, prior);
         if fitted.is_some() || patches.pop().is_none() {
             return fitted;
         }

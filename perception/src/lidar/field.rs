@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::rings::Rings;
 use crate::Error;
-use crate::chain::{neighbours, normals};
+use crate::brossette2013::{neighbours, normals};
 
 /// No point.
 pub(super) const NONE: u32 = u32::MAX;

@@ -3,88 +3,26 @@
 use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
+use super::config::LidarConfig;
 use super::field::Field;
-use super::plane::{Plane, RangeErrors};
-use super::prosac::{ConsensusConfig, Ordered, consensus};
-use crate::Error;
-use crate::error::within;
+use super::plane::Plane;
+use super::prosac::{DISTANCE_M, Ordered, consensus};
 
-/// What counts as ground.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GroundConfig {
-    /// Without a calibration: most that the sensor may lean, rad.
-    pub tilt_max_rad: f64,
-    /// With one: most that the ground may lean to the calibrated one, rad.
-    pub lean_max_rad: f64,
-    /// With one: most that the ground under the sensor may be off the calibrated one, m.
-    pub height_off_max_m: f64,
-    /// Least height of the sensor over the ground, m.
-    pub height_min_m: f64,
-    /// Most height of the sensor over the ground, m.
-    pub height_max_m: f64,
-    /// Fewest points.
-    pub points_min: usize,
-    /// Least area that the points stand for, m².
-    pub area_min_m2: f64,
-}
-
-impl Default for GroundConfig {
-    fn default() -> Self {
-        Self {
-            tilt_max_rad: 0.61,
-            lean_max_rad: 0.12,
-            height_off_max_m: 0.15,
-            height_min_m: 0.10,
-            height_max_m: 3.0,
-            points_min: 100,
-            area_min_m2: 0.3,
-        }
-    }
-}
-
-impl GroundConfig {
-    pub(super) fn check(&self) -> Result<(), Error> {
-        for (key, value) in [
-            ("ground.tilt_max_rad", self.tilt_max_rad),
-            ("ground.lean_max_rad", self.lean_max_rad),
-        ] {
-            within(key, value, 1e-3, 1.5, "must be in [0.001, 1.5] rad")?;
-        }
-        let off = self.height_off_max_m;
-        within(
-            "ground.height_off_max_m",
-            off,
-            1e-3,
-            10.0,
-            "must be in [0.001, 10] m",
-        )?;
-        within(
-            "ground.height_min_m",
-            self.height_min_m,
-            0.0,
-            1e3,
-            "must not be negative",
-        )?;
-        let high = self.height_max_m;
-        within(
-            "ground.height_max_m",
-            high,
-            self.height_min_m,
-            1e3,
-            "must not be below height_min_m",
-        )?;
-        within(
-            "ground.area_min_m2",
-            self.area_min_m2,
-            0.0,
-            1e6,
-            "must not be negative",
-        )
-    }
-}
+/// Without a calibration: most that the sensor may lean, rad.
+const TILT_MAX_RAD: f64 = 0.61;
+/// With one: most that the ground may lean to the calibrated one, rad.
+const LEAN_MAX_RAD: f64 = 0.12;
+/// With one: most that the ground under the sensor may be off the calibrated one, m.
+const HEIGHT_OFF_MAX_M: f64 = 0.15;
+/// Least height of the sensor over the ground, m.
+const HEIGHT_MIN_M: f64 = 0.10;
+/// Most height of the sensor over the ground, m.
+const HEIGHT_MAX_M: f64 = 3.0;
+/// Fewest points.
+const POINTS_MIN: usize = 100;
+/// Least area that the points stand for, m².
+const AREA_MIN_M2: f64 = 0.3;
 
 /// Most planes that are tried for the ground.
 const TRIES: u64 = 4;
@@ -103,16 +41,14 @@ const NORMAL_RAD: f64 = 0.35;
 pub(super) fn ground(
     field: &Field,
     calibrated: Option<&Plane>,
-    config: &GroundConfig,
-    search: &ConsensusConfig,
-    errors: &RangeErrors,
+    config: &LidarConfig,
 ) -> Option<Plane> {
     let up = calibrated.map_or(Vector3::z(), |plane| plane.normal);
-    let lean = calibrated.map_or(config.tilt_max_rad, |_| config.lean_max_rad);
+    let lean = calibrated.map_or(TILT_MAX_RAD, |_| LEAN_MAX_RAD);
     let gate = |plane: &Plane| {
         let height = calibrated.map_or(
-            (config.height_min_m..=config.height_max_m).contains(&plane.offset_m),
-            |known| (plane.offset_m - known.offset_m).abs() <= config.height_off_max_m,
+            (HEIGHT_MIN_M..=HEIGHT_MAX_M).contains(&plane.offset_m),
+            |known| (plane.offset_m - known.offset_m).abs() <= HEIGHT_OFF_MAX_M,
         );
         height && plane.normal.dot(&up) >= lean.cos()
     };
@@ -126,7 +62,7 @@ pub(super) fn ground(
             let below = Vector3::from(field.points[i]).dot(&up32) < 0.0;
             let near = calibrated.is_none_or(|plane| {
                 plane.distance(&field.point(i)).abs()
-                    <= config.height_off_max_m + lean.tan() * f64::from(field.range[i])
+                    <= HEIGHT_OFF_MAX_M + lean.tan() * f64::from(field.range[i])
             });
             below && near && n.dot(&up32) >= least
         })
@@ -137,23 +73,23 @@ pub(super) fn ground(
     });
     let mut best: Option<(Plane, f64)> = None;
     for number in 0..TRIES {
-        if left.len() < config.points_min {
+        if left.len() < POINTS_MIN {
             break;
         }
         let mut ordered = Ordered::default();
         left.iter()
             .for_each(|&i| ordered.push(field.points[i as usize], field.normal[i as usize]));
-        let Some((plane, _)) = consensus(&ordered, search, number, gate) else {
+        let Some((plane, _)) = consensus(&ordered, config, number, gate) else {
             break;
         };
-        let plane = refined(field, plane, &left, search.distance_m, errors)
+        let plane = refined(field, plane, &left, DISTANCE_M)
             .filter(&gate)
             .unwrap_or(plane);
-        let on = |i: &u32| on_plane(field, *i as usize, &plane, search.distance_m);
+        let on = |i: &u32| on_plane(field, *i as usize, &plane, DISTANCE_M);
         let members: Vec<u32> = left.iter().copied().filter(on).collect();
         let area = seen_area(field, &members, &plane);
-        if members.len() >= config.points_min
-            && area >= config.area_min_m2
+        if members.len() >= POINTS_MIN
+            && area >= AREA_MIN_M2
             && best.is_none_or(|(_, most)| area > most)
         {
             best = Some((plane, area));
@@ -161,7 +97,7 @@ pub(super) fn ground(
         if members.is_empty() {
             break;
         }
-        left.retain(|&i| plane.distance(&field.point(i as usize)).abs() > 2.0 * search.distance_m);
+        left.retain(|&i| plane.distance(&field.point(i as usize)).abs() > 2.0 * DISTANCE_M);
     }
     best.map(|(plane, _)| plane)
 }
@@ -180,7 +116,6 @@ pub(super) fn refined(
     plane: Plane,
     members: &[u32],
     distance_m: f64,
-    errors: &RangeErrors,
 ) -> Option<Plane> {
     use super::joint_fit::{BiasPrior, Observation, joint_fit};
     let mut plane = plane;
@@ -198,9 +133,7 @@ pub(super) fn refined(
                 p: field.point(i as usize),
             })
             .collect();
-        plane = *joint_fit(&observations, &[plane], &none, errors)?
-            .planes
-            .first()?;
+        plane = *joint_fit(&observations, &[plane], &none)?.planes.first()?;
     }
     Some(plane)
 }

@@ -10,7 +10,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::plane::{Plane, RangeErrors};
+use super::plane::{Plane, RING_BIAS_SIGMA_M, variance};
 
 /// What is known of the rings' errors beforehand.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,10 +23,10 @@ pub(super) struct BiasPrior {
 
 impl BiasPrior {
     /// Nothing but the size of uncalibrated errors.
-    pub fn unknown(rings: usize, errors: &RangeErrors) -> Self {
+    pub fn unknown(rings: usize) -> Self {
         Self {
             mean_m: vec![0.0; rings],
-            sigma_m: vec![errors.ring_bias_sigma_m; rings],
+            sigma_m: vec![RING_BIAS_SIGMA_M; rings],
         }
     }
 }
@@ -73,7 +73,6 @@ pub(super) fn joint_fit(
     observations: &[Observation],
     start: &[Plane],
     prior: &BiasPrior,
-    errors: &RangeErrors,
 ) -> Option<JointFit> {
     let (planes_count, rings) = (start.len(), prior.mean_m.len());
     let size = 3 * planes_count + rings;
@@ -113,7 +112,7 @@ pub(super) fn joint_fit(
             if !(range > 0.0 && range < RANGE_MAX_M) {
                 continue;
             }
-            let weight = 1.0 / errors.variance(n_u, range);
+            let weight = 1.0 / variance(n_u, range);
             let from_centre = u * range - centres[o.plane];
             let [t1, t2] = &tangents[o.plane];
             let row = [t1.dot(&from_centre), t2.dot(&from_centre), 1.0];

@@ -14,7 +14,7 @@
 //! | the ground, the slopes on it | `ground`, `slopes` |
 //! | planes and ring errors together | `joint_fit`, `refine` |
 //! | p₁, p₂, l, ψ, δ, stepping angle | [`Description`], `edges` |
-//! | all planes, the rings' errors from them | [`survey`], [`adjust`] |
+//! | all planes, the rings' errors from them | [`extract_planes`], [`adjust`] |
 //! | convex surfaces | `surface` |
 //! | walls and things around, to keep away from | [`Surroundings`] |
 //! | from V to W | [`levelled`], [`LidarCalibration`] |
@@ -33,6 +33,7 @@ mod describe;
 mod description;
 mod detect;
 mod edges;
+mod extract_planes;
 mod field;
 mod ground;
 mod joint_fit;
@@ -46,20 +47,15 @@ mod scan;
 mod slopes;
 mod surface;
 mod surroundings;
-mod survey;
 mod world;
 
 pub use calibration::{CALIBRATION_FORMAT, LidarCalibration};
 pub use cloud::LidarCloud;
 pub use config::LidarConfig;
 pub use description::Description;
-pub use detect::{LookedAround, detect, look_around};
-pub use ground::GroundConfig;
-pub use outliers::{Normalisation, OutlierConfig};
-pub use plane::{Plane, RangeErrors};
-pub use prosac::{ConsensusConfig, Sampling};
+pub use detect::{SegmentedCloud, detect, segment_cloud};
+pub use extract_planes::{Adjustment, ExtractedPlane, ExtractedPlanes, adjust, extract_planes};
+pub use plane::Plane;
 pub use scan::{Ground, LidarCounts, Slope, SlopeScan};
-pub use slopes::SlopeConfig;
-pub use surroundings::{Surroundings, SurroundingsConfig, Thing, Wall, gathered};
-pub use survey::{Adjustment, Survey, SurveyedPlane, adjust, survey};
+pub use surroundings::{ObstacleCluster, Surroundings, Wall, gathered};
 pub use world::levelled;

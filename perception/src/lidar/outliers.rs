@@ -1,79 +1,29 @@
 //! Isolated points, by the mean distance to their neighbours.
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use serde::{Deserialize, Serialize};
 use std::num::NonZero;
 
 use super::rings::Rings;
 use crate::Error;
-use crate::error::within;
 
-/// How the mean distances of points are compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Normalisation {
-    /// Divided by the point's range: the beams of a LiDAR spread.
-    #[default]
-    Range,
-    /// As they are, as [meng] has it.
-    Plain,
-}
+/// Neighbours m that a point's mean distance is taken over.
+pub(super) const NEIGHBOURS: usize = 30;
+/// Points farther than κ standard deviations above the mean are isolated.
+const KAPPA: f64 = 2.0;
 
-/// The statistical filter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct OutlierConfig {
-    /// Whether the filter runs at all.
-    pub enabled: bool,
-    /// Neighbours m that a point's mean distance is taken over.
-    pub neighbours: usize,
-    /// Points farther than κ standard deviations above the mean are isolated.
-    pub kappa: f64,
-    /// How mean distances are compared.
-    pub normalisation: Normalisation,
-}
-
-impl Default for OutlierConfig {
-    /// m = 30 and κ = 2.0, as [meng] IV-A.
-    fn default() -> Self {
-        Self {
-            enabled: true,
-            neighbours: 30,
-            kappa: 2.0,
-            normalisation: Normalisation::Range,
-        }
-    }
-}
-
-impl OutlierConfig {
-    pub(super) fn check(&self) -> Result<(), Error> {
-        let m = self.neighbours as f64;
-        within("outliers.neighbours", m, 1.0, 200.0, "must be in [1, 200]")?;
-        within(
-            "outliers.kappa",
-            self.kappa,
-            0.0,
-            100.0,
-            "must be in [0, 100]",
-        )
-    }
-}
-
-/// Which points are not isolated.
+/// Which points are not isolated. `plain` leaves distances as they are, as [meng] has it.
 ///
 ///   D_i ≤ μ + κ σ,   D_i the mean distance to m neighbours (over the range r_i), μ and σ its mean
 ///   and standard deviation over all points
 ///
 /// Source: [meng] Eq. 9; deviation: normalised by range. With the plain distance a sweep of a real
 /// VLP-16 loses nothing nearer than 2 m and everything beyond 10 m.
-pub(super) fn inliers(mean_distances: &[f32], ranges: &[f32], config: &OutlierConfig) -> Vec<bool> {
-    let scaled: Vec<f32> = match config.normalisation {
-        Normalisation::Range => mean_distances
-            .iter()
-            .zip(ranges)
-            .map(|(d, r)| d / r)
-            .collect(),
-        Normalisation::Plain => mean_distances.to_vec(),
+pub(super) fn inliers(mean_distances: &[f32], ranges: &[f32], plain: bool) -> Vec<bool> {
+    let scaled: Vec<f32> = if plain {
+        mean_distances.to_vec()
+    } else {
+        let pairs = mean_distances.iter().zip(ranges);
+        pairs.map(|(d, r)| d / r).collect()
     };
     let finite = || {
         scaled
@@ -84,7 +34,7 @@ pub(super) fn inliers(mean_distances: &[f32], ranges: &[f32], config: &OutlierCo
     let n = finite().count().max(1) as f64;
     let mean = finite().sum::<f64>() / n;
     let variance = finite().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
-    let bound = (mean + config.kappa * variance.sqrt()) as f32;
+    let bound = (mean + KAPPA * variance.sqrt()) as f32;
     scaled.iter().map(|d| *d <= bound).collect()
 }
 

@@ -1,10 +1,6 @@
 //! A plane in the sensor's frame, and how far a measured point may be from it.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use serde::{Deserialize, Serialize};
-
-use crate::Error;
-use crate::error::within;
 
 /// The points p with n·p + d = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,55 +83,20 @@ impl Plane {
     }
 }
 
-/// Errors of a measured point.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RangeErrors {
-    /// Standard deviation of one range, m.
-    pub range_sigma_m: f64,
-    /// Standard deviation of a ring's constant range error where it is not calibrated, m.
-    pub ring_bias_sigma_m: f64,
-    /// Standard deviation of a beam's direction, rad.
-    pub angle_sigma_rad: f64,
-}
+/// Standard deviation of one range, m: what a VLP-16 shows on planes; its sheet allows 30 mm in all.
+const RANGE_SIGMA_M: f64 = 0.008;
+/// Standard deviation of a ring's constant range error where it is not calibrated, m.
+pub(super) const RING_BIAS_SIGMA_M: f64 = 0.010;
+/// Standard deviation of a beam's direction, rad.
+const ANGLE_SIGMA_RAD: f64 = 0.0004;
 
-impl Default for RangeErrors {
-    /// What a VLP-16 shows on planes; its sheet allows 30 mm in all.
-    fn default() -> Self {
-        Self {
-            range_sigma_m: 0.008,
-            ring_bias_sigma_m: 0.010,
-            angle_sigma_rad: 0.0004,
-        }
-    }
-}
-
-impl RangeErrors {
-    pub(super) fn check(&self) -> Result<(), Error> {
-        for (key, value) in [
-            ("errors.range_sigma_m", self.range_sigma_m),
-            ("errors.ring_bias_sigma_m", self.ring_bias_sigma_m),
-        ] {
-            within(key, value, 1e-5, 1.0, "must be in [1e-5, 1] m")?;
-        }
-        let cause = "must be in [0, 0.1] rad";
-        within(
-            "errors.angle_sigma_rad",
-            self.angle_sigma_rad,
-            0.0,
-            0.1,
-            cause,
-        )
-    }
-
-    /// Variance of a point's distance from a plane but for its ring's bias, m²: the range's along
-    /// the ray, the direction's across.
-    ///
-    ///   σ² = (n·u)² σ_r² + (1 − (n·u)²) (r σ_a)²
-    pub(super) fn variance(&self, n_u: f64, range_m: f64) -> f64 {
-        let along = n_u * n_u;
-        along * self.range_sigma_m.powi(2)
-            + (1.0 - along).max(0.0) * (range_m * self.angle_sigma_rad).powi(2)
-            + 1e-8
-    }
+/// Variance of a point's distance from a plane but for its ring's bias, m²: the range's along the ray, the
+/// direction's across.
+///
+///   σ² = (n·u)² σ_r² + (1 − (n·u)²) (r σ_a)²
+pub(super) fn variance(n_u: f64, range_m: f64) -> f64 {
+    let along = n_u * n_u;
+    along * RANGE_SIGMA_M.powi(2)
+        + (1.0 - along).max(0.0) * (range_m * ANGLE_SIGMA_RAD).powi(2)
+        + 1e-8
 }

@@ -7,8 +7,7 @@ use super::cloud::LidarCloud;
 use super::config::LidarConfig;
 use super::field::Field;
 use super::joint_fit::BiasPrior;
-use super::outliers::{self, Normalisation, ring_mean_distances, tree_mean_distances};
-use super::plane::RangeErrors;
+use super::outliers::{self, NEIGHBOURS, ring_mean_distances, tree_mean_distances};
 use super::rings::Rings;
 use super::scan::LidarCounts;
 use crate::Error;
@@ -33,26 +32,21 @@ pub(super) fn prepared(
         points: cloud.len(),
         invalid: cloud.invalid,
     };
-    let filter = &config.outliers;
     if let Some(mut rings) = Rings::new(&view, limits) {
         counts.in_view = rings.len();
         if rings.len() < 3 {
             return Err(few(rings.len()));
         }
-        if filter.enabled {
-            let means = match filter.normalisation {
-                Normalisation::Range => ring_mean_distances(&rings, filter.neighbours),
-                // The paper's own, to the letter.
-                Normalisation::Plain => {
-                    let points: Vec<_> = (0..rings.len())
-                        .map(|i| [rings.x[i], rings.y[i], rings.z[i]])
-                        .collect();
-                    tree_mean_distances(&points, filter.neighbours)?
-                }
-            };
-            let keep = outliers::inliers(&means, &rings.range, filter);
-            rings.retain(&keep);
-        }
+        let means = if config.as_published {
+            let points: Vec<_> = (0..rings.len())
+                .map(|i| [rings.x[i], rings.y[i], rings.z[i]])
+                .collect();
+            tree_mean_distances(&points, NEIGHBOURS)?
+        } else {
+            ring_mean_distances(&rings, NEIGHBOURS)
+        };
+        let keep = outliers::inliers(&means, &rings.range, config.as_published);
+        rings.retain(&keep);
         counts.kept = rings.len();
         if rings.len() < 3 {
             return Err(few(rings.len()));
@@ -69,15 +63,13 @@ pub(super) fn prepared(
     if points.len() < 3 {
         return Err(few(points.len()));
     }
-    if filter.enabled {
-        let means = tree_mean_distances(&points, filter.neighbours)?;
-        let ranges: Vec<f32> = points.iter().map(|p| range(p) as f32).collect();
-        let keep = outliers::inliers(&means, &ranges, filter);
-        let mut kept = keep.iter();
-        points.retain(|_| *kept.next().unwrap_or(&true));
-        let mut kept = keep.iter();
-        source.retain(|_| *kept.next().unwrap_or(&true));
-    }
+    let means = tree_mean_distances(&points, NEIGHBOURS)?;
+    let ranges: Vec<f32> = points.iter().map(|p| range(p) as f32).collect();
+    let keep = outliers::inliers(&means, &ranges, config.as_published);
+    let mut kept = keep.iter();
+    points.retain(|_| *kept.next().unwrap_or(&true));
+    let mut kept = keep.iter();
+    source.retain(|_| *kept.next().unwrap_or(&true));
     counts.kept = points.len();
     if points.len() < 3 {
         return Err(few(points.len()));
@@ -99,13 +91,9 @@ fn correct(cloud: &mut LidarCloud, bias_m: &[f64]) {
 }
 
 /// What is known of the rings' errors once the calibrated ones are taken away.
-pub(super) fn bias_prior(
-    field: &Field,
-    calibration: Option<&LidarCalibration>,
-    errors: &RangeErrors,
-) -> BiasPrior {
+pub(super) fn bias_prior(field: &Field, calibration: Option<&LidarCalibration>) -> BiasPrior {
     let rings = field.ring.iter().max().map_or(0, |r| usize::from(*r) + 1);
-    let mut prior = BiasPrior::unknown(rings, errors);
+    let mut prior = BiasPrior::unknown(rings);
     if let Some(calibration) = calibration {
         for (sigma, known) in prior.sigma_m.iter_mut().zip(&calibration.ring_bias_sigma_m) {
             *sigma = known.min(*sigma);

@@ -1,94 +1,23 @@
 //! Progressive sample consensus for planes: samples are drawn from the best points first.
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
+use super::config::LidarConfig;
 use super::plane::Plane;
-use crate::Error;
-use crate::chain::Stream;
-use crate::error::within;
+use crate::brossette2013::Stream;
 
-/// Which sampling is used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Sampling {
-    /// Points ordered by quality, a growing set, two conditions to stop.
-    #[default]
-    Prosac,
-    /// The paper's: three points at random, then points near the plane so far are preferred.
-    Meng,
-}
-
-/// The search for a plane.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ConsensusConfig {
-    /// Which sampling is used.
-    pub sampling: Sampling,
-    /// Points nearer than this to a plane are in its consensus set, m.
-    pub distance_m: f64,
-    /// Most samples.
-    pub samples_max: usize,
-    /// η₀: probability of missing a larger consensus set at which the search ends.
-    pub miss: f64,
-    /// ψ: probability that a wrong plane has the consensus set at which the search may end.
-    pub chance: f64,
-    /// β: part of the points that lie near a wrong plane.
-    pub wrong_part: f64,
-    /// The least height of a sample's triangle, m.
-    pub triangle_min_m: f64,
-    /// Seed of the samples.
-    pub seed: u64,
-}
-
-impl Default for ConsensusConfig {
-    fn default() -> Self {
-        Self {
-            sampling: Sampling::Prosac,
-            distance_m: 0.03,
-            samples_max: 600,
-            miss: 0.01,
-            chance: 0.05,
-            wrong_part: 0.10,
-            triangle_min_m: 0.10,
-            seed: 0,
-        }
-    }
-}
-
-impl ConsensusConfig {
-    pub(super) fn check(&self) -> Result<(), Error> {
-        within(
-            "consensus.distance_m",
-            self.distance_m,
-            1e-4,
-            1.0,
-            "must be in [1e-4, 1] m",
-        )?;
-        let samples = self.samples_max as f64;
-        within(
-            "consensus.samples_max",
-            samples,
-            1.0,
-            1e6,
-            "must be in [1, 1e6]",
-        )?;
-        for (key, value) in [
-            ("consensus.miss", self.miss),
-            ("consensus.chance", self.chance),
-            ("consensus.wrong_part", self.wrong_part),
-        ] {
-            within(key, value, 1e-9, 0.999, "must be in (0, 1)")?;
-        }
-        within(
-            "consensus.triangle_min_m",
-            self.triangle_min_m,
-            1e-6,
-            10.0,
-            "must be positive",
-        )
-    }
-}
+/// Points nearer than this to a plane are in its consensus set, m.
+pub(super) const DISTANCE_M: f64 = 0.03;
+/// Most samples.
+const SAMPLES_MAX: usize = 600;
+/// η₀: probability of missing a larger consensus set at which the search ends.
+const MISS: f64 = 0.01;
+/// ψ: probability that a wrong plane has the consensus set at which the search may end.
+const CHANCE: f64 = 0.05;
+/// β: part of the points that lie near a wrong plane.
+const WRONG_PART: f64 = 0.10;
+/// The least height of a sample's triangle, m.
+const TRIANGLE_MIN_M: f64 = 0.10;
 
 /// Points from the best to the worst with their own normals, as columns.
 #[derive(Default)]
@@ -174,16 +103,18 @@ fn quantile(chance: f64) -> f64 {
 /// that set.
 pub(super) fn consensus(
     points: &Ordered,
-    config: &ConsensusConfig,
+    config: &LidarConfig,
     stream: u64,
     gate: impl Fn(&Plane) -> bool,
 ) -> Option<(Plane, usize)> {
     if points.len() < M {
         return None;
     }
-    match config.sampling {
-        Sampling::Prosac => prosac(points, config, Stream::new(config.seed, stream), gate),
-        Sampling::Meng => meng(points, config, Stream::new(config.seed, stream), gate),
+    let stream = Stream::new(config.seed, stream);
+    if config.as_published {
+        meng(points, stream, gate)
+    } else {
+        prosac(points, stream, gate)
     }
 }
 
@@ -192,7 +123,6 @@ pub(super) fn consensus(
 /// a point counts only where its own normal agrees, or planes through clutter would.
 fn prosac(
     points: &Ordered,
-    config: &ConsensusConfig,
     stream: Stream,
     gate: impl Fn(&Plane) -> bool,
 ) -> Option<(Plane, usize)> {
@@ -204,9 +134,9 @@ fn prosac(
     let mut drawn_until = 1_u64;
     let (mut set, mut stop_at) = (M, total);
     let mut best: Option<(Plane, usize)> = None;
-    let mut samples_needed = config.samples_max as f64;
+    let mut samples_needed = SAMPLES_MAX as f64;
     let mut draw = 0_u64;
-    for t in 1..=config.samples_max as u64 {
+    for t in 1..=SAMPLES_MAX as u64 {
         // 1. The set grows as the samples from it become as many as RANSAC would have drawn of it.
         while t > drawn_until && set < stop_at {
             let next = expected * (set + 1) as f64 / (set + 1 - M) as f64;
@@ -224,13 +154,13 @@ fn prosac(
         }
         // 3. Plane and consensus set.
         let [a, b, c] = sample.map(|i| points.point(i));
-        let plane = Plane::through(&a, &b, &c, config.triangle_min_m).filter(&gate);
+        let plane = Plane::through(&a, &b, &c, TRIANGLE_MIN_M).filter(&gate);
         if let Some(plane) = plane {
-            let count = points.count(&plane, config.distance_m);
+            let count = points.count(&plane, DISTANCE_M);
             if best.is_none_or(|(_, most)| count > most) {
                 best = Some((plane, count));
                 // 4. Where the search may end, and after how many samples.
-                (stop_at, samples_needed) = termination(points, &plane, config);
+                (stop_at, samples_needed) = termination(points, &plane);
                 stop_at = stop_at.max(set);
             }
         }
@@ -242,13 +172,13 @@ fn prosac(
 }
 
 /// The length n* of the set that needs the fewest samples to be sure of its plane, and how many.
-fn termination(points: &Ordered, plane: &Plane, config: &ConsensusConfig) -> (usize, f64) {
-    let z = quantile(config.chance);
-    let beta = config.wrong_part;
+fn termination(points: &Ordered, plane: &Plane) -> (usize, f64) {
+    let z = quantile(CHANCE);
+    let beta = WRONG_PART;
     let mut inliers = 0_usize;
-    let mut least = (points.len(), config.samples_max as f64);
+    let mut least = (points.len(), SAMPLES_MAX as f64);
     for i in 0..points.len() {
-        inliers += usize::from(points.holds(plane, i, config.distance_m));
+        inliers += usize::from(points.holds(plane, i, DISTANCE_M));
         let n = i + 1;
         // Too short a set says nothing by the normal distribution.
         if n < 20 || inliers <= M {
@@ -265,7 +195,7 @@ fn termination(points: &Ordered, plane: &Plane, config: &ConsensusConfig) -> (us
         let needed = if hit >= 1.0 {
             1.0
         } else {
-            config.miss.ln() / (1.0 - hit).ln()
+            MISS.ln() / (1.0 - hit).ln()
         };
         if needed < least.1 {
             least = (n, needed);
@@ -277,17 +207,12 @@ fn termination(points: &Ordered, plane: &Plane, config: &ConsensusConfig) -> (us
 /// Source: [meng] III-B: three points at random; of the consensus set the plane is fitted anew, and
 /// points near it are preferred in the next sample. Kept for comparison: it settles on the largest
 /// plane that the gate lets pass.
-fn meng(
-    points: &Ordered,
-    config: &ConsensusConfig,
-    stream: Stream,
-    gate: impl Fn(&Plane) -> bool,
-) -> Option<(Plane, usize)> {
+fn meng(points: &Ordered, stream: Stream, gate: impl Fn(&Plane) -> bool) -> Option<(Plane, usize)> {
     let mut best: Option<(Plane, usize)> = None;
     // Points of the consensus set by their distance from its plane.
     let mut preferred: Vec<usize> = Vec::new();
     let mut draw = 0_u64;
-    for t in 0..config.samples_max {
+    for t in 0..SAMPLES_MAX {
         let mut sample = [0_usize; M];
         // Every other sample is free, so that a poor first plane is not the last.
         if preferred.len() > M && t % 2 == 1 {
@@ -302,11 +227,11 @@ fn meng(
             distinct(&mut sample, points.len(), &stream, &mut draw);
         }
         let [a, b, c] = sample.map(|i| points.point(i));
-        let Some(plane) = Plane::through(&a, &b, &c, config.triangle_min_m).filter(&gate) else {
+        let Some(plane) = Plane::through(&a, &b, &c, TRIANGLE_MIN_M).filter(&gate) else {
             continue;
         };
         let inliers: Vec<usize> = (0..points.len())
-            .filter(|&i| points.distance(&plane, i) < config.distance_m)
+            .filter(|&i| points.distance(&plane, i) < DISTANCE_M)
             .collect();
         if best.is_some_and(|(_, most)| inliers.len() <= most) {
             continue;

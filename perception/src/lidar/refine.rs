@@ -4,7 +4,7 @@ use nalgebra::{RowDVector, Vector3};
 
 use super::field::Field;
 use super::joint_fit::{BiasPrior, JointFit, Observation, joint_fit};
-use super::plane::{Plane, RangeErrors};
+use super::plane::{Plane, variance};
 use super::slopes::Patch;
 
 /// Points this near to a start line are of neither plane, m.
@@ -52,7 +52,6 @@ pub(super) fn refined(
     ground_seen: bool,
     patches: &[Patch],
     prior: &BiasPrior,
-    errors: &RangeErrors,
 ) -> Option<Refined> {
     let first_slope = usize::from(ground_seen);
     let mut planes: Vec<Plane> = ground_seen.then_some(*ground).into_iter().collect();
@@ -80,7 +79,7 @@ pub(super) fn refined(
                 .and_then(|r| prior.sigma_m.get(r))
                 .copied()
                 .unwrap_or(0.0);
-            let variance = errors.variance(n_u, range) + (n_u * s).powi(2);
+            let variance = variance(n_u, range) + (n_u * s).powi(2);
             (plane.distance(&p) - b * n_u).abs() / variance.sqrt()
         };
         let mut observations = Vec::new();
@@ -117,7 +116,7 @@ pub(super) fn refined(
                 }
             }
         }
-        let found = joint_fit(&observations, &planes, prior, errors)?;
+        let found = joint_fit(&observations, &planes, prior)?;
         planes.clone_from(&found.planes);
         bias.clone_from(&found.bias_m);
         fit = Some(found);

@@ -1,92 +1,25 @@
 //! The slopes that stand on the ground.
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
+use super::config::LidarConfig;
 use super::field::{Field, NONE};
 use super::ground::{on_plane, refined};
-use super::plane::{Plane, RangeErrors};
-use super::prosac::{ConsensusConfig, Ordered, consensus};
-use crate::Error;
-use crate::error::within;
+use super::plane::Plane;
+use super::prosac::{DISTANCE_M, Ordered, consensus};
 
-/// What counts as a slope.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SlopeConfig {
-    /// Least angle to the ground, rad.
-    pub inclination_min_rad: f64,
-    /// Most angle to the ground, rad.
-    pub inclination_max_rad: f64,
-    /// Fewest points.
-    pub points_min: usize,
-    /// Fewest rings that see it.
-    pub rings_min: usize,
-    /// Least extent in every direction, m.
-    pub extent_min_m: f64,
-    /// Most height of its lowest point over the ground, m: rings leave its foot unseen.
-    pub foot_max_m: f64,
-    /// Least part of the points between its edges that lie on it, 0…1.
-    pub filled_min: f64,
-    /// Most slopes.
-    pub count_max: usize,
-}
-
-impl Default for SlopeConfig {
-    fn default() -> Self {
-        Self {
-            inclination_min_rad: 0.07,
-            inclination_max_rad: 0.80,
-            points_min: 80,
-            rings_min: 3,
-            extent_min_m: 0.35,
-            foot_max_m: 0.25,
-            filled_min: 0.75,
-            count_max: 8,
-        }
-    }
-}
-
-impl SlopeConfig {
-    pub(super) fn check(&self) -> Result<(), Error> {
-        let (low, high) = (self.inclination_min_rad, self.inclination_max_rad);
-        within(
-            "slope.inclination_min_rad",
-            low,
-            0.0,
-            1.5,
-            "must be in [0, 1.5] rad",
-        )?;
-        within(
-            "slope.inclination_max_rad",
-            high,
-            low,
-            1.5,
-            "must be in [inclination_min_rad, 1.5]",
-        )?;
-        within(
-            "slope.extent_min_m",
-            self.extent_min_m,
-            0.0,
-            1e3,
-            "must not be negative",
-        )?;
-        within(
-            "slope.foot_max_m",
-            self.foot_max_m,
-            0.0,
-            1e3,
-            "must not be negative",
-        )?;
-        within(
-            "slope.filled_min",
-            self.filled_min,
-            0.0,
-            1.0,
-            "must be in [0, 1]",
-        )
-    }
-}
+/// Fewest points.
+const POINTS_MIN: usize = 80;
+/// Fewest rings that see it.
+const RINGS_MIN: usize = 3;
+/// Least extent in every direction, m.
+const EXTENT_MIN_M: f64 = 0.35;
+/// Most height of its lowest point over the ground, m: rings leave its foot unseen.
+const FOOT_MAX_M: f64 = 0.25;
+/// Least part of the points between its edges that lie on it, 0…1.
+const FILLED_MIN: f64 = 0.75;
+/// Most slopes.
+const COUNT_MAX: usize = 8;
 
 /// A plane patch in V: its plane, and the points on it that hang together.
 pub(super) struct Patch {
@@ -106,34 +39,26 @@ const TRIES: u64 = 4;
 /// The ground is removed first, and what stands steeper than a slope: a consensus search by itself
 /// settles on the ground or a wall. Of a plane's consensus set only what hangs together is a slope;
 /// where that does not qualify, its points are set aside and the search goes on.
-pub(super) fn slopes(
-    field: &Field,
-    ground: &Plane,
-    config: &SlopeConfig,
-    search: &ConsensusConfig,
-    errors: &RangeErrors,
-) -> Vec<Patch> {
+pub(super) fn slopes(field: &Field, ground: &Plane, config: &LidarConfig) -> Vec<Patch> {
     let inclination = |n: &Vector3<f64>| n.dot(&ground.normal).clamp(-1.0, 1.0).acos();
     let (low, high) = (config.inclination_min_rad, config.inclination_max_rad);
     let gate = |plane: &Plane| (low..=high).contains(&inclination(&plane.normal));
 
     // What is not ground, and of that what may lie on a slope by its own surroundings.
     let mut free: Vec<bool> = (0..field.len())
-        .map(|i| ground.distance(&field.point(i)).abs() > search.distance_m)
+        .map(|i| ground.distance(&field.point(i)).abs() > DISTANCE_M)
         .collect();
     let wanted = PatchSearch {
-        points_min: config.points_min,
-        count_max: config.count_max,
+        points_min: POINTS_MIN,
+        count_max: COUNT_MAX,
         tries: TRIES,
     };
     let near = |n: &Vector3<f64>| {
         let angle = inclination(n);
         angle >= low - LOCAL_RAD && angle <= high + LOCAL_RAD
     };
-    let is_slope = |patch: &Patch| gate(&patch.plane) && qualifies(field, patch, ground, config);
-    patches(
-        field, &mut free, &wanted, search, errors, near, gate, is_slope,
-    )
+    let is_slope = |patch: &Patch| gate(&patch.plane) && qualifies(field, patch, ground);
+    patches(field, &mut free, &wanted, config, near, gate, is_slope)
 }
 
 /// How many patches are wanted, and of what size.
@@ -153,8 +78,7 @@ pub(super) fn patches(
     field: &Field,
     free: &mut [bool],
     wanted: &PatchSearch,
-    search: &ConsensusConfig,
-    errors: &RangeErrors,
+    config: &LidarConfig,
     near: impl Fn(&Vector3<f64>) -> bool,
     gate: impl Fn(&Plane) -> bool,
     is_wanted: impl Fn(&Patch) -> bool,
@@ -176,15 +100,15 @@ pub(super) fn patches(
         let mut ordered = Ordered::default();
         left.iter()
             .for_each(|&i| ordered.push(field.points[i as usize], field.normal[i as usize]));
-        let Some((plane, count)) = consensus(&ordered, search, 100 + tries, &gate) else {
+        let Some((plane, count)) = consensus(&ordered, config, 100 + tries, &gate) else {
             break;
         };
         if count < wanted.points_min {
             break;
         }
-        let Some(patch) = grown(field, plane, &left, free, wanted, search, errors) else {
+        let Some(patch) = grown(field, plane, &left, free, wanted) else {
             // Too little of it hangs together: its points lead to nothing else either.
-            left.retain(|&i| plane.distance(&field.point(i as usize)).abs() > search.distance_m);
+            left.retain(|&i| plane.distance(&field.point(i as usize)).abs() > DISTANCE_M);
             continue;
         };
         let keep = is_wanted(&patch);
@@ -207,8 +131,6 @@ fn grown(
     seeds: &[u32],
     free: &[bool],
     wanted: &PatchSearch,
-    search: &ConsensusConfig,
-    errors: &RangeErrors,
 ) -> Option<Patch> {
     let mut plane = plane;
     let mut members = Vec::new();
@@ -217,18 +139,18 @@ fn grown(
         if pass == 0 {
             // Candidates only: the rest of the cloud meets the plane in lines.
             for &i in seeds {
-                on[i as usize] = on_plane(field, i as usize, &plane, search.distance_m);
+                on[i as usize] = on_plane(field, i as usize, &plane, DISTANCE_M);
             }
         } else {
             for (i, free) in free.iter().enumerate() {
-                on[i] = *free && on_plane(field, i, &plane, search.distance_m);
+                on[i] = *free && on_plane(field, i, &plane, DISTANCE_M);
             }
         }
         members = largest_part(field, &on);
         if members.len() < wanted.points_min {
             return None;
         }
-        plane = refined(field, plane, &members, search.distance_m, errors)?;
+        plane = refined(field, plane, &members, DISTANCE_M)?;
     }
     Some(Patch { plane, members })
 }
@@ -266,9 +188,9 @@ pub(super) fn largest_part(field: &Field, on: &[bool]) -> Vec<u32> {
 }
 
 /// Whether a patch is large, full and low enough for a slope.
-fn qualifies(field: &Field, patch: &Patch, ground: &Plane, config: &SlopeConfig) -> bool {
+fn qualifies(field: &Field, patch: &Patch, ground: &Plane) -> bool {
     let members = &patch.members;
-    if members.len() < config.points_min {
+    if members.len() < POINTS_MIN {
         return false;
     }
     // Seen by enough rings, and nothing but the slope between its edges on them.
@@ -283,7 +205,7 @@ fn qualifies(field: &Field, patch: &Patch, ground: &Plane, config: &SlopeConfig)
             }
         }
         let filled = members.len() as f64 / between as f64;
-        if rings < config.rings_min || filled < config.filled_min {
+        if rings < RINGS_MIN || filled < FILLED_MIN {
             return false;
         }
     }
@@ -295,13 +217,13 @@ fn qualifies(field: &Field, patch: &Patch, ground: &Plane, config: &SlopeConfig)
             .iter()
             .map(|&i| direction.dot(&field.point(i as usize)));
         let (low, high) = spread(values.collect());
-        high - low >= config.extent_min_m
+        high - low >= EXTENT_MIN_M
     });
     let heights = members
         .iter()
         .map(|&i| ground.distance(&field.point(i as usize)));
     let (low, high) = spread(heights.collect());
-    wide && low.abs().min(high.abs()) <= config.foot_max_m
+    wide && low.abs().min(high.abs()) <= FOOT_MAX_M
 }
 
 /// The values between which all but one in fifty lie on either side.

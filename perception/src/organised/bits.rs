@@ -120,11 +120,6 @@ impl Bits {
         self.row(v)[u / 64] >> (u % 64) & 1 == 1
     }
 
-    /// Puts a pixel in.
-    pub fn set(&mut self, u: usize, v: usize) {
-        self.row_mut(v)[u / 64] |= 1 << (u % 64);
-    }
-
     /// Takes a pixel out.
     pub fn clear(&mut self, u: usize, v: usize) {
         self.row_mut(v)[u / 64] &= !(1 << (u % 64));

@@ -1,14 +1,11 @@
 //! Where two regions are beside each other, or nearly so.
 
 use super::bits::Bits;
-use super::cuts;
 use super::image::Grid;
+use super::label_boundaries;
 use super::labels::NONE;
-use super::partition::Partition;
 use super::words::{Ones, pack};
-
-/// The pairs of neighbouring cells of two regions: of the first, of the second.
-pub(super) type Border = Vec<[u32; 2]>;
+use crate::segmentation::Border;
 
 /// Sums over the pairs of a border: all that the step of a plane's residuals across it needs.
 #[derive(Debug, Clone, Copy, Default)]
@@ -43,10 +40,10 @@ impl Sums {
 
 /// The common borders of all regions, by both (smaller index first): pairs of their cells that are at
 /// most three apart with no cell of another region between.
-pub(super) fn borders(grid: &Grid, partition: &Partition) -> Vec<((u16, u16), Border)> {
-    let (cols, rows, owner) = (grid.cols, grid.rows, &partition.owner);
+pub(super) fn borders(grid: &Grid, owner: &[u16], regions: usize) -> Vec<((u16, u16), Border)> {
+    let (cols, rows) = (grid.cols, grid.rows);
     // Of each region, those with the regions after it.
-    let mut found: Vec<Vec<(u16, Border)>> = vec![Vec::new(); partition.regions.len()];
+    let mut found: Vec<Vec<(u16, Border)>> = vec![Vec::new(); regions];
     let edges = Edges::new(owner, cols, rows);
     for (y, i) in (0..rows).flat_map(|y| (0..edges.none.len()).map(move |i| (y, i))) {
         let start = y * cols + 64 * i;
@@ -110,7 +107,7 @@ impl Edges {
         let one = 1.min(cols);
         Self {
             labelled: Bits::of(owner, cols, |o| o != NONE),
-            right: cuts::along(owner, cols, rows),
+            right: label_boundaries::along(owner, cols, rows),
             below: differs(0, 0),
             below_right: differs(0, one),
             below_left: differs(one, 0),
@@ -152,9 +149,8 @@ fn left(row: &[u64], i: usize, k: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::organised::growth::Region;
     use crate::organised::image::CELL_PX;
-    use crate::organised::moments::{InversePlane, Moments};
+    use crate::organised::moments::Moments;
 
     #[test]
     fn borders_are_the_pairs_within_three_cells() {
@@ -190,12 +186,7 @@ mod tests {
                 }
             }
         }
-        let none = Region {
-            moments: Moments::default(),
-            plane: InversePlane(nalgebra::Vector3::zeros()),
-        };
-        let regions = vec![none; 3];
-        let mut got = borders(&grid, &Partition { regions, owner });
+        let mut got = borders(&grid, &owner, 3);
         got.iter_mut()
             .for_each(|(_, border)| border.sort_unstable());
         got.sort_unstable();

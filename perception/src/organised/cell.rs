@@ -1,7 +1,7 @@
 //! What growth asks of one cell: how well a plane fits it.
 
-use super::growth::GrowthConfig;
 use super::moments::{InversePlane, Moments};
+use crate::segmentation::MISFIT;
 use crate::sensor::Noise;
 
 /// One cell's noise, for the tests of growth and merging.
@@ -22,11 +22,29 @@ impl CellNoise {
         }
     }
 
+    /// Largest mean square of a planar cell about its own plane, 1/m².
+    pub fn planar(&self) -> f64 {
+        self.square(PLANAR_SIGMAS, 0.3)
+    }
+
+    /// Largest mean square of a seed about its plane, 1/m².
+    fn seed(&self) -> f64 {
+        self.square(PLANAR_SIGMAS, 0.5 * MISFIT.1)
+    }
+
+    /// Largest mean square of a cell about its region's plane beyond that about its own, 1/m².
+    pub fn misfit(&self) -> f64 {
+        self.square(MISFIT.0, MISFIT.1)
+    }
+
     /// (k σ)² + (m κ w)².
     pub fn square(&self, sigmas: f64, systematics: f64) -> f64 {
         (sigmas * self.sigma).powi(2) + (systematics * self.systematic).powi(2)
     }
 }
+
+/// A cell is planar while the root mean square about its own plane is below this many σ.
+const PLANAR_SIGMAS: f64 = 1.8;
 
 /// A cell about its own least-squares plane.
 ///
@@ -57,10 +75,10 @@ pub(super) struct Cell {
 
 impl Cell {
     /// Of moments; `None` where they are not planar.
-    pub fn new(m: &Moments, noise: &Noise, config: &GrowthConfig) -> Option<Self> {
+    pub fn new(m: &Moments, noise: &Noise) -> Option<Self> {
         let fit = m.fit()?;
         let noise = CellNoise::at(noise, fit.w);
-        (fit.square() <= config.planar(&noise)).then_some(Self {
+        (fit.square() <= noise.planar()).then_some(Self {
             u: fit.u as f32,
             v: fit.v as f32,
             w: fit.w as f32,
@@ -69,8 +87,8 @@ impl Cell {
             uu: fit.uu as f32,
             uv: fit.uv as f32,
             vv: fit.vv as f32,
-            misfit_max: config.misfit(&noise) as f32,
-            seed_max: config.seed(&noise) as f32,
+            misfit_max: noise.misfit() as f32,
+            seed_max: noise.seed() as f32,
         })
     }
 
@@ -101,7 +119,6 @@ mod tests {
     #[test]
     fn a_cell_fits_a_plane_as_its_moments_say() {
         let noise = Sensor::named("xtion").unwrap().noise;
-        let config = GrowthConfig::default();
         let mut m = Moments::default();
         // A cell of 4 × 4 without a corner, far from the centre, not quite flat.
         for (j, k) in (0..16).map(|i| (i % 4, i / 4)).filter(|p| *p != (0, 0)) {
@@ -109,9 +126,9 @@ mod tests {
             let (u, v) = (f64::from(j - 300), f64::from(k + 201));
             m.push(u, v, 0.7 + 2e-4 * u - 1e-4 * v + rough);
         }
-        let cell = Cell::new(&m, &noise, &config).unwrap();
+        let cell = Cell::new(&m, &noise).unwrap();
         let own = m.mean_square(&m.plane().unwrap());
-        let limit = config.misfit(&CellNoise::at(&noise, m.mean()));
+        let limit = CellNoise::at(&noise, m.mean()).misfit();
         let (mut fits, mut not) = (0, 0);
         for i in 0..400 {
             let (i, j) = (f64::from(i % 20 - 10), f64::from(i / 20 - 10));

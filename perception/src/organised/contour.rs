@@ -4,7 +4,7 @@ mod chain;
 
 use nalgebra::Point2;
 
-use super::boundary::traces;
+use super::boundary_trace::traces;
 use super::face::Face;
 use chain::{Chain, Chord, Limits};
 

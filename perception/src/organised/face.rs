@@ -1,7 +1,7 @@
 //! Connected parts of the eroded labels: the visible faces, run by run.
 
 use super::bits::Bits;
-use super::cuts::Cuts;
+use super::label_boundaries::LabelBoundaries;
 
 /// Pixels of one face, connected by their sides.
 pub(super) struct Face {
@@ -15,7 +15,7 @@ pub(super) struct Face {
 /// of the labels.
 ///
 /// Runs of adjacent rows that overlap in a column are joined (union–find).
-pub(super) fn faces(labels: &[u16], sure: &Bits, cuts: &Cuts) -> Vec<Face> {
+pub(super) fn faces(labels: &[u16], sure: &Bits, cuts: &LabelBoundaries) -> Vec<Face> {
     let mut runs: Vec<(u32, u32, u32, u16)> = Vec::with_capacity(8 * sure.height);
     cuts.for_runs(sure, |v, a, b| {
         let label = labels[v * sure.width + a];
@@ -77,7 +77,7 @@ pub(super) mod tests {
     pub fn of_labels(labels: &[u16], width: usize) -> Vec<Face> {
         let height = labels.len() / width;
         let sure = Bits::of(labels, width, |label| label != NONE);
-        faces(labels, &sure, &Cuts::new(labels, width, height))
+        faces(labels, &sure, &LabelBoundaries::new(labels, width, height))
     }
 
     #[test]

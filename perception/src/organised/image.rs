@@ -135,8 +135,8 @@ impl Grid {
 pub(super) mod tests {
     use super::*;
 
-    /// The small cells of a small image of these depths, m.
-    pub fn grid_of(z: impl Fn(usize, usize) -> f64) -> Grid {
+    /// The small and the large cells of a small image of these depths, m.
+    pub fn grids_of(z: impl Fn(usize, usize) -> f64) -> (Grid, Grid) {
         let (width, height) = (160, 120);
         let pixels = (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
         let depth = DepthImage {
@@ -151,6 +151,6 @@ pub(super) mod tests {
             },
         };
         let (image, ..) = InverseImage::new(&depth, 10.0, Vec::new());
-        Grid::both(&image, Default::default()).0
+        Grid::both(&image, Default::default())
     }
 }

@@ -2,12 +2,13 @@
 
 use super::bits::Bits;
 use super::cell::CellNoise;
-use super::growth::Region;
 use super::image::{Grid, InverseImage};
-use super::near::Near;
-use super::painter::Painter;
+use super::labelling::Labelling;
+use super::moments::Region;
+use super::neighbourhood::Near;
 use super::words::{Ones, places, runs};
 use crate::extraction::Segmentation;
+use crate::segmentation::ON_PLANE;
 use crate::sensor::Noise;
 
 /// The label of a pixel that belongs to no plane.
@@ -15,15 +16,12 @@ pub(super) const NONE: u16 = Segmentation::NONE;
 
 /// How far from the cells that were grown a plane may claim pixels, in cells.
 const RINGS: usize = 3;
-/// A pixel belongs to a plane within √((3σ)² + (2κw)²) of it.
-const SIGMAS: f64 = 3.0;
-const SYSTEMATICS: f64 = 2.0;
 
 /// The square of that distance 1/m², for the pixels of a cell of mean inverse depth `w`, 1/m; nothing
 /// is nearer than that of a cell without a pixel.
 #[inline]
 pub(super) fn limit(w: f64, noise: &Noise) -> f64 {
-    CellNoise::at(noise, w).square(SIGMAS, SYSTEMATICS)
+    CellNoise::at(noise, w).square(ON_PLANE.0, ON_PLANE.1)
 }
 
 /// Index of the region that has most of each small cell, or [`NONE`].
@@ -45,7 +43,7 @@ pub(super) fn label(
     // The cells that had a region, those that no plane was tried in, and those that have a region
     // since the last ring.
     let labelled = Bits::of(&cells, cols, |label| label != NONE);
-    let mut painter = Painter::new(image, grid, regions, noise);
+    let mut painter = Labelling::new(image, grid, regions, noise);
     let mut untried = Bits::empty(cols, rows).not();
     let mut fresh = cells.clone();
     let (mut alone, mut its, mut candidates) = (Vec::new(), Vec::new(), Vec::new());
@@ -57,7 +55,7 @@ pub(super) fn label(
         untried = untried.without(&one);
         // Cells that had none have what most of their pixels have.
         fresh.fill(NONE);
-        let mut settle = |painter: &Painter, x: usize, y: usize, candidates: &[u16]| {
+        let mut settle = |painter: &Labelling, x: usize, y: usize, candidates: &[u16]| {
             let cell = y * cols + x;
             cells[cell] = painter.most(x, y, candidates);
             fresh[cell] = cells[cell];

@@ -1,69 +1,23 @@
 //! The labelled pixels that surely lie on their face: small gaps closed, edges taken off.
 
-use serde::{Deserialize, Serialize};
-
 use super::bits::Bits;
 use super::cell::CellNoise;
-use super::cuts::Cuts;
-use super::growth::Region;
 use super::image::InverseImage;
+use super::label_boundaries::LabelBoundaries;
 use super::labels::NONE;
+use super::moments::Region;
 use super::words::between;
-use crate::Error;
-use crate::error::within;
 use crate::sensor::Noise;
 
-/// How the labels become faces.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MaskConfig {
-    /// Longest run of unmeasured pixels between two of one face that is closed, px.
-    pub gap_px: usize,
-    /// How far edges are taken back where a face ends at unmeasured pixels (an edge in the air:
-    /// the drop-outs have taken some of it), px.
-    pub edge_unseen_px: usize,
-    /// How far edges are taken back where a face meets another surface, px; by one at least.
-    pub edge_seen_px: usize,
-    /// Pixels within two cells of another face are left out where the two planes agree to this
-    /// many κ z: the border between two planes at a small angle is anywhere.
-    pub doubt_systematics: f64,
-    /// Parts narrower than twice this and one pixel are taken off, px.
-    pub neck_px: usize,
-}
-
-impl Default for MaskConfig {
-    fn default() -> Self {
-        Self {
-            gap_px: 4,
-            edge_unseen_px: 1,
-            edge_seen_px: 2,
-            doubt_systematics: 1.5,
-            neck_px: 2,
-        }
-    }
-}
-
-impl MaskConfig {
-    pub(super) fn check(&self) -> Result<(), Error> {
-        within(
-            "doubt_systematics",
-            self.doubt_systematics,
-            0.0,
-            100.0,
-            "must be in [0, 100]",
-        )?;
-        for (key, value) in [
-            ("gap_px", self.gap_px),
-            ("edge_unseen_px", self.edge_unseen_px),
-            ("neck_px", self.neck_px),
-        ] {
-            within(key, value as f64, 0.0, 64.0, "must be in [0, 64] px")?;
-        }
-        // Two faces must be apart to be told apart.
-        let seen_px = self.edge_seen_px as f64;
-        within("edge_seen_px", seen_px, 1.0, 64.0, "must be in [1, 64] px")
-    }
-}
+/// Longest run of unmeasured pixels between two of one face that is closed, px.
+const GAP_PX: usize = 4;
+/// How far edges are taken back where a face ends at unmeasured pixels (an edge in the air:
+/// the drop-outs have taken some of it), px.
+const EDGE_UNSEEN_PX: usize = 1;
+/// How far edges are taken back where a face meets another surface, px; by one at least.
+pub(super) const EDGE_SEEN_PX: usize = 2;
+/// Parts narrower than twice this and one pixel are taken off, px.
+const NECK_PX: usize = 2;
 
 /// The square of the distance from a plane beyond which a pixel of inverse depth `w` surely is not on it,
 /// 1/m²: (5σ)² + (3κw)².
@@ -81,14 +35,13 @@ pub(super) fn close(
     regions: &[Region],
     labels: &mut [u16],
     noise: &Noise,
-    gap_px: usize,
 ) -> (Bits, Bits) {
     let width = image.width;
     let mut none = Bits::of(labels, width, |label| label == NONE);
     // Along the rows, then down the columns. A gap ends at pixels with a label: to close it changes no
     // other one.
     for (down, step) in [(false, 1), (true, width)] {
-        starts(&none, gap_px, down).for_each(|u, v| {
+        starts(&none, GAP_PX, down).for_each(|u, v| {
             let first = v * width + u;
             let label = labels[first - step];
             // A shorter gap ends before the image does. All are looked at: where to stop could not be
@@ -98,7 +51,7 @@ pub(super) fn close(
                 let all = all & (labels[(first + k * step).min(last)] == NONE);
                 (gap + usize::from(all), all)
             };
-            let (gap, _) = (1..gap_px).fold((1, true), open);
+            let (gap, _) = (1..GAP_PX).fold((1, true), open);
             if labels[first + gap * step] != label {
                 return;
             }
@@ -164,29 +117,23 @@ fn starts(none: &Bits, most: usize, down: bool) -> Bits {
 
 /// The pixels that surely lie on their face.
 ///
-/// Every face loses its outermost `unseen_px` pixels where it ends at unmeasured ones, and
-/// `seen_px` where another surface is beside it (in the maximum norm). Nothing is taken off at the
+/// Every face loses its outermost [`EDGE_UNSEEN_PX`] pixels where it ends at unmeasured ones, and
+/// [`EDGE_SEEN_PX`] where another surface is beside it (in the maximum norm). Nothing is taken off at the
 /// border of the image, where only the view ends. `none` are the pixels without a label, of which
 /// some are `unmeasured`.
-pub(super) fn erode(
-    none: &Bits,
-    unmeasured: &Bits,
-    cuts: &Cuts,
-    unseen_px: usize,
-    seen_px: usize,
-) -> Bits {
-    let seen = cuts.near(seen_px, Some(unmeasured));
-    let unseen = cuts.near(unseen_px, None);
+pub(super) fn erode(none: &Bits, unmeasured: &Bits, cuts: &LabelBoundaries) -> Bits {
+    let seen = cuts.near(EDGE_SEEN_PX, Some(unmeasured));
+    let unseen = cuts.near(EDGE_UNSEEN_PX, None);
     Bits::around([&seen, &unseen, none], |[seen, unseen, none]| {
         !(seen[1][1] | unseen[1][1] | none[1][1])
     })
 }
 
-/// The pixels of the parts that are wider than 2 `neck_px`: eroded, and grown back within what was
+/// The pixels of the parts that are wider than 2 [`NECK_PX`]: eroded, and grown back within what was
 /// there. Of the sure pixels those beside each other must be of one face, as they are after [`erode`].
-pub(super) fn open(sure: Bits, neck_px: usize) -> Bits {
+pub(super) fn open(sure: Bits) -> Bits {
     // What is near the core of a face, far from all that is not sure, is all of that face.
-    sure.eroded(neck_px).dilated(neck_px)
+    sure.eroded(NECK_PX).dilated(NECK_PX)
 }
 
 #[cfg(test)]
@@ -238,10 +185,10 @@ mod tests {
                 _ => NONE,
             })
             .collect();
-        let cuts = Cuts::new(&labels, row.len(), 3);
+        let cuts = LabelBoundaries::new(&labels, row.len(), 3);
         let none = Bits::of(&labels, row.len(), |label| label == NONE);
         let unmeasured = Bits::of(picture.as_bytes(), row.len(), |b| b == b'.');
-        let eroded = kept(&erode(&none, &unmeasured, &cuts, 1, 2), &labels);
+        let eroded = kept(&erode(&none, &unmeasured, &cuts), &labels);
         let expected = "aaa....bbb....".repeat(3);
         for (i, (&label, want)) in eroded.iter().zip(expected.bytes()).enumerate() {
             let got = match label {
@@ -267,7 +214,7 @@ mod tests {
             .flat_map(|row| row.bytes().map(|b| if b == b'#' { 3 } else { NONE }))
             .collect();
         let sure = Bits::of(&labels, 11, |label| label != NONE);
-        let opened = kept(&open(sure, 1), &labels);
+        let opened = kept(&open(sure), &labels);
         for (i, (&before, &after)) in labels.iter().zip(&opened).enumerate() {
             let expected = if i % 11 < 7 { before } else { NONE };
             assert_eq!(after, expected, "pixel {i}");

@@ -4,105 +4,64 @@
 //! noise is nearly constant for sensors that triangulate. So sums over cells of pixels add up to
 //! a near maximum-likelihood plane of any union of cells: no normals, no eigenvalues, no search.
 
-mod beyond;
+mod ambiguous_borders;
 mod bits;
 mod borders;
-mod boundary;
+mod boundary_trace;
 mod cell;
 mod chart;
-mod claimed;
 mod contour;
 mod cover;
-mod cuts;
-mod doubt;
 mod edges;
-mod exchange;
 mod face;
-mod feet;
-mod growth;
-mod hidden;
 mod image;
+mod label_boundaries;
+mod labelling;
 mod labels;
+mod lattice;
 mod mask;
-mod merge;
 mod moments;
-mod narrow;
-mod near;
+mod neighbourhood;
+mod object_bases;
 mod outline;
-mod painter;
-mod partition;
 mod parts;
 mod pixels;
 mod plane;
 mod seed;
+mod unseen_extension;
 mod words;
 
 use std::cell::Cell;
 
 use nalgebra::Isometry3;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use surfaces::{Source, Surface};
 
-pub use beyond::BeyondConfig;
-pub use cover::CoverConfig;
-pub use growth::GrowthConfig;
-pub use mask::MaskConfig;
-pub use merge::MergeConfig;
-pub use outline::OutlineConfig;
-
-use crate::Error;
+use crate::config::Config;
 use crate::extraction::{Extraction, Segmentation, Statistics};
-use crate::inset::{self, InsetConfig};
+use crate::inset;
 use crate::scan::DepthImage;
+use crate::segmentation::{self, Partition};
 use crate::sensor::Noise;
-use cuts::Cuts;
 use face::Face;
-use feet::Feet;
-use growth::Growth;
 use image::{Grid, InverseImage};
+use label_boundaries::LabelBoundaries;
+use lattice::ImageLattice;
 use moments::Moments;
+use object_bases::ObjectBases;
 use outline::Piece;
-use partition::Partition;
-use seed::Shape;
-
-/// Parameters of the organised path, a table a step.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct OrganisedConfig {
-    /// Growth of planar regions over cells.
-    pub growth: GrowthConfig,
-    /// Merging of neighbouring regions.
-    pub merge: MergeConfig,
-    /// From labelled pixels to faces.
-    pub mask: MaskConfig,
-    /// From faces to outlines and convex polygons.
-    pub outline: OutlineConfig,
-    /// Where faces may go on beyond the image.
-    pub beyond: BeyondConfig,
-}
-
-impl OrganisedConfig {
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        self.growth.check()?;
-        self.merge.check()?;
-        self.mask.check()?;
-        self.outline.check()?;
-        self.beyond.check()
-    }
-}
 
 /// What the last image of a thread took: to be given megabytes anew takes longer than to fill them.
 #[derive(Default)]
-struct Room {
+struct ScratchBuffers {
     inverse: Vec<f32>,
     small: Vec<Moments>,
     large: Vec<Moments>,
 }
 
 thread_local! {
-    static ROOM: Cell<Room> = const {
-        Cell::new(Room {
+    static SCRATCH: Cell<ScratchBuffers> = const {
+        Cell::new(ScratchBuffers {
             inverse: Vec::new(),
             small: Vec::new(),
             large: Vec::new(),
@@ -116,52 +75,27 @@ pub(crate) fn extract(
     depth: &DepthImage,
     noise: &Noise,
     X_WV: &Isometry3<f64>,
-    range_max_m: f64,
-    config: &OrganisedConfig,
-    inset: &InsetConfig,
+    config: &Config,
 ) -> Extraction {
     // 1. Inverse depth, and one pass to the moments of its small and large cells.
-    let room = ROOM.take();
-    let (image, valid, used) = InverseImage::new(depth, range_max_m, room.inverse);
+    let room = SCRATCH.take();
+    let (image, valid, used) = InverseImage::new(depth, config.range_max_m, room.inverse);
     let (small, large) = Grid::both(&image, [room.small, room.large]);
 
-    // 2. Regions over large cells, merged where one plane explains two neighbours.
-    let least = config.growth.pixels_min;
-    let grown =
-        Growth::new(&large, |_| true, noise, &config.growth).regions(&[Shape::BLOCK], least);
-    let mut partition = Partition::new(&small);
-    let grown = grown.into_iter();
-    grown.for_each(|grown| partition.add_large(grown, &large, &small));
-    merge::merge(&small, &mut partition, noise, &config.merge);
+    // 2. Regions over large cells, then over small ones.
+    let lattice = |grid| ImageLattice { grid, noise };
+    let Partition { regions, owner } = segmentation::segment(&[&lattice(&large), &lattice(&small)]);
 
-    // 3. A second pass over the small cells that are left, then narrow faces; merge again, move the
-    // borders between regions to where the planes are, and drop what the planes around it explain.
-    let free = |i: usize| partition.owner[i] == labels::NONE;
-    let mut growth = Growth::new(&small, free, noise, &config.growth);
-    let grown = growth.regions(&[Shape::BLOCK], least).into_iter();
-    grown.for_each(|grown| partition.add(grown));
-    let grown = narrow::found(&mut growth, &partition, noise).into_iter();
-    grown.for_each(|grown| partition.add(grown));
-    merge::merge(&small, &mut partition, noise, &config.merge);
-    exchange::exchange(&small, &mut partition, noise, &config.growth);
-    claimed::drop_claimed(&small, &mut partition, noise, &config.growth);
-
-    // 4. One plane for what goes on behind something nearer.
-    hidden::merge(&small, &mut partition, noise, &config.merge);
-
-    // 5. Every pixel to the nearest of the planes around it; gaps closed.
-    let Partition { regions, owner } = partition;
+    // 3. Every pixel to the nearest of the planes around it; gaps closed.
     let (mut labels, cells) = labels::label(&image, &small, &regions, owner, noise);
-    let mask = &config.mask;
-    let (none, unmeasured) = mask::close(&image, &regions, &mut labels, noise, mask.gap_px);
+    let (none, unmeasured) = mask::close(&image, &regions, &mut labels, noise);
 
-    // 6. The pixels that surely lie on their face: edges taken off, the feet of what stands there,
+    // 4. The pixels that surely lie on their face: edges taken off, the feet of what stands there,
     // doubtful borders, necks.
-    let cuts = Cuts::new(&labels, image.width, image.height);
+    let cuts = LabelBoundaries::new(&labels, image.width, image.height);
     let assigned = labels.len() - none.count();
-    let (unseen, seen) = (mask.edge_unseen_px, mask.edge_seen_px);
-    let mut sure = mask::erode(&none, &unmeasured, &cuts, unseen, seen);
-    let feet = Feet {
+    let mut sure = mask::erode(&none, &unmeasured, &cuts);
+    let feet = ObjectBases {
         image: &image,
         regions: &regions,
         labels: &labels,
@@ -169,30 +103,31 @@ pub(crate) fn extract(
         none: &none,
         unmeasured: &unmeasured,
     };
-    feet.drop(seen, noise, &mut sure);
-    let doubt = mask.doubt_systematics;
-    doubt::drop_doubtful(&image, &regions, &cells, &labels, &mut sure, doubt, noise);
-    let sure = mask::open(sure, mask.neck_px);
+    feet.drop(mask::EDGE_SEEN_PX, noise, &mut sure);
+    ambiguous_borders::drop_ambiguous(&image, &regions, &cells, &labels, &mut sure, noise);
+    let sure = mask::open(sure);
 
-    // 7. The final planes, fitted to the pixels that surely lie on their face.
+    // 5. The final planes, fitted to the pixels that surely lie on their face.
     let grids = (&small, &large);
     let planes = plane::fit(&image, grids, &labels, &sure, &cuts, &regions, noise);
 
-    // 8. Each connected face of a plane, covered by convex polygons.
+    // 6. Each connected face of a plane, covered by convex polygons.
     let around = edges::Seen::new(depth, &image, &labels, &planes, noise);
     let pieces = |face: &Face| {
         let plane = planes.get(usize::from(face.label)).and_then(Option::as_ref);
-        plane.map_or_else(Vec::new, |plane| {
-            let config = &config.outline;
+        plane.map_or_else(Default::default, |plane| {
             outline::pieces(&image, face, &around, plane, noise, X_WV, config)
         })
     };
     // Each on its own, so on as many threads as there are.
     let connected = face::faces(&labels, &sure, &cuts);
-    let of_faces = connected.par_iter().map(pieces);
-    let mut found: Vec<Piece> = of_faces.flatten_iter().collect();
+    let found: Vec<(Vec<Piece>, Option<surfaces::Face>)> =
+        connected.par_iter().map(pieces).collect();
+    let (found, faces): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    let mut found: Vec<Piece> = found.into_iter().flatten().collect();
+    let faces = crate::face::named(faces.into_iter().flatten().collect());
 
-    // 9. Frames to the world, last; ids by falling area.
+    // 7. Frames to the world, last; ids by falling area.
     found.sort_by(|a, b| b.polygon.area().total_cmp(&a.polygon.area()));
     let plane_of_surface: Vec<u16> = found.iter().map(|p| p.label).collect();
     let mut surfaces = Vec::with_capacity(found.len());
@@ -213,12 +148,14 @@ pub(crate) fn extract(
         };
         surface.set_outline_edges(piece.edges.kinds.clone());
         let pixel_rad = 1.0 / image.intrinsics.fx;
-        let view = inset.of_image(X_WV, pixel_rad, &piece.edges.inside_rad);
+        let view = config
+            .inset
+            .of_image(X_WV, pixel_rad, &piece.edges.inside_rad);
         inset::apply(&mut surface, &view);
         surfaces.push(surface);
     }
-    // 10. What the image's border cuts may go on beyond it.
-    let obstacles = beyond::bodies(&surfaces, &config.beyond);
+    // 8. What the image's border cuts may go on beyond it.
+    let obstacles = unseen_extension::bodies(&faces, config.unseen_extension_m);
     let statistics = Statistics {
         points: depth.z_m.len(),
         valid,
@@ -237,13 +174,14 @@ pub(crate) fn extract(
             .map(|p| p.map(|p| (-p.normal, p.distance)))
             .collect(),
     };
-    ROOM.set(Room {
+    SCRATCH.set(ScratchBuffers {
         inverse: image.w,
         small: small.cells,
         large: large.cells,
     });
     Extraction {
         surfaces,
+        faces,
         obstacles,
         statistics,
         segmentation: Some(segmentation),

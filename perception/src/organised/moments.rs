@@ -5,6 +5,8 @@ use std::ops::{Add, Div, Mul, Sub};
 use nalgebra::Vector3;
 use wide::f64x2;
 
+use crate::segmentation;
+
 /// A plane seen through a pinhole: inverse depth linear in the pixel.
 ///
 ///   1/z = a u + b v + c
@@ -19,6 +21,9 @@ impl InversePlane {
         self.0.x * u + self.0.y * v + self.0.z
     }
 }
+
+/// A region of the image.
+pub(super) type Region = segmentation::Region<Moments>;
 
 /// Sums over pixels of the products of u, v, 1 and w = 1/z that a least-squares plane needs.
 ///

@@ -2,52 +2,28 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Point2, Rotation2, Rotation3, Translation3, UnitQuaternion, Vector3};
-use serde::{Deserialize, Serialize};
-use surfaces::ConvexPolygon;
+use nalgebra::{
+    Isometry3, Point2, Point3, Rotation2, Rotation3, Translation3, UnitQuaternion, Vector3,
+};
+use surfaces::{ConvexPolygon, Edge, EdgeView, Fit};
 
 use super::chart::Chart;
 use super::contour;
-use super::cover::{CoverConfig, cover};
+use super::cover::cover;
 use super::edges::{Edges, Seen};
 use super::face::Face;
 use super::image::InverseImage;
 use super::plane::{Plane, Spread};
-use crate::Error;
-use crate::error::within;
+use crate::config::Config;
+use crate::face::Known;
+use crate::inset::EDGE_SIGMA_PX;
 use crate::scan::tangent_frame;
 use crate::sensor::Noise;
 
-/// From faces to outlines and convex polygons.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct OutlineConfig {
-    /// Notches of an outline no deeper than this are noise of the edge and filled, px.
-    pub notch_px: f64,
-    /// Bulges no higher than this are cut off, px, and than 3 % of the face's mean width.
-    pub bulge_px: f64,
-    /// The cover of a face by convex pieces.
-    pub cover: CoverConfig,
-}
-
-impl Default for OutlineConfig {
-    fn default() -> Self {
-        Self {
-            notch_px: 1.5,
-            bulge_px: 2.0,
-            cover: CoverConfig::default(),
-        }
-    }
-}
-
-impl OutlineConfig {
-    pub(super) fn check(&self) -> Result<(), Error> {
-        for (key, value) in [("notch_px", self.notch_px), ("bulge_px", self.bulge_px)] {
-            within(key, value, 0.0, 64.0, "must be in [0, 64] px")?;
-        }
-        self.cover.check()
-    }
-}
+/// Notches of an outline no deeper than this are noise of the edge and filled, px.
+const NOTCH_PX: f64 = 1.5;
+/// Bulges no higher than this are cut off, px, and than 3 % of the face's mean width.
+const BULGE_PX: f64 = 2.0;
 
 /// An edge of the outline may reach this far into a piece, in mean pixels.
 const SLACK_PX: f64 = 0.3;
@@ -82,8 +58,8 @@ pub(super) fn pieces(
     plane: &Plane,
     noise: &Noise,
     X_WV: &Isometry3<f64>,
-    config: &OutlineConfig,
-) -> Vec<Piece> {
+    config: &Config,
+) -> (Vec<Piece>, Option<surfaces::Face>) {
     let area: f64 = face
         .runs
         .iter()
@@ -92,27 +68,27 @@ pub(super) fn pieces(
             f64::from(b - a) * plane.pixel_area(image, middle, f64::from(v))
         })
         .sum();
-    if area < config.cover.area_min_m2 {
-        return Vec::new();
+    if area < config.area_min_m2 {
+        return (Vec::new(), None);
     }
     // Coordinates of the plane that depend on the sensor only, so that its pose moves the pieces
     // and does not change them.
     let chart = Chart::new(image, plane);
 
     // The outline on the plane, covered by convex pieces.
-    let on_pixels = contour::rings(face, config.notch_px, config.bulge_px);
+    let on_pixels = contour::rings(face, NOTCH_PX, BULGE_PX);
     let mut rings = Vec::with_capacity(on_pixels.len());
     for ring in &on_pixels {
         let mut on_plane = Vec::with_capacity(ring.len());
         on_plane.extend(ring.iter().map_while(|p| Some(chart.at(p.x, p.y)?.0)));
         if on_plane.len() < ring.len() {
-            return Vec::new();
+            return (Vec::new(), None);
         }
         rings.push(on_plane);
     }
     let pixels: f64 = face.runs.iter().map(|(_, a, b)| f64::from(b - a)).sum();
     let slack_m = SLACK_PX * (area / pixels).sqrt();
-    let covering = cover(&rings, slack_m, &config.cover);
+    let covering = cover(&rings, slack_m, config);
 
     // Tangents as the world has them; each piece with its origin at its centroid.
     let R_VW = X_WV.rotation.inverse();
@@ -120,12 +96,11 @@ pub(super) fn pieces(
     let R_VS = Rotation3::from_matrix_unchecked(tangent_frame(&-plane.normal, &forward, &up));
     let R_SP = R_VS.inverse() * chart.R_VP;
     let turn = Rotation2::from_matrix_unchecked(R_SP.matrix().fixed_view::<2, 2>(0, 0).into());
-    let mut edges = None;
-    let mut spread = None;
+    let edges = Arc::new(Edges::new(around, face.label, &on_pixels));
+    let spread = Spread::new(face, pixels, plane, &chart, noise);
     let mut pieces = Vec::new();
     for piece in covering {
         let c = piece.centroid().coords;
-        let spread = spread.get_or_insert_with(|| Spread::new(face, pixels, plane, &chart, noise));
         let corners: Vec<_> = piece.0.iter().map(|v| turn * (v - c)).collect();
         let Ok(polygon) = ConvexPolygon::hull(&corners) else {
             continue;
@@ -144,12 +119,37 @@ pub(super) fn pieces(
             label: face.label,
             X_VS,
             outline: rings.iter().map(ring).collect(),
-            edges: edges
-                .get_or_insert_with(|| Arc::new(Edges::new(around, face.label, &on_pixels)))
-                .clone(),
+            edges: edges.clone(),
             covariance: spread.covariance(&Point2::from(c), &turn, noise),
             polygon,
         });
     }
-    pieces
+    // The face as a whole, its tangents those of the world.
+    let X_VP = Isometry3::from_parts(
+        Translation3::from(chart.foot.coords),
+        UnitQuaternion::from_rotation_matrix(&R_VS),
+    );
+    let turned = |ring: &Vec<Point2<f64>>| ring.iter().map(|p| turn * p).collect();
+    let turned: Vec<Vec<Point2<f64>>> = rings.iter().map(turned).collect();
+    let edge = |ring: usize, i: usize| Edge {
+        kind: edges.kinds[ring][i],
+        inside_rad: edges.inside_rad[ring][i],
+        view: Some(0),
+        ..Edge::default()
+    };
+    let known = Known {
+        fit: Fit {
+            points: plane.inliers,
+            rms_m: plane.rms_m,
+        },
+        view: EdgeView {
+            eye_W: Point3::from(X_WV.translation.vector),
+            sigma_rad: EDGE_SIGMA_PX / image.intrinsics.fx,
+            plane_covariance: None,
+        },
+    };
+    let whole = crate::face::face(&turned, edge, &(X_WV * X_VP), known, |origin| {
+        spread.covariance(&(turn.inverse() * origin), &turn, noise)
+    });
+    (pieces, whole)
 }

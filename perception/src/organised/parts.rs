@@ -1,8 +1,8 @@
 //! The sure pixels of each label as few sets of which the moments are known.
 
 use super::bits::Bits;
-use super::cuts::Cuts;
 use super::image::{CELL_PX, Grid, InverseImage};
+use super::label_boundaries::LabelBoundaries;
 use super::labels::NONE;
 use super::moments::Moments;
 use super::pixels::holed;
@@ -18,7 +18,7 @@ pub(super) fn for_parts(
     (small, large): (&Grid, &Grid),
     labels: &[u16],
     sure: &Bits,
-    cuts: &Cuts,
+    cuts: &LabelBoundaries,
     mut with: impl FnMut(u16, &Moments),
 ) {
     const LARGE_PX: usize = 2 * CELL_PX;

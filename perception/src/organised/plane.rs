@@ -6,10 +6,10 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Rotation2, RowVector3, Vecto
 use super::bits::Bits;
 use super::cell::CellNoise;
 use super::chart::Chart;
-use super::cuts::Cuts;
 use super::face::Face;
-use super::growth::Region;
 use super::image::{Grid, InverseImage};
+use super::label_boundaries::LabelBoundaries;
+use super::moments::Region;
 use super::moments::{InversePlane, Moments};
 use super::parts;
 use crate::sensor::Noise;
@@ -57,7 +57,7 @@ pub(super) fn fit(
     (small, large): (&Grid, &Grid),
     labels: &[u16],
     sure: &Bits,
-    cuts: &Cuts,
+    cuts: &LabelBoundaries,
     regions: &[Region],
     noise: &Noise,
 ) -> Vec<Option<Plane>> {

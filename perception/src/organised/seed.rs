@@ -4,6 +4,7 @@ use super::bits::Bits;
 use super::image::Grid;
 use super::moments::squares;
 use super::words::runs;
+use crate::segmentation::{Seed, seed_of};
 
 /// The cells that a region begins with: so many columns and rows of them.
 #[derive(Debug, Clone, Copy)]
@@ -12,12 +13,14 @@ pub(super) struct Shape {
     pub rows: usize,
 }
 
-impl Shape {
-    /// In what every face but a narrow one holds.
-    pub const BLOCK: Self = Self { cols: 3, rows: 3 };
+/// In what every face but a thin one holds.
+pub(super) const BLOCK: Shape = Shape { cols: 3, rows: 3 };
+/// What thin faces are grown from: the fronts of boards, legs.
+pub(super) const STRIPS: [Shape; 2] = [Shape { cols: 6, rows: 1 }, Shape { cols: 1, rows: 6 }];
 
+impl Shape {
     /// Its cells, row by row, from the first one on.
-    pub fn cells(self, first: usize, grid: &Grid) -> impl Iterator<Item = usize> + Clone {
+    fn cells(self, first: usize, grid: &Grid) -> impl Iterator<Item = usize> + Clone {
         let starts = (0..self.rows).map(move |k| first + k * grid.cols);
         starts.flat_map(move |start| start..start + self.cols)
     }
@@ -76,34 +79,29 @@ impl Shape {
     }
 }
 
-/// Cells that a region may begin with; the flattest are the least.
-///
-/// In its upper half the score, of which the bits are in the order of the numbers, as it is not
-/// negative; in the lower one the first cell times the number of shapes, plus which of them it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Seed(u64);
-
-impl Seed {
-    /// Its cells; the shapes must be those given to [`seeds`].
-    pub fn cells(self, shapes: &[Shape], grid: &Grid) -> impl Iterator<Item = usize> + Clone {
-        let (place, count) = (self.0 as u32, shapes.len() as u32);
-        shapes[(place % count) as usize].cells((place / count) as usize, grid)
-    }
+/// The cells of a seed that [`places`] found with the same shapes.
+pub(super) fn cells_of(
+    seed: Seed,
+    shapes: &[Shape],
+    grid: &Grid,
+) -> impl Iterator<Item = usize> + Clone {
+    // In its lower half is the first cell times the number of shapes, plus which of them it is.
+    let (place, count) = (seed as u32, shapes.len() as u32);
+    shapes[(place % count) as usize].cells((place / count) as usize, grid)
 }
 
 /// The cells of these shapes that are not `shut` and fit one plane, in no order. `limit` is the
 /// largest mean square of a seed about a cell, 1/m².
-pub(super) fn seeds(
+pub(super) fn places(
+    shapes: &[Shape],
     grid: &Grid,
     limit: impl Fn(usize) -> f32,
     shut: &[bool],
-    shapes: &[Shape],
 ) -> Vec<Seed> {
     let mut seeds = Vec::new();
     for (number, shape) in shapes.iter().enumerate() {
         shape.places(grid, &limit, shut, |score, first| {
-            let place = first * shapes.len() + number;
-            seeds.push(Seed(u64::from(score.to_bits()) << 32 | place as u64));
+            seeds.push(seed_of(score, first * shapes.len() + number));
         });
     }
     seeds

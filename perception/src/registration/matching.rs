@@ -3,7 +3,10 @@
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Translation3, Vector3};
 use surfaces::{ConvexPolygon, Surface, covariance};
 
-use super::RegistrationConfig;
+/// Planes match that lean against each other by no more than this, rad.
+const TILT_MAX_RAD: f64 = 0.1;
+/// Planes match that are no farther apart than this, m.
+const OFFSET_MAX_M: f64 = 0.1;
 
 /// Two surfaces of one plane, in a frame C on the known one, in the middle of what they share.
 pub(super) struct Pair {
@@ -35,7 +38,6 @@ pub(super) fn pairs(
     known: &[Surface],
     scanned: &[Surface],
     moved: &Isometry3<f64>,
-    config: &RegistrationConfig,
     gate: Option<f64>,
 ) -> Vec<Pair> {
     let mut best: Vec<(f64, Pair)> = Vec::new();
@@ -45,7 +47,7 @@ pub(super) fn pairs(
             ..surface.clone()
         };
         let found = known.iter().enumerate().filter_map(|(k, other)| {
-            let (shared_m2, mut pair) = matched(other, &here, config)?;
+            let (shared_m2, mut pair) = matched(other, &here)?;
             (pair.known, pair.scanned) = (k, index);
             let fits = gate.is_none_or(|sigmas| {
                 let agreed = pair.difference(&Isometry3::identity());
@@ -73,8 +75,8 @@ pub(super) fn pairs(
 }
 
 /// The area that two surfaces share and their pair, if they may be one plane.
-fn matched(known: &Surface, here: &Surface, config: &RegistrationConfig) -> Option<(f64, Pair)> {
-    if known.normal_W().dot(&here.normal_W()) < config.tilt_max_rad.cos() {
+fn matched(known: &Surface, here: &Surface) -> Option<(f64, Pair)> {
+    if known.normal_W().dot(&here.normal_W()) < TILT_MAX_RAD.cos() {
         return None;
     }
     let matrix = |s: &Surface| {
@@ -92,7 +94,7 @@ fn matched(known: &Surface, here: &Surface, config: &RegistrationConfig) -> Opti
     let X_SC = Translation3::new(c.x, c.y, 0.0);
     let X_WC = known.X_WS * X_SC;
     let (d, _) = covariance::plane_in(&(X_WC.inverse() * here.X_WS), &own)?;
-    if d.z.abs() > config.offset_max_m {
+    if d.z.abs() > OFFSET_MAX_M {
         return None;
     }
     let (_, known_C) = covariance::plane_in(&X_SC.inverse().into(), &sigma)?;

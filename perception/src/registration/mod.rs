@@ -23,57 +23,19 @@ use serde::{Deserialize, Serialize};
 use surfaces::Surface;
 
 use crate::Error;
-use crate::error::within;
 
-/// How scans are registered.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// Whether scans are registered.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RegistrationConfig {
     /// Whether the poses of all scans but the first are refined.
     pub refine: bool,
-    /// Planes match that lean against each other by no more than this, rad.
-    pub tilt_max_rad: f64,
-    /// Planes match that are no farther apart than this, m.
-    pub offset_max_m: f64,
-    /// Standard deviation that a direction of the pose may have at most before it counts as open, m.
-    pub shift_sigma_max_m: f64,
-    /// The same of a turn, rad.
-    pub turn_sigma_max_rad: f64,
-    /// Times that planes are matched anew after the pose has moved.
-    pub rounds: usize,
-    /// After the first round, pairs that disagree by more standard deviations than this are left out.
-    pub gate_sigmas: f64,
 }
 
-impl Default for RegistrationConfig {
-    fn default() -> Self {
-        Self {
-            refine: false,
-            tilt_max_rad: 0.1,
-            offset_max_m: 0.1,
-            shift_sigma_max_m: 0.015,
-            turn_sigma_max_rad: 0.015,
-            rounds: 3,
-            gate_sigmas: 4.5,
-        }
-    }
-}
-
-impl RegistrationConfig {
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        for (key, value) in [
-            ("tilt_max_rad", self.tilt_max_rad),
-            ("offset_max_m", self.offset_max_m),
-            ("shift_sigma_max_m", self.shift_sigma_max_m),
-            ("turn_sigma_max_rad", self.turn_sigma_max_rad),
-            ("gate_sigmas", self.gate_sigmas),
-        ] {
-            within(key, value, 1e-9, 1e3, "must be positive")?;
-        }
-        let rounds = self.rounds as f64;
-        within("rounds", rounds, 1.0, 100.0, "must be in [1, 100]")
-    }
-}
+/// Times that planes are matched anew after the pose has moved.
+const ROUNDS: usize = 3;
+/// After the first round, pairs that disagree by more standard deviations than this are left out.
+const GATE_SIGMAS: f64 = 4.5;
 
 /// How a scan has to be moved, and how well that is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,20 +59,15 @@ pub struct Registration {
 /// # Errors
 /// [`Error::FewPlanes`] with fewer than three pairs, [`Error::Degenerate`] naming what the pairs
 /// leave open.
-pub fn register(
-    known: &[Surface],
-    scanned: &[Surface],
-    config: &RegistrationConfig,
-) -> Result<Registration, Error> {
-    config.check()?;
+pub fn register(known: &[Surface], scanned: &[Surface]) -> Result<Registration, Error> {
     let mut X_W = Isometry3::identity();
     let mut result = None;
     let mut before = None;
-    for round in 0..config.rounds {
-        let gate = (round > 0).then_some(config.gate_sigmas);
-        let pairs = matching::pairs(known, scanned, &X_W, config, gate);
+    for round in 0..ROUNDS {
+        let gate = (round > 0).then_some(GATE_SIGMAS);
+        let pairs = matching::pairs(known, scanned, &X_W, gate);
         before.get_or_insert_with(|| solve::offset_rms_m(&pairs, &Isometry3::identity()));
-        let solved = solve::solve(&pairs, config)?;
+        let solved = solve::solve(&pairs)?;
         X_W = solved.X_W * X_W;
         result = Some((solved, pairs));
     }

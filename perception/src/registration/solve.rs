@@ -5,9 +5,13 @@ use nalgebra::{
     UnitQuaternion, Vector3, Vector6,
 };
 
-use super::RegistrationConfig;
 use super::matching::Pair;
 use crate::Error;
+
+/// Standard deviation that a direction of the pose may have at most before it counts as open, m.
+const SHIFT_SIGMA_MAX_M: f64 = 0.015;
+/// The same of a turn, rad.
+const TURN_SIGMA_MAX_RAD: f64 = 0.015;
 
 /// Steps of Gauss and Newton after the closed form, which is off by little.
 const STEPS: usize = 4;
@@ -23,7 +27,7 @@ pub(super) struct Solved {
 }
 
 /// The covariance-weighted motion of the scanned planes onto the known ones.
-pub(super) fn solve(pairs: &[Pair], config: &RegistrationConfig) -> Result<Solved, Error> {
+pub(super) fn solve(pairs: &[Pair]) -> Result<Solved, Error> {
     if pairs.len() < 3 {
         return Err(Error::FewPlanes { pairs: pairs.len() });
     }
@@ -60,7 +64,7 @@ pub(super) fn solve(pairs: &[Pair], config: &RegistrationConfig) -> Result<Solve
     let covariance = information
         .try_inverse()
         .ok_or_else(|| degenerate(pairs, "the pose".to_owned()))?;
-    known_well(pairs, &covariance, config)?;
+    known_well(pairs, &covariance)?;
     let freedom = (3 * pairs.len() - 6).max(1) as f64;
     Ok(Solved {
         X_W,
@@ -161,14 +165,10 @@ fn spanned(pairs: &[Pair]) -> Result<(), Error> {
 }
 
 /// Refuses a pose of which a direction is hardly known.
-fn known_well(
-    pairs: &[Pair],
-    covariance: &Matrix6<f64>,
-    config: &RegistrationConfig,
-) -> Result<(), Error> {
+fn known_well(pairs: &[Pair], covariance: &Matrix6<f64>) -> Result<(), Error> {
     for (what, at, limit) in [
-        ("turn about", 0, config.turn_sigma_max_rad),
-        ("shift along", 3, config.shift_sigma_max_m),
+        ("turn about", 0, TURN_SIGMA_MAX_RAD),
+        ("shift along", 3, SHIFT_SIGMA_MAX_M),
     ] {
         let block = covariance.fixed_view::<3, 3>(at, at).into_owned();
         let eigen = SymmetricEigen::new(block);

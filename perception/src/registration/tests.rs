@@ -46,9 +46,7 @@ fn sets_that_leave_something_open_are_refused_by_name() {
     let room = room();
     let refused = |keep: &[usize]| {
         let some: Vec<Surface> = keep.iter().map(|&i| room[i].clone()).collect();
-        register(&room, &some, &RegistrationConfig::default())
-            .unwrap_err()
-            .to_string()
+        register(&room, &some).unwrap_err().to_string()
     };
     assert!(
         refused(&[0, 1]).contains("2 planes"),
@@ -58,7 +56,7 @@ fn sets_that_leave_something_open_are_refused_by_name() {
     // Floor and steps only; floor, step and the wall ahead.
     let mut level = room.clone();
     level[2] = square("third", [1.0, 1.2, 0.1], [0.0; 3]);
-    let parallel = register(&level, &level[..3], &RegistrationConfig::default());
+    let parallel = register(&level, &level[..3]);
     let text = parallel.unwrap_err().to_string();
     assert!(
         text.contains("turn about z") && text.contains("shifts across"),
@@ -66,7 +64,7 @@ fn sets_that_leave_something_open_are_refused_by_name() {
     );
     let text = refused(&[0, 1, 2, 3]);
     assert!(text.contains("shift along y"), "{text}");
-    assert!(register(&room, &room, &RegistrationConfig::default()).is_ok());
+    assert!(register(&room, &room).is_ok());
 }
 
 #[test]
@@ -78,7 +76,7 @@ fn planes_that_are_no_pairs_are_left_out() {
     let mut others = known.clone();
     others.push(square("table", [-1.2, 0.0, 0.7], [0.0; 3]));
     seen.push(square("table", [-1.2, 0.0, 0.68], [0.0; 3]));
-    let found = register(&others, &seen, &RegistrationConfig::default()).unwrap();
+    let found = register(&others, &seen).unwrap();
     assert_eq!(found.pairs.len(), known.len());
     let off = found.X_W.translation.vector + shift.translation.vector;
     assert!(off.norm() < 1e-6, "{off:?}");
@@ -92,7 +90,7 @@ proptest! {
     ) {
         let known = room();
         let off = Isometry3::new(Vector3::from(shift), Vector3::from(turn));
-        let found = register(&known, &moved(&known, &off), &RegistrationConfig::default()).unwrap();
+        let found = register(&known, &moved(&known, &off)).unwrap();
         let left = found.X_W * off;
         prop_assert!(left.translation.vector.norm() < 1e-6, "{}", left.translation);
         prop_assert!(left.rotation.angle() < 1e-6);
@@ -111,7 +109,7 @@ proptest! {
             let turn = Vector3::new(0.004 * e[0], 0.004 * e[1], 0.0);
             s.X_WS *= Isometry3::new(Vector3::z() * (0.003 * e[2]), turn);
         }
-        let found = register(&known, &seen, &RegistrationConfig::default()).unwrap();
+        let found = register(&known, &seen).unwrap();
         let left = found.X_W * off;
         let about = found.about_W;
         let turn = left.rotation.scaled_axis();

@@ -122,7 +122,7 @@ impl Grid {
                     upper.push(Moments::default());
                     upper_keys.push(key);
                 }
-                upper[number as usize].add(cell);
+                upper[number as usize].add(cell, 1.0);
                 parents.push(number);
             }
             levels.push(Level {

@@ -6,8 +6,7 @@
 //! clouds that were merged, or a cloud that was moved after the scan, are clouds as any other.
 
 mod grid;
-mod growth;
-mod merge;
+mod lattice;
 mod moments;
 mod outline;
 mod points;
@@ -17,82 +16,37 @@ use nalgebra::{
     Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3,
 };
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use surfaces::edge::ring_edges;
 use surfaces::outline::Outline;
-use surfaces::{ConvexPolygon, EdgeKind, Source, Surface, cover};
+use surfaces::{ConvexPolygon, Edge, EdgeKind, EdgeView, Face, Fit, Source, Surface, cover};
 
-pub use growth::VoxelGrowthConfig;
-pub use outline::VoxelOutlineConfig;
+pub(crate) use outline::INSET_M;
 
-use crate::Error;
-use crate::directions::Directions;
-use crate::error::within;
+use crate::config::Config;
 use crate::extraction::{Extraction, Segmentation, Statistics};
+use crate::face::{self, Known};
 use crate::scan::{Scan, tangent_frame};
+use crate::segmentation;
 use crate::sensor::Noise;
-use grid::{Grid, NONE};
+use crate::spherical_range_image::SphericalRangeImage;
+use grid::Grid;
+use lattice::{POINTS_ALIKE, VoxelLattice, WAVE_RAD};
 use points::Final;
 use tolerance::Tolerance;
 
-/// Parameters of the path of voxels.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct VoxelConfig {
-    /// Side of the smallest voxels, m.
-    pub leaf_m: f64,
-    /// Number of sizes, each twice the one before.
-    pub levels: usize,
-    /// The cloud's own noise counts where it is more than the sensor's, up to this many times that.
-    pub noise_factor_max: f64,
-    /// Growth of planar regions over voxels.
-    pub growth: VoxelGrowthConfig,
-    /// From planes to outlines and convex polygons.
-    pub outline: VoxelOutlineConfig,
-}
-
-impl Default for VoxelConfig {
-    fn default() -> Self {
-        Self {
-            leaf_m: 0.04,
-            levels: 4,
-            noise_factor_max: 10.0,
-            growth: VoxelGrowthConfig::default(),
-            outline: VoxelOutlineConfig::default(),
-        }
-    }
-}
-
-impl VoxelConfig {
-    pub(crate) fn check(&self, range_max_m: f64) -> Result<(), Error> {
-        // A voxel's place along an axis has to fit 21 bits.
-        let least = (range_max_m / f64::from(1 << 19)).max(1e-6);
-        let cause = "must be positive, and not tiny for the range";
-        within("leaf_m", self.leaf_m, least, 1e3, cause)?;
-        within(
-            "levels",
-            self.levels as f64,
-            1.0,
-            16.0,
-            "must be in [1, 16]",
-        )?;
-        let factor = self.noise_factor_max;
-        within("noise_factor_max", factor, 1.0, 1e3, "must be in [1, 1000]")?;
-        self.growth.check()?;
-        self.outline.check()
-    }
-}
+/// Side of the smallest voxels, m, and the number of sizes, each twice the one before.
+const LEAF_M: f64 = 0.04;
+const LEVELS: usize = 4;
+/// The distance limit: no tolerance is ever larger, m.
+const DISTANCE_MAX_M: f64 = 0.06;
+/// The cloud's own noise counts where it is more than the sensor's, up to this many times that.
+const NOISE_FACTOR_MAX: f64 = 10.0;
 
 /// The planar surfaces of a cloud taken from `X_WV`.
 #[allow(non_snake_case)]
-pub(crate) fn extract(
-    scan: &Scan,
-    X_WV: &Isometry3<f64>,
-    range_max_m: f64,
-    config: &VoxelConfig,
-) -> Extraction {
+pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Extraction {
     // 1. The points within range, about the eye; their voxels, in several sizes.
-    let square = range_max_m * range_max_m;
+    let square = config.range_max_m * config.range_max_m;
     let (mut near, mut places) = (Vec::new(), Vec::new());
     for (place, p) in scan.cloud.points.iter().enumerate() {
         let p = Vector3::from(p.map(f64::from)) - scan.eye_V;
@@ -102,22 +56,25 @@ pub(crate) fn extract(
             places.push(place);
         }
     }
-    let grid = Grid::new(&near, config.leaf_m, config.levels);
-    let noise = tolerance::measured(&grid.levels[0], &scan.noise, config.noise_factor_max);
+    let grid = Grid::new(&near, LEAF_M, LEVELS);
+    let noise = tolerance::measured(&grid.levels[0], &scan.noise, NOISE_FACTOR_MAX);
     let tolerance = Tolerance {
         noise: &noise,
-        distance_max_m: config.growth.distance_max_m,
+        distance_max_m: DISTANCE_MAX_M,
     };
 
-    // 2. Regions over the voxels, from the largest down; neighbours in one plane merged.
-    let mut grown = growth::grow(&grid, &tolerance, &config.growth);
-    let regions = grown.regions.len();
-    merge::merge(&grid.levels[0], &mut grown, &tolerance);
+    // 2. Regions over the voxels, from the largest down.
+    let lattices = grid.levels.iter().rev().map(|level| VoxelLattice {
+        level,
+        tolerance: &tolerance,
+    });
+    let lattices: Vec<VoxelLattice> = lattices.collect();
+    let found = segmentation::segment(&lattices.iter().collect::<Vec<_>>());
+    let regions = found.regions.len();
 
     // 3. Every point to the nearest plane around it, and the final planes.
-    let labels = points::label(&near, &grid, &grown, &tolerance);
-    let least = config.growth.points_min;
-    let mut planes = points::fit(&near, &labels, &grown, &tolerance, least);
+    let (labels, sure) = points::label(&near, &grid, &found, &tolerance);
+    let mut planes = points::fit(&near, &labels, &found, &tolerance);
     // Labels are 16 bits.
     planes.truncate(usize::from(Segmentation::NONE));
 
@@ -134,27 +91,37 @@ pub(crate) fn extract(
         .map(|(p, label)| (Vector3::from(p.map(f64::from)) - scan.eye_V, *label))
         .filter(|(p, _)| p.iter().all(|x| x.is_finite()));
     let own = |p: &Final| (p.plane.normal, p.plane.offset);
-    let directions = Directions::new(
+    let directions = SphericalRangeImage::new(
         from_eye,
         planes.iter().map(own).collect(),
-        range_max_m,
+        config.range_max_m,
         &noise,
     );
     let faces = Faces {
         points: &near,
+        sure: &sure,
         directions: &directions,
         eye_V: &scan.eye_V,
         noise: &noise,
         X_WV,
         config,
     };
-    let found: Vec<Vec<(u16, Surface)>> = (planes.par_iter().enumerate())
-        .map(|(number, plane)| {
-            let pieces = faces.of(plane, number).into_iter();
-            pieces.map(|piece| (number as u16, piece)).collect()
-        })
+    let numbered = planes.par_iter().enumerate();
+    let found: Vec<_> = numbered
+        .map(|(number, plane)| faces.of(plane, number))
         .collect();
-    let mut found: Vec<(u16, Surface)> = found.into_iter().flatten().collect();
+    let (mut found, mut whole) = (found, Vec::new());
+    let numbered = found
+        .iter_mut()
+        .enumerate()
+        .flat_map(|(number, (pieces, faces))| {
+            whole.append(faces);
+            std::mem::take(pieces)
+                .into_iter()
+                .map(move |piece| (number as u16, piece))
+        });
+    let mut found: Vec<(u16, Surface)> = numbered.collect();
+    let whole = face::named(whole);
 
     // 5. Ids by falling area; the plane of every point.
     found.sort_by(|a, b| b.1.polygon.area().total_cmp(&a.1.polygon.area()));
@@ -177,10 +144,11 @@ pub(crate) fn extract(
         used: near.len(),
         regions,
         planes: planes.len(),
-        assigned: labels.iter().filter(|r| **r != NONE).count(),
+        assigned: labels.iter().filter(|r| **r != segmentation::NONE).count(),
     };
     Extraction {
         surfaces,
+        faces: whole,
         obstacles: Vec::new(),
         statistics,
         segmentation: Some(segmentation),
@@ -191,18 +159,20 @@ pub(crate) fn extract(
 #[allow(non_snake_case)]
 struct Faces<'a> {
     points: &'a [Vector3<f64>],
-    directions: &'a Directions<'a>,
+    /// Which of them surely belong to their plane.
+    sure: &'a [bool],
+    directions: &'a SphericalRangeImage<'a>,
     eye_V: &'a Vector3<f64>,
     noise: &'a Noise,
     X_WV: &'a Isometry3<f64>,
-    config: &'a VoxelConfig,
+    config: &'a Config,
 }
 
 impl Faces<'_> {
     /// The convex pieces of one plane.
     #[allow(non_snake_case)]
-    fn of(&self, found: &Final, number: usize) -> Vec<Surface> {
-        let config = &self.config.outline;
+    fn of(&self, found: &Final, number: usize) -> (Vec<Surface>, Vec<Face>) {
+        let config = self.config;
         // The normal toward the eye, which is the origin of the points.
         let toward = if found.plane.offset > 0.0 { -1.0 } else { 1.0 };
         let normal = found.plane.normal * toward;
@@ -215,13 +185,14 @@ impl Faces<'_> {
             let q = R_VP.inverse() * (self.points[*i as usize] - foot);
             Point2::new(q.x, q.y)
         };
-        let points: Vec<Point2<f64>> = found.members.iter().map(in_P).collect();
-        let parts = outline::outlines(&points, config);
+        let sure = found.members.iter().filter(|i| self.sure[**i as usize]);
+        let points: Vec<Point2<f64>> = sure.map(in_P).collect();
+        let parts = outline::outlines(&points, config.area_min_m2);
         let whole_m2: f64 = parts.iter().map(Outline::area).sum();
-        let gain = (config.gain * whole_m2).min(config.gain_m2);
+        let gain = (outline::GAIN * whole_m2).min(outline::GAIN_M2);
         let covering = cover::Config {
-            gain_min_m2: config.cover.gain_min_m2.max(gain),
-            ..config.cover.clone()
+            gain_min_m2: outline::COVER.gain_min_m2.max(gain),
+            ..outline::COVER
         };
         let R_VW = self.X_WV.rotation.inverse();
         let up_W = R_VW * Vector3::z();
@@ -229,11 +200,46 @@ impl Faces<'_> {
             Rotation3::from_matrix_unchecked(tangent_frame(&normal, &(R_VW * Vector3::x()), &up_W));
         let R_SP = R_VS.inverse() * R_VP;
         let turn = |x: f64, y: f64| (R_SP * Vector3::new(x, y, 0.0)).xy();
+        let X_VP = Isometry3::from_parts(
+            Translation3::from(foot + self.eye_V),
+            UnitQuaternion::from_rotation_matrix(&R_VS),
+        );
+        let mut faces = Vec::new();
         let mut surfaces = Vec::new();
         for part in &parts {
             let rings = part.rings();
             let in_V = |p: &Point2<f64>| Point3::from(foot + R_VP * p.coords.push(0.0));
             let kinds = self.kinds(number, &rings, in_V, &R_VP);
+            let on_plane =
+                |ring: &Vec<[f64; 2]>| ring.iter().map(|p| turn(p[0], p[1]).into()).collect();
+            let on_plane: Vec<Vec<Point2<f64>>> = rings.iter().map(on_plane).collect();
+            let edge = |ring: usize, i: usize| Edge {
+                kind: kinds[ring][i],
+                further_m: INSET_M,
+                view: Some(0),
+                ..Edge::default()
+            };
+            let known = Known {
+                fit: Fit {
+                    points: found.members.len(),
+                    rms_m: found.rms_m,
+                },
+                view: EdgeView {
+                    eye_W: self.X_WV * Point3::from(*self.eye_V),
+                    sigma_rad: 0.0,
+                    plane_covariance: None,
+                },
+            };
+            faces.extend(face::face(
+                &on_plane,
+                edge,
+                &(self.X_WV * X_VP),
+                known,
+                |origin| {
+                    let origin = foot + R_VS * origin.coords.push(0.0);
+                    self.covariance(found, &origin, &R_VS, part.area())
+                },
+            ));
             for piece in part.pieces(&covering) {
                 let large = piece.area() >= config.area_min_m2
                     && 2.0 * piece.inscribed_circle().1 >= config.width_min_m;
@@ -254,7 +260,7 @@ impl Faces<'_> {
                 );
                 let mut surface = Surface {
                     outline: rings.iter().map(ring).collect(),
-                    inset_m: config.inset_m,
+                    inset_m: INSET_M,
                     inliers: found.members.len(),
                     rms_m: found.rms_m,
                     plane_covariance: self.covariance(found, &origin, &R_VS, part.area()),
@@ -271,7 +277,7 @@ impl Faces<'_> {
                 .iter_mut()
                 .for_each(|s| s.face = Some(face.clone()));
         }
-        surfaces
+        (surfaces, faces)
     }
 
     /// What ends a face at the edges of its rings, which [`Outline`] gives with the face on their left.
@@ -346,9 +352,5 @@ impl Faces<'_> {
     }
 }
 
-/// Points whose errors go together: one in this many counts.
-const POINTS_ALIKE: f64 = 30.0;
-/// Angle over which the slowly varying error keeps its sign: 40 px of a lens of 525 px.
-const WAVE_RAD: f64 = 0.076;
 /// About so many points stand for all in a covariance.
 const SUPPORT: usize = 400;

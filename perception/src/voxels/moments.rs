@@ -56,13 +56,31 @@ impl Moments {
         }
     }
 
-    /// Adds another set.
-    pub fn add(&mut self, other: &Self) {
-        self.n += other.n;
-        self.sum += other.sum;
+    /// Adds another set, each of its points counted `weight` times.
+    pub fn add(&mut self, other: &Self, weight: f64) {
+        self.n += weight * other.n;
+        self.sum += other.sum * weight;
         for (to, from) in self.square.iter_mut().zip(other.square) {
-            *to += from;
+            *to += weight * from;
         }
+    }
+
+    /// Area of a rectangle with the two larger variances of the points, m².
+    pub fn area(&self) -> f64 {
+        let scatter = self.scatter();
+        let minor = |i: usize, j: usize| {
+            scatter[(i, i)] * scatter[(j, j)] - scatter[(i, j)] * scatter[(i, j)]
+        };
+        // λ₁λ₂ + λ₁λ₃ + λ₂λ₃, of which the last is nearly all on a plane.
+        let second = minor(0, 1) + minor(0, 2) + minor(1, 2);
+        12.0 * second.max(0.0).sqrt()
+    }
+
+    /// Covariance of the points, m².
+    fn scatter(&self) -> Matrix3<f64> {
+        let mean = self.mean();
+        let [xx, yy, zz, xy, xz, yz] = self.square.map(|s| s / self.n);
+        Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - mean * mean.transpose()
     }
 
     /// The mean of the points.
@@ -86,18 +104,7 @@ impl Moments {
             return None;
         }
         let mean = self.mean();
-        let [xx, yy, zz, xy, xz, yz] = self.square.map(|s| s / self.n);
-        let scatter = Matrix3::new(
-            xx - mean.x * mean.x,
-            xy - mean.x * mean.y,
-            xz - mean.x * mean.z,
-            xy - mean.x * mean.y,
-            yy - mean.y * mean.y,
-            yz - mean.y * mean.z,
-            xz - mean.x * mean.z,
-            yz - mean.y * mean.z,
-            zz - mean.z * mean.z,
-        );
+        let scatter = self.scatter();
         let (least, middle) = lower_eigenvalues(&scatter);
         let normal = null_direction(&(scatter - Matrix3::identity() * least)).or_else(|| {
             // Two directions alike: a line of points, or a ball.
@@ -186,7 +193,7 @@ mod tests {
             all.push(p, 1.0);
             if i == 0 { &mut a } else { &mut b }.push(p, 1.0);
         }
-        a.add(&b);
+        a.add(&b, 1.0);
         assert!((a.mean() - all.mean()).norm() < 1e-15 && a.n == all.n);
         let (a, all) = (a.fit().unwrap(), all.fit().unwrap());
         assert!((a.least - all.least).abs() < 1e-12 && (a.middle - all.middle).abs() < 1e-12);

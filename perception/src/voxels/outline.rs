@@ -1,90 +1,34 @@
 //! The points of a plane → the outline of the face that they surely lie on.
 
 use nalgebra::Point2;
-use serde::{Deserialize, Serialize};
 use surfaces::cover;
 use surfaces::outline::Outline;
 
-use crate::Error;
-use crate::error::within;
-
-/// From points on a plane to convex polygons.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct VoxelOutlineConfig {
-    /// Side of the smallest cells in which points are looked for, m.
-    pub cell_m: f64,
-    /// Cells are made larger, by twos, until those with points have this many such neighbours (of
-    /// four) on average.
-    pub neighbours_min: f64,
-    /// Largest cells, m: no gap in the points that is twice as wide is closed.
-    pub cell_max_m: f64,
-    /// How far a simplified outline may stay inside the cells, in cells.
-    pub tolerance: f64,
-    /// Outlines with more corners are simplified more coarsely, up to four times as much.
-    pub corners_max: usize,
-    /// Smallest piece, m².
-    pub area_min_m2: f64,
-    /// Smallest width of a piece (diameter of the largest inscribed circle), m.
-    pub width_min_m: f64,
-    /// A further piece must add this part of the face, or `gain_m2`.
-    pub gain: f64,
-    /// A further piece that adds this much is worth it on a face of any size, m².
-    pub gain_m2: f64,
-    /// How an outline is covered; its `gain_min_m2` is the least that any piece adds.
-    pub cover: cover::Config,
-    /// Inset that the surfaces carry for what the points' edge does not tell, m.
-    pub inset_m: f64,
-}
-
-impl Default for VoxelOutlineConfig {
-    fn default() -> Self {
-        Self {
-            cell_m: 0.01,
-            neighbours_min: 3.2,
-            cell_max_m: 0.25,
-            tolerance: 0.75,
-            corners_max: 40,
-            area_min_m2: 0.005,
-            width_min_m: 0.04,
-            gain: 0.03,
-            gain_m2: 0.06,
-            cover: cover::Config {
-                coverage: 0.93,
-                gain_min_m2: 0.005,
-                pieces_max: 12,
-                vertices_max: 12,
-                seeds_max: 4,
-            },
-            inset_m: 0.01,
-        }
-    }
-}
-
-impl VoxelOutlineConfig {
-    pub(super) fn check(&self) -> Result<(), Error> {
-        within("cell_m", self.cell_m, 1e-4, 1e3, "must be in [1e-4, 1e3] m")?;
-        within(
-            "cell_max_m",
-            self.cell_max_m,
-            self.cell_m,
-            1e3,
-            "must not be below cell_m",
-        )?;
-        for (key, value) in [
-            ("neighbours_min", self.neighbours_min),
-            ("tolerance", self.tolerance),
-            ("area_min_m2", self.area_min_m2),
-            ("width_min_m", self.width_min_m),
-            ("gain", self.gain),
-            ("gain_m2", self.gain_m2),
-            ("inset_m", self.inset_m),
-        ] {
-            within(key, value, 0.0, 1e3, "must not be negative")?;
-        }
-        Ok(())
-    }
-}
+/// Side of the smallest cells in which points are looked for, m.
+const CELL_M: f64 = 0.01;
+/// Cells are made larger, by twos, until those with points have this many such neighbours (of
+/// four) on average.
+const NEIGHBOURS_MIN: f64 = 3.2;
+/// Largest cells, m: no gap in the points that is twice as wide is closed.
+const CELL_MAX_M: f64 = 0.25;
+/// How far a simplified outline may stay inside the cells, in cells.
+const TOLERANCE: f64 = 0.75;
+/// Outlines with more corners are simplified more coarsely, up to four times as much.
+const CORNERS_MAX: usize = 40;
+/// A further piece must add this part of the face, or `gain_m2`.
+pub(super) const GAIN: f64 = 0.03;
+/// A further piece that adds this much is worth it on a face of any size, m².
+pub(super) const GAIN_M2: f64 = 0.06;
+/// How an outline is covered; its `gain_min_m2` is the least that any piece adds.
+pub(super) const COVER: cover::Config = cover::Config {
+    coverage: 0.93,
+    gain_min_m2: 0.005,
+    pieces_max: 12,
+    vertices_max: 12,
+    seeds_max: 4,
+};
+/// Inset that the surfaces carry for what the points' edge does not tell, m.
+pub(crate) const INSET_M: f64 = 0.01;
 
 /// Cells of a plane, row by row.
 #[derive(Clone)]
@@ -207,7 +151,7 @@ impl Mask {
 /// size add where they are sparser.
 ///
 /// Returns the connected parts, the largest first.
-pub(super) fn outlines(points: &[Point2<f64>], config: &VoxelOutlineConfig) -> Vec<Outline> {
+pub(super) fn outlines(points: &[Point2<f64>], area_min_m2: f64) -> Vec<Outline> {
     let bound = |axis: usize, pick: fn(f64, f64) -> f64, from: f64| {
         points.iter().map(|p| p[axis]).fold(from, pick)
     };
@@ -217,7 +161,7 @@ pub(super) fn outlines(points: &[Point2<f64>], config: &VoxelOutlineConfig) -> V
     if !(width > 0.0 && height > 0.0 && width.is_finite() && height.is_finite()) {
         return Vec::new();
     }
-    let mut side_m = config.cell_m;
+    let mut side_m = CELL_M;
     while (width / side_m) * (height / side_m) > CELLS_MAX {
         side_m *= 2.0;
     }
@@ -233,7 +177,7 @@ pub(super) fn outlines(points: &[Point2<f64>], config: &VoxelOutlineConfig) -> V
         let (x, y) = ((p.x - low.x) / side_m, (p.y - low.y) / side_m);
         mask.inside[y as usize * cols + x as usize] = true;
     }
-    while mask.neighbours() < config.neighbours_min && 2.0 * side_m <= config.cell_max_m {
+    while mask.neighbours() < NEIGHBOURS_MIN && 2.0 * side_m <= CELL_MAX_M {
         mask = mask.coarser();
         side_m *= 2.0;
     }
@@ -241,19 +185,19 @@ pub(super) fn outlines(points: &[Point2<f64>], config: &VoxelOutlineConfig) -> V
     let mut sure = mask.interior();
     sure.add_coarser(&mask.coarser().interior());
     let whole = sure.outline(low, side_m);
-    let whole = whole.without_specks(config.area_min_m2.min(HOLE_MAX * side_m * side_m));
+    let whole = whole.without_specks(area_min_m2.min(HOLE_MAX * side_m * side_m));
     let parts = whole.parts().into_iter();
     parts
-        .filter(|part| part.area() >= config.area_min_m2)
-        .map(|part| simplified(&part, config.tolerance * side_m, config))
+        .filter(|part| part.area() >= area_min_m2)
+        .map(|part| simplified(&part, TOLERANCE * side_m))
         .collect()
 }
 
 /// A part with no more corners than pay, its jags taken off more coarsely the more there are.
-fn simplified(part: &Outline, tolerance_m: f64, config: &VoxelOutlineConfig) -> Outline {
+fn simplified(part: &Outline, tolerance_m: f64) -> Outline {
     let mut simple = part.simplified_inside(tolerance_m);
     for coarser in [1.5, 2.0, 3.0, 4.0] {
-        if simple.corners() <= config.corners_max {
+        if simple.corners() <= CORNERS_MAX {
             break;
         }
         simple = part.simplified_inside(coarser * tolerance_m);
@@ -278,7 +222,7 @@ mod tests {
     fn dense_and_sparse_points_give_the_face_and_nothing_beside_it() {
         let u = |x: f64, y: f64| !((0.3..0.7).contains(&x) && y > 0.4);
         for pitch in [0.004, 0.016, 0.05] {
-            let parts = outlines(&lattice(pitch, u), &VoxelOutlineConfig::default());
+            let parts = outlines(&lattice(pitch, u), 0.005);
             assert_eq!(parts.len(), 1, "{pitch}");
             let face = Outline::from_rings(&[vec![
                 [0.0, 0.0],
@@ -300,8 +244,7 @@ mod tests {
     #[test]
     fn a_gap_in_dense_points_stays_open() {
         let slit = |x: f64, _: f64| !(0.48..0.52).contains(&x);
-        let config = VoxelOutlineConfig::default();
-        assert_eq!(outlines(&lattice(0.004, slit), &config).len(), 2);
+        assert_eq!(outlines(&lattice(0.004, slit), 0.005).len(), 2);
     }
 
     #[test]
@@ -309,7 +252,7 @@ mod tests {
         let line: Vec<_> = (0..99)
             .map(|i| Point2::new(0.01 * f64::from(i), 0.0))
             .collect();
-        assert!(outlines(&line, &VoxelOutlineConfig::default()).is_empty());
-        assert!(outlines(&[], &VoxelOutlineConfig::default()).is_empty());
+        assert!(outlines(&line, 0.005).is_empty());
+        assert!(outlines(&[], 0.005).is_empty());
     }
 }

@@ -2,34 +2,32 @@
 
 use nalgebra::Vector3;
 
-use super::grid::{Grid, NONE};
-use super::growth::Grown;
+use super::grid::{self, Grid};
+use super::lattice::POINTS_MIN;
 use super::moments::{Moments, Plane};
 use super::tolerance::Tolerance;
+use crate::segmentation::{AMBIGUOUS_SYSTEMATICS, NONE, ON_PLANE, Partition};
 
-/// A point belongs to a plane within √((3σ)² + (2κr)²) of it, and within the distance limit.
-const SIGMAS: f64 = 3.0;
-const SYSTEMATICS: f64 = 2.0;
-
-/// The region of every point, or [`NONE`].
+/// The region of every point, or [`NONE`], and whether it surely is that: where another plane that it may
+/// belong to agrees with its own, the border between both is anywhere.
 pub(super) fn label(
     points: &[Vector3<f64>],
     grid: &Grid,
-    grown: &Grown,
+    found: &Partition<Moments>,
     tolerance: &Tolerance,
-) -> Vec<u32> {
+) -> (Vec<u16>, Vec<bool>) {
     let level = &grid.levels[0];
     // The planes that each voxel's points may belong to: its own and its neighbours'.
-    let mut candidates: Vec<u32> = Vec::with_capacity(2 * level.cells.len());
+    let mut candidates: Vec<u16> = Vec::with_capacity(2 * level.cells.len());
     let mut starts = Vec::with_capacity(level.cells.len() + 1);
     for (i, around) in level.around.iter().enumerate() {
         let start = candidates.len();
         starts.push(start);
-        let own = std::iter::once(grown.owner[i]);
+        let own = std::iter::once(found.owner[i]);
         let beside = around
             .iter()
-            .filter(|k| **k != NONE)
-            .map(|&k| grown.owner[k as usize]);
+            .filter(|k| **k != grid::NONE)
+            .map(|&k| found.owner[k as usize]);
         for r in own.chain(beside).filter(|r| *r != NONE) {
             if !candidates[start..].contains(&r) {
                 candidates.push(r);
@@ -44,21 +42,24 @@ pub(super) fn label(
             let here = &candidates[starts[cell as usize]..starts[cell as usize + 1]];
             let nearest = here
                 .iter()
-                .map(|&r| (grown.regions[r as usize].plane.height(p).abs(), r))
+                .map(|&r| (found.regions[usize::from(r)].plane.height(p).abs(), r))
                 .reduce(|a, b| if b < a { b } else { a });
-            match nearest {
-                Some((off, r)) => {
-                    let plane = &grown.regions[r as usize].plane;
-                    if off <= tolerance.at(p, plane, SIGMAS, SYSTEMATICS) {
-                        r
-                    } else {
-                        NONE
-                    }
-                }
-                None => NONE,
+            let Some((off, r)) = nearest else {
+                return (NONE, false);
+            };
+            let plane = &found.regions[usize::from(r)].plane;
+            if off > tolerance.at(p, plane, ON_PLANE.0, ON_PLANE.1) {
+                return (NONE, false);
             }
+            let on_plane = p - plane.normal * plane.height(p);
+            let agrees = |other: &u16| {
+                let other = &found.regions[usize::from(*other)].plane;
+                let limit = tolerance.at(p, other, 0.0, AMBIGUOUS_SYSTEMATICS);
+                other.height(&on_plane).abs() < limit
+            };
+            (r, !here.iter().filter(|other| **other != r).any(agrees))
         })
-        .collect()
+        .unzip()
 }
 
 /// The final plane of one region.
@@ -86,20 +87,19 @@ impl Final {
 ///   min Σ (n·p − d)² / (σ² + (κ r)²) (n·r̂)²
 pub(super) fn fit(
     points: &[Vector3<f64>],
-    labels: &[u32],
-    grown: &Grown,
+    labels: &[u16],
+    found: &Partition<Moments>,
     tolerance: &Tolerance,
-    points_min: usize,
 ) -> Vec<Final> {
-    let mut members: Vec<Vec<u32>> = vec![Vec::new(); grown.regions.len()];
+    let mut members: Vec<Vec<u32>> = vec![Vec::new(); found.regions.len()];
     for (i, &r) in (0_u32..).zip(labels) {
         if r != NONE {
-            members[r as usize].push(i);
+            members[usize::from(r)].push(i);
         }
     }
     let mut planes = Vec::new();
-    for (region, members) in grown.regions.iter().zip(members) {
-        if members.len() < points_min.max(3) {
+    for (region, members) in found.regions.iter().zip(members) {
+        if members.len() < POINTS_MIN {
             continue;
         }
         let mut moments = Moments::default();

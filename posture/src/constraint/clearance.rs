@@ -12,6 +12,9 @@ use robot_model::collision::{BodyShape, Other, Proximity};
 use crate::iterate::{Context, Iterate};
 use crate::rows::{Rows, Tag};
 
+/// Distance within which pairs of bodies are looked at, m.
+const PREDICTION_M: f64 = 0.10;
+
 /// Pairs whose distance is watched.
 #[derive(Default)]
 pub(crate) struct Clearances {
@@ -29,13 +32,12 @@ impl Clearances {
         }
         self.at = Some(it.q.clone());
         let robot = ctx.robot();
-        let prediction = ctx.config.prediction_m;
         self.own.clear();
         self.world.clear();
         robot
             .collision
-            .self_proximities(robot, &it.kinematics, prediction, &mut self.own);
-        let behind = &ctx.problem.environment.behind;
+            .self_proximities(robot, &it.kinematics, PREDICTION_M, &mut self.own);
+        let environment = ctx.problem.environment;
         let touches = |shape: BodyShape, obstacle: usize| {
             ctx.problem
                 .contacts
@@ -43,14 +45,16 @@ impl Clearances {
                 .zip(&ctx.contacts)
                 .any(|(contact, model)| {
                     model.body == shape.body
-                        && contact.place.surface().is_some_and(|s| behind[s][obstacle])
+                        && contact
+                            .face
+                            .is_some_and(|f| environment.is_behind(f, obstacle))
                 })
         };
         robot.collision.world_proximities(
             robot,
             &it.kinematics,
-            &ctx.problem.environment.world,
-            prediction,
+            environment.world(),
+            PREDICTION_M,
             &touches,
             &mut self.world,
         );

@@ -4,19 +4,19 @@
 //!
 //!   p_WC − p_W* = 0,   ℓ·log R = 0        (ℓ = 0.1 m; with free yaw only its two tilt rows)
 //!
-//! On a surface S with axes x, y, z:
+//! Within an area of a face F with axes x, y, z:
 //!
-//!   z·(p_WC − p_WS) = 0,   ℓ·x·z_C = 0,   ℓ·y·z_C = 0,   z·z_C ≥ ½
+//!   z·(p_WC − p_WF) = 0,   ℓ·x·z_C = 0,   ℓ·y·z_C = 0,   z·z_C ≥ ½
 //!
 //! A ball may turn as it likes; of the centre of one with radius r
 //!
-//!   p_WC − p_W* = 0   (fixed),   z·(p_WC − p_WS) − r = 0   (on a surface)
+//!   p_WC − p_W* = 0   (fixed),   z·(p_WC − p_WF) − r = 0   (within an area)
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::ANGLE_ARM_M;
+use crate::contact::Freedom;
 use crate::iterate::{Context, Iterate};
-use crate::problem::Place;
 use crate::rows::{Rows, Tag};
 
 #[allow(non_snake_case)]
@@ -27,12 +27,19 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
     let X_WC = it.kinematics.X_WB[body] * X_BC;
     let p_WC = X_WC.translation.vector;
     let z_C = X_WC.rotation * Vector3::z();
-    match &ctx.problem.contacts[contact].place {
-        Place::Fixed {
-            X_WC: wanted,
-            yaw_free,
-            ..
-        } => {
+    let asked = &ctx.problem.contacts[contact];
+    let wanted = &asked.X_WC;
+    let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| wanted.rotation * axis);
+    match &asked.freedom {
+        Freedom::Within(area) => {
+            let over = p_WC - area.X_WF.translation.vector;
+            let height = z.dot(&over) - radius.unwrap_or(0.0);
+            let row = rows.push(Tag::Closure(contact), height, 0.0, 0.0);
+            if !row.is_empty() {
+                ctx.add_point_gradient(it, body, &p_WC, &z, row);
+            }
+        }
+        _ => {
             let error = p_WC - wanted.translation.vector;
             for k in 0..3 {
                 let row = rows.push(Tag::Closure(contact), error[k], 0.0, 0.0);
@@ -41,39 +48,22 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
                     ctx.add_point_gradient(it, body, &p_WC, &direction, row);
                 }
             }
-            if radius.is_some() {
-                return;
-            }
-            if *yaw_free {
-                let x = wanted.rotation * Vector3::x();
-                let y = wanted.rotation * Vector3::y();
-                let z = wanted.rotation * Vector3::z();
-                aligned(ctx, it, contact, &z_C, [&x, &y, &z], rows);
-            } else {
-                let log = (X_WC.rotation * wanted.rotation.inverse()).scaled_axis();
-                let gradient = left_jacobian_inverse(&log);
-                for k in 0..3 {
-                    let row = rows.push(Tag::Closure(contact), ANGLE_ARM_M * log[k], 0.0, 0.0);
-                    if !row.is_empty() {
-                        let direction = ANGLE_ARM_M * gradient.row(k).transpose();
-                        ctx.add_rotation_gradient(it, body, &direction, row);
-                    }
-                }
-            }
         }
-        Place::OnSurface { surface, .. } => {
-            let X_WS = &ctx.problem.environment.surfaces[*surface].X_WS;
-            let [x, y, z] =
-                [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| X_WS.rotation * axis);
-            let height = z.dot(&(p_WC - X_WS.translation.vector)) - radius.unwrap_or(0.0);
-            let row = rows.push(Tag::Closure(contact), height, 0.0, 0.0);
-            if !row.is_empty() {
-                ctx.add_point_gradient(it, body, &p_WC, &z, row);
-            }
-            if radius.is_some() {
-                return;
-            }
-            aligned(ctx, it, contact, &z_C, [&x, &y, &z], rows);
+    }
+    if radius.is_some() {
+        return;
+    }
+    if asked.freedom != Freedom::Fixed {
+        aligned(ctx, it, contact, &z_C, [&x, &y, &z], rows);
+        return;
+    }
+    let log = (X_WC.rotation * wanted.rotation.inverse()).scaled_axis();
+    let gradient = left_jacobian_inverse(&log);
+    for k in 0..3 {
+        let row = rows.push(Tag::Closure(contact), ANGLE_ARM_M * log[k], 0.0, 0.0);
+        if !row.is_empty() {
+            let direction = ANGLE_ARM_M * gradient.row(k).transpose();
+            ctx.add_rotation_gradient(it, body, &direction, row);
         }
     }
 }

@@ -8,7 +8,6 @@ use nalgebra::Point2;
 
 use crate::iterate::{Context, Iterate};
 use crate::least_load::least_load;
-use crate::problem::Place;
 use crate::rows::{Rows, Tag};
 
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, load: &Load, rows: &mut Rows) {
@@ -54,11 +53,12 @@ impl Load {
             .filter(|i| contacts[*i].loaded)
             .collect();
         let origin = Point2::origin();
-        let place = |&i: &usize| match &contacts[i].place {
-            Place::Fixed { X_WC, .. } => {
-                ctx.robot().patches[contacts[i].patch].touched_W(X_WC).xy()
+        let place = |&i: &usize| match contacts[i].area() {
+            None => {
+                let patch = &ctx.robot().patches[contacts[i].patch];
+                patch.touched_W(&contacts[i].X_WC).xy()
             }
-            Place::OnSurface { .. } => ctx.patch_point_W(it, i, &origin).xy(),
+            Some(_) => ctx.patch_point_W(it, i, &origin).xy(),
         };
         let places: Vec<_> = loaded.iter().map(place).collect();
         let (value, by_place) = least_load(&places, ctx.config.com_margin_m);
@@ -66,7 +66,7 @@ impl Load {
         if rows.with_jacobian {
             gradient.resize(rows.n, 0.0);
             for (&i, slope) in loaded.iter().zip(&by_place) {
-                if let Place::OnSurface { .. } = contacts[i].place {
+                if contacts[i].area().is_some() {
                     let p = ctx.carried_point_W(it, i, &origin);
                     let body = ctx.contacts[i].body;
                     ctx.add_point_gradient(it, body, &p, &slope.push(0.0), &mut gradient);

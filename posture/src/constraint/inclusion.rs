@@ -1,7 +1,7 @@
-//! A contact's patch is inside its surface: for every patch vertex p and every edge of the
-//! effective polygon with outward normal n and offset b
+//! A contact's patch is inside its area: for every patch vertex p and every edge of the area
+//! with outward normal n and offset b
 //!
-//!   n·p − b ≤ −margin        (p in S's plane)
+//!   n·p − b ≤ −margin        (p in the face's plane)
 //!
 //! Of a ball, p is the point that touches; it moves as the ball's centre does, and the ball's radius
 //! adds to the margin: the ball is over the surface as a whole, clear of what rises at its edge.
@@ -11,37 +11,32 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::iterate::{Context, Iterate};
-use crate::problem::Place;
 use crate::rows::{Rows, Tag};
 
-/// Vertices farther inside than this cannot reach the edge in one step, m.
+/// Vertices farther inside than this get no row: they cannot reach the edge in one step, m.
 const NEAR_M: f64 = 0.5;
 
 #[allow(non_snake_case)]
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
-    let Place::OnSurface { surface, .. } = ctx.problem.contacts[contact].place else {
+    let Some(area) = ctx.problem.contacts[contact].area() else {
         return;
     };
-    let Some(polygon) = &ctx.problem.environment.effective[surface] else {
-        return;
-    };
-    let X_WS = &ctx.problem.environment.surfaces[surface].X_WS;
     let body = ctx.contacts[contact].body;
     let vertices: Vec<_> = ctx.contacts[contact]
         .vertices
         .iter()
         .map(|v| {
             let p_W = ctx.patch_point_W(it, contact, v);
-            let p_S = X_WS.inverse_transform_point(&Point3::from(p_W)).xy();
-            (ctx.carried_point_W(it, contact, v), p_S)
+            let p_F = area.X_WF.inverse_transform_point(&Point3::from(p_W)).xy();
+            (ctx.carried_point_W(it, contact, v), p_F)
         })
         .collect();
     let radius = ctx.contacts[contact].radius.unwrap_or(0.0);
     let margin = ctx.config.patch_margin_m + radius;
-    for edge in polygon.half_planes() {
-        let n_W = X_WS.rotation * Vector3::new(edge.n.x, edge.n.y, 0.0);
-        for (carried_W, p_S) in &vertices {
-            let value = edge.n.dot(&p_S.coords) - edge.b;
+    for edge in area.polygon.half_planes() {
+        let n_W = area.X_WF.rotation * Vector3::new(edge.n.x, edge.n.y, 0.0);
+        for (carried_W, p_F) in &vertices {
+            let value = edge.n.dot(&p_F.coords) - edge.b;
             if value < -margin - NEAR_M {
                 continue;
             }

@@ -28,13 +28,13 @@ pub(crate) struct Scratch {
 pub(crate) fn all(ctx: &Context, it: &Iterate, scratch: &mut Scratch, rows: &mut Rows) {
     let load = friction::Load::new(ctx, it, rows);
     for contact in 0..ctx.contacts.len() {
-        if !ctx.dropped.place(contact) {
+        if !ctx.relaxed.place(contact) {
             closure::rows(ctx, it, contact, rows);
             inclusion::rows(ctx, it, contact, rows);
         }
         friction::rows(ctx, it, contact, &load, rows);
     }
-    if !ctx.dropped.equilibrium {
+    if !ctx.relaxed.equilibrium {
         equilibrium::rows(ctx, it, rows);
     }
     scratch.torques.rows(ctx, it, rows);

@@ -14,7 +14,8 @@ use robot_model::{GRAVITY_M_S2, JointKind};
 use crate::iterate::{Context, Iterate};
 use crate::rows::{Rows, Tag};
 
-/// Joints that use less of their limit than this get no row: no single step takes them over it.
+/// Joints that carry no contact and use less than this part of their limit get no row: no single step
+/// takes them over it.
 const WATCHED_USE: f64 = 0.35;
 
 /// Forces beyond every joint, summed.

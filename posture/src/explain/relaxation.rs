@@ -1,10 +1,10 @@
 //! How far one group of constraints has to give way for the others to hold.
 
 use super::{ANY_FRICTION, Group, Relaxation};
-use crate::iterate::Dropped;
+use crate::iterate::Relaxed;
 use crate::outcome::{Outcome, Posture};
-use crate::problem::{Place, Problem};
-use crate::solve::solve_without;
+use crate::problem::Problem;
+use crate::solve::solve_relaxed;
 use crate::{Config, Error};
 
 /// Halvings of the amount by which a group is eased.
@@ -28,7 +28,7 @@ pub(super) fn eased(
 ) -> Result<Option<Box<Posture>>, Error> {
     let mut config = config.clone();
     let mut contacts = problem.contacts.clone();
-    let mut dropped = Dropped {
+    let mut relaxed = Relaxed {
         places: vec![false; contacts.len()],
         equilibrium: ease(Group::Equilibrium) != Ease::Kept,
     };
@@ -55,7 +55,7 @@ pub(super) fn eased(
             Ease::By(needed) => contact.friction = needed.max(contact.friction),
             Ease::Gone => contact.friction = ANY_FRICTION,
         }
-        dropped.places[i] = ease(Group::Place(i)) != Ease::Kept;
+        relaxed.places[i] = ease(Group::Place(i)) != Ease::Kept;
     }
     let base_goal = match ease(Group::Goal) {
         Ease::Kept => problem.base_goal.clone(),
@@ -70,7 +70,7 @@ pub(super) fn eased(
         base_goal,
         ..*problem
     };
-    let outcome = solve_without(&problem, &config, dropped)?;
+    let outcome = solve_relaxed(&problem, &config, relaxed)?;
     Ok(match outcome {
         Outcome::Feasible(posture) => Some(posture),
         _ => None,
@@ -147,23 +147,20 @@ pub(super) fn relax(
 #[allow(non_snake_case)]
 fn displacement(problem: &Problem, i: usize, free: &Posture) -> Option<Relaxation> {
     let is = free.contacts[i].X_WC.translation.vector;
-    let patch = &problem.robot.patches[problem.contacts[i].patch].name;
-    let (amount, direction) = match &problem.contacts[i].place {
-        Place::Fixed { X_WC, .. } => {
-            let by = is - X_WC.translation.vector;
+    let asked = &problem.contacts[i];
+    let shape = &problem.robot.patches[asked.patch];
+    let patch = &shape.name;
+    let (amount, direction) = match asked.area() {
+        None => {
+            let by = is - asked.X_WC.translation.vector;
             let [x, y, z] = [by.x, by.y, by.z].map(|c| 1e3 * c);
             (by.norm(), format!(" (x {x:+.0}, y {y:+.0}, z {z:+.0})"))
         }
-        Place::OnSurface { surface, .. } => {
-            let s = &problem.environment.surfaces[*surface];
-            let touched =
-                problem.robot.patches[problem.contacts[i].patch].touched_W(&free.contacts[i].X_WC);
-            let p_S = s.X_WS.inverse_transform_point(&touched.into());
-            let polygon = problem.environment.effective[*surface].as_ref()?;
-            let outside = polygon.signed_distance(&p_S.xy()).max(0.0);
+        Some(area) => {
+            let (beside, over) = area.distances_m(&shape.touched_W(&free.contacts[i].X_WC));
             (
-                outside.hypot(p_S.z),
-                format!(" ({:+.0} along the normal)", 1e3 * p_S.z),
+                beside.hypot(over),
+                format!(" ({:+.0} along the normal)", 1e3 * over),
             )
         }
     };

@@ -6,7 +6,7 @@ use sqp_craft::qp::{
 use sqp_craft::{Bounds, CancellationToken, CsrMatrix, CsrPattern};
 use sqp_craft_activeset::ActiveSetQp;
 
-use super::{Failure, Program, QpEngine};
+use super::{ELASTIC_WEIGHT, Failure, Program, QpEngine};
 use crate::rows::Tag;
 
 /// Keeps its memory between programs, and of the working set the rows that the next program has
@@ -34,15 +34,13 @@ const MAX_CHANGES: u32 = 400;
 impl QpEngine for ActiveSet {
     fn solve(&mut self, program: &Program) -> Result<Vec<f64>, Failure> {
         let fail = |e: &dyn std::fmt::Display| Failure(format!("active set: {e}"));
-        let configured = self.options.as_ref().is_some_and(|o| {
-            o.hard_rows == program.hard && o.elastic_weight == Some(program.elastic_weight)
-        });
-        if !configured {
+        let configured = self.options.as_ref();
+        if configured.is_none_or(|options| options.hard_rows != program.hard) {
             let options = QpOptions {
                 tolerance: 1e-9,
                 acceptance_tolerance: 1e-5,
                 max_iterations: MAX_CHANGES,
-                elastic_weight: Some(program.elastic_weight),
+                elastic_weight: Some(ELASTIC_WEIGHT),
                 hard_rows: program.hard.to_vec(),
                 ..QpOptions::default()
             };

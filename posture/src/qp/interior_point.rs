@@ -3,7 +3,7 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 
-use super::{Failure, Program, QpEngine};
+use super::{ELASTIC_WEIGHT, Failure, Program, QpEngine};
 
 /// Keeps nothing between programs.
 pub(crate) struct InteriorPoint;
@@ -74,7 +74,7 @@ impl QpEngine for InteriorPoint {
         }
         let h = CscMatrix::new_from_triplets(size, size, hi, hj, hv);
         let mut gradient = program.gradient.to_vec();
-        gradient.resize(size, program.elastic_weight);
+        gradient.resize(size, ELASTIC_WEIGHT);
         let (mut ai, mut aj, mut av, mut b) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (entries, bound) in equal.iter().chain(&below) {
             for &(j, v) in entries {

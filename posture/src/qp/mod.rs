@@ -1,6 +1,6 @@
 //! The quadratic programs of the SQP, behind one trait so that engines can be exchanged.
 //!
-//!   min ½ δᵀHδ + gᵀδ + γ Σ t_i   s.t.  l ≤ Aδ + t ≤ u,  lower ≤ δ ≤ upper
+//!   min ½ δᵀHδ + gᵀδ + γ Σ |t_i|   s.t.  l ≤ Aδ + t ≤ u,  lower ≤ δ ≤ upper
 //!
 //! Rows that are not hard are relaxed by t at the price γ (elastic mode), so that every program
 //! has a solution.
@@ -15,6 +15,9 @@ use crate::rows::Tag;
 
 pub(crate) use active_set::ActiveSet;
 pub(crate) use interior_point::InteriorPoint;
+
+/// Price γ of a violated row: above the multipliers of problems that have a posture.
+pub(crate) const ELASTIC_WEIGHT: f64 = 100.0;
 
 /// One quadratic program.
 pub(crate) struct Program<'a> {
@@ -36,8 +39,6 @@ pub(crate) struct Program<'a> {
     pub lower: &'a [f64],
     /// Bounds of δ, n.
     pub upper: &'a [f64],
-    /// γ.
-    pub elastic_weight: f64,
 }
 
 /// Why an engine gave no solution.

@@ -8,7 +8,6 @@
 
 mod ascent;
 mod broad;
-mod drawing;
 mod geometry;
 mod hull;
 mod model;

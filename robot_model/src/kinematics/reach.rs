@@ -24,6 +24,32 @@ pub struct PointTarget {
     pub p_W: Vector3<f64>,
 }
 
+impl Kinematics {
+    /// The step of the joints, least in norm, that moves the point of `body` at `p_W` by `by_W`.
+    ///
+    ///   δ = Jᵀ (J Jᵀ + λ² 1)⁻¹ by
+    ///
+    /// Shapes: δ nj.  Units: m, λ m/rad.  Frames: W.  `None` where the matrix is singular.
+    #[allow(non_snake_case)]
+    pub fn point_step(
+        &self,
+        robot: &Robot,
+        body: usize,
+        p_W: &Vector3<f64>,
+        by_W: &Vector3<f64>,
+        damping: f64,
+    ) -> Option<DVector<f64>> {
+        let mut J = DMatrix::zeros(3, robot.nv());
+        self.point_jacobian(robot, body, p_W, &mut J);
+        let J_joints = J.columns(6, robot.nj());
+        let mut gram = J_joints * J_joints.transpose();
+        for k in 0..3 {
+            gram[(k, k)] += damping * damping;
+        }
+        Some(J_joints.tr_mul(&(gram.try_inverse()? * by_W)))
+    }
+}
+
 /// The configuration with the base of `start` in which every target is reached to `tolerance_m`
 /// within the joints' limits; `None` where descent from `start` does not find one.
 ///

@@ -62,22 +62,16 @@ enum Kind {
 /// The patches of a contacts file on a robot.
 ///
 /// # Errors
-/// [`Error::Parse`] with the line; [`Error::Patch`] for a polygon that is not strictly convex
+/// [`Error::File`] with the line; [`Error::Part`] for a polygon that is not strictly convex
 /// and counter-clockwise, a radius or a friction that is not positive, an area without a polygon or
 /// a point without a radius, a name given twice;
 /// [`Error::Unknown`] for a link that is not there.
 pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactPatch>, Error> {
-    let parsed: File = toml::from_str(text).map_err(|error| Error::Parse {
-        file: file.to_owned(),
-        cause: error.to_string().trim_end().to_owned(),
-    })?;
+    let parsed: File =
+        toml::from_str(text).map_err(|error| Error::file(file, error.to_string().trim_end()))?;
     let mut patches: Vec<ContactPatch> = Vec::new();
     for patch in &parsed.patch {
-        let refuse = |cause: String| Error::Patch {
-            file: file.to_owned(),
-            patch: patch.name.clone(),
-            cause,
-        };
+        let refuse = |cause: String| Error::part(file, "patch", &patch.name, cause);
         if patches.iter().any(|other| other.name == patch.name) {
             return Err(refuse("its name is given twice".to_owned()));
         }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, SymmetricEigen, Vector3};
 
 use super::Findings;
-use super::urdf::{Inertial, Link};
+use super::urdf::pose;
 use crate::{Body, Error, JointKind};
 
 /// Moving bodies below this mass are massless: dummy links carry 1e-6 kg and the like.
@@ -22,30 +22,28 @@ impl Lump {
     /// Adds what a link at `X_BL` states.
     ///
     /// # Errors
-    /// [`Error::Inertia`] for a negative mass.
+    /// [`Error::Part`] for a negative mass.
     #[allow(non_snake_case)]
-    pub fn add(&mut self, file: &str, link: &Link, X_BL: &Isometry3<f64>) -> Result<(), Error> {
-        let Some(Inertial {
-            pose,
-            mass_kg,
-            inertia,
-        }) = &link.inertial
-        else {
-            return Ok(());
-        };
-        if *mass_kg < 0.0 {
+    pub fn add(
+        &mut self,
+        file: &str,
+        link: &urdf_rs::Link,
+        X_BL: &Isometry3<f64>,
+    ) -> Result<(), Error> {
+        let mass_kg = link.inertial.mass.value;
+        if mass_kg < 0.0 {
             let cause = format!("its mass is {mass_kg} kg");
-            return Err(Error::Inertia {
-                file: file.to_owned(),
-                link: link.name.clone(),
-                cause,
-            });
+            return Err(Error::part(file, "link", &link.name, cause));
         }
-        let X_BI = X_BL * pose;
+        let of = &link.inertial.inertia;
+        let inertia = Matrix3::new(
+            of.ixx, of.ixy, of.ixz, of.ixy, of.iyy, of.iyz, of.ixz, of.iyz, of.izz,
+        );
+        let X_BI = X_BL * pose(&link.inertial.origin);
         let R_BI = X_BI.rotation.to_rotation_matrix();
         let inertia_B = R_BI.matrix() * inertia * R_BI.matrix().transpose();
         self.parts
-            .push((*mass_kg, X_BI.translation.vector, inertia_B));
+            .push((mass_kg, X_BI.translation.vector, inertia_B));
         Ok(())
     }
 
@@ -75,7 +73,7 @@ impl Lump {
 /// Whether every moving body can be one: some mass to move, an inertia that masses can have.
 ///
 /// # Errors
-/// [`Error::Inertia`] for a joint that carries no mass at all and for an inertia with a negative
+/// [`Error::Part`] for a joint that carries no mass at all and for an inertia with a negative
 /// principal moment, unless `findings` is lenient; lesser flaws, which do not touch statics,
 /// become notes.
 pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Result<(), Error> {
@@ -87,11 +85,7 @@ pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Res
     }
     for (body, carried) in bodies.iter().zip(&carried) {
         let link = body.name.as_str();
-        let refuse = |cause: String| Error::Inertia {
-            file: file.to_owned(),
-            link: link.to_owned(),
-            cause,
-        };
+        let refuse = |cause: String| Error::part(file, "link", link, cause);
         if *carried < MASSLESS_KG {
             let cause = match body.kind {
                 JointKind::Floating => "the whole robot is massless".to_owned(),

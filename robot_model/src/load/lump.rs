@@ -4,11 +4,12 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
+use urdf_rs::{Joint, JointType};
 
 use super::Findings;
 use super::inertia::{self, Lump};
 use super::tree::Tree;
-use super::urdf::{Joint, JointType, Urdf};
+use super::urdf::{Urdf, pose};
 use crate::{Body, Error, Frame, JointKind};
 
 /// The bodies, and for every link (by its index) the body it is part of and its pose there.
@@ -21,19 +22,20 @@ pub(super) struct Lumped {
 /// Lumps links on fixed and locked joints into the bodies that move.
 ///
 /// # Errors
-/// [`Error::Joint`] for limits or an axis that make no sense, a floating joint anywhere but
-/// under a dummy root; [`Error::Inertia`] as [`inertia::check`] says.
+/// [`Error::Part`] for limits or an axis that make no sense, a floating joint anywhere but
+/// under a dummy root; [`Error::Part`] as [`inertia::check`] says.
 pub(super) fn lump(
     file: &str,
     urdf: &Urdf,
     tree: &Tree,
     findings: &mut Findings,
 ) -> Result<Lumped, Error> {
+    let links = &urdf.robot.links;
     let root = base_of(urdf, tree, findings);
-    let mut bodies = vec![base_body(urdf.links[root].name.clone())];
+    let mut bodies = vec![base_body(links[root].name.clone())];
     let mut lumps = vec![Lump::default()];
     let mut frames = Vec::new();
-    let mut places = vec![None; urdf.links.len()];
+    let mut places = vec![None; links.len()];
     // Depth first, children in the file's order.
     let mut open = vec![(root, 0, Isometry3::identity(), None)];
     while let Some((link, body, X_BL, mover)) = open.pop() {
@@ -41,29 +43,23 @@ pub(super) fn lump(
         let (body, X_BL) = match mover {
             None => (body, X_BL),
             Some((joint, motion)) => {
-                bodies.push(moving_body(
-                    &urdf.links[link].name,
-                    joint,
-                    body,
-                    X_BL,
-                    motion,
-                ));
+                bodies.push(moving_body(&links[link].name, joint, body, X_BL, motion));
                 lumps.push(Lump::default());
                 (bodies.len() - 1, Isometry3::identity())
             }
         };
-        lumps[body].add(file, &urdf.links[link], &X_BL)?;
+        lumps[body].add(file, &links[link], &X_BL)?;
         frames.push(Frame {
-            name: urdf.links[link].name.clone(),
+            name: links[link].name.clone(),
             body,
             X_BL,
         });
         places[link] = Some((body, X_BL));
         let first = open.len();
         for &(j, child) in &tree.children[link] {
-            let joint = &urdf.joints[j];
-            let X_BJ = X_BL * joint.pose;
-            open.push(match motion_of(file, urdf, joint, findings)? {
+            let joint = &urdf.robot.joints[j];
+            let X_BJ = X_BL * pose(&joint.origin);
+            open.push(match motion_of(file, urdf, j, findings)? {
                 Motion::Locked(X_JL) => (child, body, X_BJ * X_JL, None),
                 Motion::Moves(range) => (child, body, X_BJ, Some((joint, range))),
             });
@@ -83,15 +79,12 @@ pub(super) fn lump(
 
 /// The link that floats: the root, or what hangs on a dummy root by a floating joint.
 fn base_of(urdf: &Urdf, tree: &Tree, findings: &mut Findings) -> usize {
-    let root = &urdf.links[tree.root];
-    let is_dummy = root.collisions.is_empty()
-        && root
-            .inertial
-            .as_ref()
-            .is_none_or(|inertial| inertial.mass_kg == 0.0);
+    let (links, joints) = (&urdf.robot.links, &urdf.robot.joints);
+    let root = &links[tree.root];
+    let is_dummy = root.collision.is_empty() && root.inertial.mass.value == 0.0;
     match tree.children[tree.root].as_slice() {
-        [(j, child)] if is_dummy && urdf.joints[*j].kind == JointType::Floating => {
-            let (name, base) = (&root.name, &urdf.links[*child].name);
+        [(j, child)] if is_dummy && joints[*j].joint_type == JointType::Floating => {
+            let (name, base) = (&root.name, &links[*child].name);
             findings.note(format!(
                 "link \"{base}\" floats; the dummy root \"{name}\" is dropped"
             ));
@@ -117,78 +110,80 @@ struct Range {
     velocity: f64,
 }
 
-fn motion_of(
-    file: &str,
-    urdf: &Urdf,
-    joint: &Joint,
-    findings: &mut Findings,
-) -> Result<Motion, Error> {
+fn motion_of(file: &str, urdf: &Urdf, j: usize, findings: &mut Findings) -> Result<Motion, Error> {
+    let (joint, line) = (&urdf.robot.joints[j], urdf.joint_lines[j]);
     let name = joint.name.as_str();
     let refuse = |cause: &str| {
-        let cause = format!("line {}: {cause}", joint.line);
-        Err(Error::Joint {
-            file: file.to_owned(),
-            joint: name.to_owned(),
-            cause,
-        })
+        let cause = format!("line {line}: {cause}");
+        Err(Error::part(file, "joint", name, cause))
     };
-    if joint.kind == JointType::Fixed {
+    if joint.joint_type == JointType::Fixed {
         return Ok(Motion::Locked(Isometry3::identity()));
     }
-    if joint.kind == JointType::Floating {
+    if joint.joint_type == JointType::Floating {
         return refuse("a floating joint is supported under a dummy root link only");
     }
-    let Some(axis) = UnitVector3::try_new(joint.axis, 1e-9) else {
+    let Some(axis) = UnitVector3::try_new(Vector3::from(*joint.axis.xyz), 1e-9) else {
         return refuse("its axis is zero");
     };
-    let kind = match joint.kind {
+    let kind = match joint.joint_type {
         JointType::Prismatic => JointKind::Prismatic,
         _ => JointKind::Revolute,
     };
     // A mimic joint is no freedom of its own: it stays where it is while its leader is at zero.
     if let Some(mimic) = &joint.mimic {
-        if !urdf.joints.iter().any(|other| other.name == mimic.joint) {
+        let offset = mimic.offset.unwrap_or(0.0);
+        if !urdf
+            .robot
+            .joints
+            .iter()
+            .any(|other| other.name == mimic.joint)
+        {
             // Locked all the same.
             findings.note(format!(
                 "joint \"{name}\" mimics no joint: \"{}\"",
                 mimic.joint
             ));
         }
-        findings.mimics.push(format!(
-            "\"{name}\" at {} (mimics \"{}\")",
-            mimic.offset, mimic.joint
-        ));
-        return Ok(Motion::Locked(moved(kind, &axis, mimic.offset)));
+        let leader = &mimic.joint;
+        let at = format!("\"{name}\" at {offset} (mimics \"{leader}\")");
+        findings.list("mimic joints are locked", at);
+        return Ok(Motion::Locked(moved(kind, &axis, offset)));
     }
-    let (lower, upper) = match (&joint.limit, joint.kind) {
-        (_, JointType::Continuous) => {
-            findings.continuous.push(name.to_owned());
-            (-TAU, TAU)
+    let (mut lower, mut upper) = (joint.limit.lower, joint.limit.upper);
+    if joint.joint_type == JointType::Continuous {
+        (lower, upper) = (f64::NEG_INFINITY, f64::INFINITY);
+    }
+    // A URDF of version 1.2 may leave out either limit of any joint.
+    if lower.is_infinite() || upper.is_infinite() {
+        if kind == JointKind::Prismatic {
+            return refuse("it slides without limit");
         }
-        (None, _) => return refuse("it has no <limit>"),
-        (Some(limit), _) => (limit.lower, limit.upper),
-    };
+        findings.list("continuous joints are limited to ±2π rad", name);
+        (lower, upper) = (lower.max(-TAU), upper.min(TAU));
+    }
     if lower > upper {
         return refuse(&format!(
             "its lower limit {lower} is above its upper limit {upper}"
         ));
     }
     if lower == upper {
-        findings.locked.push(format!("\"{name}\" at {lower}"));
+        let at = format!("\"{name}\" at {lower}");
+        findings.list("joints without a range are locked", at);
         return Ok(Motion::Locked(moved(kind, &axis, lower)));
     }
-    // What is absent or zero is not stated: no motor has no torque.
-    let stated = |value: Option<f64>| value.filter(|v| *v != 0.0).unwrap_or(f64::INFINITY);
-    let effort = stated(joint.limit.as_ref().and_then(|limit| limit.effort));
-    let velocity = stated(joint.limit.as_ref().and_then(|limit| limit.velocity));
+    // No motor has no torque or speed: zero stands for a limit that is not stated.
+    let stated = |value: f64| if value == 0.0 { f64::INFINITY } else { value };
+    let effort = stated(joint.limit.effort);
+    let velocity = stated(joint.limit.velocity);
     if effort < 0.0 || velocity < 0.0 {
         return refuse("its effort or velocity limit is negative");
     }
     if effort.is_infinite() {
-        findings.without_effort.push(name.to_owned());
+        findings.list("no effort limit is stated, none is used", name);
     }
     if velocity.is_infinite() {
-        findings.without_velocity.push(name.to_owned());
+        findings.list("no velocity limit is stated, none is used", name);
     }
     Ok(Motion::Moves(Range {
         kind,

@@ -1,6 +1,6 @@
 //! URDF + SRDF + contacts file → [`Robot`].
 //!
-//! 1. `urdf` says what the file says; `tree` whether that is a tree.
+//! 1. `urdf` reads the file through urdf-rs; `tree` says whether its links make a tree.
 //! 2. `lump` makes moving bodies of it, `inertia` weighs them, `shapes` gives them hulls.
 //! 3. `srdf` adds postures and disables pairs; `contacts` adds patches.
 
@@ -12,7 +12,6 @@ mod shapes;
 mod srdf;
 mod tree;
 mod urdf;
-mod xml;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -42,18 +41,6 @@ impl RobotFiles {
             urdf: urdf.into(),
             ..RobotFiles::default()
         }
-    }
-
-    /// With an SRDF.
-    pub fn with_srdf(mut self, srdf: impl Into<PathBuf>) -> Self {
-        self.srdf = Some(srdf.into());
-        self
-    }
-
-    /// With a contacts file.
-    pub fn with_contacts(mut self, contacts: impl Into<PathBuf>) -> Self {
-        self.contacts = Some(contacts.into());
-        self
     }
 }
 
@@ -129,12 +116,11 @@ fn assemble(texts: &Texts, meshes: &MeshSource, config: &Config) -> Result<Robot
     let mut reader = shapes::ShapeReader {
         file,
         meshes,
-        config,
         hulls: BTreeMap::new(),
     };
-    let shapes = reader.read(&urdf, &lumped.places, &mut findings)?;
+    let shapes = reader.read(&urdf.robot.links, &lumped.places, &mut findings)?;
     let collision = CollisionModel::new(shapes, &lumped.bodies);
-    let mut robot = Robot::new(urdf.name, lumped.bodies, lumped.frames, collision)?;
+    let mut robot = Robot::new(urdf.robot.name, lumped.bodies, lumped.frames, collision)?;
     // What the other files add.
     if let Some((file, text)) = &texts.srdf {
         srdf::apply(file, text, &mut robot, &mut findings)?;
@@ -146,18 +132,19 @@ fn assemble(texts: &Texts, meshes: &MeshSource, config: &Config) -> Result<Robot
     robot.collision.disable_overlapping_neighbours(&resting);
     // Overlap at rest is a flaw of the shapes, not of the posture.
     let overlapping = robot.colliding_pairs(&robot.resting());
+    let mut what = "links overlap at rest and are watched all the same";
     if config.disable_colliding_at_rest {
-        robot.collision.disable(|a, b| {
-            overlapping
-                .iter()
-                .any(|pair| pair.link_a == a && pair.link_b == b)
-        });
+        what = "links overlap at rest and are not watched";
+        let at_rest = |a: &str, b: &str| {
+            let mut pairs = overlapping.iter();
+            pairs.any(|pair| pair.link_a == a && pair.link_b == b)
+        };
+        robot.collision.disable(at_rest);
     }
-    findings.watches_overlap = !config.disable_colliding_at_rest;
-    findings.overlapping = overlapping
-        .iter()
-        .map(|p| format!("{} – {} ({:.1} mm)", p.link_a, p.link_b, -p.distance * 1e3))
-        .collect();
+    for pair in &overlapping {
+        let (a, b, depth_mm) = (&pair.link_a, &pair.link_b, -pair.distance * 1e3);
+        findings.list(what, format!("{a} – {b} ({depth_mm:.1} mm)"));
+    }
     robot.notes = findings.into_notes();
     Ok(robot)
 }
@@ -167,9 +154,9 @@ fn read_text(path: &Path) -> Result<String, Error> {
         path: path.to_owned(),
         source,
     })?;
-    String::from_utf8(bytes).map_err(|error| Error::Parse {
-        file: path.display().to_string(),
-        cause: format!("byte {} is no UTF-8 text", error.utf8_error().valid_up_to()),
+    String::from_utf8(bytes).map_err(|error| {
+        let cause = format!("byte {} is no UTF-8 text", error.utf8_error().valid_up_to());
+        Error::file(path.display(), cause)
     })
 }
 
@@ -178,19 +165,21 @@ fn read_text(path: &Path) -> Result<String, Error> {
 struct Findings {
     lenient: bool,
     notes: Vec<String>,
-    mimics: Vec<String>,
-    continuous: Vec<String>,
-    locked: Vec<String>,
-    without_effort: Vec<String>,
-    without_velocity: Vec<String>,
-    simplified: Vec<String>,
-    overlapping: Vec<String>,
-    watches_overlap: bool,
+    /// What was found of several things, in the order of its first appearance, and those things.
+    lists: Vec<(&'static str, Vec<String>)>,
 }
 
 impl Findings {
     fn note(&mut self, note: String) {
         self.notes.push(note);
+    }
+
+    /// Adds `thing` to those of which `what` is to be told.
+    fn list(&mut self, what: &'static str, thing: impl Into<String>) {
+        match self.lists.iter_mut().find(|(of, _)| *of == what) {
+            Some((_, things)) => things.push(thing.into()),
+            None => self.lists.push((what, vec![thing.into()])),
+        }
     }
 
     /// The error itself, or a note of it where that is wanted.
@@ -202,35 +191,9 @@ impl Findings {
         Ok(())
     }
 
-    /// Things of a kind are told of together, one note a kind.
     fn into_notes(self) -> Vec<String> {
-        let overlapping = if self.watches_overlap {
-            "links overlap at rest and are watched all the same"
-        } else {
-            "links overlap at rest and are not watched"
-        };
-        let kinds = [
-            ("mimic joints are locked", self.mimics),
-            ("joints without a range are locked", self.locked),
-            ("continuous joints are limited to ±2π rad", self.continuous),
-            (
-                "no effort limit is stated, none is used",
-                self.without_effort,
-            ),
-            (
-                "no velocity limit is stated, none is used",
-                self.without_velocity,
-            ),
-            (
-                "hulls were simplified; the meshes stick out by up to",
-                self.simplified,
-            ),
-            (overlapping, self.overlapping),
-        ];
-        let listed = kinds.into_iter().filter(|(_, of)| !of.is_empty());
-        listed
-            .map(|(what, of)| format!("{what}: {}", of.join(", ")))
-            .chain(self.notes)
-            .collect()
+        let lists = self.lists.into_iter();
+        let lists = lists.map(|(what, things)| format!("{what}: {}", things.join(", ")));
+        lists.chain(self.notes).collect()
     }
 }

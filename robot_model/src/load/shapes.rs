@@ -5,17 +5,21 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use nalgebra::{Isometry3, Point3, Vector3};
+use urdf_rs::{Geometry, Link};
 
-use super::urdf::{Geometry, Urdf};
+use super::urdf::pose;
 use super::{Findings, MeshSource};
 use crate::collision::{Hull, Shape, ShapeGeometry};
-use crate::{Config, Error, mesh_file};
+use crate::{Error, mesh_file};
+
+/// Most vertices of a collision mesh's convex hull. A mesh with more is simplified to those that
+/// tell most, and a note says how far the rest stick out.
+const HULL_VERTICES: usize = 64;
 
 /// Reads the collision shapes of a robot's links, every mesh as its convex hull.
 pub(super) struct ShapeReader<'a> {
     pub file: &'a str,
     pub meshes: &'a MeshSource<'a>,
-    pub config: &'a Config,
     /// Hulls by file name and scale: many a robot has two equal arms.
     pub hulls: BTreeMap<(String, [u64; 3]), Hull>,
 }
@@ -24,23 +28,23 @@ impl ShapeReader<'_> {
     /// The shapes of every link that has a place in a body.
     ///
     /// # Errors
-    /// [`Error::Shape`] naming link and mesh: missing, malformed, without volume; a size that is
+    /// [`Error::Part`] naming link and mesh: missing, malformed, without volume; a size that is
     /// not positive.
     pub fn read(
         &mut self,
-        urdf: &Urdf,
+        links: &[Link],
         places: &[Option<(usize, Isometry3<f64>)>],
         findings: &mut Findings,
     ) -> Result<Vec<Shape>, Error> {
         let mut shapes = Vec::new();
-        for (link, place) in urdf.links.iter().zip(places) {
+        for (link, place) in links.iter().zip(places) {
             let Some((body, X_BL)) = place else { continue };
-            for collision in &link.collisions {
+            for collision in &link.collision {
                 let geometry = self.shape(&link.name, &collision.geometry, findings)?;
                 shapes.push(Shape {
                     link: link.name.clone(),
                     body: *body,
-                    X_BG: X_BL * collision.pose,
+                    X_BG: X_BL * pose(&collision.origin),
                     geometry,
                 });
             }
@@ -58,7 +62,7 @@ impl ShapeReader<'_> {
             Geometry::Box { size } => (
                 "box",
                 ShapeGeometry::Box {
-                    half_extents_m: Vector3::from(*size) / 2.0,
+                    half_extents_m: Vector3::from(**size) / 2.0,
                 },
             ),
             Geometry::Sphere { radius } => ("sphere", ShapeGeometry::Sphere { radius_m: *radius }),
@@ -77,7 +81,8 @@ impl ShapeReader<'_> {
                 },
             ),
             Geometry::Mesh { filename, scale } => {
-                let hull = self.hull(link, filename, scale, findings)?;
+                let scale = scale.map_or([1.0; 3], |scale| *scale);
+                let hull = self.hull(link, filename, &scale, findings)?;
                 (filename.as_str(), ShapeGeometry::ConvexHull(hull))
             }
         };
@@ -101,7 +106,7 @@ impl ShapeReader<'_> {
         }
         let bytes = (self.meshes)(filename).map_err(|cause| self.refuse(link, filename, cause))?;
         let mesh = mesh_file::parse(Path::new(filename), &bytes).map_err(|error| match error {
-            Error::Mesh { cause, .. } => self.refuse(link, filename, cause),
+            Error::File { cause, .. } => self.refuse(link, filename, cause),
             other => other,
         })?;
         let scaled: Vec<Point3<f64>> = mesh
@@ -109,26 +114,21 @@ impl ShapeReader<'_> {
             .iter()
             .map(|v| Point3::from(v.coords.component_mul(&Vector3::from(*scale))))
             .collect();
-        let hull = Hull::with_at_most(&scaled, self.config.hull_vertices.max(4))
+        let hull = Hull::with_at_most(&scaled, HULL_VERTICES)
             .map_err(|error| self.refuse(link, filename, error.to_string()))?;
         // A millimetre is what a clearance margin does not notice.
         let shortfall_mm = hull.shortfall_m() * 1e3;
         if shortfall_mm > 1.0 {
-            findings
-                .simplified
-                .push(format!("{link} ({shortfall_mm:.1} mm)"));
+            let what = "hulls were simplified; the meshes stick out by up to";
+            findings.list(what, format!("{link} ({shortfall_mm:.1} mm)"));
         }
         self.hulls.insert(key, hull.clone());
         Ok(hull)
     }
 
     fn refuse(&self, link: &str, what: &str, cause: String) -> Error {
-        let what = what.to_owned();
-        Error::Shape {
-            file: self.file.to_owned(),
-            link: link.to_owned(),
-            what,
-            cause,
-        }
+        let part = format!("link \"{link}\": collision {what}");
+        let file = self.file.to_owned();
+        Error::Part { file, part, cause }
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use roxmltree::Node;
 
 use super::Findings;
-use super::xml::{Source, children};
+use crate::xml::{Source, children};
 use crate::{Error, Robot};
 
 /// Adds an SRDF's postures to a robot and disables its pairs of links.
@@ -16,7 +16,7 @@ use crate::{Error, Robot};
 /// [x y z qx qy qz qw] of a root joint become the posture's base pose.
 ///
 /// # Errors
-/// [`Error::Parse`] with the line; [`Error::Unknown`] for a link that is not there, unless
+/// [`Error::File`] with the line; [`Error::Unknown`] for a link that is not there, unless
 /// `findings` is lenient.
 pub(super) fn apply(
     file: &str,
@@ -37,8 +37,7 @@ pub(super) fn apply(
         for link in [a, b] {
             if robot.frames.iter().all(|f| f.name != link) {
                 known = false;
-                let line = source.document.text_pos_at(pair.range().start).row;
-                let place = format!("{file}: line {line}");
+                let place = format!("{file}: line {}", source.line(pair));
                 let links = robot.frames.iter().map(|f| f.name.as_str());
                 let error = Error::unknown(Some(&place), "link", link, links);
                 findings.refuse_unless_lenient(error)?;

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::urdf::{Joint, Urdf};
+use super::urdf::Urdf;
 use crate::Error;
 
 /// The links as a tree.
@@ -16,117 +16,80 @@ pub(super) struct Tree {
 /// The tree of a URDF's links.
 ///
 /// # Errors
-/// [`Error::Tree`] naming the link or joint: a name given twice, a link with two parents, a loop,
+/// [`Error::File`] naming the link or joint: a name given twice, a link with two parents, a loop,
 /// none or several roots. [`Error::Unknown`] when a joint names a link that is not there.
 pub(super) fn of(file: &str, urdf: &Urdf) -> Result<Tree, Error> {
-    let refuse = |cause: String| {
-        Err(Error::Tree {
-            file: file.to_owned(),
-            cause,
-        })
-    };
+    let refuse = |cause: String| Err(Error::file(file, cause));
+    let (links, joints) = (&urdf.robot.links, &urdf.robot.joints);
     let mut index = BTreeMap::new();
-    for (i, link) in urdf.links.iter().enumerate() {
+    for (i, link) in links.iter().enumerate() {
         if index.insert(link.name.as_str(), i).is_some() {
             return refuse(format!("two links are named \"{}\"", link.name));
         }
     }
     let mut names = BTreeSet::new();
-    for joint in &urdf.joints {
-        if !names.insert(joint.name.as_str()) {
-            return refuse(format!(
-                "line {}: two joints are named \"{}\"",
-                joint.line, joint.name
-            ));
+    // At most one joint moves a link: its (parent, joint) by the link's index.
+    let mut mover: Vec<Option<(usize, usize)>> = vec![None; links.len()];
+    let mut children = vec![Vec::new(); links.len()];
+    for (j, (joint, line)) in joints.iter().zip(&urdf.joint_lines).enumerate() {
+        let name = joint.name.as_str();
+        if !names.insert(name) {
+            return refuse(format!("line {line}: two joints are named \"{name}\""));
         }
-    }
-    let find = |joint: &Joint, end: &str, link: &str| {
-        index.get(link).copied().ok_or_else(|| {
-            let place = format!(
-                "{file}: line {}: {end} of joint \"{}\"",
-                joint.line, joint.name
-            );
-            Error::unknown(Some(&place), "link", link, index.keys().copied())
-        })
-    };
-    // At most one joint moves a link.
-    let mut mover: Vec<Option<usize>> = vec![None; urdf.links.len()];
-    let mut children = vec![Vec::new(); urdf.links.len()];
-    for (j, joint) in urdf.joints.iter().enumerate() {
-        let parent = find(joint, "parent", &joint.parent)?;
-        let child = find(joint, "child", &joint.child)?;
-        if let Some(other) = mover[child].replace(j) {
-            let (link, line) = (&joint.child, joint.line);
-            let (first, second) = (&urdf.joints[other].name, &joint.name);
+        let find = |end: &str, link: &str| {
+            index.get(link).copied().ok_or_else(|| {
+                let place = format!("{file}: line {line}: {end} of joint \"{name}\"");
+                Error::unknown(Some(&place), "link", link, index.keys().copied())
+            })
+        };
+        let parent = find("parent", &joint.parent.link)?;
+        let child = find("child", &joint.child.link)?;
+        if let Some((_, other)) = mover[child].replace((parent, j)) {
+            let (link, first) = (&joint.child.link, &joints[other].name);
             return refuse(format!(
                 "line {line}: link \"{link}\" is the child of two joints, \"{first}\" and \
-                 \"{second}\": a closed chain is no tree"
+                 \"{name}\": a closed chain is no tree"
             ));
         }
         children[parent].push((j, child));
     }
-    // One root, from which every link is reached.
-    let roots: Vec<usize> = (0..urdf.links.len())
-        .filter(|&i| mover[i].is_none())
-        .collect();
-    let root = match roots.as_slice() {
-        [root] => *root,
-        [] => {
-            let cycle = cycle_of(urdf, &index, &mover, 0);
-            return refuse(format!(
-                "there is no root link: the links {cycle} form a loop"
-            ));
-        }
-        several => {
-            let names: Vec<_> = several
-                .iter()
-                .map(|&i| format!("\"{}\"", urdf.links[i].name))
-                .collect();
-            let (count, list) = (
-                names.len(),
-                names.iter().take(8).cloned().collect::<Vec<_>>(),
-            );
-            let list = list.join(", ");
-            return refuse(format!("there are {count} root links and not one: {list}"));
-        }
-    };
-    let mut reached = vec![false; urdf.links.len()];
-    let mut open = vec![root];
+    // At most one root, from which every link is reached: what is not reached hangs on a loop.
+    let roots: Vec<usize> = (0..links.len()).filter(|&i| mover[i].is_none()).collect();
+    if roots.len() > 1 {
+        let named = roots.iter().take(8).map(|&i| links[i].name.as_str());
+        return refuse(format!(
+            "there are {} root links and not one: {:?}",
+            roots.len(),
+            named.collect::<Vec<_>>()
+        ));
+    }
+    let mut reached = vec![false; links.len()];
+    let mut open = roots.clone();
     while let Some(link) = open.pop() {
         reached[link] = true;
         open.extend(children[link].iter().map(|&(_, child)| child));
     }
-    match reached.iter().position(|r| !r) {
-        None => Ok(Tree { root, children }),
-        Some(lost) => {
-            let cycle = cycle_of(urdf, &index, &mover, lost);
-            refuse(format!("the links {cycle} form a loop"))
+    match (reached.iter().position(|r| !r), roots.first()) {
+        (None, Some(&root)) => Ok(Tree { root, children }),
+        (lost, _) => {
+            let cycle = loop_above(lost.unwrap_or(0), &mover);
+            let names = cycle.iter().take(8).map(|&i| links[i].name.as_str());
+            let names: Vec<_> = names.collect();
+            refuse(format!("the links {names:?} form a loop"))
         }
     }
 }
 
-/// The links met on the way up from `start` once it repeats itself.
-fn cycle_of(
-    urdf: &Urdf,
-    index: &BTreeMap<&str, usize>,
-    mover: &[Option<usize>],
-    start: usize,
-) -> String {
+/// The links of the loop that the way up from `start` ends in.
+fn loop_above(start: usize, mover: &[Option<(usize, usize)>]) -> Vec<usize> {
     let mut path: Vec<usize> = Vec::new();
-    let mut seen = vec![false; mover.len()];
-    let mut at = start;
-    while !seen[at] {
-        seen[at] = true;
-        path.push(at);
-        let parent = mover[at].and_then(|j| index.get(urdf.joints[j].parent.as_str()));
-        let Some(&parent) = parent else { break };
-        at = parent;
+    let mut next = Some(start);
+    while let Some(link) = next {
+        if let Some(first) = path.iter().position(|&met| met == link) {
+            return path.split_off(first);
+        }
+        path.push(link);
+        next = mover[link].map(|(parent, _)| parent);
     }
-    let first = path.iter().position(|&link| link == at).unwrap_or(0);
-    let names: Vec<_> = path[first..]
-        .iter()
-        .take(8)
-        .map(|&i| &urdf.links[i].name)
-        .collect();
-    format!("{names:?}")
+    path
 }

@@ -1,245 +1,303 @@
-//! What a URDF file says, word for word: no defaults filled in that it does not state.
+//! Reads a URDF: our own pass over the XML, then urdf-rs.
 //!
-//! Read straight from the XML so that every complaint has its line, an absent element differs
-//! from a zero one, and a number that is none is refused.
+//! urdf-rs knows no line numbers, takes an absent limit for zero, skips the words of a vector that
+//! are no numbers, and refuses a file for elements that planning has no use for. So our pass checks
+//! every element that is needed (`LINK`, `JOINT` and what they hold), complains with the line, fills
+//! in what a file may leave out, and hands a document of these elements alone to urdf-rs.
+#![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use roxmltree::Node;
 
-use super::xml::{Source, child, children};
 use crate::Error;
+use crate::xml::{Source, child, children};
 
+/// What urdf-rs read, and where its joints stand in the file.
 pub(super) struct Urdf {
-    pub name: String,
-    pub links: Vec<Link>,
-    pub joints: Vec<Joint>,
-}
-
-pub(super) struct Link {
-    pub name: String,
-    pub inertial: Option<Inertial>,
-    pub collisions: Vec<Collision>,
-}
-
-pub(super) struct Inertial {
-    pub pose: Isometry3<f64>,
-    pub mass_kg: f64,
-    pub inertia: Matrix3<f64>,
-}
-
-pub(super) struct Collision {
-    pub pose: Isometry3<f64>,
-    pub geometry: Geometry,
-}
-
-/// A collision geometry in URDF's own measures: full sizes and lengths.
-pub(super) enum Geometry {
-    Box { size: [f64; 3] },
-    Cylinder { radius: f64, length: f64 },
-    Capsule { radius: f64, length: f64 },
-    Sphere { radius: f64 },
-    Mesh { filename: String, scale: [f64; 3] },
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum JointType {
-    Fixed,
-    Revolute,
-    Continuous,
-    Prismatic,
-    Floating,
-}
-
-pub(super) struct Joint {
-    pub name: String,
-    pub kind: JointType,
-    pub parent: String,
-    pub child: String,
-    pub pose: Isometry3<f64>,
-    pub axis: Vector3<f64>,
-    pub limit: Option<Limit>,
-    pub mimic: Option<Mimic>,
-    /// Line of the joint's element.
-    pub line: u32,
-}
-
-pub(super) struct Limit {
-    pub lower: f64,
-    pub upper: f64,
-    pub effort: Option<f64>,
-    pub velocity: Option<f64>,
-}
-
-pub(super) struct Mimic {
-    pub joint: String,
-    pub offset: f64,
+    pub robot: urdf_rs::Robot,
+    /// The line of each joint's element, in the order of `robot.joints`.
+    pub joint_lines: Vec<u32>,
 }
 
 /// Reads the text of a URDF.
 ///
 /// # Errors
-/// [`Error::Parse`] with the line; what the links and joints amount to is checked elsewhere.
+/// [`Error::File`] with the line; [`Error::Part`] for a joint without the limits that its type
+/// asks for. What the links and joints amount to is checked elsewhere.
 pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, Error> {
     let source = Source::parse(file, text)?;
-    let robot = source.robot()?;
-    let links = children(robot, "link")
-        .map(|n| link(&source, n))
-        .collect::<Result<Vec<_>, _>>()?;
-    // Joints of <transmission> and <gazebo> elements lie deeper and are none.
-    let joints = children(robot, "joint")
-        .map(|n| joint(&source, n))
-        .collect::<Result<Vec<_>, _>>()?;
-    if links.is_empty() {
+    let root = source.robot()?;
+    let mut clean = String::from("<robot");
+    attribute(
+        "name",
+        root.attribute("name").unwrap_or("robot"),
+        &mut clean,
+    );
+    if let Some(version) = root.attribute("version") {
+        attribute("version", version, &mut clean);
+    }
+    clean.push('>');
+    if child(root, "link").is_none() {
         let is_xacro = text.contains("xacro");
         let hint = if is_xacro {
             "; it is a xacro file: expand it first"
         } else {
             ""
         };
-        return Err(source.refuse(robot, format!("there is no <link>{hint}")));
+        return Err(source.refuse(root, format!("there is no <link>{hint}")));
     }
-    let name = robot.attribute("name").unwrap_or("robot").to_owned();
-    Ok(Urdf {
-        name,
-        links,
-        joints,
-    })
+    for link in children(root, "link") {
+        copy(&source, link, &LINK, &mut clean)?;
+    }
+    // Joints of <transmission> and <gazebo> elements lie deeper and are none.
+    let mut joint_lines = Vec::new();
+    for joint in children(root, "joint") {
+        check_joint(&source, joint)?;
+        copy(&source, joint, &JOINT, &mut clean)?;
+        joint_lines.push(source.line(joint));
+    }
+    clean.push_str("</robot>");
+    let robot =
+        urdf_rs::read_from_string(&clean).map_err(|error| Error::file(file, error.to_string()))?;
+    Ok(Urdf { robot, joint_lines })
 }
 
-fn link(source: &Source, node: Node) -> Result<Link, Error> {
-    let name = source.text(node, "name")?.to_owned();
-    let inertial = child(node, "inertial")
-        .map(|n| inertial(source, n))
-        .transpose()?;
-    let collisions = children(node, "collision")
-        .map(|n| collision(source, n))
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(Link {
-        name,
-        inertial,
-        collisions,
-    })
+/// The pose that an `<origin>` states.
+pub(super) fn pose(origin: &urdf_rs::Pose) -> Isometry3<f64> {
+    let ([x, y, z], [roll, pitch, yaw]) = (*origin.xyz, *origin.rpy);
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
 }
 
-fn inertial(source: &Source, node: Node) -> Result<Inertial, Error> {
-    let mass =
-        child(node, "mass").ok_or_else(|| source.refuse(node, "<inertial> has no <mass>"))?;
-    let mut inertia = Matrix3::zeros();
-    // A point mass may leave its inertia out.
-    if let Some(tensor) = child(node, "inertia") {
-        let rows = [("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2)];
-        for (name, i, j) in rows
-            .into_iter()
-            .chain([("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2)])
+/// What an attribute holds: a name, or that many numbers.
+#[derive(Clone, Copy)]
+enum Value {
+    Text,
+    Numbers(usize),
+}
+
+/// What becomes of an attribute or element that the file does not have.
+#[derive(Clone, Copy)]
+enum Absent {
+    /// The file is refused.
+    Refused,
+    /// It stays absent; urdf-rs supplies the default of the format.
+    Left,
+    /// This takes its place.
+    Filled(&'static str),
+}
+
+use Absent::{Filled, Left, Refused};
+use Value::{Numbers, Text};
+
+type Attribute = (&'static str, Value, Absent);
+
+/// An element that is handed on: its tag, attributes and, first of each tag, child elements.
+struct Element {
+    tag: &'static str,
+    absent: Absent,
+    attributes: &'static [Attribute],
+    children: &'static [Element],
+}
+
+const fn leaf(tag: &'static str, absent: Absent, attributes: &'static [Attribute]) -> Element {
+    Element {
+        tag,
+        absent,
+        attributes,
+        children: &[],
+    }
+}
+
+const LINK: Element = Element {
+    tag: "link",
+    absent: Left,
+    attributes: &[("name", Text, Refused)],
+    children: &[INERTIAL, COLLISION],
+};
+
+const INERTIAL: Element = Element {
+    tag: "inertial",
+    absent: Left,
+    attributes: &[],
+    children: &[
+        ORIGIN,
+        leaf("mass", Refused, &[("value", Numbers(1), Refused)]),
+        INERTIA,
+    ],
+};
+
+/// A point mass may leave it out.
+const INERTIA: Element = leaf(
+    "inertia",
+    Filled(r#"<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>"#),
+    &[
+        ("ixx", Numbers(1), Filled("0")),
+        ("ixy", Numbers(1), Filled("0")),
+        ("ixz", Numbers(1), Filled("0")),
+        ("iyy", Numbers(1), Filled("0")),
+        ("iyz", Numbers(1), Filled("0")),
+        ("izz", Numbers(1), Filled("0")),
+    ],
+);
+
+const COLLISION: Element = Element {
+    tag: "collision",
+    absent: Left,
+    attributes: &[],
+    children: &[ORIGIN, leaf("geometry", Refused, &[])],
+};
+
+const GEOMETRIES: [Element; 5] = [
+    leaf("box", Left, &[("size", Numbers(3), Refused)]),
+    leaf("cylinder", Left, ROUND),
+    leaf("capsule", Left, ROUND),
+    leaf("sphere", Left, &[("radius", Numbers(1), Refused)]),
+    leaf(
+        "mesh",
+        Left,
+        &[("filename", Text, Refused), ("scale", Numbers(3), Left)],
+    ),
+];
+
+const ROUND: &[Attribute] = &[
+    ("radius", Numbers(1), Refused),
+    ("length", Numbers(1), Refused),
+];
+
+const ORIGIN: Element = leaf(
+    "origin",
+    Left,
+    &[
+        ("xyz", Numbers(3), Left),
+        ("rpy", Numbers(3), Left),
+        ("quat_xyzw", Numbers(4), Left),
+    ],
+);
+
+const JOINT: Element = Element {
+    tag: "joint",
+    absent: Left,
+    attributes: &[("name", Text, Refused), ("type", Text, Refused)],
+    children: &[
+        ORIGIN,
+        leaf("parent", Refused, &[("link", Text, Refused)]),
+        leaf("child", Refused, &[("link", Text, Refused)]),
+        leaf("axis", Left, &[("xyz", Numbers(3), Filled("1 0 0"))]),
+        // An effort or velocity that is not stated is not limited; urdf-rs would say 0.
+        leaf(
+            "limit",
+            Left,
+            &[
+                ("lower", Numbers(1), Left),
+                ("upper", Numbers(1), Left),
+                ("effort", Numbers(1), Filled("inf")),
+                ("velocity", Numbers(1), Filled("inf")),
+            ],
+        ),
+        leaf(
+            "mimic",
+            Left,
+            &[
+                ("joint", Text, Refused),
+                ("multiplier", Numbers(1), Left),
+                ("offset", Numbers(1), Left),
+            ],
+        ),
+    ],
+};
+
+/// Refuses types of joints that are not supported, and absent limits, which urdf-rs takes for 0.
+fn check_joint(source: &Source, joint: Node) -> Result<(), Error> {
+    let kind = source.text(joint, "type")?;
+    match kind {
+        "fixed" | "continuous" | "floating" => Ok(()),
+        // A mimic joint moves as another one does and has no use for limits of its own.
+        "revolute" | "prismatic"
+            if child(joint, "limit").is_some() || child(joint, "mimic").is_some() =>
         {
-            let value = source.optional_number(tensor, name)?.unwrap_or(0.0);
-            inertia[(i, j)] = value;
-            inertia[(j, i)] = value;
+            Ok(())
         }
-    }
-    Ok(Inertial {
-        pose: origin(source, node)?,
-        mass_kg: source.number(mass, "value")?,
-        inertia,
-    })
-}
-
-fn collision(source: &Source, node: Node) -> Result<Collision, Error> {
-    let shape = child(node, "geometry")
-        .and_then(|geometry| geometry.children().find(Node::is_element))
-        .ok_or_else(|| source.refuse(node, "<collision> has no geometry"))?;
-    let length = |name: &str| source.number(shape, name);
-    let geometry = match shape.tag_name().name() {
-        "box" => {
-            let size = source.optional_triple(shape, "size")?;
-            let size = size.ok_or_else(|| source.refuse(shape, "<box> has no \"size\""))?;
-            Geometry::Box { size }
+        "revolute" | "prismatic" => {
+            let cause = format!("line {}: it has no <limit>", source.line(joint));
+            let name = source.text(joint, "name")?;
+            Err(Error::part(source.name, "joint", name, cause))
         }
-        "cylinder" => Geometry::Cylinder {
-            radius: length("radius")?,
-            length: length("length")?,
-        },
-        "capsule" => Geometry::Capsule {
-            radius: length("radius")?,
-            length: length("length")?,
-        },
-        "sphere" => Geometry::Sphere {
-            radius: length("radius")?,
-        },
-        "mesh" => Geometry::Mesh {
-            filename: source.text(shape, "filename")?.to_owned(),
-            scale: source.optional_triple(shape, "scale")?.unwrap_or([1.0; 3]),
-        },
-        other => return Err(source.refuse(shape, format!("unknown geometry <{other}>"))),
-    };
-    Ok(Collision {
-        pose: origin(source, node)?,
-        geometry,
-    })
-}
-
-fn joint(source: &Source, node: Node) -> Result<Joint, Error> {
-    let kind = match source.text(node, "type")? {
-        "fixed" => JointType::Fixed,
-        "revolute" => JointType::Revolute,
-        "continuous" => JointType::Continuous,
-        "prismatic" => JointType::Prismatic,
-        "floating" => JointType::Floating,
         other => {
             let cause = format!("joints of type \"{other}\" are not supported");
-            return Err(source.refuse(node, cause));
+            Err(source.refuse(joint, cause))
         }
-    };
-    let end = |tag: &'static str| {
-        child(node, tag)
-            .ok_or_else(|| source.refuse(node, format!("<joint> has no <{tag}>")))
-            .and_then(|n| Ok(source.text(n, "link")?.to_owned()))
-    };
-    let axis = child(node, "axis")
-        .map(|n| source.optional_triple(n, "xyz"))
-        .transpose()?
-        .flatten();
-    let limit = child(node, "limit").map(|n| limit(source, n)).transpose()?;
-    let mimic = child(node, "mimic")
-        .map(|n| -> Result<_, Error> {
-            let offset = source.optional_number(n, "offset")?.unwrap_or(0.0);
-            Ok(Mimic {
-                joint: source.text(n, "joint")?.to_owned(),
-                offset,
-            })
-        })
-        .transpose()?;
-    Ok(Joint {
-        name: source.text(node, "name")?.to_owned(),
-        kind,
-        parent: end("parent")?,
-        child: end("child")?,
-        pose: origin(source, node)?,
-        axis: Vector3::from(axis.unwrap_or([1.0, 0.0, 0.0])),
-        limit,
-        mimic,
-        line: source.document.text_pos_at(node.range().start).row,
-    })
+    }
 }
 
-fn limit(source: &Source, node: Node) -> Result<Limit, Error> {
-    Ok(Limit {
-        lower: source.optional_number(node, "lower")?.unwrap_or(0.0),
-        upper: source.optional_number(node, "upper")?.unwrap_or(0.0),
-        effort: source.optional_number(node, "effort")?,
-        velocity: source.optional_number(node, "velocity")?,
-    })
+/// Writes what `element` says of a node to the clean document.
+fn copy(source: &Source, node: Node, element: &Element, clean: &mut String) -> Result<(), Error> {
+    let tag = element.tag;
+    clean.extend(["<", tag]);
+    for &(name, value, absent) in element.attributes {
+        let stated = match value {
+            Text => node
+                .attribute(name)
+                .map(str::trim)
+                .filter(|t| !t.is_empty()),
+            Numbers(count) => source.numbers(node, name, count)?,
+        };
+        match (stated, absent) {
+            (Some(text), _) | (None, Filled(text)) => attribute(name, text, clean),
+            (None, Left) => {}
+            (None, Refused) => {
+                return Err(source.refuse(node, format!("<{tag}> has no attribute \"{name}\"")));
+            }
+        }
+    }
+    clean.push('>');
+    for wanted in element.children {
+        // Only collisions stand several times in one element.
+        let most = if wanted.tag == COLLISION.tag {
+            usize::MAX
+        } else {
+            1
+        };
+        for found in children(node, wanted.tag).take(most) {
+            copy(source, found, wanted, clean)?;
+        }
+        if child(node, wanted.tag).is_none() {
+            match wanted.absent {
+                Left => {}
+                Filled(text) => clean.push_str(text),
+                Refused => {
+                    return Err(source.refuse(node, format!("<{tag}> has no <{}>", wanted.tag)));
+                }
+            }
+        }
+    }
+    if tag == "geometry" {
+        let shape = node.children().find(Node::is_element);
+        let shape = shape.ok_or_else(|| source.refuse(node, "<geometry> is empty"))?;
+        let name = shape.tag_name().name();
+        let known = GEOMETRIES.iter().find(|known| known.tag == name);
+        let known =
+            known.ok_or_else(|| source.refuse(shape, format!("unknown geometry <{name}>")))?;
+        copy(source, shape, known, clean)?;
+    }
+    clean.extend(["</", tag, ">"]);
+    Ok(())
 }
 
-/// The `<origin>` of a node: the identity where there is none.
-fn origin(source: &Source, node: Node) -> Result<Isometry3<f64>, Error> {
-    let Some(origin) = child(node, "origin") else {
-        return Ok(Isometry3::identity());
-    };
-    let xyz = source.optional_triple(origin, "xyz")?.unwrap_or([0.0; 3]);
-    let [roll, pitch, yaw] = source.optional_triple(origin, "rpy")?.unwrap_or([0.0; 3]);
-    Ok(Isometry3::from_parts(
-        Translation3::from(Vector3::from(xyz)),
-        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    ))
+/// Writes one attribute, its value escaped.
+fn attribute(name: &str, value: &str, clean: &mut String) {
+    clean.extend([" ", name, "=\""]);
+    for c in value.chars() {
+        match c {
+            '&' => clean.push_str("&amp;"),
+            '<' => clean.push_str("&lt;"),
+            '>' => clean.push_str("&gt;"),
+            '"' => clean.push_str("&quot;"),
+            '\'' => clean.push_str("&apos;"),
+            other => clean.push(other),
+        }
+    }
+    clean.push('"');
 }

@@ -8,9 +8,10 @@ use std::collections::HashMap;
 use std::str::FromStr;
 
 use nalgebra::{Matrix4, Point3, Rotation3, Unit, Vector3};
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node};
 
 use super::{TriangleMesh, check_count};
+use crate::xml::{self, child, children};
 
 /// Nodes nested deeper than this refer to themselves.
 const GREATEST_DEPTH: usize = 64;
@@ -20,12 +21,7 @@ const GREATEST_NODES: usize = 100_000;
 pub(super) fn parse(bytes: &[u8]) -> Result<TriangleMesh, String> {
     let text = std::str::from_utf8(bytes)
         .map_err(|error| format!("byte {} is no UTF-8 text", error.valid_up_to()))?;
-    let options = ParsingOptions {
-        nodes_limit: 4_000_000,
-        ..ParsingOptions::default()
-    };
-    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options)
-        .map_err(|error| format!("no XML: {error}"))?;
+    let document = xml::document(text)?;
     let by_id: HashMap<&str, Node> = document
         .descendants()
         .filter_map(|node| Some((node.attribute("id")?, node)))
@@ -74,8 +70,7 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn at(&self, node: Node, cause: &str) -> String {
-        let line = self.document.text_pos_at(node.range().start).row;
-        format!("line {line}: {cause}")
+        format!("line {}: {cause}", xml::line(self.document, node))
     }
 
     /// The element that a "#id" attribute refers to.
@@ -302,15 +297,6 @@ impl<'a> Reader<'a> {
             _ => Err(self.at(node, "three numbers are wanted")),
         }
     }
-}
-
-fn children<'a>(node: Node<'a, 'a>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
-    node.children()
-        .filter(move |n| n.is_element() && n.tag_name().name() == tag)
-}
-
-fn child<'a>(node: Node<'a, 'a>, tag: &'static str) -> Option<Node<'a, 'a>> {
-    children(node, tag).next()
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ const GREATEST_COUNT: usize = 20_000_000;
 /// Reads a mesh file; the kind follows from its extension (`.stl`, `.obj`, `.dae`).
 ///
 /// # Errors
-/// [`Error::Io`] when it cannot be read, [`Error::Mesh`] when it is malformed.
+/// [`Error::Io`] when it cannot be read, [`Error::File`] when it is malformed.
 pub fn read(path: &Path) -> Result<TriangleMesh, Error> {
     let bytes = std::fs::read(path).map_err(|source| Error::Io {
         path: path.into(),
@@ -40,7 +40,7 @@ pub fn read(path: &Path) -> Result<TriangleMesh, Error> {
 /// Reads a mesh out of the bytes of the file at `path`.
 ///
 /// # Errors
-/// [`Error::Mesh`] with the line or byte: unknown kind, truncated, a header that lies, an index
+/// [`Error::File`] with the line or byte: unknown kind, truncated, a header that lies, an index
 /// out of range, a coordinate that is not finite, no triangle at all.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, Error> {
     let extension = path
@@ -55,13 +55,9 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, Error> {
         )),
         None => Err("its name has no extension to tell its kind from".to_owned()),
     };
-    let refuse = |cause: String| Error::Mesh {
-        path: path.to_owned(),
-        cause,
-    };
-    let mesh = parsed.map_err(refuse)?;
+    let mesh = parsed.map_err(|cause| Error::file(path.display(), cause))?;
     if mesh.triangles.is_empty() {
-        return Err(refuse("it has no triangles".to_owned()));
+        return Err(Error::file(path.display(), "it has no triangles"));
     }
     Ok(mesh)
 }

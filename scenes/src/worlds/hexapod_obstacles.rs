@@ -8,7 +8,7 @@
 use nalgebra::Isometry3;
 
 use super::{Block, floor};
-use crate::camera_set::published_mount;
+use crate::camera_set::published_extrinsics;
 use crate::truth::Truth;
 
 /// Height of the body at the start, m.
@@ -65,5 +65,5 @@ pub fn truth() -> Truth {
 
 /// The true pose of the camera's optical frame at the start.
 pub fn X_WV() -> Isometry3<f64> {
-    Isometry3::translation(0.0, 0.0, BODY_HEIGHT_M) * published_mount()
+    Isometry3::translation(0.0, 0.0, BODY_HEIGHT_M) * published_extrinsics()
 }

@@ -2,14 +2,26 @@
 //! squares they are written in.
 #![allow(non_snake_case)]
 
-use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
+use motion::time_scaling::quintic;
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, UnitQuaternion, Vector3};
 use robot_model::{JointKind, Robot};
 
-use crate::config::Task;
 use crate::dynamics::Dynamics;
+use crate::reference::ReferenceContact;
 
 /// Time over which a patch in the air comes from where it was to where it was planned to be, s.
 const FADE_S: f64 = 0.8;
+
+/// A second-order task: a* = a_ref + kp·e + kd·ė.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Task {
+    /// Weight of the squared deviation from a*.
+    pub weight: f64,
+    /// 1/s².
+    pub kp: f64,
+    /// 1/s.
+    pub kd: f64,
+}
 
 /// How far a closed patch is off its reference: the world is not quite what was planned in. A patch
 /// that leaves keeps this and loses it on the way.
@@ -32,10 +44,8 @@ impl Offset {
 
     /// The reference of a patch that has been in the air for some time, and `dt_s` longer from now.
     pub fn applied(&mut self, reference: &Isometry3<f64>, dt_s: f64) -> Isometry3<f64> {
-        let s = (self.since_s / FADE_S).min(1.0);
+        let left = 1.0 - quintic(self.since_s / FADE_S);
         self.since_s += dt_s;
-        // At rest and unaccelerated at both ends.
-        let left = 1.0 - s * s * s * (10.0 + s * (6.0 * s - 15.0));
         let rotation = UnitQuaternion::from_scaled_axis(self.turn_W * left) * reference.rotation;
         let p = reference.translation.vector + self.shift_W * left;
         Isometry3::from_parts(p.into(), rotation)
@@ -137,5 +147,20 @@ impl Stack {
             self.A.rows(0, filled).into_owned(),
             self.b.rows(0, filled).into_owned(),
         )
+    }
+}
+
+/// The axes in which a contact's friction pyramid stands: those of the patch, or of the planned
+/// contact where the patch is a ball.
+pub(super) fn contact_axes(
+    X_WC: &Isometry3<f64>,
+    contact: &ReferenceContact,
+    is_point: bool,
+) -> Matrix3<f64> {
+    let axes = |X: &Isometry3<f64>| X.rotation.to_rotation_matrix().into_inner();
+    if is_point {
+        robot_model::pyramid_axes_W(&axes(&contact.X_WC))
+    } else {
+        axes(X_WC)
     }
 }

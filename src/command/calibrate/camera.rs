@@ -5,16 +5,17 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use calibration::camera::NextPose;
+use calibration::camera::design::REACH_M;
 use nalgebra::Isometry3;
 
 use crate::argument::{self, SensorFlag};
 use crate::cli::Global;
 use crate::config::Config;
-use crate::mount::extrinsics::Extrinsics;
-use crate::mount::feet::Feet;
-use crate::mount::identify;
-use crate::mount::stances_file::{self, StanceRow};
-use crate::mount::{next, page, table};
+use crate::extrinsics::feet::Feet;
+use crate::extrinsics::file::Extrinsics;
+use crate::extrinsics::identify;
+use crate::extrinsics::stances_file::{self, StanceRow};
+use crate::extrinsics::{next, page, table};
 use crate::output;
 use crate::provenance::Inputs;
 use crate::report::Stages;
@@ -72,9 +73,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let joints: Vec<&str> = robot.joint_names().collect();
     let rows = stances_file::parse(&text, &joints).with_context(|| name.clone())?;
     let stances = stages
-        .measure("stances", || {
-            identify::stances(&robot, &feet, &rows, calibration)
-        })
+        .measure("stances", || identify::stances(&robot, &feet, &rows))
         .with_context(|| name.clone())?;
 
     // Frames → where the sensor saw it.
@@ -102,7 +101,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
             calibration,
         )
     });
-    let advice = next.map(|(pose, next)| advice(&pose, &next, calibration.camera.design.reach_m));
+    let advice = next.map(|(pose, next)| advice(&pose, &next, REACH_M));
     let written = Extrinsics::of(&found, &robot.name, &feet.link, inputs.into_list());
     table::print(&found, &written, out)?;
     if let Some(advice) = &advice {

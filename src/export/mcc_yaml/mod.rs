@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use planner::plan::{Change, Plan, StanceContact};
+use plan::{Change, Contact, Plan};
 use robot_model::Robot;
 use serde_saphyr::FlowSeq;
 
@@ -28,10 +28,13 @@ use document::*;
 
 mod document;
 
+/// Part of a swing in which a limb leaves, and part in which it approaches.
+const APPROACH_PART: f64 = 0.3;
+
 /// The plan as a configuration of the controller.
 pub(super) fn write(
     plan: &Plan,
-    motion: Option<&motion::Motion>,
+    motion: Option<&plan::Motion>,
     robot: &Robot,
     config: &Config,
 ) -> Result<String> {
@@ -113,7 +116,7 @@ pub(super) fn write(
 /// The step commands, and the centres of mass and postures that go with them.
 fn steps(
     plan: &Plan,
-    motion: Option<&motion::Motion>,
+    motion: Option<&plan::Motion>,
     limbs: &Limbs,
     config: &Config,
 ) -> Result<Motion> {
@@ -141,13 +144,13 @@ fn steps(
         };
         let contact = frames::contact(plan, phase.stance, patch)?;
         let to = frames::isometry(&contact.X_WC);
-        let off = swing::off_surface(config);
-        let part = Some(config.approach_part);
+        let off = swing::off_surface();
+        let part = Some(APPROACH_PART);
         let (kind, swing_config) = match phase.kind {
             Move::Shift => continue,
             Move::Step { from } => {
                 let from = frames::isometry(&frames::contact(plan, from, patch)?.X_WC);
-                let swing = swing::between(&from, &to, config);
+                let swing = swing::between(&from, &to);
                 let swing_config = SwingConfig {
                     withdraw_duration_ratio: part,
                     withdraw_offset: Some(triple(&swing.withdraw)),
@@ -202,7 +205,7 @@ fn steps(
 
 /// A surface contact with the friction that the plan allows itself: plan and controller then
 /// share one cone.
-fn constraint(plan: &Plan, contact: &StanceContact) -> Constraint {
+fn constraint(plan: &Plan, contact: &Contact) -> Constraint {
     let fric_coeff = frames::rounded(contact.friction * plan.required.friction_use);
     Constraint {
         kind: "Surface",

@@ -17,7 +17,7 @@ fn humanoid() -> Robot {
 }
 
 /// The humanoid at rest over the origin, its soles on z = 0, and the ground that it gives.
-fn standing(set: &mut SurfaceSet) -> (Ground, Robot) {
+fn standing(terrain: &mut Terrain) -> (Ground, Robot) {
     let robot = humanoid();
     let start = Start::Posture {
         name: None,
@@ -26,37 +26,45 @@ fn standing(set: &mut SurfaceSet) -> (Ground, Robot) {
     };
     let stand = stand(&robot, &start, &posture::Config::default()).unwrap();
     let config = Config::default();
-    let ground = add_ground(set, &robot, &stand.configuration, &stand.patches, &config).unwrap();
+    let ground = add_ground(
+        terrain,
+        &robot,
+        &stand.configuration,
+        &stand.patches,
+        &config,
+        2.0,
+    )
+    .unwrap();
     (ground, robot)
 }
 
-fn rectangle(id: &str, x: [f64; 2], y: [f64; 2], z: f64, tilt: f64) -> Surface {
+fn rectangle(id: &str, x: [f64; 2], y: [f64; 2], z: f64, tilt: f64) -> Face {
     let middle = [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]), z];
     let (a, b) = (0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0]));
-    let polygon = vec![[-a, -b], [a, -b], [a, b], [-a, b]].try_into().unwrap();
-    Surface::new(
+    let corners = [[-a, -b], [a, -b], [a, b], [-a, b]].map(Point2::from);
+    Face::new(
         id,
         Isometry3::new(middle.into(), Vector3::y() * tilt),
-        polygon,
+        Region::new([corners.to_vec()]).unwrap(),
     )
 }
 
-fn scanned(id: &str, x: [f64; 2], y: [f64; 2], z: f64, tilt: f64) -> Surface {
-    Surface {
+fn scanned(id: &str, x: [f64; 2], y: [f64; 2], z: f64, tilt: f64) -> Face {
+    Face {
         source: Source::Scan,
         ..rectangle(id, x, y, z, tilt)
     }
 }
 
-fn with(surfaces: Vec<Surface>) -> SurfaceSet {
-    SurfaceSet {
-        surfaces,
+fn with(faces: Vec<Face>) -> Terrain {
+    Terrain {
+        faces,
         obstacles: Vec::new(),
     }
 }
 
 /// Largest height of a start sole's vertex over its surface, and least depth inside it.
-fn fit(set: &SurfaceSet, ground: &Ground, robot: &Robot) -> (f64, f64) {
+fn fit(terrain: &Terrain, ground: &Ground, robot: &Robot) -> (f64, f64) {
     let start = Start::Posture {
         name: None,
         base: None,
@@ -65,12 +73,13 @@ fn fit(set: &SurfaceSet, ground: &Ground, robot: &Robot) -> (f64, f64) {
     let stand = stand(robot, &start, &posture::Config::default()).unwrap();
     let kinematics = Kinematics::new(robot, &stand.configuration);
     let mut worst = (0.0_f64, f64::INFINITY);
-    for &(patch, surface) in &ground.contacts {
-        let surface = &set.surfaces[surface];
-        for v in Sole::new(robot, &kinematics, patch).vertices_W {
-            let p = surface.X_WS.inverse_transform_point(&v);
+    for (patch, face) in &ground.contacts {
+        let face = terrain.get(face).unwrap();
+        let polygon = face.region.as_convex().unwrap();
+        for v in Sole::new(robot, &kinematics, *patch).vertices_W {
+            let p = face.X_WF.inverse_transform_point(&v);
             worst.0 = worst.0.max(p.z.abs());
-            worst.1 = worst.1.min(-surface.polygon.signed_distance(&p.xy()));
+            worst.1 = worst.1.min(-polygon.signed_distance(&p.xy()));
         }
     }
     worst
@@ -78,31 +87,30 @@ fn fit(set: &SurfaceSet, ground: &Ground, robot: &Robot) -> (f64, f64) {
 
 #[test]
 fn soles_in_one_plane_are_one_face_with_a_border() {
-    let mut set = SurfaceSet::default();
-    let (ground, robot) = standing(&mut set);
-    assert_eq!(set.surfaces.len(), 1);
-    assert_eq!(set.surfaces[0].source, Source::Robot);
+    let mut terrain = Terrain::default();
+    let (ground, robot) = standing(&mut terrain);
+    assert_eq!(terrain.faces.len(), 1);
+    assert_eq!(terrain.faces[0].source, Source::Robot);
     assert_eq!(ground.contacts.len(), 2);
-    let (off, inside) = fit(&set, &ground, &robot);
+    let (off, inside) = fit(&terrain, &ground, &robot);
     // Kinematics in f64 over a metre; the border of the default settings.
     assert!(off < 1e-12, "{off}");
     assert!((inside - 0.02).abs() < 1e-9, "{inside}");
-    set.validate().unwrap();
+    terrain.validate().unwrap();
 }
 
 #[test]
 fn a_floor_ahead_is_joined_over_the_gap_at_the_faces_own_width() {
     // Seen from 0.30 m ahead on, 4 mm too high and tilted by 2 mrad, much wider than the feet.
-    let mut set = with(vec![scanned(
+    let mut terrain = with(vec![scanned(
         "floor",
         [0.30, 1.30],
         [-0.8, 0.8],
         0.004,
         0.002,
     )]);
-    let (ground, robot) = standing(&mut set);
-    let (floor, face) = (&set.surfaces[0], &set.surfaces[1]);
-    assert_eq!(floor.face, face.face);
+    let (ground, robot) = standing(&mut terrain);
+    let (floor, face) = (&terrain.faces[0], &terrain.faces[1]);
     assert_eq!(ground.notes.len(), 1);
     for v in floor.vertices_W() {
         assert!(
@@ -111,8 +119,8 @@ fn a_floor_ahead_is_joined_over_the_gap_at_the_faces_own_width() {
         );
     }
     let contains = |x: f64, y: f64| {
-        let p = face.X_WS.inverse_transform_point(&Point3::new(x, y, 0.0));
-        face.polygon.contains(&p.xy(), 1e-9)
+        let p = face.X_WF.inverse_transform_point(&Point3::new(x, y, 0.0));
+        face.region.contains(&p.xy())
     };
     assert!(
         contains(0.25, 0.0),
@@ -123,14 +131,14 @@ fn a_floor_ahead_is_joined_over_the_gap_at_the_faces_own_width() {
         contains(1.2, 0.0),
         "the face reaches as far as the floor was seen"
     );
-    let (off, inside) = fit(&set, &ground, &robot);
+    let (off, inside) = fit(&terrain, &ground, &robot);
     assert!(off < 1e-12 && inside > 0.019, "{off} {inside}");
-    set.validate().unwrap();
+    terrain.validate().unwrap();
 }
 
 #[test]
 fn a_step_a_far_floor_and_a_wall_are_left_alone() {
-    let mut set = with(vec![
+    let mut terrain = with(vec![
         scanned("step", [0.20, 0.60], [-0.4, 0.4], 0.05, 0.0),
         scanned("far", [0.90, 1.50], [-0.4, 0.4], 0.0, 0.0),
         scanned("slope", [0.20, 1.20], [-0.4, 0.4], 0.0, 0.1),
@@ -142,44 +150,49 @@ fn a_step_a_far_floor_and_a_wall_are_left_alone() {
             std::f64::consts::PI,
         ),
     ]);
-    let before = set.surfaces.clone();
-    let (ground, _) = standing(&mut set);
-    assert_eq!(set.surfaces[..4], before);
+    let before = terrain.faces.clone();
+    let (ground, _) = standing(&mut terrain);
+    assert_eq!(terrain.faces[..4], before);
     assert!(ground.notes.is_empty(), "{:?}", ground.notes);
 }
 
 #[test]
 fn a_known_floor_under_the_feet_is_used_as_it_is() {
-    let mut set = with(vec![rectangle("floor", [-1.0, 1.0], [-1.0, 1.0], 0.0, 0.0)]);
-    let before = set.clone();
-    let (ground, _) = standing(&mut set);
-    assert_eq!(set, before);
-    assert!(ground.contacts.iter().all(|&(_, surface)| surface == 0));
+    let mut terrain = with(vec![rectangle("floor", [-1.0, 1.0], [-1.0, 1.0], 0.0, 0.0)]);
+    let before = terrain.clone();
+    let (ground, _) = standing(&mut terrain);
+    assert_eq!(terrain, before);
+    assert!(
+        ground
+            .contacts
+            .iter()
+            .all(|(_, face)| face.as_str() == "floor")
+    );
 }
 
 #[test]
 fn an_exact_floor_is_stood_on_to_half_a_millimetre_and_never_moved() {
     for (tilt, is_used) in [(0.001, true), (0.005, false)] {
         // Over the feet, 0.12 m from the middle to the toes: off by 0.12 mm and by 0.6 mm.
-        let mut set = with(vec![rectangle(
+        let mut terrain = with(vec![rectangle(
             "floor",
             [-1.0, 1.0],
             [-1.0, 1.0],
             0.0,
             tilt,
         )]);
-        let before = set.surfaces.clone();
-        let (ground, robot) = standing(&mut set);
-        assert_eq!(set.surfaces[..1], before, "tilt {tilt}");
-        assert_eq!(set.surfaces.len() == 1, is_used, "tilt {tilt}");
-        let (off, inside) = fit(&set, &ground, &robot);
+        let before = terrain.faces.clone();
+        let (ground, robot) = standing(&mut terrain);
+        assert_eq!(terrain.faces[..1], before, "tilt {tilt}");
+        assert_eq!(terrain.faces.len() == 1, is_used, "tilt {tilt}");
+        let (off, inside) = fit(&terrain, &ground, &robot);
         assert!(off <= 5e-4 && inside > 0.019, "tilt {tilt}: {off} {inside}");
     }
 }
 
 #[test]
 fn the_ground_takes_a_name_that_is_free() {
-    let mut set = with(vec![rectangle("ground", [5.0, 6.0], [5.0, 6.0], 0.0, 0.0)]);
-    standing(&mut set);
-    assert_eq!(set.surfaces[1].id, "ground'");
+    let mut terrain = with(vec![rectangle("ground", [5.0, 6.0], [5.0, 6.0], 0.0, 0.0)]);
+    standing(&mut terrain);
+    assert_eq!(terrain.faces[1].id.as_str(), "ground'");
 }

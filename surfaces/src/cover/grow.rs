@@ -7,7 +7,6 @@
 
 use nalgebra::{Point2, Vector2};
 
-use super::Region;
 use crate::polygon::{ConvexPolygon, HalfPlane, clip_ring, ring_area};
 
 /// An edge this far inside a piece is inside, m; less is rounding.
@@ -25,7 +24,7 @@ const GROWTH_MIN: f64 = 1e-6;
 const ROUNDS_MAX: usize = 4;
 
 /// The edges of a region and its hull.
-pub(super) struct Boundary {
+pub(crate) struct Boundary {
     edges: Vec<Edge>,
     hull: Vec<Point2<f64>>,
 }
@@ -37,9 +36,15 @@ struct Edge {
 }
 
 impl Boundary {
-    pub fn new(region: &Region) -> Self {
+    /// Of a region's rings, its interior on their left, the outer one first.
+    pub fn new<'a>(rings: impl Iterator<Item = &'a [Point2<f64>]>) -> Self {
         let mut edges = Vec::new();
-        for ring in region.rings() {
+        let mut hull: Option<Vec<Point2<f64>>> = None;
+        for ring in rings {
+            // A region has an area, so its outer ring has a hull.
+            hull.get_or_insert_with(|| {
+                ConvexPolygon::hull(ring).map_or(ring.to_vec(), |hull| hull.vertices().to_vec())
+            });
             let count = ring.len();
             let normal = |i: usize| HalfPlane::left_of(&ring[i % count], &ring[(i + 1) % count]).n;
             for i in 0..count {
@@ -49,9 +54,7 @@ impl Boundary {
                 });
             }
         }
-        // A region has an area, so its outer ring has a hull.
-        let outer = &region.rings()[0];
-        let hull = ConvexPolygon::hull(outer).map_or(outer.clone(), |h| h.vertices().to_vec());
+        let hull = hull.unwrap_or_default();
         Self { edges, hull }
     }
 
@@ -100,19 +103,32 @@ impl Boundary {
         mut piece: Vec<Point2<f64>>,
     ) -> Vec<Point2<f64>> {
         let hull = sides(&self.hull);
+        // How many of the lines have an edge of the region wholly beyond them: another's removal lets
+        // none of these in.
+        let beyond = |edge: &Edge, side: &HalfPlane| {
+            edge.ends.iter().all(|end| side.value(end) >= -INSIDE_M)
+        };
+        let count = |edge: &Edge| cuts.iter().filter(|cut| beyond(edge, cut)).count();
+        let mut kept_out: Vec<usize> = self.edges.iter().map(count).collect();
         let mut i = 0;
         while i < cuts.len() {
             let others = cuts.iter().enumerate().filter(|(j, _)| *j != i);
-            let others: Vec<HalfPlane> = others.map(|(_, cut)| *cut).collect();
-            let without: Vec<HalfPlane> = hull.iter().chain(&others).copied().collect();
-            if self.edges.iter().any(|edge| edge.enters(&without)) {
+            let others = others.map(|(_, cut)| *cut);
+            let without: Vec<HalfPlane> = hull.iter().copied().chain(others).collect();
+            let mut watched = self.edges.iter().zip(&kept_out);
+            let needed = watched.any(|(edge, count)| {
+                *count == usize::from(beyond(edge, &cuts[i])) && edge.enters(&without)
+            });
+            if needed {
                 i += 1;
-            } else {
-                cuts = others;
-                piece = cuts
-                    .iter()
-                    .fold(self.hull.clone(), |ring, cut| clip_ring(&ring, cut));
+                continue;
             }
+            let dropped = cuts.remove(i);
+            for (edge, count) in self.edges.iter().zip(&mut kept_out) {
+                *count -= usize::from(beyond(edge, &dropped));
+            }
+            let whole = self.hull.clone();
+            piece = cuts.iter().fold(whole, |ring, cut| clip_ring(&ring, cut));
         }
         piece
     }
@@ -164,7 +180,7 @@ impl Edge {
     /// the piece the most area.
     ///
     /// Two convex sets in the plane that do not overlap are separated by a line along an edge of
-    /// one of them; lines through a corner of each, square to the shortest connection and along
+    /// one of them; lines through an end of the edge, square to its way to the nearest corner of the seed or along it, and along
     /// the neighbouring edges of the region leave larger pieces. Each line touches the edge.
     /// Where rounding lets the two overlap, it is the line that takes least of the seed.
     fn best_cut(&self, seed: &[Point2<f64>], piece: &[Point2<f64>]) -> HalfPlane {
@@ -197,12 +213,18 @@ impl Edge {
             if (q - p).norm() >= APART_M {
                 try_normal(HalfPlane::left_of(p, q).n, SLANTED);
             }
-            for end in &self.ends {
-                let gap = end - p;
-                if gap.norm() < APART_M {
-                    continue;
+        }
+        for end in &self.ends {
+            let gaps = seed.iter().map(|p| end - p);
+            let shorter = |a: Vector2<f64>, b: Vector2<f64>| {
+                if b.norm_squared() < a.norm_squared() {
+                    b
+                } else {
+                    a
                 }
-                let direction = gap.normalize();
+            };
+            let nearest = gaps.reduce(shorter).unwrap_or_default();
+            if let Some(direction) = nearest.try_normalize(APART_M) {
                 let across = Vector2::new(-direction.y, direction.x);
                 try_normal(direction, SLANTED);
                 try_normal(across, SLANTED);

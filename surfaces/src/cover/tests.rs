@@ -10,7 +10,7 @@ fn ring(points: &[[f64; 2]]) -> Vec<Point2<f64>> {
 }
 
 fn region(rings: &[&[[f64; 2]]]) -> Region {
-    Region::new(rings.iter().map(|r| ring(r)).collect()).unwrap()
+    Region::new(rings.iter().map(|r| ring(r))).unwrap()
 }
 
 fn everything() -> Config {
@@ -29,8 +29,11 @@ fn to_geo(points: &[Point2<f64>]) -> LineString<f64> {
 
 /// Area of the pieces' union and of their parts outside the region, by an independent library.
 fn union_and_excess(region: &Region, cover: &Cover) -> (f64, f64) {
-    let holes = region.rings()[1..].iter().map(|r| to_geo(r)).collect();
-    let whole = Polygon::new(to_geo(&region.rings()[0]), holes);
+    let holes = region.rings()[1..]
+        .iter()
+        .map(|r| to_geo(&r.vertices))
+        .collect();
+    let whole = Polygon::new(to_geo(&region.rings()[0].vertices), holes);
     let pieces: Vec<Polygon<f64>> = cover
         .pieces
         .iter()
@@ -185,7 +188,7 @@ fn stars() -> impl Strategy<Value = Region> {
                 radii.into_iter().enumerate().map(at).collect()
             };
             let rings = std::iter::once(star(outer)).chain(hole.map(star));
-            Region::new(rings.collect()).ok()
+            Region::new(rings).ok()
         },
     )
 }

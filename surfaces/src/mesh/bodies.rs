@@ -5,34 +5,24 @@
 //! extruded inward. A piece is extruded to a smaller polygon: a prism behind the last face before
 //! an edge would stick out of the next one where they meet at less than a right angle.
 
+#![allow(non_snake_case)]
+
 use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 
-use super::face::{self, Face};
+use super::face;
 use super::topology::Topology;
 use super::weld::Welded;
-use super::{Config, piece_surface};
-use crate::{Obstacle, Surface, cover, thin_body};
-
-/// The cover of faces that only have to be avoided: all of it, however many pieces it takes.
-fn whole_cover() -> cover::Config {
-    cover::Config {
-        coverage: 1.0 - 1e-6,
-        // A square centimetre: what is left is smaller than what a robot's shape is known to.
-        gain_min_m2: 1e-4,
-        pieces_max: 256,
-        vertices_max: usize::MAX,
-        seeds_max: 48,
-    }
-}
+use crate::conservative_bodies::{column, far_side_m};
+use crate::{ConvexPolygon, Face, Obstacle, cover};
 
 /// The bodies of the whole mesh: solids first, then faces, then single triangles.
 pub(super) fn bodies(
     mesh: &Welded,
     topology: &Topology,
     all_faces: &[Face],
-    config: &Config,
+    thickness_m: f64,
 ) -> Vec<Obstacle> {
     let mut bodies = Vec::new();
     for (i, part) in topology.solids.iter().enumerate() {
@@ -44,48 +34,51 @@ pub(super) fn bodies(
     if open.is_empty() {
         return bodies;
     }
-    let (faces, broken) = face::faces(mesh, topology, &open, config);
+    let (faces, broken) = face::faces(mesh, topology, &open);
     // What may end a body: the far sides of all parts, solids included.
-    let far: Vec<(Bounds, Surface)> = all_faces
-        .iter()
-        .flat_map(|face| pieces(face, "far"))
-        .map(|piece| (Bounds::new(&piece.vertices_W()), piece))
-        .collect();
-    let depth = thin_body::Config {
-        thickness_m: config.thickness_m,
-        depth_max_m: config.thickness_m,
-        ..thin_body::Config::default()
-    };
+    let mut far: Vec<(Bounds, &Face, ConvexPolygon)> = Vec::new();
+    for face in all_faces {
+        let bounds = |piece: &ConvexPolygon| Bounds::new(&face.prism_W(piece, 0.0));
+        far.extend(
+            pieces(face)
+                .into_iter()
+                .map(|piece| (bounds(&piece), face, piece)),
+        );
+    }
     for (i, face) in faces.iter().enumerate() {
-        let name = format!("mesh/face{i}");
-        for (j, piece) in pieces(face, &name).into_iter().enumerate() {
-            let reach = Bounds::new(&piece.thin_body(config.thickness_m).points_W);
-            let near = far.iter().filter(|(bounds, _)| bounds.overlaps(&reach));
-            let near: Vec<Surface> = near.map(|(_, piece)| piece.clone()).collect();
-            let depth_m = thin_body::depth_m(&piece, &near, &[], &depth);
-            bodies.push(frustum(&piece, depth_m, format!("{name}.{j}")));
+        for (j, piece) in pieces(face).into_iter().enumerate() {
+            let reach = Bounds::new(&face.prism_W(&piece, thickness_m));
+            let near = far.iter().filter(|(bounds, _, _)| bounds.overlaps(&reach));
+            let behind = [column(&piece)];
+            let entry = |(_, other, its): &(_, &Face, ConvexPolygon)| {
+                far_side_m(face, &behind, other, std::slice::from_ref(its))
+            };
+            let depth_m = near.filter_map(entry).fold(thickness_m, f64::min);
+            bodies.push(frustum(face, &piece, depth_m, format!("mesh/face{i}.{j}")));
         }
     }
     for t in broken.into_iter().flatten() {
-        bodies.push(prism(mesh, t, config.thickness_m));
+        bodies.push(prism(mesh, t, thickness_m));
     }
     bodies
 }
 
-/// The whole of a face as convex pieces.
-fn pieces(face: &Face, name: &str) -> Vec<Surface> {
-    let mut config = whole_cover();
-    // A face smaller than the least gain is covered all the same.
-    config.gain_min_m2 = config.gain_min_m2.min(0.01 * face.region.area());
-    let cover = cover::cover(&face.region, &config);
-    let surfaces = cover.pieces.iter();
-    surfaces
-        .filter_map(|p| piece_surface(face, name.into(), &p.polygon))
-        .collect()
+/// The whole of a face that only has to be avoided as convex pieces, however many it takes.
+fn pieces(face: &Face) -> Vec<ConvexPolygon> {
+    let whole = cover::Config {
+        coverage: 1.0 - 1e-6,
+        // A square centimetre: what is left is smaller than what a robot's shape is known to. A face
+        // smaller than that is covered all the same.
+        gain_min_m2: f64::min(1e-4, 0.01 * face.region.area()),
+        pieces_max: 256,
+        vertices_max: usize::MAX,
+        seeds_max: 48,
+    };
+    let pieces = cover::cover(&face.region, &whole).pieces.into_iter();
+    pieces.map(|piece| piece.polygon).collect()
 }
 
 /// The vertices of a convex part at which it has a corner.
-#[allow(non_snake_case)]
 fn solid(mesh: &Welded, part: &[usize], id: String) -> Obstacle {
     let mut around: BTreeMap<usize, Vec<Vector3<f64>>> = BTreeMap::new();
     for t in part {
@@ -125,22 +118,14 @@ fn is_corner(normals: &[Vector3<f64>]) -> bool {
 }
 
 /// A piece extruded inward to a polygon that is smaller by the depth on every side.
-#[allow(non_snake_case)]
-fn frustum(piece: &Surface, depth_m: f64, id: String) -> Obstacle {
-    let (_, radius) = piece.polygon.inscribed_circle();
+fn frustum(face: &Face, piece: &ConvexPolygon, depth_m: f64, id: String) -> Obstacle {
+    let (_, radius) = piece.inscribed_circle();
     // A narrow piece gets a ridge, not a point: nine tenths of what would leave nothing.
-    let inset = depth_m.min(0.9 * radius);
-    let back = piece
-        .polygon
-        .inset(inset)
-        .unwrap_or_else(|| piece.polygon.clone());
-    let behind = Surface {
-        polygon: back,
-        ..piece.clone()
-    };
-    let inward = -piece.normal_W() * depth_m;
-    let mut points_W = piece.vertices_W();
-    points_W.extend(behind.vertices_W().iter().map(|p| p + inward));
+    let back = piece.inset(depth_m.min(0.9 * radius));
+    let mut points_W = face.prism_W(piece, 0.0);
+    points_W.truncate(piece.vertices().len());
+    let behind = face.prism_W(back.as_ref().unwrap_or(piece), depth_m);
+    points_W.extend(&behind[behind.len() / 2..]);
     Obstacle {
         id,
         points_W,

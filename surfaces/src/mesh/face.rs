@@ -5,22 +5,11 @@ use std::collections::HashMap;
 use geo::{Coord, LineString, Polygon};
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::Config;
 use super::topology::Topology;
 use super::weld::Welded;
-use crate::cover::Region;
+use super::{MERGE_ANGLE_RAD, MERGE_OFFSET_M, WELD_M};
 use crate::polygon::clean_ring;
-
-/// A connected plane region of the mesh.
-#[allow(non_snake_case)]
-pub(super) struct Face {
-    /// Pose of the face's frame F in W: z outward, origin in the plane.
-    pub X_WF: Isometry3<f64>,
-    /// The region in F.
-    pub region: Region,
-    /// Root mean square distance of the triangles' corners from the plane, m.
-    pub rms_m: f64,
-}
+use crate::{Face, Fit, Region, Source};
 
 /// The faces that the given triangles make, the largest first, and the triangles of those whose
 /// outline is beyond use.
@@ -28,11 +17,10 @@ pub(super) fn faces(
     mesh: &Welded,
     topology: &Topology,
     triangles: &[usize],
-    config: &Config,
 ) -> (Vec<Face>, Vec<Vec<usize>>) {
     let mut faces = Vec::new();
     let mut broken = Vec::new();
-    for plane in merge(mesh, grow(mesh, topology, triangles, config), config) {
+    for plane in merge(mesh, grow(mesh, topology, triangles)) {
         match plane_faces(mesh, &plane) {
             Some(mut list) => faces.append(&mut list),
             None => broken.push(plane.triangles),
@@ -55,7 +43,7 @@ struct Plane {
 ///
 /// The plane of that triangle is the one all others are held to: a gently curved strip would
 /// otherwise drift away from it.
-fn grow(mesh: &Welded, topology: &Topology, triangles: &[usize], config: &Config) -> Vec<Plane> {
+fn grow(mesh: &Welded, topology: &Topology, triangles: &[usize]) -> Vec<Plane> {
     let mut order = triangles.to_vec();
     let area = |t: &usize| mesh.triangles[*t].area_m2;
     order.sort_by(|a, b| area(b).total_cmp(&area(a)).then(a.cmp(b)));
@@ -75,7 +63,7 @@ fn grow(mesh: &Welded, topology: &Topology, triangles: &[usize], config: &Config
         while let Some(t) = list.get(next).copied() {
             next += 1;
             for u in &topology.neighbours[t] {
-                if free[*u] && fits(mesh, *u, &normal, &origin, config) {
+                if free[*u] && fits(mesh, *u, &normal, &origin) {
                     free[*u] = false;
                     list.push(*u);
                 }
@@ -87,17 +75,11 @@ fn grow(mesh: &Welded, topology: &Topology, triangles: &[usize], config: &Config
 }
 
 /// Whether a triangle lies in a plane and looks the same way.
-fn fits(
-    mesh: &Welded,
-    t: usize,
-    normal: &Vector3<f64>,
-    origin: &Point3<f64>,
-    config: &Config,
-) -> bool {
+fn fits(mesh: &Welded, t: usize, normal: &Vector3<f64>, origin: &Point3<f64>) -> bool {
     let triangle = &mesh.triangles[t];
     // A corner may be off by as much as is welded, which turns narrow triangles most.
-    let angle = config.merge_angle_rad + 2.0 * config.weld_m / triangle.height_m;
-    let near = |p: &Point3<f64>| normal.dot(&(p - origin)).abs() <= config.merge_offset_m;
+    let angle = MERGE_ANGLE_RAD + 2.0 * WELD_M / triangle.height_m;
+    let near = |p: &Point3<f64>| normal.dot(&(p - origin)).abs() <= MERGE_OFFSET_M;
     triangle.normal.angle(normal) <= angle && mesh.corners(t).iter().all(near)
 }
 
@@ -128,11 +110,11 @@ fn fitted(mesh: &Welded, mut triangles: Vec<usize>) -> Plane {
 }
 
 /// Joins planes that are the same although no edge connects them (tiles, T-junctions).
-fn merge(mesh: &Welded, mut planes: Vec<Plane>, config: &Config) -> Vec<Plane> {
+fn merge(mesh: &Welded, mut planes: Vec<Plane>) -> Vec<Plane> {
     planes.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2));
     let mut merged: Vec<Plane> = Vec::new();
     // Looked up only, by cells of normals twice as wide as normals may differ.
-    let width = 2.0 * config.merge_angle_rad.max(1e-3);
+    let width = 2.0 * MERGE_ANGLE_RAD.max(1e-3);
     let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
     for plane in planes {
         let cell = |n: f64| (n / width).floor() as i64;
@@ -154,7 +136,7 @@ fn merge(mesh: &Welded, mut planes: Vec<Plane>, config: &Config) -> Vec<Plane> {
             .copied()
             .filter(|i| {
                 let into = &merged[*i];
-                let inside = |t: &usize| fits(mesh, *t, &into.normal, &into.origin, config);
+                let inside = |t: &usize| fits(mesh, *t, &into.normal, &into.origin);
                 plane.triangles.iter().all(inside)
             })
             .min();
@@ -199,11 +181,14 @@ fn plane_faces(mesh: &Welded, plane: &Plane) -> Option<Vec<Face>> {
             continue;
         };
         let holes = rings.filter(|ring| ring.len() >= 3);
-        let region = Region::new(std::iter::once(outer).chain(holes).collect()).ok()?;
+        let region = Region::new(std::iter::once(outer).chain(holes)).ok()?;
         faces.push(Face {
-            X_WF,
-            region,
-            rms_m,
+            fit: Some(Fit {
+                points: 3 * corners.len(),
+                rms_m,
+            }),
+            source: Source::Mesh,
+            ..Face::new("", X_WF, region)
         });
     }
     Some(faces)

@@ -2,6 +2,7 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
 use super::*;
+use crate::Source;
 
 /// The twelve triangles of a box with one corner at the origin, wound outward.
 fn cuboid(size: [f64; 3], at: [f64; 3]) -> TriangleMesh {
@@ -89,15 +90,13 @@ fn stairs() -> TriangleMesh {
     mesh
 }
 
-fn run(mesh: &TriangleMesh) -> (SurfaceSet, Report) {
-    extract(mesh, &Config::default()).unwrap()
+fn run(mesh: &TriangleMesh) -> (Terrain, Report) {
+    extract(mesh, 0.03).unwrap()
 }
 
-fn up(set: &SurfaceSet) -> Vec<&Surface> {
-    set.surfaces
-        .iter()
-        .filter(|s| s.normal_W().z > 0.99)
-        .collect()
+fn up(terrain: &Terrain) -> Vec<&Face> {
+    let faces = terrain.faces.iter();
+    faces.filter(|face| face.normal_W().z > 0.99).collect()
 }
 
 #[test]
@@ -106,25 +105,26 @@ fn a_box_is_six_faces_and_one_body() {
         cuboid([2.0, 1.0, 0.5], [3.0, -1.0, 0.0]),
         soup(&cuboid([2.0, 1.0, 0.5], [3.0, -1.0, 0.0])),
     ] {
-        let (set, report) = run(&mesh);
-        assert_eq!(set.surfaces.len(), 6);
-        let areas: Vec<f64> = set.surfaces.iter().map(|s| s.polygon.area()).collect();
+        let (terrain, report) = run(&mesh);
+        assert_eq!(terrain.faces.len(), 6);
+        let areas: Vec<f64> = terrain.faces.iter().map(|f| f.region.area()).collect();
         for (area, expected) in areas.iter().zip([2.0, 2.0, 1.0, 1.0, 0.5, 0.5]) {
             approx::assert_relative_eq!(*area, expected, max_relative = 1e-6);
         }
         let centre = Point3::new(4.0, -0.5, 0.25);
-        for surface in &set.surfaces {
+        for face in &terrain.faces {
             // Outward: the middle of the box is behind every face.
-            assert!(surface.height_of(&centre) < -0.2, "{}", surface.id);
-            assert_eq!((surface.source, &surface.face), (Source::Mesh, &None));
+            assert!(face.height_of(&centre) < -0.2, "{}", face.id);
+            assert_eq!(face.source, Source::Mesh);
+            // The mesh is its own body.
+            assert!(face.bodies_W(0.03).is_empty());
         }
-        assert_eq!(set.obstacles.len(), 1);
-        assert_eq!(set.obstacles[0].points_W.len(), 8);
+        assert_eq!(terrain.obstacles.len(), 1);
+        assert_eq!(terrain.obstacles[0].points_W.len(), 8);
         let clean = Report {
             triangles: 12,
             solids: 1,
             faces: 6,
-            coverage_min: 1.0,
             ..Report::default()
         };
         let welded_vertices = mesh.vertices.len() - 8;
@@ -136,47 +136,35 @@ fn a_box_is_six_faces_and_one_body() {
             }
         );
         // What is on the box is not behind its top; the box itself is.
-        let top = up(&set)[0];
-        assert!(top.is_behind(&set.obstacles[0].points_W, 1e-9));
-        // The mesh is its own body.
-        assert_eq!(
-            set.bodies(&[], &crate::thin_body::Config::default()),
-            set.obstacles
-        );
+        let top = up(&terrain)[0];
+        assert!(top.is_behind(&terrain.obstacles[0].points_W, 1e-9));
     }
 }
 
 #[test]
 fn stairs_are_treads_risers_and_bodies_of_their_own() {
-    let (set, report) = run(&stairs());
+    let (terrain, report) = run(&stairs());
     assert_eq!(
         (report.solids, report.open_edges, report.flipped_edges),
         (0, 0, 0)
     );
     // Two treads, two risers, back, bottom and two concave cheeks.
     assert_eq!((report.faces, report.faces_dropped), (8, 0));
-    let mut treads: Vec<(f64, f64)> = up(&set)
+    let mut treads: Vec<(f64, f64)> = up(&terrain)
         .iter()
-        .map(|s| (s.X_WS.translation.z, s.polygon.area()))
+        .map(|f| (f.X_WF.translation.z, f.region.area()))
         .collect();
     treads.sort_by(|a, b| a.0.total_cmp(&b.0));
     for ((height, area), expected) in treads.iter().zip([0.2, 0.4]) {
         approx::assert_relative_eq!(*height, expected, epsilon = 1e-9);
         approx::assert_relative_eq!(*area, 0.24, epsilon = 1e-6);
     }
-    let cheeks: Vec<&Surface> = set
-        .surfaces
-        .iter()
-        .filter(|s| s.normal_W().y > 0.99)
-        .collect();
-    assert_eq!(cheeks.len(), 2);
-    assert!(cheeks[0].face.is_some() && cheeks[0].face == cheeks[1].face);
-    assert_eq!(
-        cheeks[0].id,
-        format!("{}.0", cheeks[0].face.as_ref().unwrap())
-    );
+    let cheeks = terrain.faces.iter().filter(|f| f.normal_W().y > 0.99);
+    let cheeks: Vec<f64> = cheeks.map(|f| f.region.area()).collect();
+    assert_eq!(cheeks.len(), 1);
+    approx::assert_relative_eq!(cheeks[0], 0.18, epsilon = 1e-6);
     // Nothing of the bodies is in the free space over a tread or before a riser.
-    for obstacle in &set.obstacles {
+    for obstacle in &terrain.obstacles {
         for p in &obstacle.points_W {
             let step = if p.x < 0.3 - 1e-6 { 0.2 } else { 0.4 };
             assert!(
@@ -207,19 +195,17 @@ fn a_hole_stays_open() {
         vertices,
         triangles: (0..4).flat_map(ring).collect(),
     };
-    let (set, report) = run(&mesh);
+    let (terrain, report) = run(&mesh);
     assert_eq!((report.faces, report.open_edges), (1, 8));
-    assert_eq!(set.surfaces.len(), 4);
-    assert!(report.coverage_min > 0.98);
-    for surface in &set.surfaces {
-        assert_eq!(surface.face.as_deref(), Some("m0"));
-        assert_eq!(surface.outline.len(), 2);
-        let hole = surface
-            .X_WS
-            .inverse_transform_point(&Point3::new(0.0, 0.0, 0.7))
-            .xy();
-        assert!(surface.polygon.signed_distance(&hole) > 0.39);
-    }
+    let [top] = &terrain.faces[..] else {
+        panic!("{:?}", terrain.faces)
+    };
+    assert_eq!((top.id.as_str(), top.region.rings().len()), ("m0", 2));
+    approx::assert_relative_eq!(top.region.area(), 4.0 - 0.64, max_relative = 1e-6);
+    let middle = top
+        .X_WF
+        .inverse_transform_point(&Point3::new(0.0, 0.0, 0.7));
+    assert!(!crate::outline::Outline::from(&top.region).contains(&middle.xy()));
 }
 
 #[test]
@@ -237,22 +223,22 @@ fn tiles_that_share_no_edge_are_one_face() {
         tile([0.9, 2.0], [1.0, 2.0]),
         tile([5.0, 6.0], [0.0, 1.0]),
     ]);
-    let (set, report) = run(&floor);
+    let (terrain, report) = run(&floor);
     assert_eq!(report.faces, 2);
-    approx::assert_relative_eq!(set.surfaces[0].polygon.area(), 4.0, max_relative = 1e-6);
-    assert_eq!(set.surfaces[0].polygon.vertices().len(), 4);
+    approx::assert_relative_eq!(terrain.faces[0].region.area(), 4.0, max_relative = 1e-6);
+    assert_eq!(terrain.faces[0].region.rings()[0].vertices.len(), 4);
 }
 
 #[test]
 fn small_faces_are_dropped_as_surfaces_and_kept_as_bodies() {
     let floor = cuboid([2.0, 2.0, 0.1], [0.0, 0.0, -0.1]);
     let pebble = cuboid([0.03, 0.03, 0.03], [1.0, 1.0, 0.0]);
-    let (set, report) = run(&joined(&[floor, pebble]));
+    let (terrain, report) = run(&joined(&[floor, pebble]));
     assert_eq!(
         (report.faces, report.faces_dropped, report.solids),
         (6, 6, 2)
     );
-    assert_eq!(set.obstacles.len(), 2);
+    assert_eq!(terrain.obstacles.len(), 2);
 }
 
 #[test]
@@ -260,9 +246,9 @@ fn a_thin_open_plate_does_not_reach_through_its_other_side() {
     // Top and underside of a plate of 1 cm, without its rim.
     let mut plate = cuboid([1.0, 1.0, 0.01], [0.0, 0.0, 0.5]);
     plate.triangles.truncate(4);
-    let (set, report) = run(&plate);
+    let (terrain, report) = run(&plate);
     assert_eq!((report.faces, report.open_edges, report.solids), (2, 8, 0));
-    for obstacle in &set.obstacles {
+    for obstacle in &terrain.obstacles {
         for p in &obstacle.points_W {
             assert!((0.5 - 1e-9..=0.51 + 1e-9).contains(&p.z), "{p}");
         }
@@ -273,15 +259,15 @@ fn a_thin_open_plate_does_not_reach_through_its_other_side() {
 fn wrong_winding_is_reported_and_taken_as_it_is() {
     let mut room = cuboid([3.0, 3.0, 2.5], [0.0, 0.0, 0.0]);
     room.triangles.iter_mut().for_each(|t| t.swap(0, 1));
-    let (set, report) = run(&room);
+    let (terrain, report) = run(&room);
     assert_eq!(
         (report.inward_parts, report.solids, report.flipped_edges),
         (1, 0, 0)
     );
-    let floor = up(&set)[0];
-    approx::assert_relative_eq!(floor.X_WS.translation.z, 0.0, epsilon = 1e-12);
+    let floor = up(&terrain)[0];
+    approx::assert_relative_eq!(floor.X_WF.translation.z, 0.0, epsilon = 1e-12);
     // The bodies are outside of the room.
-    for obstacle in &set.obstacles {
+    for obstacle in &terrain.obstacles {
         let inside = |p: &Point3<f64>| {
             p.iter()
                 .zip([3.0, 3.0, 2.5])
@@ -303,9 +289,9 @@ fn degenerate_triangles_are_skipped_and_counted() {
     let mut mesh = cuboid([1.0, 1.0, 1.0], [0.0, 0.0, 0.0]);
     mesh.vertices.push(Point3::new(0.5, 0.0, 0.0));
     mesh.triangles.extend([[0, 0, 1], [0, 1, 8], [2, 2, 2]]);
-    let (set, report) = run(&mesh);
+    let (terrain, report) = run(&mesh);
     assert_eq!((report.triangles, report.degenerate_triangles), (15, 3));
-    assert_eq!(set.surfaces.len(), 6);
+    assert_eq!(terrain.faces.len(), 6);
 }
 
 #[test]
@@ -334,17 +320,11 @@ fn bad_meshes_are_errors_that_name_the_cause() {
         ),
         (flat, "no triangle with an area (1 triangles, 3 vertices)"),
     ] {
-        let error = extract(&mesh, &Config::default()).unwrap_err().to_string();
+        let error = extract(&mesh, 0.03).unwrap_err().to_string();
         assert!(error.contains(message), "{error}");
     }
-    let config = Config {
-        weld_m: 0.0,
-        ..Config::default()
-    };
-    let error = extract(&cuboid([1.0; 3], [0.0; 3]), &config)
-        .unwrap_err()
-        .to_string();
-    assert!(error.starts_with("weld_m is 0"), "{error}");
+    let error = extract(&cuboid([1.0; 3], [0.0; 3]), 0.0).unwrap_err();
+    assert!(error.to_string().starts_with("thickness_m is 0"), "{error}");
 }
 
 proptest! {
@@ -364,15 +344,15 @@ proptest! {
         for p in &mut mesh.vertices {
             *p = (pose * *p).map(|c| f64::from(c as f32));
         }
-        let (set, report) = run(&mesh);
+        let (terrain, report) = run(&mesh);
         prop_assert_eq!((report.faces, report.solids, report.open_edges), (6, 1, 0));
         let [a, b, c] = size;
-        let area: f64 = set.surfaces.iter().map(|s| s.polygon.area()).sum();
+        let area: f64 = terrain.faces.iter().map(|f| f.region.area()).sum();
         prop_assert!((area - 2.0 * (a * b + b * c + c * a)).abs() < 1e-4);
-        prop_assert_eq!(set.obstacles[0].points_W.len(), 8);
-        for surface in &set.surfaces {
-            prop_assert!(surface.is_behind(&set.obstacles[0].points_W, 1e-5));
-            prop_assert_eq!(surface.polygon.vertices().len(), 4);
+        prop_assert_eq!(terrain.obstacles[0].points_W.len(), 8);
+        for face in &terrain.faces {
+            prop_assert!(face.is_behind(&terrain.obstacles[0].points_W, 1e-5));
+            prop_assert_eq!(face.region.rings()[0].vertices.len(), 4);
         }
     }
 
@@ -388,11 +368,12 @@ proptest! {
             .map(|p| if flat { Point3::new(p.x, p.y, 0.0) } else { p })
             .collect();
         let mesh = TriangleMesh { vertices, triangles: picks };
-        if let Ok((set, report)) = extract(&mesh, &Config::default()) {
-            prop_assert!(set.validate().is_ok());
-            prop_assert!((0.0..=1.0).contains(&report.coverage_min));
-            for surface in &set.surfaces {
-                prop_assert!(surface.polygon.inscribed_circle().1 >= 0.02 - 1e-6);
+        if let Ok((terrain, report)) = extract(&mesh, 0.03) {
+            prop_assert!(terrain.validate().is_ok());
+            for face in &terrain.faces {
+                prop_assert!(!face.inset_region(0.0, 0.02 - 1e-6).is_empty());
+                // Whatever is a face of the mesh is covered by its bodies: none lies before it.
+                prop_assert!(report.solids > 0 || !terrain.obstacles.is_empty());
             }
         }
     }

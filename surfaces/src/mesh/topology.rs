@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
-use super::Config;
 use super::weld::Welded;
+use super::{MERGE_OFFSET_M, WELD_M};
 
 /// Neighbours of each triangle, and the parts of the mesh.
 pub(super) struct Topology {
@@ -25,7 +25,7 @@ pub(super) struct Topology {
 type Side = (usize, bool);
 
 impl Topology {
-    pub fn new(mesh: &Welded, config: &Config) -> Self {
+    pub fn new(mesh: &Welded) -> Self {
         let count = mesh.triangles.len();
         let mut edges: BTreeMap<[usize; 2], Vec<Side>> = BTreeMap::new();
         for (t, triangle) in mesh.triangles.iter().enumerate() {
@@ -70,7 +70,7 @@ impl Topology {
             }
             if volume(mesh, &part) < 0.0 {
                 topology.inward_parts += 1;
-            } else if topology.is_convex(mesh, &part, config) {
+            } else if topology.is_convex(mesh, &part) {
                 for t in &part {
                     topology.solid[*t] = Some(topology.solids.len());
                 }
@@ -81,13 +81,13 @@ impl Topology {
     }
 
     /// Whether every vertex of a closed part lies behind every triangle's plane.
-    fn is_convex(&self, mesh: &Welded, part: &[usize], config: &Config) -> bool {
+    fn is_convex(&self, mesh: &Welded, part: &[usize]) -> bool {
         let behind = |t: usize, points: &[Point3<f64>]| {
             let (origin, normal) = (mesh.corners(t)[0], mesh.triangles[t].normal);
             // The plane of a narrow triangle is known near it only.
-            let tilt = 2.0 * config.weld_m / mesh.triangles[t].height_m;
+            let tilt = 2.0 * WELD_M / mesh.triangles[t].height_m;
             points.iter().all(|p| {
-                let tolerance = config.merge_offset_m.max(tilt * (p - origin).norm());
+                let tolerance = MERGE_OFFSET_M.max(tilt * (p - origin).norm());
                 normal.dot(&(p - origin)) <= tolerance
             })
         };

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::{Point3, Vector3};
 
-use super::TriangleMesh;
+use super::{TriangleMesh, WELD_M};
 use crate::Error;
 
 /// A mesh whose vertices are distinct and whose triangles have areas.
@@ -28,13 +28,13 @@ pub(super) struct Triangle {
 }
 
 impl Welded {
-    pub fn new(mesh: &TriangleMesh, weld_m: f64) -> Result<Self, Error> {
+    pub fn new(mesh: &TriangleMesh) -> Result<Self, Error> {
         check(mesh)?;
-        let (vertices, place) = merge(&mesh.vertices, weld_m);
+        let (vertices, place) = merge(&mesh.vertices);
         let mut triangles = Vec::with_capacity(mesh.triangles.len());
         for corners in &mesh.triangles {
             let corners = corners.map(|i| place[i]);
-            if let Some(triangle) = measure(&vertices, corners, weld_m) {
+            if let Some(triangle) = measure(&vertices, corners) {
                 triangles.push(triangle);
             }
         }
@@ -78,21 +78,21 @@ fn check(mesh: &TriangleMesh) -> Result<(), Error> {
 }
 
 /// The distinct points, and for each point the place of its representative: the first one nearer
-/// than `weld_m` in the order of the file.
-fn merge(points: &[Point3<f64>], weld_m: f64) -> (Vec<Point3<f64>>, Vec<usize>) {
+/// than [`WELD_M`] in the order of the file.
+fn merge(points: &[Point3<f64>]) -> (Vec<Point3<f64>>, Vec<usize>) {
     let mut distinct: Vec<Point3<f64>> = Vec::new();
     // Cells as wide as the distance: whoever is near is in a neighbouring cell. Only looked up,
     // never iterated, so the order of the map does not matter.
     let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
     let mut place = Vec::with_capacity(points.len());
     for p in points {
-        let cell = |c: f64| (c / weld_m).floor() as i64;
+        let cell = |c: f64| (c / WELD_M).floor() as i64;
         let home = [cell(p.x), cell(p.y), cell(p.z)];
         let near = neighbours(home)
             .filter_map(|key| cells.get(&key))
             .flatten()
             .copied()
-            .filter(|i| (distinct[*i] - p).norm() < weld_m)
+            .filter(|i| (distinct[*i] - p).norm() < WELD_M)
             .min();
         place.push(near.unwrap_or_else(|| {
             let index = distinct.len();
@@ -112,13 +112,13 @@ fn neighbours(home: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
 }
 
 /// The triangle of three vertices, if it has an area.
-fn measure(vertices: &[Point3<f64>], corners: [usize; 3], weld_m: f64) -> Option<Triangle> {
+fn measure(vertices: &[Point3<f64>], corners: [usize; 3]) -> Option<Triangle> {
     let [a, b, c] = corners.map(|i| vertices[i]);
     let cross = (b - a).cross(&(c - a));
     let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
     let height_m = cross.norm() / longest;
     // NaN where two corners are one vertex: not wider than anything.
-    (height_m > weld_m).then(|| Triangle {
+    (height_m > WELD_M).then(|| Triangle {
         corners,
         normal: cross.normalize(),
         area_m2: 0.5 * cross.norm(),

@@ -1,13 +1,13 @@
 //! What a role asks of a surface, and the reason when a surface does not serve.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::Surface;
+use crate::{ConvexPolygon, Face, Surface};
 
 /// What a surface must be like to serve a role; what is not set is not asked for.
 #[allow(non_snake_case)]
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Filter {
     /// Smallest tilt from the horizontal, rad.
@@ -22,9 +22,9 @@ pub struct Filter {
     pub facing_W: Option<[f64; 3]>,
     /// Largest angle between the normal and `facing_W`, rad; π/2 where it is not set.
     pub facing_max_rad: Option<f64>,
-    /// Smallest radius of the inscribed circle of the effective polygon, m.
+    /// Smallest radius of the inscribed circle of what is surely there, m.
     pub radius_min_m: Option<f64>,
-    /// Smallest area of the effective polygon, m².
+    /// Smallest area of what is surely there, m².
     pub area_min_m2: Option<f64>,
 }
 
@@ -67,18 +67,13 @@ pub enum Rejection {
         /// Largest allowed, rad.
         max_rad: f64,
     },
-    /// Nothing is left of the polygon after the inset.
-    #[error("nothing is left of it after an inset of {inset_m} m")]
-    Empty {
-        /// The inset, m.
-        inset_m: f64,
-    },
+    /// Nothing is left of it that is surely there.
+    #[error("nothing is left of it but for what its edges may be off")]
+    Empty,
     /// The surface is too narrow.
-    #[error("its largest inscribed circle has a radius of {radius_m:.3} m, less than {min_m:.3}")]
+    #[error("no circle with a radius of {min_m:.3} m fits in it")]
     TooNarrow {
-        /// Radius of the largest inscribed circle, m.
-        radius_m: f64,
-        /// Smallest allowed, m.
+        /// Smallest allowed radius, m.
         min_m: f64,
     },
     /// The surface is too small.
@@ -100,16 +95,32 @@ impl Filter {
         }
     }
 
-    /// Whether a surface serves.
+    /// Whether a face serves, of which the part counts that is surely there with `k_sigma` standard
+    /// deviations ([`Face::inset_region`]).
     ///
     /// # Errors
     /// The first [`Rejection`] in the order of the fields: this is an answer, not a failure.
-    #[allow(non_snake_case)]
+    pub fn serves(&self, face: &Face, k_sigma: f64) -> Result<(), Rejection> {
+        self.check_normal(&face.normal_W())?;
+        self.check_height(&face.vertices_W())?;
+        let left = face.inset_region(k_sigma, 0.0);
+        let fits = |radius_m| !face.inset_region(k_sigma, radius_m).is_empty();
+        self.check_size((!left.is_empty()).then(|| left.area()), fits)
+    }
+
+    /// Whether a surface serves.
+    ///
+    /// # Errors
+    /// As [`Self::serves`].
     pub fn accepts(&self, surface: &Surface) -> Result<(), Rejection> {
-        let normal = surface.normal_W();
-        self.check_normal(&normal)?;
-        self.check_height(surface)?;
-        self.check_size(surface)
+        self.check_normal(&surface.normal_W())?;
+        self.check_height(&surface.vertices_W())?;
+        let left = surface.effective_polygon();
+        let fits = |min_m| {
+            left.as_ref()
+                .is_some_and(|p| p.inscribed_circle().1 >= min_m)
+        };
+        self.check_size(left.as_ref().map(ConvexPolygon::area), fits)
     }
 
     fn check_normal(&self, normal: &Vector3<f64>) -> Result<(), Rejection> {
@@ -133,10 +144,11 @@ impl Filter {
         Ok(())
     }
 
-    fn check_height(&self, surface: &Surface) -> Result<(), Rejection> {
-        let heights: Vec<f64> = surface.vertices_W().iter().map(|p| p.z).collect();
-        let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    #[allow(non_snake_case)]
+    fn check_height(&self, vertices_W: &[Point3<f64>]) -> Result<(), Rejection> {
+        let heights = || vertices_W.iter().map(|p| p.z);
+        let highest = heights().fold(f64::NEG_INFINITY, f64::max);
+        let lowest = heights().fold(f64::INFINITY, f64::min);
         match (self.height_min_m, self.height_max_m) {
             (Some(min_m), _) if highest < min_m => Err(Rejection::TooLow {
                 height_m: highest,
@@ -150,24 +162,20 @@ impl Filter {
         }
     }
 
-    fn check_size(&self, surface: &Surface) -> Result<(), Rejection> {
-        let inset_m = surface.inset_m;
-        let Some(polygon) = surface.effective_polygon() else {
-            return Err(Rejection::Empty { inset_m });
-        };
-        if let Some(min_m) = self.radius_min_m {
-            let (_, radius_m) = polygon.inscribed_circle();
-            if radius_m < min_m {
-                return Err(Rejection::TooNarrow { radius_m, min_m });
-            }
+    /// By the area of what is left of the shape, m², and whether a circle of a radius fits in that.
+    fn check_size(
+        &self,
+        area_m2: Option<f64>,
+        fits: impl Fn(f64) -> bool,
+    ) -> Result<(), Rejection> {
+        let area_m2 = area_m2.ok_or(Rejection::Empty)?;
+        if let Some(min_m) = self.radius_min_m.filter(|radius_m| !fits(*radius_m)) {
+            return Err(Rejection::TooNarrow { min_m });
         }
-        if let Some(min_m2) = self.area_min_m2 {
-            let area_m2 = polygon.area();
-            if area_m2 < min_m2 {
-                return Err(Rejection::TooSmall { area_m2, min_m2 });
-            }
+        match self.area_min_m2 {
+            Some(min_m2) if area_m2 < min_m2 => Err(Rejection::TooSmall { area_m2, min_m2 }),
+            _ => Ok(()),
         }
-        Ok(())
     }
 }
 

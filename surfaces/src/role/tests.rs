@@ -1,20 +1,21 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point2, Vector3};
 
 use super::*;
+use crate::Region;
 
-fn tilted(tilt_rad: f64, height_m: f64) -> Surface {
-    let corners = vec![[-0.2, -0.1], [0.2, -0.1], [0.2, 0.1], [-0.2, 0.1]];
+fn tilted(tilt_rad: f64, height_m: f64) -> Face {
+    let corners = [[-0.2, -0.1], [0.2, -0.1], [0.2, 0.1], [-0.2, 0.1]];
+    let region = Region::new([corners.map(Point2::from).to_vec()]).unwrap();
     let pose = Isometry3::new([0.0, 0.0, height_m].into(), Vector3::x() * tilt_rad);
-    Surface::new("s", pose, corners.try_into().unwrap())
+    Face::new("s", pose, region)
 }
 
 #[test]
 fn floors_are_for_feet_and_walls_for_hands() {
     let config = Config::default();
-    let serves =
-        |role: &str, surface: &Surface| config.filter(role).unwrap().accepts(surface).is_ok();
+    let serves = |role: &str, face: &Face| config.filter(role).unwrap().serves(face, 2.0).is_ok();
     for (tilt, height, foot, hand) in [
         (0.0, 0.0, true, false),
         (0.0, 0.7, true, true),
@@ -24,14 +25,14 @@ fn floors_are_for_feet_and_walls_for_hands() {
         (FRAC_PI_2, 2.5, false, false),
         (PI, 1.2, false, false),
     ] {
-        let surface = tilted(tilt, height);
+        let face = tilted(tilt, height);
         assert_eq!(
-            serves("foot", &surface),
+            serves("foot", &face),
             foot,
             "foot at {tilt} rad, {height} m"
         );
         assert_eq!(
-            serves("hand", &surface),
+            serves("hand", &face),
             hand,
             "hand at {tilt} rad, {height} m"
         );
@@ -82,7 +83,7 @@ fn every_rejection_says_what_was_wrong() {
                 ..some.clone()
             },
             tilted(0.0, 0.0),
-            "radius of 0.100 m",
+            "radius of 0.200 m",
         ),
         (
             Filter {
@@ -93,18 +94,18 @@ fn every_rejection_says_what_was_wrong() {
             "area is 0.0800",
         ),
     ];
-    for (filter, surface, message) in cases {
-        let rejection = filter.accepts(&surface).unwrap_err().to_string();
+    for (filter, face, message) in cases {
+        let rejection = filter.serves(&face, 2.0).unwrap_err().to_string();
         assert!(rejection.contains(message), "{rejection}");
     }
     let mut vanished = tilted(0.0, 0.0);
-    vanished.inset_m = 0.11;
-    let rejection = some.accepts(&vanished).unwrap_err();
-    assert_eq!(rejection, Rejection::Empty { inset_m: 0.11 });
+    let edges = vanished.region.edges_mut().flatten();
+    edges.for_each(|edge| edge.further_m = 0.11);
+    assert_eq!(some.serves(&vanished, 2.0), Err(Rejection::Empty));
 }
 
 #[test]
-fn a_tilted_surface_is_in_a_height_range_it_reaches() {
+fn a_tilted_face_is_in_a_height_range_it_reaches() {
     // A wall from 0.4 to 0.6 m.
     let wall = tilted(FRAC_PI_2, 0.5);
     let range = |min, max| Filter {
@@ -112,9 +113,9 @@ fn a_tilted_surface_is_in_a_height_range_it_reaches() {
         height_max_m: Some(max),
         ..Filter::default()
     };
-    assert!(range(0.55, 1.0).accepts(&wall).is_ok());
-    assert!(range(0.0, 0.45).accepts(&wall).is_ok());
-    assert!(range(0.65, 1.0).accepts(&wall).is_err());
+    assert!(range(0.55, 1.0).serves(&wall, 2.0).is_ok());
+    assert!(range(0.0, 0.45).serves(&wall, 2.0).is_ok());
+    assert!(range(0.65, 1.0).serves(&wall, 2.0).is_err());
 }
 
 #[test]
@@ -149,12 +150,12 @@ fn a_file_changes_what_it_names_and_nothing_else() {
 fn verdicts_name_every_pair() {
     let mut wall = tilted(FRAC_PI_2, 0.9);
     wall.id = "wall".into();
-    let set = SurfaceSet::new(vec![tilted(0.0, 0.0), wall], vec![]).unwrap();
-    let verdicts = Config::default().verdicts(&set);
+    let terrain = Terrain::new(vec![tilted(0.0, 0.0), wall], vec![]).unwrap();
+    let verdicts = Config::default().verdicts(&terrain, 2.0);
     let serving: Vec<_> = verdicts
         .iter()
         .filter(|v| v.rejection.is_none())
-        .map(|v| (v.role.as_str(), v.surface.as_str()))
+        .map(|v| (v.role.as_str(), v.face.as_str()))
         .collect();
     assert_eq!(verdicts.len(), 4);
     assert_eq!(serving, [("foot", "s"), ("hand", "wall")]);

@@ -7,81 +7,23 @@
 //! beyond it.
 #![allow(non_snake_case)]
 
-mod things;
+mod obstacle_cluster;
 mod walls;
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use serde::{Deserialize, Serialize};
 use surfaces::{Obstacle, Surface};
 
 use super::config::LidarConfig;
 use super::field::Field;
-use super::plane::Plane;
+use super::plane::{Plane, RING_BIAS_SIGMA_M, variance};
 use super::scan::SlopeScan;
-use crate::Error;
-use crate::error::within;
 
-pub use things::gathered;
+pub use obstacle_cluster::gathered;
 
-/// What counts as a wall or a thing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SurroundingsConfig {
-    /// Points lower than this over the ground or a slope are its own, m.
-    pub clear_m: f64,
-    /// Most walls.
-    pub walls_max: usize,
-    /// Fewest points of a wall.
-    pub wall_points_min: usize,
-    /// A wall ends where nothing of it is seen over this width, m.
-    pub wall_gap_m: f64,
-    /// Points this near to each other in the ground plan are of one thing, m.
-    pub thing_gap_m: f64,
-    /// Fewest points of a thing.
-    pub thing_points_min: usize,
-    /// Wider things are cut into bodies of this width, m.
-    pub thing_width_m: f64,
-    /// Most depth that is assumed behind what is seen, m: a thing is taken to be as deep as wide.
-    pub depth_max_m: f64,
-    /// Depth of what is taken to be behind walls beside what was seen of them, m.
-    pub wall_depth_m: f64,
-    /// How far what the uppermost beam meets is taken to go on, m.
-    pub beyond_m: f64,
-}
-
-impl Default for SurroundingsConfig {
-    fn default() -> Self {
-        Self {
-            clear_m: 0.05,
-            walls_max: 24,
-            wall_points_min: 120,
-            wall_gap_m: 0.4,
-            thing_gap_m: 0.1,
-            thing_points_min: 6,
-            thing_width_m: 0.4,
-            depth_max_m: 0.25,
-            wall_depth_m: 0.2,
-            beyond_m: 0.5,
-        }
-    }
-}
-
-impl SurroundingsConfig {
-    pub(super) fn check(&self) -> Result<(), Error> {
-        for (key, value, least) in [
-            ("around.clear_m", self.clear_m, 0.0),
-            ("around.wall_gap_m", self.wall_gap_m, 1e-3),
-            ("around.thing_gap_m", self.thing_gap_m, 1e-3),
-            ("around.thing_width_m", self.thing_width_m, 1e-2),
-            ("around.depth_max_m", self.depth_max_m, 0.0),
-            ("around.wall_depth_m", self.wall_depth_m, 1e-3),
-            ("around.beyond_m", self.beyond_m, 0.0),
-        ] {
-            within(key, value, least, 1e3, "must be positive")?;
-        }
-        Ok(())
-    }
-}
+/// Points lower than this over the ground or a slope are its own, m.
+const CLEAR_M: f64 = 0.05;
+/// How far what the uppermost beam meets is taken to go on, m.
+const BEYOND_M: f64 = 0.5;
 
 /// What stands around, in W.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -89,7 +31,7 @@ pub struct Surroundings {
     /// Walls, the largest consensus set first; pieces of one wall beside each other.
     pub walls: Vec<Wall>,
     /// Things, from the nearest.
-    pub things: Vec<Thing>,
+    pub things: Vec<ObstacleCluster>,
 }
 
 /// A wall, or the part of one between two openings.
@@ -109,7 +51,7 @@ pub struct Wall {
 
 /// Something that stands or hangs over the ground.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Thing {
+pub struct ObstacleCluster {
     /// The body that was seen, with what is behind its visible side. Its name is `thing0`, …
     pub body: Obstacle,
     /// What may be above and below, where the uppermost or lowest beam meets it.
@@ -146,11 +88,11 @@ pub(super) fn surroundings(
 ) -> Surroundings {
     let view = View::new(field, scan);
     // 1. What neither ground nor slopes explain.
-    let mut free = view.over_all(config);
+    let mut free = view.over_all();
     // 2. Planes that are too steep for slopes.
     let walls = walls::walls(&view, &mut free, config);
     // 3. The rest, gathered.
-    let things = things::things(&view, &free, &config.around);
+    let things = obstacle_cluster::obstacle_clusters(&view, &free);
     Surroundings { walls, things }
 }
 
@@ -231,12 +173,12 @@ impl<'a> View<'a> {
 
     /// Whether a point is over the ground and over all slopes. What is below a slope is under its own
     /// body.
-    fn over_all(&self, config: &LidarConfig) -> Vec<bool> {
+    fn over_all(&self) -> Vec<bool> {
         let over = |p: &Vector3<f64>, plane: &Plane, height: f64| {
             let n_u = plane.normal.dot(p) / p.norm();
-            let bias = n_u * config.errors.ring_bias_sigma_m;
-            let variance = config.errors.variance(n_u, p.norm()) + bias * bias;
-            height > config.around.clear_m + GATE_SIGMAS * variance.sqrt()
+            let bias = n_u * RING_BIAS_SIGMA_M;
+            let variance = variance(n_u, p.norm()) + bias * bias;
+            height > CLEAR_M + GATE_SIGMAS * variance.sqrt()
         };
         let free = |i: usize| {
             let p = self.field.point(i);

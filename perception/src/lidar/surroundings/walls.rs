@@ -3,24 +3,32 @@
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
 use surfaces::{ConvexPolygon, EdgeKind, Source, Surface};
 
-use super::{SurroundingsConfig, Upright, View, Wall, bounds, obstacle};
+use super::{BEYOND_M, CLEAR_M, Upright, View, Wall, bounds, obstacle};
 use crate::lidar::config::LidarConfig;
+use crate::lidar::extract_planes::{TRIES, extended};
 use crate::lidar::plane::Plane;
 use crate::lidar::slopes::{Patch, PatchSearch, patches};
 use crate::lidar::surface::{EDGE_M, VERTICES_MAX};
-use crate::lidar::survey::{TRIES, extended};
 
+/// Most walls.
+const WALLS_MAX: usize = 24;
+/// Fewest points of a wall.
+const WALL_POINTS_MIN: usize = 120;
+/// A wall ends where nothing of it is seen over this width, m.
+const WALL_GAP_M: f64 = 0.4;
+/// Depth of what is taken to be behind walls beside what was seen of them, m.
+const WALL_DEPTH_M: f64 = 0.2;
 /// Points of a part of a wall, as a share of the fewest of a wall.
 const PART: usize = 4;
 
 /// The walls among the free points; these are free no more.
 pub(super) fn walls(view: &View, free: &mut [bool], config: &LidarConfig) -> Vec<Wall> {
-    let (field, around) = (view.field, &config.around);
+    let field = view.field;
     let up = view.ground_V.map_or_else(Vector3::z, |plane| plane.normal);
-    let steep = config.slope.inclination_max_rad.cos();
+    let steep = config.inclination_max_rad.cos();
     let wanted = PatchSearch {
-        points_min: around.wall_points_min,
-        count_max: around.walls_max,
+        points_min: WALL_POINTS_MIN,
+        count_max: WALLS_MAX,
         tries: TRIES,
     };
     // What hangs over is one as well, a ceiling is not.
@@ -30,29 +38,28 @@ pub(super) fn walls(view: &View, free: &mut [bool], config: &LidarConfig) -> Vec
         field,
         &mut open,
         &wanted,
-        &config.consensus,
-        &config.errors,
+        config,
         is_steep,
         |plane| is_steep(&plane.normal),
         |_| true,
     );
     let mut walls = Vec::new();
     for patch in found {
-        let members = extended(field, &patch.plane, &config.errors, |i| free[i]);
+        let members = extended(field, &patch.plane, |i| free[i]);
         let Some(X_WS) = upright_frame(&patch.plane, view) else {
             continue;
         };
-        for part in parts(&X_WS, view, members, around.wall_gap_m) {
-            if part.len() * PART < around.wall_points_min {
+        for part in parts(&X_WS, view, members, WALL_GAP_M) {
+            if part.len() * PART < WALL_POINTS_MIN {
                 continue;
             }
             let number = walls.len();
-            if let Some((wall, body)) = wall(view, &patch.plane, &X_WS, &part, number, around) {
+            if let Some((wall, body)) = wall(view, &patch.plane, &X_WS, &part, number) {
                 walls.push(wall);
                 // What else is in its body is avoided with it.
                 for (i, free) in free.iter_mut().enumerate().filter(|(_, free)| **free) {
                     let p_W = view.X_WV * Point3::from(field.point(i));
-                    *free = !body.holds(&p_W, around.clear_m);
+                    *free = !body.holds(&p_W, CLEAR_M);
                 }
             }
         }
@@ -95,7 +102,6 @@ fn wall(
     X_WS: &Isometry3<f64>,
     members: &[u32],
     number: usize,
-    around: &SurroundingsConfig,
 ) -> Option<(Wall, Upright)> {
     let places = view.in_W(members);
     let local: Vec<Point3<f64>> = places
@@ -131,9 +137,9 @@ fn wall(
     let [lowest, uppermost] = view.ends(members);
     let [low, high] = bounds(places.iter().map(|p| p.z));
     let ground = low - heights_m[0];
-    let on_ground = view.ground_V.is_some() && (lowest || heights_m[0] <= gap + around.clear_m);
+    let on_ground = view.ground_V.is_some() && (lowest || heights_m[0] <= gap + CLEAR_M);
     let from = if on_ground { ground } else { low - gap };
-    let to = high + if uppermost { around.beyond_m } else { gap };
+    let to = high + if uppermost { BEYOND_M } else { gap };
     let level =
         Vector3::new(surface.normal_W().x, surface.normal_W().y, 0.0).try_normalize(1e-6)?;
     let across = Vector3::z().cross(&level);
@@ -141,7 +147,7 @@ fn wall(
     let front = bounds(places.iter().map(|p| level.dot(&p.coords)));
     let body = Upright {
         u: level,
-        along: [front[0].min(front[1] - around.wall_depth_m), front[1]],
+        along: [front[0].min(front[1] - WALL_DEPTH_M), front[1]],
         across: [side[0] - EDGE_M, side[1] + EDGE_M],
         z: [from, to],
     };

@@ -6,7 +6,7 @@ use super::segments::{Ahead, Cut, Point, Segments};
 /// Most rounds of growing a piece about its own ellipse.
 const ROUNDS: usize = 4;
 
-/// Cuts that are made room for, and most of them.
+/// LabelBoundaries that are made room for, and most of them.
 const CUTS: usize = 16;
 const CUTS_MAX: usize = 256;
 

@@ -8,11 +8,9 @@ mod rows;
 mod segments;
 
 use nalgebra::Point2;
-use serde::{Deserialize, Serialize};
 use surfaces::ConvexPolygon;
 
-use crate::Error;
-use crate::error::within;
+use crate::Config;
 use grow::{Piece, Region};
 use open::Open;
 use polish::polished;
@@ -20,87 +18,14 @@ pub(super) use ring::Ring;
 use rows::{Frame, Rows};
 use segments::Point;
 
-/// How a face is covered by convex polygons.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CoverConfig {
-    /// The cover stops when this ratio of the face is covered.
-    pub ratio: f64,
-    /// Most pieces of one face.
-    pub pieces_max: usize,
-    /// Most corners of one piece; corners are dropped, so that a piece only shrinks.
-    pub vertices_max: usize,
-    /// Smallest piece, and smallest area that any further piece must add, m².
-    pub area_min_m2: f64,
-    /// A further piece must add this ratio of the face, or `gain_min_m2`.
-    pub gain_min_ratio: f64,
-    /// A further piece that adds this much is worth it on a face of any size, m².
-    pub gain_min_m2: f64,
-    /// Smallest width of a piece (diameter of the largest inscribed circle), m.
-    pub width_min_m: f64,
-}
-
-impl Default for CoverConfig {
-    fn default() -> Self {
-        Self {
-            ratio: 0.93,
-            pieces_max: 12,
-            vertices_max: 12,
-            area_min_m2: 0.005,
-            gain_min_ratio: 0.03,
-            gain_min_m2: 0.06,
-            width_min_m: 0.04,
-        }
-    }
-}
-
-impl CoverConfig {
-    pub(in crate::organised) fn check(&self) -> Result<(), Error> {
-        within("ratio", self.ratio, 0.01, 1.0, "must be in [0.01, 1]")?;
-        within(
-            "pieces_max",
-            self.pieces_max as f64,
-            1.0,
-            1000.0,
-            "must be in [1, 1000]",
-        )?;
-        within(
-            "vertices_max",
-            self.vertices_max as f64,
-            3.0,
-            1000.0,
-            "must be in [3, 1000]",
-        )?;
-        within(
-            "area_min_m2",
-            self.area_min_m2,
-            0.0,
-            1e6,
-            "must not be negative",
-        )?;
-        within(
-            "gain_min_ratio",
-            self.gain_min_ratio,
-            0.0,
-            1.0,
-            "must be in [0, 1]",
-        )?;
-        within(
-            "gain_min_m2",
-            self.gain_min_m2,
-            0.0,
-            1e6,
-            "must not be negative",
-        )?;
-        within(
-            "width_min_m",
-            self.width_min_m,
-            0.0,
-            1e3,
-            "must not be negative",
-        )
-    }
-}
+/// The cover stops when this ratio of the face is covered.
+const RATIO: f64 = 0.93;
+/// Most pieces of one face, and most corners of one: corners are dropped, so that a piece only shrinks.
+const PIECES_MAX: usize = 12;
+const VERTICES_MAX: usize = 12;
+/// A further piece must add this ratio of the face, or this much on a face of any size, m².
+const GAIN_MIN_RATIO: f64 = 0.03;
+const GAIN_MIN_M2: f64 = 0.06;
 
 /// Places that further pieces are grown from, before the best of all is taken.
 const SEEDS: usize = 4;
@@ -115,7 +40,7 @@ const OVERLAP_WORTH: f32 = 0.05;
 pub(in crate::organised) fn cover(
     rings: &[Vec<Point2<f64>>],
     slack_m: f64,
-    config: &CoverConfig,
+    config: &Config,
 ) -> Vec<Ring> {
     let Some(outer) = rings.first() else {
         return Vec::new();
@@ -138,11 +63,11 @@ pub(in crate::organised) fn cover(
     }
     let mut open = Open::new(&frame, &edges);
     let total_m2 = f64::from(open.area(&frame));
-    let worthwhile = (config.gain_min_ratio * total_m2).min(config.gain_min_m2);
+    let worthwhile = (GAIN_MIN_RATIO * total_m2).min(GAIN_MIN_M2);
     let gain_min_m2 = config.area_min_m2.max(worthwhile);
     let mut pieces: Vec<Ring> = Vec::new();
     let mut started: Vec<Piece> = Vec::with_capacity(2 * SEEDS);
-    while pieces.len() < config.pieces_max {
+    while pieces.len() < PIECES_MAX {
         // Start from the places that are farthest from every edge and in no piece so far.
         let worth = |rows: &Rows| open.gain(&frame, rows) + OVERLAP_WORTH * rows.area(&frame);
         for seed in open.seeds(&frame, SEEDS) {
@@ -183,7 +108,7 @@ pub(in crate::organised) fn cover(
         pieces.push(ring);
         // Enough, or less left than a further piece must add.
         let left_m2 = f64::from(open.area(&frame));
-        if left_m2 <= (1.0 - config.ratio) * total_m2 || left_m2 < gain_min_m2 {
+        if left_m2 <= (1.0 - RATIO) * total_m2 || left_m2 < gain_min_m2 {
             break;
         }
     }
@@ -191,10 +116,10 @@ pub(in crate::organised) fn cover(
 }
 
 /// A piece with as few corners as asked for, if it is large enough.
-fn usable(mut piece: Ring, config: &CoverConfig) -> Option<Ring> {
-    if piece.0.len() > config.vertices_max {
+fn usable(mut piece: Ring, config: &Config) -> Option<Ring> {
+    if piece.0.len() > VERTICES_MAX {
         let polygon = ConvexPolygon::hull(&piece.0).ok()?;
-        let polygon = polygon.simplified_inside(config.vertices_max);
+        let polygon = polygon.simplified_inside(VERTICES_MAX);
         piece = Ring(polygon.vertices().to_vec());
     }
     let large = piece.area() >= config.area_min_m2 && piece.is_wide(config.width_min_m);
@@ -212,7 +137,7 @@ mod tests {
     }
 
     fn cover_of(rings: &[Vec<Point2<f64>>]) -> Vec<ConvexPolygon> {
-        let pieces = cover(rings, 1e-3, &CoverConfig::default());
+        let pieces = cover(rings, 1e-3, &Config::default());
         let polygon = |piece: &Ring| ConvexPolygon::hull(&piece.0).unwrap();
         pieces.iter().map(polygon).collect()
     }

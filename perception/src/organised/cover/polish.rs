@@ -6,7 +6,7 @@ use super::grow::{Piece, Region};
 use super::rows::{Frame, Rows};
 use super::segments::{Cut, Point, Segments};
 
-/// Cuts that take off less than this ratio of a piece stay as they are.
+/// LabelBoundaries that take off less than this ratio of a piece stay as they are.
 const SLIVER: f32 = 0.003;
 
 /// The piece with each cut replaced by the one that keeps most among those that keep its centroid and keep

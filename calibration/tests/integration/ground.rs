@@ -1,0 +1,176 @@
+//! The ground's plane in simulated frames: the forms of the trimming, clutter, clouds, covariance.
+#![allow(non_snake_case)]
+
+use crate::support::Device;
+use calibration::GroundPlane;
+use calibration::ground::{Ground, GroundConfig, GroundForm, ground};
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
+use perception::Scan;
+use scenes::OrientedBox;
+use scenes::camera_set::published_extrinsics;
+use scenes::simulator::{DepthNoise, World};
+use scenes::stances;
+
+const STANCE: [f64; 3] = [5.0, -4.0, 0.68];
+
+fn undistorted() -> DepthNoise {
+    DepthNoise {
+        distortion: 0.0,
+        ..DepthNoise::default()
+    }
+}
+
+fn world(clutter: &[OrientedBox]) -> World {
+    let mut truth = scenes::worlds::ground::truth(None, 0);
+    truth.boxes.extend(clutter.iter().cloned());
+    truth.world()
+}
+
+fn shoot(world: &World, noise: &DepthNoise, seed: u64) -> Scan {
+    let device = Device::kinect(4, noise);
+    let X_GR = stances::X_GR(STANCE);
+    let field = device.distortion(seed);
+    device.shoot(world, &X_GR, &published_extrinsics(), &field, seed)
+}
+
+fn truth() -> GroundPlane {
+    GroundPlane::ground(&stances::X_GR(STANCE), Matrix3::zeros()).seen_from(&published_extrinsics())
+}
+
+/// Angle (rad) and distance (m) from the true plane.
+fn error(found: &Ground) -> (f64, f64) {
+    let truth = truth();
+    (
+        found.plane.angle_to(&truth),
+        (found.plane.distance_m - truth.distance_m).abs(),
+    )
+}
+
+#[test]
+fn the_signed_form_settles_and_the_printed_one_does_not() {
+    let scan = shoot(&world(&[]), &undistorted(), 1);
+    let run = |form| {
+        let config = GroundConfig {
+            form,
+            trim_sigmas: 2.0,
+            ..GroundConfig::default()
+        };
+        ground(&scan, &config).expect("there is ground")
+    };
+    let [weighted, signed, absolute] = [
+        GroundForm::InverseDepth,
+        GroundForm::Signed,
+        GroundForm::Absolute,
+    ]
+    .map(run);
+    for (name, found) in [
+        ("weighted", &weighted),
+        ("signed", &signed),
+        ("absolute", &absolute),
+    ] {
+        println!(
+            "{name:<10} {:>6} of {} points in {:>2} iterations, converged: {}; {:.3}°, {:.2} mm",
+            found.inliers,
+            found.samples,
+            found.iterations,
+            found.converged,
+            error(found).0.to_degrees(),
+            1e3 * error(found).1
+        );
+    }
+    // Gaussians of one size settle at 1.44σ with 85 % left; noise that grows with depth has longer
+    // tails and loses some more.
+    let left = |found: &Ground| found.inliers as f64 / found.samples as f64;
+    assert!(weighted.converged && (0.8..0.95).contains(&left(&weighted)));
+    assert!(signed.converged && left(&signed) > 0.5);
+    assert!(!absolute.converged && left(&absolute) < 0.1);
+    for found in [&weighted, &signed] {
+        assert!(error(found).0 < 0.1_f64.to_radians() && error(found).1 < 0.003);
+    }
+    // The weights are worth something: the noise grows fourfold over the view.
+    assert!(error(&weighted).1 <= error(&signed).1 + 5e-4);
+}
+
+#[test]
+fn ground_is_found_beside_walls_and_boxes() {
+    let at = |name, x: f64, y: f64, size: [f64; 3]| {
+        let centre = Vector3::new(x, y, size[2] / 2.0);
+        OrientedBox::new(name, centre, size, Rotation3::identity())
+    };
+    let clutter = [
+        at("wall", 3.0, 0.0, [0.2, 4.0, 2.0]),
+        at("crate", 1.9, 0.5, [0.5, 0.5, 0.3]),
+        at("pole", 2.0, -0.6, [0.1, 0.1, 1.5]),
+    ];
+    let scan = shoot(&world(&clutter), &undistorted(), 2);
+    let found = ground(&scan, &GroundConfig::default()).expect("there is ground");
+    assert!(
+        found.inliers < found.samples * 9 / 10,
+        "nothing was in the way"
+    );
+    let (angle, distance) = error(&found);
+    assert!(
+        angle < 0.1_f64.to_radians() && distance < 0.003,
+        "{angle} rad, {distance} m"
+    );
+}
+
+#[test]
+fn a_cloud_gives_the_plane_of_its_image() {
+    let mut scan = shoot(&world(&[]), &undistorted(), 3);
+    let config = GroundConfig::default();
+    let of_image = ground(&scan, &config).expect("there is ground");
+    scan.cloud = scan.depth.take().expect("an image").to_cloud();
+    let of_cloud = ground(&scan, &config).expect("there is ground");
+    // The same points, weighed by range in the place of depth.
+    let angle = of_image.plane.angle_to(&of_cloud.plane);
+    let distance = (of_image.plane.distance_m - of_cloud.plane.distance_m).abs();
+    assert!(angle < 2e-4 && distance < 5e-4, "{angle} rad, {distance} m");
+}
+
+#[test]
+fn too_little_ground_is_an_error_that_says_how_much() {
+    let mut scan = shoot(&world(&[]), &undistorted(), 4);
+    let depth = scan.depth.as_mut().expect("an image");
+    depth.z_m.iter_mut().skip(300).for_each(|z| *z = 0.0);
+    let error = ground(&scan, &GroundConfig::default()).expect_err("a row or two");
+    assert!(error.to_string().contains("500 are needed"), "{error}");
+    depth_less(&mut scan);
+    assert!(ground(&scan, &GroundConfig::default()).is_err());
+}
+
+fn depth_less(scan: &mut Scan) {
+    scan.depth = None;
+    scan.X_WV = Isometry3::from_parts(Vector3::zeros().into(), UnitQuaternion::identity());
+}
+
+/// The covariance of the plane against the truth, the distortion drawn anew in each frame: mean of
+/// eᵀ Σ⁻¹ e / 3 over 40 frames within 0.5–2.
+#[test]
+fn planes_are_as_uncertain_as_they_say() {
+    let config = GroundConfig {
+        distortion_shared: 0.0,
+        ..GroundConfig::default()
+    };
+    let truth = truth();
+    for (name, noise) in [
+        ("undistorted", undistorted()),
+        ("distorted", DepthNoise::default()),
+    ] {
+        let world = world(&[]);
+        let frames = 40;
+        let sum: f64 = (0..frames)
+            .map(|seed| {
+                let found = ground(&shoot(&world, &noise, 100 + seed), &config).expect("ground");
+                let tilt = found.plane.tangents().transpose() * truth.normal.into_inner();
+                let distance = truth.distance_m - found.plane.distance_m;
+                let e = Vector3::new(tilt.x, tilt.y, distance);
+                let inverse = found.plane.covariance.try_inverse().expect("regular");
+                e.dot(&(inverse * e)) / 3.0
+            })
+            .sum();
+        let nees = sum / frames as f64;
+        println!("{name}: NEES/3 {nees:.2}");
+        assert!((0.5..2.0).contains(&nees), "{name}: {nees}");
+    }
+}

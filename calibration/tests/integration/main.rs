@@ -1,0 +1,9 @@
+//! The tests of calibration from outside, in one binary.
+
+mod bound;
+mod ground;
+mod lidar_mounts;
+mod published_figures;
+mod robustness;
+mod support;
+mod table_a1;

@@ -1,0 +1,145 @@
+//! The samples of a phase, and the dense check of every one of them.
+#![allow(non_snake_case)]
+
+use nalgebra::{Point3, Vector3};
+use robot_model::Kinematics;
+
+use crate::blend;
+use crate::clearance::ClearanceMonitor;
+use crate::failure::{Failure, Reason, keep_worst};
+use crate::problem::{MotionContext, Task};
+use crate::projection::{ANGLE_ARM_M, is_point};
+use crate::route::Route;
+use crate::statics::Statics;
+use crate::swing_path::SwingPath;
+use crate::time_scaling::quintic;
+
+/// How far a joint may be inside its margin, rad. The postures at the ends may be on their bounds,
+/// and a C² curve cannot follow a bound and leave it: it strays by less than a tenth of a degree,
+/// 5 % of the margin.
+const JOINT_TOLERANCE: f64 = 1.5e-3;
+/// How far a closed contact may be from its place, m (angles times 0.1 m): five times what the
+/// postures close their contacts to, since patches stray from their places between the knots.
+const CLOSURE_M: f64 = 5e-5;
+
+/// How far the patch in the air may be off its path between the knots, m: its clearances are checked
+/// where it is, not where it should be.
+const SWING_TOLERANCE_M: f64 = 2e-3;
+
+/// One sample of a phase.
+#[derive(Clone, Debug)]
+pub(crate) struct Instance {
+    pub q: Vec<f64>,
+    pub com_W: Vector3<f64>,
+    pub forces_W: Vec<Vec<Vector3<f64>>>,
+}
+
+/// The samples of a phase, both ends included.
+pub(crate) struct SampledTrajectory {
+    pub samples: Vec<Instance>,
+    /// Centre of mass of every body at every sample, m.
+    pub places_W: Vec<Vec<Point3<f64>>>,
+}
+
+/// Samples the route and checks every sample.
+pub(crate) fn sample(
+    context: &MotionContext,
+    task: &Task,
+    path: Option<&SwingPath>,
+    route: &mut Route,
+    steps: usize,
+) -> Result<SampledTrajectory, Failure> {
+    let robot = context.robot;
+    let mut q = task.keyframes[0].q.clone();
+    let mut kinematics = Kinematics::new(robot, &q);
+    let mut clearances = ClearanceMonitor::new(context, task);
+    let mut statics = Statics::new(context, task);
+    let mut worst = None;
+    let mut samples = Vec::with_capacity(steps + 1);
+    let mut places_W = Vec::with_capacity(steps + 1);
+    let mut last_quaternion = task.keyframes[0].q.R_WB.coords;
+    for i in 0..=steps {
+        let u = quintic(i as f64 / steps as f64);
+        route.close(robot, u, &mut q, &mut kinematics);
+        // q and −q are one orientation: stay on the side of the one before.
+        if q.R_WB.coords.dot(&last_quaternion) < 0.0 {
+            q.R_WB = nalgebra::UnitQuaternion::new_unchecked(-q.R_WB.into_inner());
+        }
+        last_quaternion = q.R_WB.coords;
+        let forces_W = blend::forces_W(&task.keyframes, u);
+        closure(context, task, path, &kinematics, u, &mut worst);
+        joints(context, task, &q.joints, u, &mut worst);
+        statics.check(&kinematics, &forces_W, u, &mut worst);
+        clearances.look(&kinematics, u, &mut worst);
+        let bodies = robot.bodies.iter().zip(&kinematics.X_WB);
+        places_W.push(
+            bodies
+                .map(|(body, X_WB)| X_WB * Point3::from(body.com_B))
+                .collect(),
+        );
+        samples.push(Instance {
+            q: q.to_q(),
+            com_W: kinematics.com_W,
+            forces_W,
+        });
+    }
+    match worst {
+        Some(failure) => Err(failure),
+        None => Ok(SampledTrajectory { samples, places_W }),
+    }
+}
+
+/// Closed contacts are closed; the patch in the air is on its path.
+fn closure(
+    context: &MotionContext,
+    task: &Task,
+    path: Option<&SwingPath>,
+    kinematics: &Kinematics,
+    u: f64,
+    worst: &mut Option<Failure>,
+) {
+    let swing = task.swing.as_ref().zip(path);
+    let swing = swing.map(|(s, path)| {
+        let free = path.turn_freedom(u) > 0.0;
+        (s.patch, path.pose(u), SWING_TOLERANCE_M, free)
+    });
+    let closed = task
+        .closed
+        .iter()
+        .map(|c| (c.patch, c.X_WC, CLOSURE_M, false));
+    for (patch, wanted, tolerance, free) in closed.chain(swing) {
+        let X_WC = kinematics.X_WC(&context.robot.patches[patch]);
+        let mut apart = (X_WC.translation.vector - wanted.translation.vector).norm();
+        if !free && !is_point(context.robot, patch) {
+            apart = apart.max(ANGLE_ARM_M * X_WC.rotation.angle_to(&wanted.rotation));
+        }
+        if apart.is_nan() || apart > tolerance {
+            let patch = Some(context.patch_name(patch));
+            keep_worst(
+                worst,
+                context.failure(task, Reason::Closure { patch }, apart, u),
+            );
+        }
+    }
+}
+
+fn joints(
+    context: &MotionContext,
+    task: &Task,
+    joints: &nalgebra::DVector<f64>,
+    u: f64,
+    worst: &mut Option<Failure>,
+) {
+    for (q, body) in joints.iter().zip(context.robot.joint_bodies()) {
+        let range = (body.upper - body.lower).max(0.0);
+        let margin = context.posture.joint_margin_rad.min(0.25 * range) - JOINT_TOLERANCE;
+        let over = (body.lower + margin - q).max(q - body.upper + margin);
+        if over > 0.0 {
+            let joint = body.joint.clone();
+            keep_worst(
+                worst,
+                context.failure(task, Reason::JointLimit { joint }, over, u),
+            );
+        }
+    }
+}

@@ -1,0 +1,323 @@
+//! All that is done to scans before a robot is planned for: faces, obstacles and what was noticed.
+#![allow(non_snake_case)]
+
+use std::fmt;
+
+use nalgebra::{Isometry3, Point3};
+use surfaces::free_space::{FreeSpace, RayEnd};
+use surfaces::fuse::{self, View};
+use surfaces::level::apply_level_prior;
+use surfaces::{Face, Surface, Terrain, deepen_walls};
+
+use crate::extraction::Statistics;
+use crate::lidar::{LidarCalibration, LidarCloud, LidarCounts, segment_cloud};
+use crate::registration::{Registration, register};
+use crate::{Config, Error, Scan, extract, face};
+
+/// A scan and where it was taken from.
+pub enum PosedScan<'a> {
+    /// Of a camera, or a bare cloud, with the pose of its frame V in W.
+    Scan {
+        /// What notices call it.
+        name: &'a str,
+        /// The scan.
+        scan: &'a Scan,
+        /// Pose of V in W.
+        X_WV: Isometry3<f64>,
+    },
+    /// Of a spinning LiDAR, with what is known of its mount.
+    Lidar {
+        /// What notices call it.
+        name: &'a str,
+        /// The sweep.
+        cloud: &'a LidarCloud,
+        /// Pose over the ground, ring errors, and how well both are known.
+        mount: &'a LidarCalibration,
+    },
+}
+
+/// What scans show.
+#[derive(Debug, Clone, Default)]
+pub struct Perception {
+    /// Faces and obstacles in W.
+    pub terrain: Terrain,
+    /// The measured points in W, m.
+    pub cloud_W: Vec<[f32; 3]>,
+    /// What was noticed, in the order in which it happened.
+    pub notices: Vec<Notice>,
+}
+
+/// Something that a user should know of.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub enum Notice {
+    /// How many points of a scan lie on planes.
+    Extracted {
+        /// The scan.
+        scan: String,
+        /// Counts along the way.
+        counts: Statistics,
+    },
+    /// How many points of a sweep were used.
+    Sweep {
+        /// The scan.
+        scan: String,
+        /// Counts along the way.
+        counts: LidarCounts,
+    },
+    /// A slope of a sweep.
+    Slope {
+        /// Which.
+        number: usize,
+        /// Its angle to the ground and the standard deviation of that, rad.
+        delta_rad: [f64; 2],
+        /// Where its foot begins and ends, m.
+        foot_W: [Point3<f64>; 2],
+    },
+    /// What stands around a LiDAR beside ground and slopes.
+    Surroundings {
+        /// Parts of walls.
+        walls: usize,
+        /// Upright bodies.
+        obstacles: usize,
+    },
+    /// A scan was moved onto those before it.
+    Registered(Box<Registration>),
+    /// A scan stays at the pose given, and why.
+    Unregistered {
+        /// The scan.
+        scan: String,
+        /// Why.
+        cause: String,
+    },
+    /// What became of a face as views were fused.
+    Fused(fuse::Change),
+}
+
+impl fmt::Display for Notice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Extracted { scan, counts } => write!(
+                f,
+                "{scan}: {} of {} points measured, {} in range, {} on {} planes",
+                counts.valid, counts.points, counts.used, counts.assigned, counts.planes
+            ),
+            Self::Sweep { scan, counts } => write!(
+                f,
+                "{scan}: {} points, {} in view, {} not isolated, {} on the ground",
+                counts.points, counts.in_view, counts.kept, counts.ground
+            ),
+            Self::Slope {
+                number,
+                delta_rad: [delta, sigma],
+                foot_W: [a, b],
+            } => write!(
+                f,
+                "slope {number}: {:.2}° ± {:.2}°, from ({:.3}, {:.3}) to ({:.3}, {:.3}) m",
+                delta.to_degrees(),
+                sigma.to_degrees(),
+                a.x,
+                a.y,
+                b.x,
+                b.y
+            ),
+            Self::Surroundings { walls, obstacles } => {
+                write!(
+                    f,
+                    "{walls} parts of walls, {obstacles} clusters of obstacles around"
+                )
+            }
+            Self::Registered(found) => {
+                let shift = (found.X_W * found.about_W - found.about_W).norm();
+                let (before, after) = found.offset_rms_m;
+                write!(
+                    f,
+                    "    registered by {} planes: moved by {:.1} mm and {:.2}°; they lay {:.1} mm \
+                     apart, now {:.1} mm (χ² per degree of freedom {:.2})",
+                    found.pairs.len(),
+                    1e3 * shift,
+                    found.X_W.rotation.angle().to_degrees(),
+                    1e3 * before,
+                    1e3 * after,
+                    found.misfit
+                )
+            }
+            Self::Unregistered { scan, cause } => {
+                write!(f, "{scan}: stays at the pose given: {cause}")
+            }
+            Self::Fused(change) => change.fmt(f),
+        }
+    }
+}
+
+/// Of so many points one tells what a view looked through, and what is free behind a wall.
+const RAY_STEP: usize = 4;
+const FREE_STEP: usize = 16;
+/// Most depth of the body behind a wall of which nothing more is known, m.
+const WALL_DEPTH_MAX_M: f64 = 0.2;
+/// Standard deviation of a LiDAR's range where its rings are not calibrated, m.
+const LIDAR_SIGMA_M: f64 = 0.015;
+
+/// Faces and obstacles of scans, later ones after earlier ones in time.
+///
+/// Each scan is extracted; faces that may be level are taken to be; where [`Config::registration`] asks
+/// for it, a scan is moved onto those before it; faces that more than one scan shows are made one, and
+/// what a later scan looks through is taken off; walls are as deep as nothing was seen behind them.
+///
+/// # Errors
+/// As [`extract`] and [`segment_cloud`], and [`Error::NoGround`] of a sweep without ground.
+pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Error> {
+    let mut found = Perception::default();
+    let mut views: Vec<View> = Vec::new();
+    for (number, scan) in scans.iter().enumerate() {
+        // 1. What the scan shows by itself.
+        let (name, mut view, mut cloud_W) = match scan {
+            PosedScan::Scan { name, scan, X_WV } => {
+                let (view, notice) = of_scan(name, scan, X_WV, config)?;
+                found.notices.push(notice);
+                let in_W = |p: [f64; 3]| moved(X_WV, p);
+                (
+                    name,
+                    view,
+                    scan.cloud
+                        .finite()
+                        .map(|p| in_W(p.map(f64::from)))
+                        .collect(),
+                )
+            }
+            PosedScan::Lidar { name, cloud, mount } => {
+                let (view, points_W) = of_sweep(name, cloud, mount, config, &mut found.notices)?;
+                (name, view, points_W)
+            }
+        };
+        // 2. In its place among those before it.
+        if number > 0 {
+            view.prefix_ids(&format!("scan{number}-"));
+        }
+        if number > 0 && config.registration.refine {
+            let hulls =
+                |faces: &[Face]| -> Vec<Surface> { faces.iter().filter_map(face::hull).collect() };
+            let known: Vec<Surface> = views.iter().flat_map(|view| hulls(&view.faces)).collect();
+            match register(&known, &hulls(&view.faces)) {
+                Ok(registration) => {
+                    view.move_by(&registration.X_W);
+                    for p in &mut cloud_W {
+                        *p = moved(&registration.X_W, p.map(f64::from));
+                    }
+                    found
+                        .notices
+                        .push(Notice::Registered(Box::new(registration)));
+                }
+                Err(cause) => found.notices.push(Notice::Unregistered {
+                    scan: (*name).to_owned(),
+                    cause: cause.to_string(),
+                }),
+            }
+        }
+        views.push(view);
+        found.cloud_W.append(&mut cloud_W);
+    }
+    // 3. Faces that more than one scan shows are one.
+    let fused = if config.fuse_views {
+        fuse::fuse(views)
+    } else {
+        fuse::side_by_side(views)
+    };
+    found
+        .notices
+        .extend(fused.changes.into_iter().map(Notice::Fused));
+    found.terrain = fused.terrain;
+    // 4. What may be there behind what was seen.
+    let free = found.cloud_W.iter().step_by(FREE_STEP);
+    let free_W: Vec<Point3<f64>> = free.map(|p| Point3::from(p.map(f64::from))).collect();
+    deepen_walls(&mut found.terrain.faces, &free_W, WALL_DEPTH_MAX_M);
+    Ok(found)
+}
+
+fn moved(X: &Isometry3<f64>, p: [f64; 3]) -> [f32; 3] {
+    (X * Point3::from(p)).coords.map(|x| x as f32).into()
+}
+
+/// The view of a camera or a bare cloud.
+fn of_scan(
+    name: &str,
+    scan: &Scan,
+    X_WV: &Isometry3<f64>,
+    config: &Config,
+) -> Result<(View, Notice), Error> {
+    let mut extraction = extract(scan, X_WV, config)?;
+    if config.assume_level {
+        extraction.faces.iter_mut().for_each(apply_level_prior);
+    }
+    let end = |p: &[f32; 3]| {
+        let p_V = Point3::from(p.map(f64::from));
+        let range = (p_V.coords - scan.eye_V).norm();
+        let sigma = scan.noise.sigma_z_m(range);
+        (range <= config.range_max_m).then(|| RayEnd {
+            p_W: X_WV * p_V,
+            sigma_m: sigma.hypot(scan.noise.systematic_ratio * range),
+        })
+    };
+    let view = View {
+        faces: extraction.faces,
+        obstacles: extraction.obstacles,
+        free_space: FreeSpace {
+            eye_W: X_WV * Point3::from(scan.eye_V),
+            points: scan
+                .cloud
+                .finite()
+                .step_by(RAY_STEP)
+                .filter_map(end)
+                .collect(),
+        },
+    };
+    let notice = Notice::Extracted {
+        scan: name.to_owned(),
+        counts: extraction.statistics,
+    };
+    Ok((view, notice))
+}
+
+/// The view of a LiDAR, and its points in W.
+fn of_sweep(
+    name: &str,
+    cloud: &LidarCloud,
+    mount: &LidarCalibration,
+    config: &Config,
+    notices: &mut Vec<Notice>,
+) -> Result<(View, Vec<[f32; 3]>), Error> {
+    let seen = segment_cloud(cloud, Some(mount), &config.lidar)?;
+    let points = seen.counts.kept;
+    let scan = seen.scan.ok_or(Error::NoGround { points })?;
+    notices.push(Notice::Sweep {
+        scan: name.to_owned(),
+        counts: scan.counts,
+    });
+    for (number, slope) in scan.slopes.iter().enumerate() {
+        let d = &slope.description;
+        notices.push(Notice::Slope {
+            number,
+            delta_rad: [d.delta_rad, slope.delta_sigma_rad],
+            foot_W: [d.p1_W, d.p2_W],
+        });
+    }
+    notices.push(Notice::Surroundings {
+        walls: seen.around.walls.len(),
+        obstacles: seen.around.things.len(),
+    });
+    let surfaces = scan.surfaces();
+    let surfaces = surfaces.iter().chain(seen.around.surfaces());
+    let end = |p: &[f32; 3]| RayEnd {
+        p_W: Point3::from(p.map(f64::from)),
+        sigma_m: LIDAR_SIGMA_M,
+    };
+    let view = View {
+        faces: surfaces.filter_map(face::of_convex).collect(),
+        obstacles: seen.around.obstacles().cloned().collect(),
+        free_space: FreeSpace {
+            eye_W: Point3::from(mount.X_WV().translation.vector),
+            points: scan.points_W.iter().map(end).collect(),
+        },
+    };
+    Ok((view, scan.points_W))
+}

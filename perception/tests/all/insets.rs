@@ -1,0 +1,158 @@
+//! Where surfaces may be touched, after the inset: on the physical face, and how much of it.
+
+use crate::support::{
+    Block, block, camera, concave, eroded, lattice, on_face, scan, stairs, top, unorganised,
+};
+use nalgebra::Point3;
+use perception::{Config, Method, extract};
+use surfaces::Surface;
+
+/// A world, and the names of the blocks whose common top is a face of it.
+type Case = (Vec<Block>, Vec<&'static str>);
+
+fn cases() -> Vec<Case> {
+    let of_stairs = ["floor", "step1", "step2", "step3", "step4", "table", "ramp"];
+    let of_concave: [&[&str]; 4] = [
+        &["floor"],
+        &["l_long", "l_short"],
+        &["u_right", "u_far", "u_left"],
+        &["table"],
+    ];
+    let stairs = of_stairs.iter().map(|name| (stairs(), vec![*name]));
+    let concave = of_concave.iter().map(|names| (concave(), names.to_vec()));
+    stairs.chain(concave).collect()
+}
+
+/// Parts of the area off the face, before and after the inset; and of the true face, eroded by three
+/// pixels, in the polygons, before and after.
+#[derive(Debug)]
+struct Measured {
+    name: &'static str,
+    off: [f64; 2],
+    cover: [f64; 2],
+}
+
+fn measured(
+    cases: Vec<Case>,
+    method: Method,
+    seeds: std::ops::RangeInclusive<u64>,
+) -> Vec<Measured> {
+    let pose = camera(1.45, 0.61);
+    let config = Config {
+        method,
+        ..Config::default()
+    };
+    let mut all = Vec::new();
+    for (world, names) in cases {
+        let face = top(&world, &names);
+        let exact = scan(&world, &pose, false, 0);
+        let inner: Vec<_> = (eroded(&exact, &face, &world).into_iter())
+            .filter(|(p, _)| {
+                (p - Point3::from(pose.translation.vector)).norm() < config.range_max_m
+            })
+            .collect();
+        let whole: f64 = inner.iter().map(|(_, area)| area).sum();
+        for seed in seeds.clone() {
+            let mut scan = scan(&world, &pose, true, seed);
+            if method != Method::Organised {
+                scan = unorganised(&scan);
+            }
+            let found = extract(&scan, &scan.X_WV, &config).unwrap().surfaces;
+            let pieces = on_face(&found, &face, &world);
+            // What is left of a piece after the inset, as a surface without one.
+            let less = |s: &&Surface| {
+                let polygon = s.effective_polygon()?;
+                Some(Surface::new(s.id.clone(), s.X_WS, polygon))
+            };
+            let both = [
+                pieces.iter().map(|s| (*s).clone()).collect(),
+                pieces.iter().filter_map(less).collect::<Vec<_>>(),
+            ];
+            let off = both.each_ref().map(|pieces| {
+                let points: Vec<_> = pieces.iter().flat_map(|s| lattice(s, 0.005)).collect();
+                let off = points.iter().filter(|p| !face.holds(p, &world)).count();
+                off as f64 / points.len().max(1) as f64
+            });
+            let cover = both.each_ref().map(|pieces| {
+                let holds = |p: &Point3<f64>| {
+                    let inside = |s: &Surface| s.X_WS.inverse_transform_point(p).xy();
+                    pieces.iter().any(|s| s.polygon.contains(&inside(s), 0.0))
+                };
+                let covered = inner.iter().filter(|(p, _)| holds(p)).map(|(_, a)| a);
+                covered.sum::<f64>() / whole
+            });
+            all.push(Measured {
+                name: names[0],
+                off,
+                cover,
+            });
+        }
+    }
+    all
+}
+
+/// Mean and largest part off the face, and the mean coverage: before (0) or after the inset (1).
+fn report(method: Method, which: usize, all: &[Measured]) -> ([f64; 2], f64) {
+    let mean =
+        |pick: &dyn Fn(&Measured) -> f64| all.iter().map(pick).sum::<f64>() / all.len() as f64;
+    let (off, cover) = (mean(&|m| m.off[which]), mean(&|m| m.cover[which]));
+    let most = all.iter().map(|m| m.off[which]).fold(0.0, f64::max);
+    eprintln!(
+        "{method:?}, {}: off the face {:.4} % mean, {:.3} % most; covered {cover:.3}",
+        ["polygons", "after the inset"][which],
+        100.0 * off,
+        100.0 * most,
+    );
+    ([off, most], cover)
+}
+
+#[test]
+fn after_the_inset_nothing_of_an_image_is_off_its_face() {
+    let all = measured(cases(), Method::Organised, 1..=8);
+    let ([before, ..], _) = report(Method::Organised, 0, &all);
+    let ([mean, most], cover) = report(Method::Organised, 1, &all);
+    // One lattice point of 5 mm in a hundred thousand; of one face a border of a third of a millimetre.
+    assert!(mean < 1e-5 && most < 1e-3, "{mean}, {most} off");
+    assert!(mean < 0.1 * before, "{mean} of {before}");
+    assert!(cover >= 0.85, "{cover}");
+    // No face is lost.
+    for m in &all {
+        let [before, after] = m.cover;
+        assert!(
+            after > 0.7 && after > before - 0.15,
+            "{}: {before} to {after}",
+            m.name
+        );
+    }
+}
+
+/// The last pixels of a post are within the noise of the floor's plane.
+#[test]
+fn where_posts_stand_on_a_floor_it_is_not_touched() {
+    let mut world: Vec<Block> = (stairs().into_iter())
+        .filter(|block| ["floor", "wall"].contains(&block.name))
+        .collect();
+    for (x, y) in [
+        (2.4, 0.0),
+        (2.8, -0.7),
+        (2.8, 0.7),
+        (3.2, -0.3),
+        (3.2, 0.4),
+        (3.6, 0.0),
+    ] {
+        world.push(block("post", [x, y, 0.25], [0.06, 0.06, 0.5], 0.1, 0.0));
+    }
+    let all = measured(vec![(world, vec!["floor"])], Method::Organised, 1..=8);
+    let ([mean, most], cover) = report(Method::Organised, 1, &all);
+    assert!(mean < 2e-5 && most < 1e-4, "{mean}, {most} off");
+    assert!(cover >= 0.7, "{cover}");
+}
+
+#[test]
+fn the_inset_of_a_cloud_takes_most_of_what_is_off_its_face() {
+    let all = measured(cases(), Method::Voxels, 1..=2);
+    let (before, _) = report(Method::Voxels, 0, &all);
+    let (after, cover) = report(Method::Voxels, 1, &all);
+    assert!(after[0] < 0.3 * before[0], "{after:?} of {before:?}");
+    assert!(cover >= 0.8, "{cover}");
+}

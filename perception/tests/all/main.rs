@@ -1,0 +1,19 @@
+//! What the crate promises, seen from outside: a module for each promise.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod any_cloud;
+mod any_image;
+mod insets;
+mod lidar_clouds;
+mod outline_edges;
+mod paper_tables;
+mod perceive;
+mod ramps;
+mod readers;
+mod real_scans;
+mod several_scans;
+mod shapes;
+mod simulated;
+mod support;
+mod surroundings;
+mod voxels;

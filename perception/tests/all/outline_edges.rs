@@ -1,0 +1,209 @@
+//! What ends a face at each edge of its outline, against the boxes that were seen.
+
+use std::collections::BTreeMap;
+
+use crate::support::{Block, Face, HEIGHT, WIDTH, block, camera, scan, unorganised};
+use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
+use perception::{Config, Method, Scan, extract};
+use surfaces::edge::ring_edges;
+use surfaces::{EdgeKind, Surface};
+
+/// Boxes that stand before each other, on a floor before a wall; some leave the image.
+fn world() -> Vec<Block> {
+    vec![
+        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
+        block("wall", [4.35, 0.0, 1.5], [0.1, 12.0, 3.0], 0.0, 0.0),
+        block("low", [1.35, 0.05, 0.075], [0.34, 0.9, 0.15], 0.1, 0.0),
+        block("behind", [1.95, 0.2, 0.15], [0.36, 0.7, 0.30], -0.07, 0.0),
+        block("table", [2.90, -0.1, 0.695], [0.80, 1.20, 0.03], 0.02, 0.0),
+        block("on_table", [2.75, 0.1, 0.81], [0.2, 0.3, 0.2], 0.3, 0.0),
+        block("ramp", [1.9, -1.0, 0.105], [1.2, 0.8, 0.04], 0.0, -0.21),
+        block("cut", [2.2, 1.25, 0.25], [0.5, 0.9, 0.5], 0.2, 0.0),
+    ]
+}
+
+fn pose() -> Isometry3<f64> {
+    camera(1.45, 0.61)
+}
+
+/// The faces of all boxes; those in one plane are one.
+fn faces(world: &[Block]) -> Vec<Face<'_>> {
+    let mut faces: Vec<Face> = Vec::new();
+    for block in world {
+        for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
+            let new = Face {
+                blocks: vec![block],
+                axis,
+                sign,
+            };
+            let mut corner = block.half;
+            corner[axis] *= sign;
+            let at = block.pose * Point3::from(corner);
+            let same = |f: &&mut Face| {
+                f.normal_W().dot(&new.normal_W()) > 1.0 - 1e-9 && f.height(&at).abs() < 1e-6
+            };
+            match faces.iter_mut().find(same) {
+                Some(face) => face.blocks.push(block),
+                None => faces.push(new),
+            }
+        }
+    }
+    faces
+}
+
+/// The face that a surface is of: in its plane to 5° and 3 cm, with most of the surface on it.
+fn face_of<'a>(surface: &Surface, faces: &'a [Face<'a>], world: &[Block]) -> Option<&'a Face<'a>> {
+    let vertices = surface.vertices_W();
+    let middle = Point3::from(surface.X_WS.translation.vector);
+    faces.iter().find(|face| {
+        let inner = |v: &&Point3<f64>| {
+            let p = middle + (**v - middle) * 0.8;
+            face.height(&p).abs() < 0.03 && face.holds(&p, world)
+        };
+        surface.normal_W().dot(&face.normal_W()) > 5.0_f64.to_radians().cos()
+            && 2 * vertices.iter().filter(inner).count() > vertices.len()
+    })
+}
+
+/// What ends the true face beyond a point of its outline: the first of its own end, the border of the
+/// image or of the range, and something nearer, in steps of 2 mm from 10 mm inside on. `None` where
+/// it goes on for 0.4 m: a notch of the outline, whose sides look at the face itself.
+fn truth(
+    from: &Point3<f64>,
+    out: &Vector3<f64>,
+    face: &Face,
+    world: &[Block],
+    exact: &Scan,
+) -> Option<EdgeKind> {
+    let depth = exact.depth.as_ref().unwrap();
+    let k = depth.intrinsics;
+    (-5..200).find_map(|i| {
+        let q = from + out * (0.002 * f64::from(i));
+        let q = q - face.normal_W() * face.height(&q);
+        if !face.holds(&q, world) {
+            return Some(EdgeKind::Real);
+        }
+        let q_V = exact.X_WV.inverse_transform_point(&q);
+        let u = (k.fx * q_V.x / q_V.z + k.cx).round();
+        let v = (k.fy * q_V.y / q_V.z + k.cy).round();
+        if q_V.coords.norm() > Config::default().range_max_m {
+            return Some(EdgeKind::FieldOfView);
+        }
+        let inside = (0.0..WIDTH as f64).contains(&u) && (0.0..HEIGHT as f64).contains(&v);
+        if !inside {
+            return Some(EdgeKind::FieldOfView);
+        }
+        let z = f64::from(depth.z_m[v as usize * WIDTH + u as usize]);
+        (z > 0.0 && z < 0.985 * q_V.z - 0.005).then_some(EdgeKind::Occluded)
+    })
+}
+
+/// Length of outline by true kind (`none` in notches) and found one, m.
+type Lengths = BTreeMap<(String, String), f64>;
+
+fn compare(found: &[Surface], world: &[Block], exact: &Scan) -> Lengths {
+    let faces = faces(world);
+    let mut lengths = Lengths::new();
+    for (index, surface) in found.iter().enumerate() {
+        let known = found[..index].iter().any(|s| s.shares_outline(surface));
+        let Some(face) = face_of(surface, &faces, world).filter(|_| !known) else {
+            continue;
+        };
+        // Clouds by the chain have no outline but their hull.
+        let hull: Vec<[f64; 2]> = surface.polygon.clone().into();
+        let rings = if surface.outline.is_empty() {
+            vec![(hull, surface.polygon_edges.clone())]
+        } else {
+            let kinds = surface.outline_edges.iter().cloned();
+            surface.outline.iter().cloned().zip(kinds).collect()
+        };
+        // The first ring is the outer one; the face is on the same side of all of them.
+        let turn: f64 = ring_edges(&rings[0].0)
+            .map(|(a, b)| a.coords.perp(&b.coords))
+            .sum();
+        for (ring, kinds) in rings {
+            assert_eq!(ring.len(), kinds.len(), "{}", surface.id);
+            for ((a, b), kind) in ring_edges(&ring).zip(kinds) {
+                let along = b - a;
+                let out = Vector2::new(along.y, -along.x).normalize() * turn.signum();
+                let out = surface.X_WS * Vector3::new(out.x, out.y, 0.0);
+                let places = (along.norm() / 0.02).ceil().max(1.0);
+                for i in 0..places as usize {
+                    let p = a + along * ((i as f64 + 0.5) / places);
+                    let p = surface.point_W(&Point2::from(p.coords));
+                    let is = truth(&p, &out, face, world, exact);
+                    let is = is.map_or("none".to_owned(), |kind| format!("{kind:?}"));
+                    *lengths.entry((is, format!("{kind:?}"))).or_default() += along.norm() / places;
+                }
+            }
+        }
+    }
+    lengths
+}
+
+/// The part of the length that is rightly labelled, of all whose truth is known and of each kind.
+fn right(lengths: &Lengths) -> (f64, BTreeMap<String, (f64, f64)>) {
+    let mut of_kind: BTreeMap<String, (f64, f64)> = BTreeMap::new();
+    for ((is, named), length) in lengths.iter().filter(|((is, _), _)| is != "none") {
+        let entry = of_kind.entry(is.clone()).or_default();
+        entry.1 += length;
+        entry.0 += if is == named { *length } else { 0.0 };
+    }
+    let sum = |pick: fn(&(f64, f64)) -> f64| of_kind.values().map(pick).sum::<f64>();
+    (sum(|l| l.0) / sum(|l| l.1), of_kind)
+}
+
+/// The same over three frames; `notches_max` bounds the part of the length in notches.
+fn measured(method: Method, cloud: bool, notches_max: f64) -> (f64, BTreeMap<String, (f64, f64)>) {
+    let world = world();
+    let exact = scan(&world, &pose(), false, 0);
+    let config = Config {
+        method,
+        ..Config::default()
+    };
+    let mut all = Lengths::new();
+    for seed in 1..=3 {
+        let mut scan = scan(&world, &pose(), true, seed);
+        if cloud {
+            scan = unorganised(&scan);
+        }
+        let found = extract(&scan, &scan.X_WV, &config).unwrap().surfaces;
+        found.iter().for_each(|s| s.validate().unwrap());
+        for (key, length) in compare(&found, &world, &exact) {
+            *all.entry(key).or_default() += length;
+        }
+    }
+    let (share, of_kind) = right(&all);
+    eprintln!("{method:?}: {share:.3} of the length; m by (truth, found): {all:.1?}");
+    let none: f64 = (all.iter().filter(|((is, _), _)| is == "none"))
+        .map(|(_, length)| length)
+        .sum();
+    assert!(
+        none < notches_max * all.values().sum::<f64>(),
+        "{none} m of notches"
+    );
+    (share, of_kind)
+}
+
+#[test]
+fn edges_of_images_are_real_occluded_or_cut_by_the_view_where_they_are_so() {
+    let (share, of_kind) = measured(Method::Organised, false, 0.05);
+    assert!(share > 0.95, "{share}");
+    for kind in ["Real", "Occluded", "FieldOfView"] {
+        let (right, whole) = of_kind[kind];
+        assert!(right > 0.9 * whole, "{kind}: {right} of {whole} m");
+    }
+}
+
+#[test]
+fn edges_of_bare_clouds_are_told_by_the_directions_of_the_points() {
+    // Outlines of cells have jags.
+    let (share, of_kind) = measured(Method::Voxels, true, 0.15);
+    assert!(share > 0.9, "{share}");
+    for kind in ["Real", "Occluded", "FieldOfView"] {
+        let (right, whole) = of_kind[kind];
+        assert!(right > 0.8 * whole, "{kind}: {right} of {whole} m");
+    }
+    let (share, _) = measured(Method::Brossette2013, true, 0.15);
+    assert!(share > 0.8, "{share}");
+}

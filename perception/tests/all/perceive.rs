@@ -1,0 +1,71 @@
+//! Everything that is done to scans, in one call.
+
+use nalgebra::{Isometry3, Vector3};
+use perception::{Config, Notice, PosedScan, Scan, perceive};
+
+use crate::support::{Block, camera, scan, stairs, unorganised};
+
+fn posed(scan: &Scan) -> PosedScan<'_> {
+    PosedScan::Scan {
+        name: "stairs",
+        scan,
+        X_WV: scan.X_WV,
+    }
+}
+
+/// Whether a face lies on the top of a block, which it sees half of at least.
+fn is_top(face: &surfaces::Face, block: &Block) -> bool {
+    let centre = face.point_W(&face.region.centroid());
+    let X_BW = block.pose.inverse();
+    let p_B = X_BW * centre;
+    let level = (X_BW.rotation * face.normal_W()).z > 0.99;
+    level
+        && (p_B.z - block.half.z).abs() < 0.03
+        && p_B.x.abs() < block.half.x
+        && p_B.y.abs() < block.half.y
+}
+
+#[test]
+fn every_tread_is_one_face_by_image_and_by_voxels() {
+    let world = stairs();
+    let image = scan(&world, &camera(1.45, 0.61), true, 1);
+    for scan in [unorganised(&image), image] {
+        let found = perceive(&[posed(&scan)], &Config::default()).unwrap();
+        found.terrain.validate().unwrap();
+        for block in world.iter().filter(|b| b.name.starts_with("step")) {
+            let on_top = found
+                .terrain
+                .faces
+                .iter()
+                .filter(|face| is_top(face, block));
+            assert_eq!(on_top.count(), 1, "{}", block.name);
+        }
+        // All of it can be used as convex pieces by those who want them.
+        let pieces = found.terrain.pieces(2.0).unwrap();
+        assert!(pieces.surfaces.len() >= found.terrain.faces.len() / 2);
+        assert_eq!(found.cloud_W.len(), scan.cloud.finite().count());
+        assert!(matches!(&found.notices[..], [Notice::Extracted { .. }]));
+        assert!(found.notices[0].to_string().starts_with("stairs: "));
+    }
+}
+
+#[test]
+fn a_second_scan_adds_nothing_to_what_it_shows_again() {
+    let world = stairs();
+    let first = scan(&world, &camera(1.45, 0.61), true, 1);
+    let beside = Isometry3::new(Vector3::new(0.0, 0.15, 0.0), Vector3::z() * -0.05);
+    let second = scan(&world, &(beside * camera(1.45, 0.61)), true, 2);
+    let scans = [posed(&first), posed(&second)];
+    let found = perceive(&scans, &Config::default()).unwrap();
+    found.terrain.validate().unwrap();
+    let joined = |notice: &Notice| matches!(notice, Notice::Fused(_));
+    assert!(found.notices.iter().any(joined));
+    for block in world.iter().filter(|b| b.name.starts_with("step")) {
+        let on_top = found
+            .terrain
+            .faces
+            .iter()
+            .filter(|face| is_top(face, block));
+        assert_eq!(on_top.count(), 1, "{}", block.name);
+    }
+}

@@ -1,0 +1,448 @@
+//! Readers: every encoding gives the same points, and no file makes them panic or allocate what
+//! the file cannot hold.
+
+use std::path::Path;
+
+use perception::{Error, Scan, SensorOptions, parse_scan, read_scan};
+use proptest::prelude::*;
+
+const POINTS: [[f32; 3]; 6] = [
+    [0.1, 0.2, 1.0],
+    [-0.5, 0.25, 2.0],
+    [f32::NAN, f32::NAN, f32::NAN],
+    [1.5, -0.75, 3.5],
+    [f32::INFINITY, 0.0, 1.0],
+    [0.0, 0.0, 0.5],
+];
+
+fn parse(name: &str, bytes: &[u8]) -> Result<Scan, Error> {
+    parse_scan(Path::new(name), bytes, &SensorOptions::default())
+}
+
+/// The message of the error, which always begins with the file's name.
+fn refusal(name: &str, bytes: &[u8]) -> String {
+    let message = parse(name, bytes).unwrap_err().to_string();
+    assert!(message.starts_with(name), "{message}");
+    message
+}
+
+fn finite(scan: &Scan) -> Vec<[f32; 3]> {
+    scan.cloud.finite().copied().collect()
+}
+
+fn expected() -> Vec<[f32; 3]> {
+    POINTS
+        .into_iter()
+        .filter(|p| p.iter().all(|c| c.is_finite()))
+        .collect()
+}
+
+fn pcd_header(width: usize, height: usize, points: usize, data: &str) -> String {
+    format!(
+        "# .PCD v0.7\nVERSION 0.7\nFIELDS x intensity y z\nSIZE 4 2 4 8\nTYPE F U F F\n\
+         COUNT 1 2 1 1\nWIDTH {width}\nHEIGHT {height}\nVIEWPOINT 1 2 3 0.5 0.5 0.5 0.5\n\
+         POINTS {points}\nDATA {data}\n"
+    )
+}
+
+fn pcd_ascii() -> Vec<u8> {
+    let rows = POINTS.map(|[x, y, z]| format!("{x} 7 8 {y} {z}\n"));
+    (pcd_header(6, 1, 6, "ascii") + &rows.concat()).into_bytes()
+}
+
+fn pcd_binary(width: usize, height: usize) -> Vec<u8> {
+    let mut bytes = pcd_header(width, height, 6, "binary").into_bytes();
+    for [x, y, z] in POINTS {
+        bytes.extend(x.to_le_bytes());
+        bytes.extend([7, 0, 8, 0]);
+        bytes.extend(y.to_le_bytes());
+        bytes.extend(f64::from(z).to_le_bytes());
+    }
+    bytes
+}
+
+/// The block of a compressed file: a field after the other, packed as LZF literals.
+fn pcd_compressed() -> Vec<u8> {
+    let mut columns = Vec::new();
+    columns.extend(POINTS.iter().flat_map(|p| p[0].to_le_bytes()));
+    columns.extend(POINTS.iter().flat_map(|_| [7, 0, 8, 0]));
+    columns.extend(POINTS.iter().flat_map(|p| p[1].to_le_bytes()));
+    columns.extend(POINTS.iter().flat_map(|p| f64::from(p[2]).to_le_bytes()));
+    let packed: Vec<u8> = columns
+        .chunks(32)
+        .flat_map(|run| std::iter::once(run.len() as u8 - 1).chain(run.iter().copied()))
+        .collect();
+    let mut bytes = pcd_header(6, 1, 6, "binary_compressed").into_bytes();
+    bytes.extend((packed.len() as u32).to_le_bytes());
+    bytes.extend((columns.len() as u32).to_le_bytes());
+    bytes.extend(packed);
+    bytes
+}
+
+fn ply(format: &str) -> Vec<u8> {
+    let mut bytes = format!(
+        "ply\nformat {format} 1.0\ncomment made by a test\nelement camera 1\n\
+         property list uchar short size\nelement vertex 6\nproperty double x\n\
+         property float y\nproperty uchar red\nproperty float z\nelement face 1\n\
+         property list uchar int vertex_indices\nend_header\n"
+    )
+    .into_bytes();
+    match format {
+        "ascii" => {
+            bytes.extend(b"2 640 480\n");
+            for [x, y, z] in POINTS {
+                bytes.extend(format!("{x} {y} 200 {z}\n").bytes());
+            }
+            bytes.extend(b"3 0 1 3\n");
+        }
+        _ => {
+            let big = format == "binary_big_endian";
+            let mut word = |le: &[u8]| {
+                let mut word = le.to_vec();
+                if big {
+                    word.reverse();
+                }
+                bytes.extend(word);
+            };
+            word(&[2]);
+            word(&640_i16.to_le_bytes());
+            word(&480_i16.to_le_bytes());
+            for [x, y, z] in POINTS {
+                word(&f64::from(x).to_le_bytes());
+                word(&y.to_le_bytes());
+                word(&[200]);
+                word(&z.to_le_bytes());
+            }
+            word(&[3]);
+            (0..3).for_each(|i: i32| word(&i.to_le_bytes()));
+        }
+    }
+    bytes
+}
+
+fn png(width: u32, height: u32, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(depth);
+    encoder
+        .write_header()
+        .unwrap()
+        .write_image_data(data)
+        .unwrap();
+    bytes
+}
+
+/// A 64 × 48 image: 1 m on the left, nothing on the right.
+fn depth_png() -> Vec<u8> {
+    let row = (0..64_u16).flat_map(|u| if u < 32 { 1000_u16 } else { 0 }.to_be_bytes());
+    let row: Vec<u8> = row.collect();
+    png(64, 48, png::BitDepth::Sixteen, &row.repeat(48))
+}
+
+#[test]
+fn every_encoding_of_pcd_gives_the_same_points_and_viewpoint() {
+    for bytes in [pcd_ascii(), pcd_binary(6, 1), pcd_compressed()] {
+        let scan = parse("a.pcd", &bytes).unwrap();
+        assert_eq!(finite(&scan), expected());
+        assert_eq!(scan.cloud.points.len(), 4);
+        assert_eq!((scan.cloud.invalid, scan.cloud.organised), (2, None));
+        let [x, y, z] = [1.0, 0.0, 0.0];
+        // w x y z = ½ ½ ½ ½ turns x to y.
+        let moved = scan.X_WV * nalgebra::Point3::new(x, y, z);
+        assert!((moved - nalgebra::Point3::new(1.0, 3.0, 3.0)).norm() < 1e-12);
+    }
+    let organised = parse("a.pcd", &pcd_binary(3, 2)).unwrap();
+    assert_eq!(organised.cloud.organised, Some((3, 2)));
+    assert_eq!(organised.cloud.points.len(), 6);
+    assert!(organised.cloud.points[4].iter().all(|c| c.is_nan()));
+    assert!(organised.depth.is_none());
+}
+
+#[test]
+fn every_encoding_of_ply_gives_the_same_points() {
+    for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+        let scan = parse("a.ply", &ply(format)).unwrap();
+        assert_eq!(finite(&scan), expected(), "{format}");
+        assert_eq!(scan.cloud.invalid, 2, "{format}");
+    }
+}
+
+#[test]
+fn a_depth_png_gives_metres_points_and_scaled_intrinsics() {
+    let options = SensorOptions {
+        depth_scale_m: Some(0.002),
+        ..SensorOptions::default()
+    };
+    let scan = parse_scan(Path::new("a.png"), &depth_png(), &options).unwrap();
+    let depth = scan.depth.unwrap();
+    assert_eq!((depth.width, depth.height), (64, 48));
+    assert_eq!((depth.z_m[0], depth.z_m[40]), (2.0, 0.0));
+    assert_eq!(depth.intrinsics.fx, 52.5);
+    assert_eq!(scan.cloud.organised, Some((64, 48)));
+    assert_eq!(scan.cloud.invalid, 32 * 48);
+    let [x, y, z] = scan.cloud.points[0];
+    let k = depth.intrinsics;
+    assert!((f64::from(x) + 2.0 * k.cx / k.fx).abs() < 1e-6);
+    assert!((f64::from(y) + 2.0 * k.cy / k.fy).abs() < 1e-6);
+    assert_eq!(z, 2.0);
+}
+
+#[test]
+fn the_first_bytes_name_the_format_before_the_extension_does() {
+    assert_eq!(
+        finite(&parse("cloud.png", &ply("ascii")).unwrap()),
+        expected()
+    );
+    assert_eq!(
+        finite(&parse("cloud.bin", &pcd_binary(6, 1)).unwrap()),
+        expected()
+    );
+    assert!(refusal("cloud.xyz", b"1 2 3").contains("unknown scan format"));
+}
+
+#[test]
+fn lying_headers_are_named() {
+    let with = |from: &str, to: &str| {
+        let text = pcd_header(6, 1, 6, "binary");
+        assert!(text.contains(from), "{from}");
+        let body = pcd_binary(6, 1)[text.len()..].to_vec();
+        [text.replace(from, to).into_bytes(), body].concat()
+    };
+    for (from, to, field) in [
+        ("POINTS 6", "POINTS 7", "POINTS: 7 is not WIDTH × HEIGHT"),
+        ("WIDTH 6\nHEIGHT 1", "WIDTH 3\nHEIGHT 3", "POINTS: 6 is not"),
+        ("WIDTH 6", "WIDTH 18446744073709551615", "POINTS: 6 is not"),
+        (
+            "WIDTH 6\nHEIGHT 1\nVIEWPOINT 1 2 3 0.5 0.5 0.5 0.5\nPOINTS 6",
+            "WIDTH 4000000000\nHEIGHT 1\nVIEWPOINT 1 2 3 0.5 0.5 0.5 0.5\nPOINTS 4000000000",
+            "POINTS: 4000000000 points need 80000000000 bytes, 120 follow",
+        ),
+        (
+            "COUNT 1 2 1 1",
+            "COUNT 1 4294967295 1 1",
+            "COUNT: a point is longer",
+        ),
+        ("COUNT 1 2 1 1", "COUNT 2 2 1 1", "COUNT: x occurs 2×"),
+        (
+            "FIELDS x intensity y z",
+            "FIELDS x intensity y w",
+            "FIELDS: has no z",
+        ),
+        ("0.5 0.5 0.5 0.5", "0 0 0 0", "VIEWPOINT"),
+        ("1 2 3 0.5", "NaN 2 3 0.5", "VIEWPOINT"),
+        ("SIZE 4 2 4 8", "SIZE 4 2 4", "PCD file"),
+        ("TYPE F U F F", "TYPE F U F Q", "PCD file"),
+        ("DATA binary", "DATA packed", "PCD file"),
+    ] {
+        let message = refusal("lie.pcd", &with(from, to));
+        assert!(message.contains(field), "{message}");
+    }
+    let huge = with("POINTS 6", "POINTS 6").len() - 1;
+    assert!(refusal("cut.pcd", &pcd_binary(6, 1)[..huge]).contains("6 points need 120 bytes"));
+    // Compressed: the sizes before the block.
+    let header = pcd_header(6, 1, 6, "binary_compressed").len();
+    for (at, value, field) in [
+        (0, u32::MAX, "DATA: 4294967295 compressed bytes stated"),
+        (4, u32::MAX, "unpack to 4294967295, 6 points are 120"),
+    ] {
+        let mut bytes = pcd_compressed();
+        bytes[header + at..header + at + 4].copy_from_slice(&value.to_le_bytes());
+        assert!(refusal("lie.pcd", &bytes).contains(field));
+    }
+    assert!(refusal("cut.pcd", &pcd_compressed()[..header + 5]).contains("DATA: ends before"));
+    // PLY: counts against bytes.
+    for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+        let text = String::from_utf8_lossy(&ply(format)).into_owned();
+        let lie = text.replace("element vertex 6", "element vertex 4000000000");
+        let message = refusal("lie.ply", lie.as_bytes());
+        assert!(
+            message.contains("element vertex: 4000000000 of them"),
+            "{message}"
+        );
+    }
+    let lie = String::from_utf8_lossy(&ply("ascii")).replace("float z", "float w");
+    assert!(refusal("lie.ply", lie.as_bytes()).contains("element vertex: has no scalar z"));
+    let lie = String::from_utf8_lossy(&ply("ascii")).replace("vertex 6", "vertex 9");
+    assert!(refusal("lie.ply", lie.as_bytes()).contains("element vertex"));
+    let empty = "ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\n\
+                 property float y\nproperty float z\nend_header\n";
+    assert!(refusal("no.ply", empty.as_bytes()).contains("no valid point"));
+    // A first element that takes no bytes must not be read four billion times.
+    let idle = empty.replace("element vertex", "element idle 4000000000\nelement vertex");
+    assert!(refusal("idle.ply", idle.as_bytes()).contains("element idle: 4000000000"));
+    // PNG: another depth, and a header that promises what the file cannot hold.
+    let eight = png(4, 4, png::BitDepth::Eight, &[9; 16]);
+    assert!(refusal("a.png", &eight).contains("IHDR: a depth image is 16-bit grey"));
+    let mut lie = depth_png();
+    lie[16..24].copy_from_slice(&[0, 0, 0x60, 0, 0, 0, 0x60, 0]);
+    let sum = crc32(&lie[12..29]);
+    lie[29..33].copy_from_slice(&sum.to_be_bytes());
+    let message = refusal("a.png", &lie);
+    assert!(
+        message.contains("IHDR: 24576x24576 pixels cannot be in"),
+        "{message}"
+    );
+    let cut = depth_png();
+    assert!(refusal("a.png", &cut[..cut.len() / 2]).contains("PNG file"));
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc: u32, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |c, _| {
+            (c >> 1) ^ (0xedb8_8320 & (c & 1).wrapping_neg())
+        })
+    })
+}
+
+#[test]
+fn a_cloud_without_a_valid_point_is_refused_by_name() {
+    let header = pcd_header(2, 1, 2, "ascii");
+    let all_nan = header.clone() + "nan 0 0 nan nan\nnan 0 0 nan nan\n";
+    assert!(refusal("nan.pcd", all_nan.as_bytes()).contains("no valid point (2 read"));
+    let none = pcd_header(0, 0, 0, "binary");
+    assert!(refusal("none.pcd", none.as_bytes()).contains("no valid point (0 read"));
+    let dark = png(8, 6, png::BitDepth::Sixteen, &[0; 96]);
+    assert!(refusal("dark.png", &dark).contains("no valid point (48 read"));
+    assert!(refusal("empty.pcd", b"").contains("PCD file"));
+}
+
+#[test]
+fn a_missing_file_and_bad_options_are_named() {
+    let missing = Path::new("no/such/scan.pcd");
+    let error = read_scan(missing, &SensorOptions::default()).unwrap_err();
+    assert!(
+        error.to_string().starts_with("no/such/scan.pcd: "),
+        "{error}"
+    );
+    let with = |options: SensorOptions| {
+        parse_scan(Path::new("a.png"), &depth_png(), &options)
+            .unwrap_err()
+            .to_string()
+    };
+    let sensor = |name: &str| SensorOptions {
+        sensor: name.into(),
+        ..SensorOptions::default()
+    };
+    assert!(with(sensor("kinect")).contains("known are xtion, kinect_v1"));
+    assert!(with(sensor("kinect_v2")).contains("no intrinsics for 64x48"));
+    assert!(
+        with(SensorOptions {
+            depth_scale_m: Some(0.0),
+            ..sensor("xtion")
+        })
+        .starts_with("depth_scale_m = 0")
+    );
+    assert!(
+        with(SensorOptions {
+            eye_m: Some([f64::NAN; 3]),
+            ..sensor("xtion")
+        })
+        .starts_with("eye_m")
+    );
+}
+
+#[test]
+fn an_organised_cloud_in_its_optical_frame_takes_the_organised_path() {
+    let world = [crate::support::block(
+        "wall",
+        [2.1, 0.0, 1.0],
+        [0.2, 9.0, 9.0],
+        0.0,
+        0.0,
+    )];
+    let pose = crate::support::camera(1.0, 0.0);
+    let scan = crate::support::scan(&world, &pose, false, 0);
+    let mut bytes = b"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 640\n\
+        HEIGHT 480\nPOINTS 307200\nDATA binary\n"
+        .to_vec();
+    bytes.extend(
+        scan.cloud
+            .points
+            .iter()
+            .flatten()
+            .flat_map(|c| c.to_le_bytes()),
+    );
+    let again = parse("wall.pcd", &bytes).unwrap();
+    let depth = again.depth.unwrap();
+    assert!(
+        (depth.intrinsics.fx - 525.0).abs() < 0.01,
+        "{:?}",
+        depth.intrinsics
+    );
+    assert_eq!(depth.z_m, scan.depth.unwrap().z_m);
+}
+
+/// A file with some bytes changed, some cut out or doubled, and its end cut off.
+fn mutated(bytes: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
+    let n = bytes.len();
+    let changes = prop::collection::vec((0..n, any::<u8>()), 0..12);
+    let digits = prop::collection::vec((0..n.min(400), b'0'..=b'9'), 0..4);
+    let splice = (0..n, 0..n);
+    (changes, digits, splice, 0..=n).prop_map(move |(changes, digits, (a, b), end)| {
+        let mut out = bytes.clone();
+        for (at, value) in changes.into_iter().chain(digits) {
+            out[at] = value;
+        }
+        let (a, b) = (a.min(b), a.max(b));
+        match (a + b) % 4 {
+            0 => drop(out.drain(a..b.min(a + 40))),
+            1 => out.extend_from_within(a..b),
+            2 => out.truncate(end),
+            _ => {}
+        }
+        out
+    })
+}
+
+/// Reads what may be anything: a scan holds a finite point, an error names the file.
+fn survives(name: &str, bytes: &[u8]) {
+    match parse(name, bytes) {
+        Ok(scan) => {
+            assert!(scan.cloud.finite().next().is_some());
+            if let Some((w, h)) = scan.cloud.organised {
+                assert_eq!(w * h, scan.cloud.points.len());
+            }
+        }
+        Err(error) => assert!(error.to_string().starts_with(name), "{error}"),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+
+    #[test]
+    fn mutated_ascii_pcd_survives(bytes in mutated(pcd_ascii())) {
+        survives("m.pcd", &bytes);
+    }
+
+    #[test]
+    fn mutated_binary_pcd_survives(bytes in mutated(pcd_binary(3, 2))) {
+        survives("m.pcd", &bytes);
+    }
+
+    #[test]
+    fn mutated_compressed_pcd_survives(bytes in mutated(pcd_compressed())) {
+        survives("m.pcd", &bytes);
+    }
+
+    #[test]
+    fn mutated_ascii_ply_survives(bytes in mutated(ply("ascii"))) {
+        survives("m.ply", &bytes);
+    }
+
+    #[test]
+    fn mutated_binary_ply_survives(bytes in mutated(ply("binary_little_endian"))) {
+        survives("m.ply", &bytes);
+    }
+
+    #[test]
+    fn mutated_big_endian_ply_survives(bytes in mutated(ply("binary_big_endian"))) {
+        survives("m.ply", &bytes);
+    }
+
+    #[test]
+    fn mutated_png_survives(bytes in mutated(depth_png())) {
+        survives("m.png", &bytes);
+    }
+}

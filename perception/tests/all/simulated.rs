@@ -1,0 +1,303 @@
+//! Surfaces of simulated scans against the boxes that they were taken of.
+
+use crate::support::{
+    against, block, camera, concave, lattice, on_face, scan, stairs, top, unorganised,
+};
+use nalgebra::{Isometry3, Point3, Vector3};
+use perception::{Config, Method, Scan, extract};
+use surfaces::Surface;
+
+fn pose() -> Isometry3<f64> {
+    camera(1.45, 0.61)
+}
+
+fn surfaces_of(scan: &Scan, config: &Config) -> Vec<Surface> {
+    let found = extract(scan, &scan.X_WV, config).unwrap().surfaces;
+    for (i, surface) in found.iter().enumerate() {
+        surface.validate().unwrap();
+        assert_eq!(surface.id, format!("s{i}"));
+        // Every normal faces the sensor.
+        assert!(surface.height_of(&Point3::from(scan.X_WV.translation.vector)) > 0.0);
+    }
+    found
+}
+
+#[test]
+fn every_tread_of_the_stairs_is_found_on_its_face() {
+    let world = stairs();
+    let mut rms_all = Vec::new();
+    for seed in 1..=3 {
+        let found = surfaces_of(&scan(&world, &pose(), true, seed), &Config::default());
+        // Area that is seen and left by erosion; what a step hides of the next one is not.
+        for (name, least_m2) in [
+            ("floor", 3.0),
+            ("step1", 0.15),
+            ("step2", 0.17),
+            ("step3", 0.14),
+            ("step4", 0.12),
+            ("table", 1.0),
+            ("ramp", 0.60),
+        ] {
+            let face = top(&world, &[name]);
+            let pieces = on_face(&found, &face, &world);
+            let (off, rms, area) = against(&pieces, &face, &world);
+            assert!(area > least_m2, "seed {seed}: {name}: {area} m² found");
+            assert!(
+                off < 0.02,
+                "seed {seed}: {name}: {:.1} % off the face",
+                100.0 * off
+            );
+            // The slowly varying error alone is 0.4 % of z: 4 to 12 mm.
+            assert!(
+                rms < 0.015,
+                "seed {seed}: {name}: {:.1} mm off the plane",
+                1e3 * rms
+            );
+            rms_all.push(rms);
+        }
+    }
+    // For a face smaller than a wave of it that error is an offset: 0.67 × 0.4 % × 2 m = 5.4 mm
+    // in the median, which no fit can see.
+    rms_all.sort_by(f64::total_cmp);
+    assert!(rms_all[rms_all.len() / 2] < 0.0054, "{rms_all:?}");
+}
+
+#[test]
+fn plane_covariances_are_the_size_of_the_errors() {
+    // Squared errors of (rotation about x_S, about y_S, offset) in units of the covariance.
+    let world = stairs();
+    let mut nees = Vec::new();
+    for seed in 1..=12 {
+        let found = surfaces_of(&scan(&world, &pose(), true, seed), &Config::default());
+        for name in ["floor", "step1", "step2", "step3", "step4", "table", "ramp"] {
+            let face = top(&world, &[name]);
+            let Some(piece) = on_face(&found, &face, &world).first().copied() else {
+                continue;
+            };
+            nees.push(crate::support::nees(piece, &face) / 3.0);
+        }
+    }
+    let mean = nees.iter().sum::<f64>() / nees.len() as f64;
+    eprintln!("NEES/3: mean {mean:.2} of {}", nees.len());
+    // 84 faces of twelve frames; the errors of one frame's faces are not independent.
+    assert!((0.5..2.0).contains(&mean), "{mean}: {nees:.2?}");
+}
+
+#[test]
+fn without_errors_planes_are_exact_to_a_fraction_of_a_millimetre() {
+    let world = stairs();
+    let found = surfaces_of(&scan(&world, &pose(), false, 0), &Config::default());
+    for name in ["floor", "step1", "step2", "step3", "step4", "table", "ramp"] {
+        let face = top(&world, &[name]);
+        let pieces = on_face(&found, &face, &world);
+        let (off, rms, _) = against(&pieces, &face, &world);
+        assert!(!pieces.is_empty(), "{name} is missing");
+        assert!(rms < 3e-4, "{name}: {} mm", 1e3 * rms);
+        assert_eq!(off, 0.0, "{name}");
+    }
+    // A convex face in full view is one polygon, its corners within the erosion of the face's.
+    let face = top(&world, &["step1"]);
+    let pieces = on_face(&found, &face, &world);
+    assert_eq!(pieces.len(), 1);
+    assert!(pieces[0].polygon.vertices().len() <= 12);
+    assert!(
+        pieces[0].polygon.area() > 0.85 * 0.34 * 0.62,
+        "{}",
+        pieces[0].polygon.area()
+    );
+}
+
+#[test]
+fn polygons_of_concave_faces_hold_no_air() {
+    let world = concave();
+    let scan = scan(&world, &pose(), true, 5);
+    let found = surfaces_of(&scan, &Config::default());
+    // Areas: L 0.315 + 0.14, U 2 × 0.225 + 0.1, table 1.44 − 0.09, less what is hidden.
+    for (names, least_m2) in [
+        (&["l_long", "l_short"][..], 0.33),
+        (&["u_right", "u_far", "u_left"], 0.35),
+        (&["table"], 0.9),
+    ] {
+        let face = top(&world, names);
+        let pieces = on_face(&found, &face, &world);
+        let (off, _, area) = against(&pieces, &face, &world);
+        assert!(pieces.len() >= 2, "{names:?} is not convex");
+        assert!(off < 0.01, "{names:?}: {:.1} % air", 100.0 * off);
+        assert!(area > least_m2, "{names:?}: {area} m²");
+        // All pieces name the same face, and that face only.
+        assert!(pieces[0].face.is_some());
+        assert!(pieces.iter().all(|p| p.face == pieces[0].face), "{names:?}");
+        let of_face = found.iter().filter(|s| s.face == pieces[0].face).count();
+        assert_eq!(of_face, pieces.len(), "{names:?}");
+    }
+}
+
+#[test]
+fn the_chain_finds_the_same_planes_in_a_bare_cloud() {
+    let world = stairs();
+    let scan = unorganised(&scan(&world, &pose(), true, 2));
+    let chain = Config {
+        method: Method::Brossette2013,
+        ..Config::default()
+    };
+    let found = surfaces_of(&scan, &chain);
+    for name in ["floor", "step1", "step2", "step3", "step4", "table", "ramp"] {
+        let face = top(&world, &[name]);
+        // A hull's barycentre may lie off the face, so take what lies in its plane and over it.
+        let hulls: Vec<&Surface> = found
+            .iter()
+            .filter(|s| s.normal_W().dot(&face.normal_W()) > 4.0_f64.to_radians().cos())
+            .filter(|s| {
+                lattice(s, 0.02)
+                    .iter()
+                    .filter(|p| face.holds(p, &world))
+                    .count()
+                    > 100
+            })
+            .filter(|s| lattice(s, 0.02).iter().all(|p| face.height(p).abs() < 0.06))
+            .collect();
+        assert_eq!(hulls.len(), 1, "{name}");
+        assert!(hulls[0].inset_m > 0.0);
+    }
+    let organised = Config {
+        method: Method::Organised,
+        ..Config::default()
+    };
+    let error = extract(&scan, &scan.X_WV, &organised).unwrap_err();
+    assert!(matches!(error, perception::Error::NotOrganised), "{error}");
+}
+
+#[test]
+fn a_leg_beside_the_floor_is_no_part_of_it() {
+    // A post that stands on the floor, 2 cm wide faces excluded: the floor stays level.
+    let mut world = vec![block(
+        "floor",
+        [4.0, 0.0, -0.05],
+        [12.0, 12.0, 0.1],
+        0.0,
+        0.0,
+    )];
+    world.push(block("leg", [1.8, 0.1, 0.3], [0.08, 0.08, 0.6], 0.3, 0.0));
+    let scan = scan(&world, &pose(), true, 4);
+    for method in [Method::Organised, Method::Brossette2013] {
+        let config = Config {
+            method,
+            ..Config::default()
+        };
+        let found = surfaces_of(&scan, &config);
+        let face = top(&world, &["floor"]);
+        let (_, rms, area) = against(&on_face(&found, &face, &world), &face, &world);
+        assert!(rms < 0.012 && area > 4.0, "{method:?}: {rms} m, {area} m²");
+    }
+}
+
+#[test]
+fn results_are_the_same_on_any_number_of_threads() {
+    let world = concave();
+    let scan = scan(&world, &pose(), true, 1);
+    for method in [Method::Organised, Method::Brossette2013] {
+        let config = Config {
+            method,
+            ..Config::default()
+        };
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| extract(&scan, &scan.X_WV, &config).unwrap())
+        };
+        let one = run(1);
+        assert!(!one.surfaces.is_empty());
+        assert_eq!(one, run(2), "{method:?}");
+        assert_eq!(one, run(4), "{method:?}");
+    }
+}
+
+#[test]
+fn moving_the_sensor_moves_the_surfaces_only() {
+    let world = stairs();
+    let scan = scan(&world, &pose(), true, 1);
+    let X = Isometry3::new(Vector3::new(0.3, -0.2, 0.7), Vector3::new(0.0, 0.0, 0.8));
+    for method in [Method::Organised, Method::Brossette2013] {
+        let config = Config {
+            method,
+            ..Config::default()
+        };
+        let here = extract(&scan, &scan.X_WV, &config).unwrap().surfaces;
+        let there = extract(&scan, &(X * scan.X_WV), &config).unwrap().surfaces;
+        assert_eq!(here.len(), there.len());
+        for (a, b) in here.iter().zip(&there) {
+            assert!((X.rotation * a.normal_W() - b.normal_W()).norm() < 1e-9);
+            assert!((a.polygon.area() - b.polygon.area()).abs() < 1e-3 * a.polygon.area());
+            let moved = X * Point3::from(a.X_WS.translation.vector);
+            assert!(
+                (moved.coords - b.X_WS.translation.vector).norm() < 2e-3,
+                "{}",
+                a.id
+            );
+        }
+    }
+}
+
+#[test]
+fn thin_input_gives_few_surfaces_and_never_a_panic() {
+    let world = stairs();
+    let full = scan(&world, &pose(), true, 3);
+    let depth = full.depth.clone().unwrap();
+    let with = |z_m: Vec<f32>| {
+        let mut depth = depth.clone();
+        depth.z_m = z_m;
+        Scan {
+            cloud: depth.to_cloud(),
+            depth: Some(depth),
+            ..full.clone()
+        }
+    };
+    let n = depth.z_m.len();
+    let few: Vec<f32> = (0..n)
+        .map(|i| if i % 5003 == 0 { 2.0 } else { 0.0 })
+        .collect();
+    let odd: Vec<f32> = (0..n)
+        .map(|i| [f32::NAN, f32::INFINITY, -1.0, 1e-30, 1e30, 2.0][i % 6])
+        .collect();
+    for (z_m, most) in [(vec![0.0; n], 0), (few, 0), (vec![2.0; n], 1), (odd, 10)] {
+        let scan = with(z_m);
+        for method in [Method::Organised, Method::Brossette2013] {
+            let config = Config {
+                method,
+                ..Config::default()
+            };
+            let found = extract(&scan, &scan.X_WV, &config).unwrap().surfaces;
+            assert!(found.len() <= most, "{method:?}: {} surfaces", found.len());
+        }
+    }
+    // A wall square to the view is one polygon with the image's area.
+    let wall = extract(&with(vec![2.0; n]), &full.X_WV, &Config::default())
+        .unwrap()
+        .surfaces;
+    let k = depth.intrinsics;
+    let area = 4.0 * (639.0 / k.fx) * (479.0 / k.fy);
+    assert_eq!(wall.len(), 1);
+    assert!((wall[0].polygon.area() / area - 1.0).abs() < 0.02);
+    let covariance = wall[0].plane_covariance.unwrap();
+    // κ d = 8 mm for one wave of the slow error; the image holds fifteen.
+    assert!(
+        (0.001..0.008).contains(&covariance[2][2].sqrt()),
+        "{covariance:?}"
+    );
+}
+
+#[test]
+fn a_bad_parameter_is_named() {
+    let scan = scan(&stairs(), &pose(), false, 0);
+    let mut config = Config {
+        range_max_m: -1.0,
+        ..Config::default()
+    };
+    let message = |config: &Config| extract(&scan, &scan.X_WV, config).unwrap_err().to_string();
+    assert!(message(&config).starts_with("range_max_m = -1:"));
+    config = Config::default();
+    config.brossette2013.leaf_m = f64::NAN;
+    assert!(message(&config).starts_with("brossette2013.leaf_m = NaN:"));
+}

@@ -1,0 +1,37 @@
+//! A contact between a patch of the robot and a face.
+#![allow(non_snake_case)]
+
+use serde::{Deserialize, Serialize};
+use surfaces::FaceId;
+
+use crate::Pose;
+
+/// A contact of a stance, or of a phase of a motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// The robot's contact patch.
+    pub patch: String,
+    /// The link that carries it.
+    pub link: String,
+    /// The face it touches.
+    pub face: FaceId,
+    /// Pose of the patch frame C in W; of a point patch the ball's centre, with the axes of the
+    /// face that it touches.
+    pub X_WC: Pose,
+    /// Coefficient of friction of the pair (the real one, before `friction_use`).
+    pub friction: f64,
+    /// Whether it may carry load.
+    pub loaded: bool,
+    /// Vertices of the patch in W, m; of a point patch the touched point. In a motion, which moves
+    /// no patch that touches, there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub vertices_W: Vec<[f64; 3]>,
+    /// Points in W where the forces act (the patch shrunk by the CoM margin; of a point patch the
+    /// touched point), m; none in a motion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub force_points_W: Vec<[f64; 3]>,
+    /// Force on the robot at each force point, in W, N; none in a motion, whose samples have them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub forces_W: Vec<[f64; 3]>,
+}

@@ -1,0 +1,26 @@
+//! What a plan is: contacts, stances, the plan over them and the motion between them.
+//!
+//! Types and their JSON files only. The crates that solve (`posture`, `motion`, `planner`), the one
+//! that checks (`verify`) and those that show, export or simulate meet here and nowhere else.
+//!
+//! | type | file |
+//! |---|---|
+//! | [`Plan`] | `plan.json`: where from, which robot, which faces, the [stances](Stance) |
+//! | [`Motion`] | `motion.json`: [phases](Phase) and [samples](Sample) of the whole body in time |
+
+mod contact;
+mod error;
+mod motion;
+mod plan;
+mod pose;
+mod stance;
+
+pub use contact::Contact;
+pub use error::Error;
+pub use motion::{MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
+pub use plan::{
+    GoalContact, GoalRecord, Input, MotionFile, PLAN_FORMAT, Plan, Program, RequiredMargins,
+    RobotSummary, SearchSummary,
+};
+pub use pose::Pose;
+pub use stance::{Change, Margins, Stance};

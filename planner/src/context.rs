@@ -1,0 +1,315 @@
+//! What follows from a request once for the whole search.
+#![allow(non_snake_case)]
+
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+use nalgebra::{Vector2, Vector3};
+use posture::{Contact, FaceIndex, Problem};
+use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
+use surfaces::Region;
+
+use crate::nominal_posture::LEANING_MIN;
+use crate::request::Request;
+use crate::{Config, Error};
+
+/// What follows from a request once for the whole search.
+pub(crate) struct SearchContext<'a> {
+    pub request: &'a Request<'a>,
+    pub config: &'a Config,
+    /// For each patch, its place relative to the base.
+    offset: Vec<Vector3<f64>>,
+    /// For each patch, an upper bound of its distance from the base, m.
+    reach_m: Vec<f64>,
+    /// Patches whose progress counts: those in contact at the start.
+    pub feet: Vec<PatchId>,
+    /// How far a foot is put ahead of the others on level ground, m.
+    pub stride_m: f64,
+    /// For each patch, the radius of the largest circle about its middle that it contains, of a
+    /// ball its own, m.
+    half_width_m: Vec<f64>,
+    /// For each patch, the leg that carries it.
+    leg: Vec<Leg>,
+    /// Patches that are used at all.
+    used: Vec<bool>,
+    /// For each patch and face, where on the face the patch's middle may be.
+    room: Vec<BTreeMap<FaceIndex, OnceLock<Vec<Region>>>>,
+}
+
+impl<'a> SearchContext<'a> {
+    pub fn new(request: &'a Request<'a>, config: &'a Config) -> Result<Self, Error> {
+        config.validate()?;
+        let robot = request.robot;
+        for name in &config.exclude {
+            if !robot
+                .patches
+                .iter()
+                .any(|p| &p.name == name || p.has_role(name))
+            {
+                let known: Vec<&str> = robot
+                    .patches
+                    .iter()
+                    .flat_map(|p| std::iter::once(&p.name).chain(&p.roles))
+                    .map(String::as_str)
+                    .collect();
+                return Err(Error::Exclude {
+                    name: name.clone(),
+                    known: known.join(", "),
+                });
+            }
+        }
+        if request.start.contacts.is_empty() {
+            return Err(Error::Start {
+                reason: "no contact is named".to_owned(),
+            });
+        }
+        let mut upright = Configuration::zero(robot.nj());
+        upright.joints.copy_from(&request.reference.joints);
+        let kinematics = Kinematics::new(robot, &upright);
+        let offset: Vec<Vector3<f64>> = robot
+            .patches
+            .iter()
+            .map(|patch| {
+                // A ball stands on its lowest point.
+                let radius = patch.point_radius_m().unwrap_or(0.0);
+                kinematics.X_WC(patch).translation.vector - radius * Vector3::z()
+            })
+            .collect();
+        let reach_m = robot
+            .patches
+            .iter()
+            .map(|patch| {
+                let mut reach = patch.X_BC.translation.vector.norm();
+                let mut body = patch.body;
+                while let Some(parent) = robot.bodies[body].parent {
+                    let b = &robot.bodies[body];
+                    reach += b.X_PJ.translation.vector.norm();
+                    if b.kind == robot_model::JointKind::Prismatic {
+                        reach += b.lower.abs().max(b.upper.abs());
+                    }
+                    body = parent;
+                }
+                reach
+            })
+            .collect();
+        let used = robot
+            .patches
+            .iter()
+            .map(|p| !config.exclude.iter().any(|e| &p.name == e || p.has_role(e)))
+            .collect();
+        let mut feet: Vec<PatchId> = request.start.contacts.iter().map(|c| c.0).collect();
+        feet.sort_unstable();
+        feet.dedup();
+        let stride_m = config.stride_m.min(0.5 * following_m(&offset, &feet));
+        let leg = robot
+            .patches
+            .iter()
+            .map(|p| Leg::new(robot, &kinematics, p));
+        let leg = leg.collect();
+        Ok(Self {
+            request,
+            config,
+            leg,
+            offset,
+            reach_m,
+            half_width_m: robot.patches.iter().map(half_width_m).collect(),
+            stride_m,
+            feet,
+            used,
+            room: request
+                .usable
+                .iter()
+                .map(|faces| faces.iter().map(|&face| (face, OnceLock::new())).collect())
+                .collect(),
+        })
+    }
+
+    /// Where on a face the middle of a patch may be, in the face's frame: at least its half width
+    /// inside what the face's insets leave.
+    pub fn room(&self, patch: PatchId, face: FaceIndex) -> &[Region] {
+        let of_patch = self.room.get(patch.index());
+        let Some(room) = of_patch.and_then(|faces| faces.get(&face)) else {
+            return &[];
+        };
+        let half_width_m = self.half_width_m[patch.index()];
+        room.get_or_init(|| self.request.environment.regions(face, half_width_m))
+    }
+
+    /// Where a patch (of a ball its lowest point) is relative to the base in the nominal posture,
+    /// looking ahead, m.
+    pub fn offset(&self, patch: PatchId) -> &Vector3<f64> {
+        &self.offset[patch.index()]
+    }
+
+    /// An upper bound of a patch's distance from the base, m.
+    pub fn reach_m(&self, patch: PatchId) -> f64 {
+        self.reach_m[patch.index()]
+    }
+
+    /// Whether a patch may be used at all.
+    pub fn is_used(&self, patch: PatchId) -> bool {
+        self.used[patch.index()]
+    }
+
+    /// Which of the feet a patch is, where it is one.
+    pub fn foot(&self, patch: PatchId) -> Option<usize> {
+        self.feet.iter().position(|&foot| foot == patch)
+    }
+
+    /// The place that a contact touches, in W: C's origin, or the point of a ball.
+    pub fn place_W(&self, contact: &Contact) -> Vector3<f64> {
+        self.request.robot.patches[contact.patch].touched_W(&contact.X_WC)
+    }
+
+    /// Where on the guide path a foot belongs that touches at a place, and how far it is from there
+    /// sideways beyond half its usual offset, m. Height beside the path is the faces' business, not
+    /// a detour.
+    pub fn progress(&self, patch: PatchId, place_W: &Vector3<f64>) -> (f64, f64) {
+        let (guide, offset) = (&self.request.guide, self.offset(patch));
+        let along_m = guide.foot_progress(place_W, offset).along_m;
+        let usual = guide.foot_at(along_m, offset);
+        let lateral_m = ((place_W - usual).xy().norm() - 0.5 * offset.y.abs()).max(0.0);
+        (along_m, lateral_m)
+    }
+
+    /// The posture problem of a contact set from a guess, with the nominal posture over it.
+    pub fn problem<'p>(
+        &'p self,
+        contacts: Vec<Contact>,
+        reference: &'p Configuration,
+        guess: &'p Configuration,
+    ) -> Problem<'p> {
+        Problem {
+            robot: self.request.robot,
+            environment: self.request.environment,
+            contacts,
+            base_goal: None,
+            reference,
+            guess,
+        }
+    }
+
+    /// How far a foot is put ahead of the others on a face, m: where it leans along the way by δ, as
+    /// much less as the legs that are left behind on it reach less far down,
+    ///
+    ///   s(δ) / s(0) = range(δ) / range(0),   tan δ = |n·h| / n_z   with the heading h.
+    ///
+    /// Friction limits where one can stand, not how far one steps: forces are plumb. A robot on two
+    /// feet strides as it is set to.
+    pub fn stride_on(&self, patch: PatchId, normal: &Vector3<f64>, heading: f64) -> f64 {
+        let along = normal.x * heading.cos() + normal.y * heading.sin();
+        let level = self.leg[patch.index()].range_m(0.0);
+        if self.feet.len() < LEANING_MIN || along.abs() < 1e-6 || normal.z <= 0.0 || level <= 0.0 {
+            return self.stride_m;
+        }
+        let delta = (along.abs() / normal.z).atan();
+        self.stride_m * self.leg[patch.index()].range_m(delta) / level
+    }
+
+    /// Estimated number of contact changes to the goal, given each foot's last place and whether
+    /// it is in the air.
+    ///
+    /// A foot in the air lands a stride ahead of the hindmost of the others. Of two feet each then
+    /// passes the other, and one on the ground must leave and land once for every two strides that
+    /// it is behind; more feet catch up with each other, once for every stride.
+    pub fn estimate(&self, feet: &[FootState]) -> f64 {
+        let end = self.request.guide.length_m();
+        let stride = self.stride_m;
+        let advance = if feet.len() > 2 { stride } else { 2.0 * stride };
+        let tolerance = 0.5 * self.request.goal.base.tolerance_m;
+        feet.iter()
+            .enumerate()
+            .map(|(i, foot)| {
+                let (along, landing) = if foot.in_air {
+                    (foot.along_m.max(hindmost(feet, i) + stride), 1.0)
+                } else {
+                    (foot.along_m, 0.0)
+                };
+                let behind = (end - tolerance - along).max(0.0);
+                landing
+                    + 2.0 * behind / advance
+                    + self.config.lateral_deviation_price_per_m * foot.lateral_m
+            })
+            .sum()
+    }
+}
+
+/// A leg, from its first joint to its patch.
+#[derive(Clone, Copy, Debug)]
+struct Leg {
+    /// Length stretched out, m.
+    length_m: f64,
+    /// Height of the first joint over the patch in the nominal posture, m.
+    height_m: f64,
+}
+
+impl Leg {
+    fn new(robot: &Robot, kinematics: &Kinematics, patch: &ContactPatch) -> Self {
+        let mut length_m = patch.X_BC.translation.vector.norm();
+        let mut body = patch.body;
+        while let Some(parent) = robot.bodies[body].parent.filter(|&p| p != 0) {
+            length_m += robot.bodies[body].X_PJ.translation.vector.norm();
+            body = parent;
+        }
+        let foot = kinematics.X_WC(patch).translation.vector;
+        Self {
+            length_m,
+            height_m: (kinematics.origin_W[body].z - foot.z).max(0.0),
+        }
+    }
+
+    /// How far down a slope of `delta` the foot reaches from below the first joint, at the usual
+    /// height over it, m.
+    ///
+    ///   ‖(s cos δ, h + s sin δ)‖ = L   ⇒   s = √(L² − h² cos² δ) − h sin δ
+    fn range_m(&self, delta: f64) -> f64 {
+        let (sin, cos) = delta.sin_cos();
+        let (l, h) = (self.length_m, self.height_m);
+        ((l * l - h * h * cos * cos).max(0.0).sqrt() - h * sin).max(0.0)
+    }
+}
+
+/// The least distance along the way of feet that follow each other, m: of those that are farther
+/// apart along it than across. Infinite where no foot follows another.
+fn following_m(offset: &[Vector3<f64>], feet: &[PatchId]) -> f64 {
+    let pairs = feet.iter().flat_map(|&a| {
+        feet.iter()
+            .map(move |&b| offset[b.index()] - offset[a.index()])
+    });
+    pairs
+        .filter(|apart| apart.x > apart.y.abs())
+        .map(|apart| apart.x)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Progress of the hindmost foot beside the one of that index, m: of those in the air, too, which
+/// would otherwise be left behind without a price.
+pub(crate) fn hindmost(feet: &[FootState], but: usize) -> f64 {
+    let others = feet.iter().enumerate().filter(|(i, _)| *i != but);
+    others
+        .map(|(_, foot)| foot.along_m)
+        .min_by(f64::total_cmp)
+        .unwrap_or(f64::NEG_INFINITY)
+}
+
+/// A foot as the estimate sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FootState {
+    pub along_m: f64,
+    pub lateral_m: f64,
+    pub in_air: bool,
+}
+
+/// Radius of the largest circle about the middle of a patch that it contains, of a ball its own, m.
+fn half_width_m(patch: &ContactPatch) -> f64 {
+    let polygon = &patch.polygon;
+    let middle =
+        polygon.iter().map(|p| p.coords).sum::<Vector2<f64>>() / polygon.len().max(1) as f64;
+    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    let to_edges = edges.map(|(a, b)| {
+        let edge = b - a;
+        edge.perp(&(middle - a.coords)).abs() / edge.norm().max(1e-12)
+    });
+    let radius_m = patch.point_radius_m();
+    radius_m.unwrap_or_else(|| to_edges.fold(f64::INFINITY, f64::min))
+}

@@ -1,0 +1,129 @@
+//! What is done with a way that reaches the goal: it is shortened and given its motion. A contact
+//! change that has no motion is no edge of the tree: it is cut, and the search goes on.
+
+use std::sync::Arc;
+
+use motion::Failure;
+use posture::Posture;
+
+use crate::Error;
+use crate::node::Node;
+use crate::result::{PathStance, Progress, SearchResult, Stage, Status};
+use crate::search::Search;
+use crate::shorten::shorten;
+use plan::Change;
+
+/// Part of a swing from where on a failure is one of the place where it lands.
+const LANDING: f64 = 0.75;
+
+impl Search<'_> {
+    /// The plan by way of a node that has the goal's posture; nothing where a motion is missing on
+    /// the way, which is then cut there.
+    ///
+    /// # Errors
+    /// [`Error`] where a posture or a motion cannot be asked for.
+    pub(crate) fn finalize(
+        &mut self,
+        index: usize,
+        last: Arc<Posture>,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Result<Option<SearchResult>, Error> {
+        let goal = PathStance {
+            change: Change::Goal,
+            contacts: self.nodes[index].contacts.clone(),
+            posture: last,
+        };
+        let indices = self.way(index);
+        let way: Vec<Node> = indices.iter().map(|&i| self.nodes[i].clone()).collect();
+
+        // The short way, if there are motions all along it.
+        let config = self.posture_config;
+        let (shorter, solved) = shorten(&self.context, config, way.clone(), &mut |_| Ok(true))?;
+        self.solved += solved;
+        progress(self.progress(Stage::Motion));
+        let short = path(&shorter, &goal);
+        if self.motions.along(&short)?.is_none() {
+            progress(self.progress(Stage::Search));
+            return Ok(Some(self.found(short)));
+        }
+
+        // The way as it was found, left out only what motions can do without too.
+        let missing = self.motions.along(&path(&way, &goal))?;
+        if let Some((stance, failure)) = missing {
+            progress(self.progress(Stage::Search));
+            self.forbid(&indices, stance, &failure);
+            return Ok(None);
+        }
+        let motions = &mut self.motions;
+        let (shorter, solved) = shorten(&self.context, config, way, &mut |way| {
+            Ok(motions.along(&path(way, &goal))?.is_none())
+        })?;
+        self.solved += solved;
+        progress(self.progress(Stage::Search));
+        Ok(Some(self.found(path(&shorter, &goal))))
+    }
+
+    /// The way to the node nearest to the goal, and what blocks the rest.
+    pub(crate) fn give_up(&mut self, status: Status) -> SearchResult {
+        let way = self.way(self.best());
+        let path: Vec<PathStance> = way
+            .iter()
+            .map(|&i| PathStance::from(&self.nodes[i]))
+            .collect();
+        let mut blocked = std::mem::take(&mut self.blocked);
+        blocked.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+        SearchResult {
+            status,
+            summary: self.summary(path.len()),
+            path,
+            motion: None,
+            blocked,
+        }
+    }
+
+    fn found(&self, path: Vec<PathStance>) -> SearchResult {
+        SearchResult {
+            status: Status::Found,
+            // The goal's posture is on the last contact set.
+            summary: self.summary(path.len() - 1),
+            motion: self.motions.assemble(&path),
+            path,
+            blocked: Vec::new(),
+        }
+    }
+
+    /// Indices of the nodes from the root to a node.
+    fn way(&self, index: usize) -> Vec<usize> {
+        let mut way: Vec<usize> =
+            std::iter::successors(Some(index), |&i| self.nodes[i].parent).collect();
+        way.reverse();
+        way
+    }
+
+    /// Cuts the tree where a way has no motion to its stance number `stance`.
+    fn forbid(&mut self, way: &[usize], stance: usize, failure: &Failure) {
+        let parent = way[stance - 1];
+        let change = way
+            .get(stance)
+            .map_or(Change::Goal, |&i| self.nodes[i].change.clone());
+        self.block(parent, change, format!("no motion: {}", failure.describe()));
+        match way.get(stance) {
+            Some(&node) => {
+                self.cut(node);
+                // Where it is the place that is hard to come to, an alternative may do.
+                if failure.at > LANDING {
+                    let node = self.nodes[node].clone();
+                    self.add_alternatives(&node, parent);
+                }
+            }
+            // The contact set stands; the goal is to be reached from those after it.
+            None => self.branch(parent),
+        }
+    }
+}
+
+fn path(way: &[Node], goal: &PathStance) -> Vec<PathStance> {
+    let mut path: Vec<PathStance> = way.iter().map(PathStance::from).collect();
+    path.push(goal.clone());
+    path
+}

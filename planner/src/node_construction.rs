@@ -1,0 +1,161 @@
+//! Nodes: the root from the robot's own kinematics, children from solved candidates.
+#![allow(non_snake_case)]
+
+use std::sync::Arc;
+
+use plan::Change;
+use posture::{Contact, Freedom, Outcome, Posture, Problem};
+use robot_model::Kinematics;
+
+use crate::Error;
+use crate::candidate::{Candidate, Move};
+use crate::context::SearchContext;
+use crate::node::Node;
+use crate::result::Blocked;
+
+/// The start as a node: its contacts where the robot's own kinematics has them.
+pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<Node, Error> {
+    let request = context.request;
+    let robot = request.robot;
+    let configuration = &request.start.configuration;
+    let kinematics = Kinematics::new(robot, configuration);
+    let start = request.start.contacts.iter();
+    let mut contacts: Vec<Contact> = start
+        .map(|&(patch, face)| {
+            let mut X_WC = kinematics.X_WC(&robot.patches[patch]);
+            // How a ball is turned does not matter: it takes the axes of what it touches.
+            if robot.patches[patch].point_radius_m().is_some() {
+                X_WC.rotation = request.environment[face].X_WF.rotation;
+            }
+            Contact::at(robot, patch, X_WC).on(face)
+        })
+        .collect();
+    contacts.sort_by_key(|c| c.patch);
+    let problem = context.problem(contacts.clone(), configuration, configuration);
+    // As it stands, with nothing in reserve; then as near to that as the margins allow.
+    feasible(posture::solve(&problem, &as_it_stands(config))?, &problem)
+        .map_err(|reason| Error::Start { reason })?;
+    let posture = feasible(posture::solve(&problem, config)?, &problem)
+        .map_err(|reason| Error::Start { reason })?;
+    let mut last = vec![None; robot.patches.len()];
+    for contact in &contacts {
+        last[contact.patch.index()] = Some(context.place_W(contact));
+    }
+    Ok(Node {
+        parent: None,
+        depth: 0,
+        change: Change::Start,
+        alternative: false,
+        touching: contacts.clone(),
+        contacts,
+        posture,
+        last,
+    })
+}
+
+/// The posture of an outcome, or the constraint that fails, in words.
+pub(crate) fn feasible(outcome: Outcome, problem: &Problem) -> Result<Arc<Posture>, String> {
+    match outcome {
+        Outcome::Feasible(posture) => Ok(Arc::new(*posture)),
+        Outcome::Infeasible(violation) | Outcome::Undecided { violation, .. } => {
+            Err(violation.describe(problem))
+        }
+    }
+}
+
+/// Settings that leave the configuration where it is and ask for no margin: what holds then holds
+/// as the robot stands.
+fn as_it_stands(config: &posture::Config) -> posture::Config {
+    /// No step to speak of.
+    const STILL: f64 = 1e-9;
+    posture::Config {
+        friction_use: 1.0,
+        torque_use: 1.0,
+        joint_margin_rad: 0.0,
+        clearance_m: 0.0,
+        self_clearance_m: 0.0,
+        com_margin_m: 0.0,
+        solver: posture::Solver {
+            step_scale: STILL,
+            ..config.solver
+        },
+        restarts: 0,
+        ..config.clone()
+    }
+}
+
+/// The node of a solved candidate; where it has no posture, why.
+pub(crate) fn child(
+    context: &SearchContext,
+    candidate: &Candidate,
+    parent: &Node,
+    asked: Vec<Contact>,
+    outcome: Outcome,
+) -> Result<Node, Blocked> {
+    let change = describe(context, parent, &candidate.change);
+    let reference = &context.request.reference;
+    let problem = context.problem(asked, reference, reference);
+    let posture = match feasible(outcome, &problem) {
+        Ok(posture) => posture,
+        Err(reason) => {
+            return Err(Blocked {
+                change,
+                held: parent.describe(context),
+                reason,
+                distance_m: parent.distance_m(context),
+            });
+        }
+    };
+    let touching: Vec<Contact> = problem
+        .contacts
+        .into_iter()
+        .zip(&posture.contacts)
+        .map(|(contact, state)| match contact.freedom {
+            // A fixed contact stays to the bit where it was put.
+            Freedom::Fixed => contact,
+            _ => Contact {
+                X_WC: state.X_WC,
+                freedom: Freedom::Fixed,
+                ..contact
+            },
+        })
+        .collect();
+    let removed = |c: &Contact| matches!(candidate.change, Move::Remove(patch) if patch == c.patch);
+    let stay = touching.iter().filter(|c| !removed(c)).cloned();
+    let mut contacts: Vec<Contact> = stay.map(|c| c.loaded(true)).collect();
+    contacts.sort_by_key(|c| c.patch);
+    let mut last = parent.last.clone();
+    for contact in &contacts {
+        last[contact.patch.index()] = Some(context.place_W(contact));
+    }
+    Ok(Node {
+        parent: Some(candidate.node),
+        depth: parent.depth + 1,
+        change,
+        alternative: candidate.alternative,
+        contacts,
+        touching,
+        posture,
+        last,
+    })
+}
+
+/// A move in the names of patch and face.
+fn describe(context: &SearchContext, parent: &Node, change: &Move) -> Change {
+    let request = context.request;
+    let patch = request.robot.patches[change.patch()].name.clone();
+    let name = |face| request.environment[face].id.clone();
+    match change {
+        Move::Remove(released) => {
+            let held = parent.contacts.iter().find(|c| c.patch == *released);
+            Change::Remove {
+                patch,
+                face: held.and_then(|c| c.face).map(name).unwrap_or_default(),
+            }
+        }
+        Move::Add(foothold) => Change::Add {
+            patch,
+            face: name(foothold.face),
+        },
+    }
+}

@@ -1,0 +1,92 @@
+//! What the search gives back.
+
+use std::sync::Arc;
+
+use posture::{Contact, Posture};
+
+use crate::node::Node;
+use plan::{Change, SearchSummary};
+
+/// How the search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// A sequence of stances to the goal.
+    Found,
+    /// Every contact set within reach was tried.
+    NoPlan,
+    /// A budget was spent first.
+    BudgetSpent,
+    /// The user stopped it.
+    Interrupted,
+}
+
+/// How far the search is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Contact sets with a posture.
+    pub nodes: usize,
+    /// Posture problems solved.
+    pub solved: usize,
+    /// Distance still to go along the guide path from the best contact set, m.
+    pub best_distance_m: f64,
+    /// What is done next.
+    pub stage: Stage,
+}
+
+/// What the planner does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// It searches for a sequence of contact sets.
+    Search,
+    /// It looks for the motions between the stances of a sequence that it found.
+    Motion,
+}
+
+/// A contact change that could not be made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Blocked {
+    /// What was tried.
+    pub change: Change,
+    /// The contacts that the robot held.
+    pub held: String,
+    /// The constraint that fails, by how much.
+    pub reason: String,
+    /// How far from the goal it was along the guide path, m.
+    pub distance_m: f64,
+}
+
+/// A stance on the way, with the contacts of its posture.
+#[derive(Clone, Debug)]
+pub struct PathStance {
+    /// What changed.
+    pub change: Change,
+    /// The contacts of the posture problem, settled.
+    pub contacts: Vec<Contact>,
+    /// The posture.
+    pub posture: Arc<Posture>,
+}
+
+/// What the search found.
+#[derive(Clone, Debug)]
+pub struct SearchResult {
+    /// How it ended.
+    pub status: Status,
+    /// The stances to the goal, or to the best contact set where there is no plan.
+    pub path: Vec<PathStance>,
+    /// The motion along the path, where there is a plan of more than one stance.
+    pub motion: Option<plan::Motion>,
+    /// Counts.
+    pub summary: SearchSummary,
+    /// What blocks the way, nearest to the goal first; empty where a plan was found.
+    pub blocked: Vec<Blocked>,
+}
+
+impl From<&Node> for PathStance {
+    fn from(node: &Node) -> Self {
+        Self {
+            change: node.change.clone(),
+            contacts: node.touching.clone(),
+            posture: node.posture.clone(),
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! A contact: which patch of the robot touches which face, where, and what it may bear.
+#![allow(non_snake_case)]
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use robot_model::{PatchId, Robot};
+use surfaces::ConvexPolygon;
+
+use crate::environment::{Environment, FaceIndex};
+
+/// A contact, at its place or free to find one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// The robot's contact patch.
+    pub patch: PatchId,
+    /// The face that it touches, where there is one: what lies behind it is excepted from
+    /// collision.
+    pub face: Option<FaceIndex>,
+    /// Pose of the patch frame C in W, z outward from the environment. Of a point patch the origin
+    /// is the ball's centre and z the touched face's normal; the ball may turn. Of a contact that
+    /// may move within an area z is the face's, and the origin a place to begin with.
+    pub X_WC: Isometry3<f64>,
+    /// How the contact may differ from that pose.
+    pub freedom: Freedom,
+    /// Whether it may carry load; an unloaded contact touches and nothing more.
+    pub loaded: bool,
+    /// Coefficient of friction of the pair.
+    pub friction: f64,
+}
+
+/// How a contact may differ from its pose.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Freedom {
+    /// Not at all.
+    Fixed,
+    /// The patch may turn about its z.
+    Yaw,
+    /// The patch may slide and turn, as long as all of it is inside an area.
+    Within(Box<Area>),
+}
+
+/// Where on a face a contact may be, and where it is wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Area {
+    /// Pose of the face's frame F in W.
+    pub X_WF: Isometry3<f64>,
+    /// The area, in F, m.
+    pub polygon: ConvexPolygon,
+    /// The place that is wanted most, in W: of C's origin, or of the point that a ball touches.
+    pub toward: Option<Point3<f64>>,
+    /// The heading of C's x axis about the face's normal that is wanted most, rad; of no meaning
+    /// for a ball.
+    pub yaw_rad: Option<f64>,
+}
+
+impl Area {
+    /// How far a point of W is from the area: beside its edge (0 inside) and over its plane, m.
+    pub(crate) fn distances_m(&self, p_W: &Vector3<f64>) -> (f64, f64) {
+        let p = self.X_WF.inverse_transform_point(&Point3::from(*p_W));
+        (self.polygon.signed_distance(&p.xy()).max(0.0), p.z)
+    }
+}
+
+impl Contact {
+    /// A loaded contact at a pose of the patch frame, with the friction of the patch.
+    pub fn at(robot: &Robot, patch: PatchId, X_WC: Isometry3<f64>) -> Self {
+        Self {
+            patch,
+            face: None,
+            X_WC,
+            freedom: Freedom::Fixed,
+            loaded: true,
+            friction: robot.patches[patch].friction,
+        }
+    }
+
+    /// The same contact, resting on a face.
+    pub fn on(self, face: FaceIndex) -> Self {
+        Self {
+            face: Some(face),
+            ..self
+        }
+    }
+
+    /// The same contact, allowed to carry load or not.
+    pub fn loaded(self, loaded: bool) -> Self {
+        Self { loaded, ..self }
+    }
+
+    /// The normal of what is touched, in W.
+    pub fn normal_W(&self) -> Vector3<f64> {
+        self.X_WC.rotation * Vector3::z()
+    }
+
+    /// Where it may be on its face, where that is not settled.
+    pub fn area(&self) -> Option<&Area> {
+        match &self.freedom {
+            Freedom::Within(area) => Some(area),
+            _ => None,
+        }
+    }
+
+    /// The contact in words: `patch on face`, or the patch alone.
+    pub fn describe(&self, robot: &Robot, environment: &Environment) -> String {
+        let patch = &robot.patches[self.patch].name;
+        match self.face {
+            Some(face) => format!("{patch} on {}", environment[face].id),
+            None => patch.clone(),
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Which variable of the problem stands where in a step, and what of its contacts stays the same.
+
+use nalgebra::{Matrix3, Point2};
+use surfaces::ConvexPolygon;
+
+use crate::Config;
+use crate::problem::Problem;
+
+/// A joint with less of the robot's mass beyond it than this part of all, and no contact, is held.
+const SMALL_MASS: f64 = 0.03;
+/// Part of a patch's half width by which it is shrunk at most.
+const INSET_MAX: f64 = 0.6;
+
+/// Which variable stands where in a step.
+pub(crate) struct Layout {
+    /// Column of each body's joint; `None` where the joint is held.
+    pub column: Vec<Option<usize>>,
+    /// Number of columns of the configuration.
+    pub nq: usize,
+    /// First column of each force point, contact by contact; empty where not loaded.
+    pub force: Vec<Vec<usize>>,
+    /// Number of columns.
+    pub n: usize,
+}
+
+impl Layout {
+    /// Joints with no contact and little mass beyond them are held: they matter to no constraint.
+    pub fn new(problem: &Problem, contacts: &[ContactModel]) -> Self {
+        let robot = problem.robot;
+        let mut subtree: Vec<f64> = robot.bodies.iter().map(|b| b.mass_kg).collect();
+        let mut carries = vec![false; robot.bodies.len()];
+        for contact in contacts {
+            carries[contact.body] = true;
+        }
+        for i in (1..robot.bodies.len()).rev() {
+            if let Some(p) = robot.bodies[i].parent {
+                subtree[p] += subtree[i];
+                carries[p] |= carries[i];
+            }
+        }
+        let mut column = vec![None; robot.bodies.len()];
+        let mut next = 6;
+        for i in 1..robot.bodies.len() {
+            if carries[i] || subtree[i] > SMALL_MASS * robot.mass_kg {
+                column[i] = Some(next);
+                next += 1;
+            }
+        }
+        let nq = next;
+        let mut force = Vec::new();
+        for (contact, model) in problem.contacts.iter().zip(contacts) {
+            let mut columns = Vec::new();
+            if contact.loaded {
+                for _ in &model.force_points {
+                    columns.push(next);
+                    next += 3;
+                }
+            }
+            force.push(columns);
+        }
+        Self {
+            column,
+            nq,
+            force,
+            n: next,
+        }
+    }
+}
+
+/// A contact with everything that does not change between iterates.
+pub(crate) struct ContactModel {
+    pub body: usize,
+    /// Radius of the ball of a point patch, m.
+    pub radius: Option<f64>,
+    /// Vertices of the patch in C.
+    pub vertices: Vec<Point2<f64>>,
+    /// Points where forces act, in C: the patch shrunk by the CoM margin, or the one of a ball.
+    pub force_points: Vec<Point2<f64>>,
+    /// Axes in W in which the forces are written: two tangents and the normal.
+    pub axes: Matrix3<f64>,
+    /// Largest tangential force over the normal one, along each tangent: the pyramid inscribed
+    /// in the cone.
+    pub mu_axis: f64,
+}
+
+impl ContactModel {
+    pub fn new(problem: &Problem, index: usize, config: &Config) -> Self {
+        let contact = &problem.contacts[index];
+        let patch = &problem.robot.patches[contact.patch];
+        let axes = contact.X_WC.rotation.to_rotation_matrix().into_inner();
+        // How a ball is turned does not matter.
+        let axes = match patch.point_radius_m() {
+            Some(_) => robot_model::pyramid_axes_W(&axes),
+            None => axes,
+        };
+        Self {
+            body: patch.body,
+            radius: patch.point_radius_m(),
+            vertices: patch.polygon.clone(),
+            force_points: force_points(&patch.polygon, config.com_margin_m),
+            axes,
+            mu_axis: contact.friction * config.friction_use / std::f64::consts::SQRT_2,
+        }
+    }
+}
+
+/// The points of a patch at which its forces act, in C, m: the polygon shrunk by `inset_m`, at most
+/// by 60 % of its half width. A patch that is no polygon keeps its points.
+///
+/// These are the points of a plan's `force_points_W` and of a motion's `forces_W`, in that order.
+pub fn force_points(polygon: &[Point2<f64>], inset_m: f64) -> Vec<Point2<f64>> {
+    let Ok(patch) = ConvexPolygon::new(polygon.to_vec()) else {
+        return polygon.to_vec();
+    };
+    let c = patch.centroid();
+    let half_width = patch
+        .half_planes()
+        .iter()
+        .map(|h| h.b - h.n.dot(&c.coords))
+        .fold(f64::MAX, f64::min);
+    let inset = inset_m.min(INSET_MAX * half_width);
+    patch
+        .inset(inset)
+        .map_or_else(|| polygon.to_vec(), |p| p.vertices().to_vec())
+}

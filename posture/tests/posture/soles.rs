@@ -1,0 +1,198 @@
+//! The humanoid that ships, which stands on soles.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use posture::{
+    BaseGoal, Config, Constraint, Contact, Engine, Environment, Explanation, Group, Outcome,
+    Problem, Solver,
+};
+use robot_model::{Configuration, Kinematics, Robot};
+use surfaces::Face;
+
+use crate::world::{on, solve, square, standing, world};
+
+const FEET: [&str; 2] = ["left_foot", "right_foot"];
+
+/// The robot, half sitting on a world of these faces.
+fn humanoid(faces: Vec<Face>) -> (Robot, Configuration, Environment) {
+    let (robot, q) = standing("hrp2", "half_sitting", FEET[0]);
+    (robot, q, world(faces))
+}
+
+fn floor() -> Face {
+    square("floor", [0.0; 3], 0.0, 1.0)
+}
+
+/// The left and the right foot anywhere on two faces.
+fn feet(world: &Environment, robot: &Robot, faces: [&str; 2], friction: f64) -> Vec<Contact> {
+    let feet = FEET.iter().zip(faces);
+    feet.map(|(foot, face)| on(world, robot, foot, face, friction))
+        .collect()
+}
+
+#[test]
+fn it_stands_on_a_step_and_on_the_floor() {
+    let step = square("step", [0.4, 0.2, 0.15], 0.1, 0.17);
+    let (robot, q, world) = humanoid(vec![floor(), step]);
+    let config = Config::default();
+    let feet = feet(&world, &robot, ["step", "floor"], 0.6);
+    let outcome = solve(&robot, &world, &feet, None, &q, &config);
+    let posture = outcome.posture().unwrap_or_else(|| panic!("{outcome:?}"));
+    let margins = &posture.margins;
+    assert!(margins.inclusion_m.unwrap() >= config.patch_margin_m - 1e-5);
+    assert!(
+        margins
+            .clearance_m
+            .is_none_or(|d| d >= config.clearance_m - 1e-5)
+    );
+
+    // The other engine finds as good a posture.
+    let robust = Config {
+        solver: Solver {
+            engine: Engine::InteriorPoint,
+            ..Solver::default()
+        },
+        ..config.clone()
+    };
+    let other = solve(&robot, &world, &feet, None, &q, &robust);
+    let other = other.posture().expect("the interior point solves it too");
+    let apart = (posture.cost - other.cost).abs();
+    assert!(
+        apart < 0.02 * (0.1 + posture.cost),
+        "costs differ by {apart}"
+    );
+}
+
+#[test]
+fn out_of_reach_is_said_to_be_out_of_reach() {
+    let shelf = square("shelf", [0.3, 0.3, 1.4], 0.0, 0.2);
+    let (robot, q, world) = humanoid(vec![floor(), shelf]);
+    let feet = feet(&world, &robot, ["shelf", "floor"], 0.6);
+    let outcome = solve(&robot, &world, &feet, None, &q, &Config::default());
+    let violation = outcome.violation().expect("1.4 m is too high for a foot");
+    assert!(violation.amount > 0.01, "{violation:?}");
+}
+
+#[test]
+fn feet_farther_apart_than_the_robot_is_long_are_proved_impossible() {
+    let (robot, q, world) = humanoid(Vec::new());
+    let foot = |patch: &str, y: f64| {
+        let patch = robot.patch_id(patch).unwrap();
+        Contact::at(&robot, patch, Isometry3::translation(0.0, y, 0.0))
+    };
+    let feet = [foot(FEET[0], 2.5), foot(FEET[1], -2.5)];
+    let outcome = solve(&robot, &world, &feet, None, &q, &Config::default());
+    let Outcome::Infeasible(violation) = &outcome else {
+        panic!("{outcome:?}");
+    };
+    assert!(matches!(violation.constraint, Constraint::Closure(_)));
+}
+
+#[test]
+fn a_slope_steeper_than_friction_slips() {
+    // One foot on a slope of 31° needs μ ≥ 0.6; 0.5 × 0.8 does not do, 1.2 × 0.8/√2 does.
+    let (robot, q, world) = humanoid(vec![square("slope", [0.0; 3], 0.54, 1.0)]);
+    let config = Config {
+        com_margin_m: 0.01,
+        ..Config::default()
+    };
+    let with = |friction: f64| {
+        let feet = feet(&world, &robot, ["slope"; 2], friction);
+        solve(&robot, &world, &feet, None, &q, &config)
+    };
+    let slips = with(0.5);
+    let violation = slips.violation().expect("no friction pyramid holds this");
+    assert!(
+        matches!(
+            violation.constraint,
+            Constraint::Equilibrium | Constraint::Balance | Constraint::Closure(_)
+        ),
+        "{violation:?}"
+    );
+    assert!(with(1.2).posture().is_some(), "enough friction");
+}
+
+#[test]
+fn an_unloaded_contact_touches_and_carries_nothing() {
+    let (robot, q, world) = humanoid(vec![floor()]);
+    let mut feet = feet(&world, &robot, ["floor"; 2], 0.6);
+    feet[1].loaded = false;
+    let outcome = solve(&robot, &world, &feet, None, &q, &Config::default());
+    let posture = outcome.posture().expect("it can stand on one foot");
+    let left = &posture.contacts[0].X_WC;
+    let com = left.inverse_transform_point(&Point3::from(posture.com_W));
+    // The left sole is 0.131 m wide: 30 mm inside leaves ±35.5 mm.
+    let inside = com.y.abs() < 0.0356 && com.x.abs() < 0.0851;
+    assert!(inside, "CoM at {com} in the left sole");
+}
+
+#[test]
+fn the_base_goal_is_kept_or_named() {
+    let (robot, q, world) = humanoid(vec![floor()]);
+    let kinematics = Kinematics::new(&robot, &q);
+    let feet = FEET.map(|foot| {
+        let patch = robot.patch_id(foot).unwrap();
+        let X_WC = kinematics.X_WC(&robot.patches[patch]);
+        Contact::at(&robot, patch, X_WC).on(world.face("floor").unwrap())
+    });
+    for (x, possible) in [(0.03, true), (0.6, false)] {
+        let goal = BaseGoal {
+            position_m: [Some(x), None, None],
+            tolerance_m: 0.01,
+            ..BaseGoal::default()
+        };
+        let outcome = solve(&robot, &world, &feet, Some(goal), &q, &Config::default());
+        assert_eq!(outcome.posture().is_some(), possible, "{x}: {outcome:?}");
+        if let Some(posture) = outcome.posture() {
+            assert!((posture.q.p_WB.x - x).abs() < 0.0101);
+        }
+    }
+}
+
+/// Why the feet cannot stand on squares below them, the right one moved.
+fn conflict(right: Vector3<f64>, friction: f64, tilt_rad: f64) -> Explanation {
+    let (robot, q) = standing("hrp2", "half_sitting", FEET[0]);
+    let kinematics = Kinematics::new(&robot, &q);
+    let sole = |name: &str| {
+        let patch = robot.patch(name).unwrap();
+        kinematics.X_WC(patch).translation.vector
+    };
+    let world = world(vec![
+        square("left", sole(FEET[0]).into(), tilt_rad, 0.2),
+        square("right", (sole(FEET[1]) + right).into(), tilt_rad, 0.2),
+    ]);
+    let problem = Problem {
+        robot: &robot,
+        environment: &world,
+        contacts: feet(&world, &robot, ["left", "right"], friction),
+        base_goal: None,
+        reference: &q,
+        guess: &q,
+    };
+    let explanation = posture::explain(&problem, &Config::default()).unwrap();
+    explanation.expect("no posture")
+}
+
+#[test]
+fn a_step_too_high_is_explained_by_its_place_and_by_how_much_it_is_too_high() {
+    let found = conflict(Vector3::new(0.1, 0.0, 0.9), 0.6, 0.0);
+    let words = &found.words;
+    assert!(found.conflict.contains(&Group::Place(1)), "{words}");
+    assert!(!found.conflict.contains(&Group::Friction), "{words}");
+    let mut relaxations = found.relaxations.iter();
+    let lower = relaxations.find(|r| r.group == Group::Place(1)).unwrap();
+    assert!(lower.amount > 0.02 && lower.amount < 0.6, "{words}");
+}
+
+#[test]
+fn a_slippery_slope_is_explained_by_the_friction_that_it_would_take() {
+    let found = conflict(Vector3::zeros(), 0.3, 0.4);
+    let words = &found.words;
+    assert!(found.conflict.contains(&Group::Friction), "{words}");
+    assert!(found.conflict.contains(&Group::Equilibrium), "{words}");
+    let mut relaxations = found.relaxations.iter();
+    let needed = relaxations.find(|r| r.group == Group::Friction).unwrap();
+    // Down a slope the pyramid of 0.8 μ gives 0.8 μ/√2 along its axes.
+    let least = 0.4f64.tan() * std::f64::consts::SQRT_2 / 0.8;
+    let needed = needed.amount / least;
+    assert!(needed > 0.98 && needed < 1.2, "{words}");
+}

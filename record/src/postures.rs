@@ -1,0 +1,77 @@
+//! Posture problems drawn from a seed: how many have a posture, and after how many iterations.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+
+use crate::program::{Program, argument, json};
+use crate::table::Worse::{Less, More, Neither};
+use crate::table::{Table, column, median};
+
+/// Robots and the families that can be drawn for them.
+const SETS: [(&str, &str); 3] = [
+    ("hrp2", "easy free steep one-foot chimney spread infeasible"),
+    ("hexapod", "easy free steep infeasible"),
+    ("quadruped", "easy free steep infeasible"),
+];
+
+/// Solves `count` problems of every family with seed 1.
+pub fn sets(program: &Program, count: usize, folder: &Path) -> Result<Table> {
+    let mut table = Table::new(
+        &format!("Posture sets of {count} problems"),
+        vec![
+            column("with a posture", Less, 1.0, 0.0, 0),
+            column("infeasible", Neither, 0.0, 0.0, 0),
+            column("undecided", More, 1.0, 0.0, 0),
+            column("median iterations", More, 1.0, 0.1, 1),
+        ],
+    );
+    let (problems, results) = (folder.join("problems.json"), folder.join("results.json"));
+    for (robot, families) in SETS {
+        for family in families.split(' ') {
+            let robot_flag = format!("builtin:{robot}");
+            let (count, out) = (count.to_string(), argument(&problems));
+            let draw = [
+                "posture-sets",
+                "--family",
+                family,
+                "--count",
+                &count,
+                "--seed",
+                "1",
+            ];
+            program.run(
+                &[&draw[..], &["--robot", &robot_flag, "-o", &out]].concat(),
+                &[0],
+            )?;
+            let solve = [
+                "posture",
+                "--robot",
+                &robot_flag,
+                &out,
+                "-o",
+                &argument(&results),
+            ];
+            program.run(&solve, &[0, 3])?;
+            table.push(format!("{robot}, {family}"), figures(&json(&results)?)?);
+        }
+    }
+    Ok(table)
+}
+
+fn figures(file: &Value) -> Result<Vec<Option<f64>>> {
+    let results = file["results"].as_array().context("no `results`")?;
+    let of = |outcome: &'static str| results.iter().filter(move |r| r["outcome"] == outcome);
+    let count = |outcome| Some(of(outcome).count() as f64);
+    let iterations: Vec<f64> = of("feasible")
+        .filter_map(|r| r["iterations"].as_f64())
+        .collect();
+    let iterations = median(&iterations);
+    Ok(vec![
+        count("feasible"),
+        count("infeasible"),
+        count("undecided"),
+        iterations,
+    ])
+}

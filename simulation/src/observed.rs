@@ -1,0 +1,56 @@
+//! What a run has shown so far: contacts and largest values.
+#![allow(non_snake_case)]
+
+use nalgebra::{Isometry3, Vector3};
+
+/// What was seen of one closure.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ClosureObserved {
+    pub anchor: Option<Isometry3<f64>>,
+    /// How far a ball has slid since then, m.
+    pub slid_W: Vector3<f64>,
+    /// Largest distance from where it first bore load, m.
+    pub slip_m: f64,
+    /// When it first bore load, s.
+    pub loaded_s: Option<f64>,
+    /// Sum and count of the normal forces.
+    pub force_sum_n: f64,
+    pub steps: usize,
+}
+
+/// Largest values.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Peaks {
+    pub com_error_m: Peak,
+    pub tilt_rad: Peak,
+    pub swing_error_m: Peak,
+    pub torque_use: Peak,
+    pub penetration_m: Peak,
+    pub vertical_sum_n: f64,
+    pub steps: usize,
+}
+
+/// A largest value and where it was.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Peak {
+    pub value: f64,
+    pub detail: Option<String>,
+}
+
+impl Peak {
+    /// Takes in a value; one that is no number stays.
+    pub fn see(&mut self, value: f64, detail: impl FnOnce() -> String) {
+        if value > self.value || !value.is_finite() {
+            self.value = value;
+            self.detail = Some(detail());
+        }
+    }
+}
+
+/// A contact that nothing asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Unplanned {
+    pub first_s: f64,
+    pub steps: usize,
+    pub peak_n: f64,
+}

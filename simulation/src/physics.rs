@@ -1,0 +1,65 @@
+//! What the robot and its world are simulated with: time step, joints, servos, and how they differ
+//! from what was planned with.
+
+use crate::config::Config;
+
+/// What MuJoCo simulates with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Physics {
+    /// Time step, s.
+    pub dt_s: f64,
+    /// Coefficient of friction of bodies that carry no contact patch.
+    pub friction_elsewhere: f64,
+    /// Rotor inertia that every joint has besides its bodies', kg·m² (kg where prismatic).
+    pub armature: f64,
+    /// Viscous friction of every joint, N·m·s/rad.
+    pub damping: f64,
+}
+
+impl From<&Config> for Physics {
+    fn from(config: &Config) -> Self {
+        Self {
+            dt_s: config.dt_s,
+            friction_elsewhere: config.friction_elsewhere,
+            armature: 0.05,
+            damping: 0.5,
+        }
+    }
+}
+
+/// Gains of the joint servo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Servo {
+    /// Stiffness, N·m/rad.
+    pub kp: f64,
+    /// Damping, N·m·s/rad.
+    pub kv: f64,
+}
+
+impl Servo {
+    /// Holds a stance or follows a motion by itself, with torques fed forward.
+    pub const STIFF: Self = Self {
+        kp: 5000.0,
+        kv: 100.0,
+    };
+    /// Stands beside the whole-body controller.
+    pub const SOFT: Self = Self { kp: 200.0, kv: 5.0 };
+}
+
+/// What the simulated robot differs in from the planned one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    /// Factor of all masses and inertias.
+    pub mass: f64,
+    /// Factor of all coefficients of friction.
+    pub friction: f64,
+}
+
+impl Default for Scales {
+    fn default() -> Self {
+        Self {
+            mass: 1.0,
+            friction: 1.0,
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Stances and motions simulated: what must hold holds, what must fail fails.
+#![allow(clippy::unwrap_used, non_snake_case)]
+
+mod dynamics;
+#[cfg(feature = "mujoco")]
+mod mujoco;
+mod robot;
+#[cfg(feature = "mujoco")]
+mod stepping;
+mod whole_body;

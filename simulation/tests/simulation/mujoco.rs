@@ -1,0 +1,264 @@
+//! Stances and motions in MuJoCo.
+
+use nalgebra::{DVector, Isometry3, Vector3};
+use robot_model::{GRAVITY_M_S2, Kinematics};
+
+use simulation::config::{Config, Controller};
+use simulation::dynamics::Dynamics;
+use simulation::execution::{Executed, Unobserved, execute};
+use simulation::hold::{Held, hold};
+use simulation::perturbation::{Kinds, Perturbation, Push};
+use simulation::physics::{Physics, Scales, Servo};
+use simulation::plant::{Plant, Side};
+use simulation::playback::Playback;
+use simulation::world::{WorldBody, WorldShape};
+
+use crate::robot::{half_sitting, hrp2, standing};
+use crate::stepping::step_in_place;
+
+const FEET: [&str; 2] = ["left_foot", "right_foot"];
+
+/// A floor with its top at z = 0 that ends at x = `end_x_m`.
+fn floor(end_x_m: f64) -> Vec<WorldBody> {
+    let centre = Vector3::new(end_x_m - 10.0, 0.0, -0.25);
+    vec![WorldBody {
+        name: "floor".to_owned(),
+        shape: WorldShape::Box {
+            X_WO: Isometry3::translation(centre.x, centre.y, centre.z),
+            half_m: Vector3::new(10.0, 10.0, 0.25),
+        },
+    }]
+}
+
+fn value(held: &Held, name: &str) -> f64 {
+    let found = held.criteria.iter().find(|c| c.name == name);
+    found.expect("a criterion of that name").value
+}
+
+#[test]
+fn the_model_has_the_robots_mass_and_velocities() {
+    // Plant::new refuses a model that has not; a scaled one has the scaled mass.
+    let robot = hrp2();
+    let physics = Physics::from(&Config::default());
+    for mass in [1.0, 0.95] {
+        let scales = Scales {
+            mass,
+            ..Scales::default()
+        };
+        Plant::new(&robot, &floor(5.0), &physics, Servo::STIFF, &scales).expect("a model");
+    }
+}
+
+/// M and h of this crate against MuJoCo's, by way of the acceleration of free fall with torques.
+#[test]
+fn accelerations_agree_with_mujoco() {
+    let robot = hrp2();
+    // Far above any floor, without what only MuJoCo's joints have.
+    let physics = Physics {
+        armature: 0.0,
+        damping: 0.0,
+        dt_s: 1e-6,
+        ..Physics::from(&Config::default())
+    };
+    let servo = Servo { kp: 1.0, kv: 0.0 };
+    let mut plant =
+        Plant::new(&robot, &floor(5.0), &physics, servo, &Scales::default()).expect("a model");
+    let mut configuration = half_sitting(&robot);
+    configuration.p_WB.z += 2.0;
+    let mut turn = vec![0.3; 6];
+    // Towards the middle of the ranges: a limit that is touched pushes, too.
+    for (q, body) in configuration.joints.iter().zip(robot.joint_bodies()) {
+        turn.push(0.2 * ((body.lower + body.upper) / 2.0 - q));
+    }
+    configuration.integrate_in_place(&turn);
+    plant.reset(&configuration);
+    let mut touches = Vec::new();
+    plant.touches(&mut touches);
+    assert!(touches.is_empty(), "{touches:?}");
+    let torques: Vec<f64> = (0..robot.nj()).map(|j| 0.5 * (j as f64).sin()).collect();
+    let still = vec![0.0; robot.nj()];
+    plant.command(configuration.joints.as_slice(), &still, &torques);
+    let (mut after, mut v) = (configuration.clone(), DVector::zeros(robot.nv()));
+    assert!(plant.step());
+    plant.state(&mut after, &mut v);
+    let measured = v / physics.dt_s;
+
+    let dynamics = Dynamics::new(&robot, &configuration);
+    let mut force = -&dynamics.h;
+    for (j, torque) in torques.iter().enumerate() {
+        force[6 + j] += torque;
+    }
+    let expected = dynamics.M.cholesky().expect("definite").solve(&force);
+    let error = (&measured - &expected).norm() / expected.norm();
+    assert!(error < 1e-5, "{error}");
+}
+
+#[test]
+fn soles_lie_flat_in_the_collision_shapes() {
+    let robot = hrp2();
+    let configuration = half_sitting(&robot);
+    let mut plant = Plant::new(
+        &robot,
+        &floor(5.0),
+        &Physics::from(&Config::default()),
+        Servo::STIFF,
+        &Scales::default(),
+    )
+    .expect("a model");
+    // Half a millimetre deep, so that every corner touches.
+    let mut pressed = configuration.clone();
+    pressed.p_WB.z -= 0.0005;
+    plant.reset(&pressed);
+    let mut touches = Vec::new();
+    plant.touches(&mut touches);
+    let kinematics = Kinematics::new(&robot, &pressed);
+    for name in FEET {
+        let patch = robot.patch(name).expect("a patch");
+        let X_WC = kinematics.X_WC(patch);
+        for vertex in &patch.polygon {
+            let p_W = X_WC * nalgebra::Point3::new(vertex.x, vertex.y, 0.0);
+            let near = touches
+                .iter()
+                .filter(|t| t.other == Side::World(0))
+                .map(|t| (t.p_W - p_W.coords).norm())
+                .fold(f64::INFINITY, f64::min);
+            assert!(
+                near < 1e-3,
+                "{name}: no contact within {near} m of a corner"
+            );
+        }
+    }
+    for touch in &touches {
+        assert!((touch.depth_m - 0.0005).abs() < 1e-6, "{}", touch.depth_m);
+        assert!(touch.normal_W.z > 0.999);
+    }
+}
+
+#[test]
+fn standing_on_flat_ground_holds() {
+    let robot = hrp2();
+    let stance = standing(&robot, half_sitting(&robot), &FEET);
+    let held = hold(&robot, &floor(5.0), &stance, &Config::default(), None).expect("a run");
+    assert!(held.pass, "{:#?}", held.criteria);
+    let sum: f64 = held.normal_n.iter().map(|(_, n)| n).sum();
+    assert!((sum / (robot.mass_kg * GRAVITY_M_S2) - 1.0).abs() < 0.01);
+    let push = Some(Vector3::x() * 20.0);
+    let pushed = hold(&robot, &floor(5.0), &stance, &Config::default(), push).expect("a run");
+    assert!(pushed.pass, "{:#?}", pushed.criteria);
+    assert!(value(&pushed, "com drift") > value(&held, "com drift"));
+}
+
+/// The floor ends under the soles: the centre of mass lies inside or outside of what is left.
+#[test]
+fn the_edge_of_the_support_region_tells() {
+    let robot = hrp2();
+    let stance = standing(&robot, half_sitting(&robot), &FEET);
+    let com_x = Kinematics::new(&robot, &half_sitting(&robot)).com_W.x;
+    let config = Config::default();
+    let at = |margin_m: f64| {
+        hold(&robot, &floor(com_x + margin_m), &stance, &config, None).expect("a run")
+    };
+    let inside = at(0.03);
+    assert!(value(&inside, "com drift") < 3.0, "{:#?}", inside.criteria);
+    let outside = at(-0.01);
+    assert!(!outside.pass);
+    assert!(
+        value(&outside, "com drift") > 100.0,
+        "{:#?}",
+        outside.criteria
+    );
+}
+
+/// On one foot over an edge that runs under the middle of the sole.
+#[test]
+fn a_foot_half_over_the_edge_falls() {
+    let robot = hrp2();
+    let stance = standing(&robot, half_sitting(&robot), &FEET);
+    let sole = Kinematics::new(&robot, &half_sitting(&robot))
+        .X_WC(robot.patch("left_foot").expect("a patch"))
+        .translation
+        .vector;
+    let config = Config::default();
+    let held = hold(&robot, &floor(sole.x - 0.03), &stance, &config, None).expect("a run");
+    assert!(!held.pass, "{:#?}", held.criteria);
+}
+
+/// Weight onto the right foot, the left one up and down, and back: a motion that the controllers
+/// have to execute within the criteria of plans.
+fn stepping(controller: Controller, perturbation: &Perturbation) -> Executed {
+    let robot = hrp2();
+    let playback = Playback::new(&robot, step_in_place(&robot), 0.0).expect("a motion");
+    let config = Config {
+        controller,
+        ..Config::default()
+    };
+    let world = floor(5.0);
+    execute(
+        &robot,
+        &world,
+        &playback,
+        &config,
+        perturbation,
+        &mut Unobserved,
+    )
+    .expect("a run")
+}
+
+#[test]
+fn a_step_in_place_is_executed() {
+    for controller in [Controller::WholeBody, Controller::Servo] {
+        let run = stepping(controller, &Perturbation::default());
+        assert!(run.pass, "{controller:?}: {:#?}", run.criteria);
+    }
+}
+
+#[test]
+fn a_step_in_place_survives_other_mass_friction_and_pushes() {
+    for (mass, angle) in [(0.95_f64, 0.7_f64), (1.05, 3.9)] {
+        let push = |t_s: f64| Push {
+            t_s,
+            duration_s: 0.2,
+            force_W: [60.0 * angle.cos(), 60.0 * angle.sin(), 0.0],
+        };
+        let run = stepping(
+            Controller::WholeBody,
+            &Perturbation {
+                friction_factor: Some(0.75),
+                mass_factor: Some(mass),
+                shifts_W: Vec::new(),
+                pushes: vec![push(1.0), push(3.2)],
+            },
+        );
+        assert_eq!(run.fell_s, None, "{:#?}", run.criteria);
+        assert!(run.pass, "{:#?}", run.criteria);
+    }
+}
+
+#[test]
+fn a_push_that_is_too_strong_fells_and_is_reported() {
+    let push = Push {
+        t_s: 3.0,
+        duration_s: 0.4,
+        force_W: [0.0, -400.0, 0.0],
+    };
+    let run = stepping(
+        Controller::WholeBody,
+        &Perturbation {
+            pushes: vec![push],
+            ..Perturbation::default()
+        },
+    );
+    assert!(!run.pass);
+    assert!(run.fell_s.is_some_and(|t| t > 3.0 && t < 5.0), "{run:#?}");
+    assert!(run.cause.is_some_and(|cause| cause.contains("fell")));
+}
+
+#[test]
+fn the_world_is_displaced_as_drawn() {
+    let normals = [Some(Vector3::z())];
+    let spread = Config::default().perturbation;
+    let drawn = Perturbation::draw(3, 0, &spread, Kinds::ALL, &normals, 6.5);
+    let moved = drawn.applied(&floor(5.0));
+    let lift = moved[0].corners_W()[7].z;
+    assert!((lift - drawn.shifts_W[0][2]).abs() < 1e-12 && lift != 0.0);
+}

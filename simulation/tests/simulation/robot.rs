@@ -1,0 +1,72 @@
+//! The robot of the tests, standing.
+
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3};
+use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
+
+use simulation::reference::{ReferenceContact, Standing};
+
+/// The robot hrp2 that ships.
+pub fn hrp2() -> Robot {
+    scenes::builtin_robot("hrp2")
+        .expect("it ships")
+        .load(&robot_model::Config::default())
+        .expect("it loads")
+}
+
+/// Half sitting with the soles in the plane z = 0.
+pub fn half_sitting(robot: &Robot) -> Configuration {
+    let mut configuration = robot.posture("half_sitting").expect("it has one");
+    let kinematics = Kinematics::new(robot, &configuration);
+    let sole = robot.patch("left_foot").expect("it has one");
+    configuration.p_WB.z -= kinematics.X_WC(sole).translation.vector.z;
+    configuration
+}
+
+/// A configuration held by patches, with the forces of least norm that balance it.
+pub fn standing(robot: &Robot, configuration: Configuration, patches: &[&str]) -> Standing {
+    let contacts = balanced(robot, &configuration, patches);
+    Standing::new(robot, configuration, contacts)
+}
+
+/// The contacts of [`standing`].
+pub fn balanced(
+    robot: &Robot,
+    configuration: &Configuration,
+    patches: &[&str],
+) -> Vec<ReferenceContact> {
+    let kinematics = Kinematics::new(robot, configuration);
+    let poses: Vec<(usize, Isometry3<f64>)> = patches
+        .iter()
+        .map(|name| {
+            let index = robot.patch_index(name).expect("a patch");
+            (index, kinematics.X_WC(&robot.patches[index]))
+        })
+        .collect();
+    let mut grasp = DMatrix::zeros(6, 6 * poses.len());
+    for (k, (_, X_WC)) in poses.iter().enumerate() {
+        let r = X_WC.translation.vector - kinematics.com_W;
+        let mut block = grasp.view_mut((0, 6 * k), (6, 6));
+        block.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
+        block
+            .fixed_view_mut::<3, 3>(3, 0)
+            .copy_from(&r.cross_matrix());
+        // Moments count ten times: soles are small.
+        block
+            .fixed_view_mut::<3, 3>(3, 3)
+            .copy_from(&(Matrix3::identity() * 0.1));
+    }
+    let weight = robot.mass_kg * GRAVITY_M_S2;
+    let wrench = DVector::from_vec(vec![0.0, 0.0, weight, 0.0, 0.0, 0.0]);
+    let x = grasp.pseudo_inverse(1e-9).expect("a pseudo-inverse") * wrench;
+    poses
+        .into_iter()
+        .enumerate()
+        .map(|(k, (patch, X_WC))| ReferenceContact {
+            patch,
+            X_WC,
+            friction: robot.patches[patch].friction,
+            force_W: x.fixed_rows::<3>(6 * k).into(),
+            moment_W: x.fixed_rows::<3>(6 * k + 3) * 0.1,
+        })
+        .collect()
+}

@@ -1,0 +1,188 @@
+//! A motion for tests: the weight goes onto the right foot, the left one steps in place.
+
+use motion::time_scaling::quintic;
+use nalgebra::{DMatrix, DVector, Isometry3, Vector3};
+use plan::{Contact, MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
+use robot_model::{Configuration, Kinematics, Robot};
+
+use crate::robot::{balanced, half_sitting};
+
+const DT_S: f64 = 0.01;
+const SHIFT_S: f64 = 2.0;
+const SWING_S: f64 = 2.5;
+const LIFT_M: f64 = 0.05;
+const FEET: [&str; 2] = ["left_foot", "right_foot"];
+
+/// Shift onto the right foot, lift and lower the left one, shift back; the forces act at the
+/// patches' own corners.
+pub fn step_in_place(robot: &Robot) -> Motion {
+    let start = half_sitting(robot);
+    let kinematics = Kinematics::new(robot, &start);
+    let com = kinematics.com_W;
+    let feet = FEET.map(|name| kinematics.X_WC(robot.patch(name).expect("a patch")));
+    let mut over = com;
+    over.y = feet[1].translation.vector.y;
+    over.x = feet[1].translation.vector.x;
+    let contact = |k: usize| Contact {
+        patch: FEET[k].to_owned(),
+        link: robot.patch(FEET[k]).expect("a patch").link.clone(),
+        face: "floor".into(),
+        X_WC: (&feet[k]).into(),
+        friction: robot.patch(FEET[k]).expect("a patch").friction,
+        loaded: true,
+        vertices_W: Vec::new(),
+        force_points_W: Vec::new(),
+        forces_W: Vec::new(),
+    };
+    let phase = |kind, t_start_s: f64, duration_s: f64, contacts, swing: Option<&str>| Phase {
+        kind,
+        t_start_s,
+        t_end_s: t_start_s + duration_s,
+        from_stance: 0,
+        to_stance: 0,
+        contacts,
+        swing: swing.map(str::to_owned),
+    };
+    let both = || vec![contact(0), contact(1)];
+    let phases = vec![
+        phase(PhaseKind::Shift, 0.0, SHIFT_S, both(), None),
+        phase(
+            PhaseKind::Swing,
+            SHIFT_S,
+            SWING_S,
+            vec![contact(1)],
+            Some(FEET[0]),
+        ),
+        phase(PhaseKind::Shift, SHIFT_S + SWING_S, SHIFT_S, both(), None),
+    ];
+    let end = 2.0 * SHIFT_S + SWING_S;
+    let mut configuration = start.clone();
+    let samples = (0..=(end / DT_S).round() as usize)
+        .map(|k| {
+            let t = k as f64 * DT_S;
+            let (onto, lifted) = if t < SHIFT_S {
+                (quintic(t / SHIFT_S), 0.0)
+            } else if t < SHIFT_S + SWING_S {
+                // Up and down, at rest at both ends and at the top.
+                let s = (t - SHIFT_S) / SWING_S * 2.0;
+                (
+                    1.0,
+                    if s < 1.0 {
+                        quintic(s)
+                    } else {
+                        quintic(2.0 - s)
+                    },
+                )
+            } else {
+                (1.0 - quintic((t - SHIFT_S - SWING_S) / SHIFT_S), 0.0)
+            };
+            let mut left = feet[0];
+            left.translation.vector.z += LIFT_M * lifted;
+            let target = com + (over - com) * onto;
+            reach(robot, &mut configuration, &start, &[left, feet[1]], &target);
+            let swings = (SHIFT_S - 1e-9..SHIFT_S + SWING_S - 1e-9).contains(&t);
+            Sample {
+                t_s: t,
+                q: configuration.to_q(),
+                com_W: target.into(),
+                forces_W: forces(robot, &configuration, onto, swings),
+            }
+        })
+        .collect();
+    Motion {
+        format: MOTION_FORMAT.to_owned(),
+        robot: robot.name.clone(),
+        dt_s: DT_S,
+        phases,
+        samples,
+    }
+}
+
+/// Forces at the corners of the closed feet: the load goes to the right one as `onto` does.
+fn forces(
+    robot: &Robot,
+    configuration: &Configuration,
+    onto: f64,
+    swings: bool,
+) -> Vec<Vec<[f64; 3]>> {
+    let right = balanced(robot, configuration, &FEET[1..]);
+    let both = balanced(robot, configuration, &FEET);
+    let corner_forces = |patch: usize, force: Vector3<f64>, moment: Vector3<f64>| {
+        // Soles are level: the least-norm forces at the corners that make force and moment.
+        let polygon = &robot.patches[patch].polygon;
+        let mut grasp = DMatrix::zeros(6, 3 * polygon.len());
+        for (k, p) in polygon.iter().enumerate() {
+            grasp.view_mut((0, 3 * k), (3, 3)).fill_with_identity();
+            grasp
+                .view_mut((3, 3 * k), (3, 3))
+                .copy_from(&Vector3::new(p.x, p.y, 0.0).cross_matrix());
+        }
+        let wrench = DVector::from_iterator(6, force.iter().chain(moment.iter()).copied());
+        let x = grasp.pseudo_inverse(1e-9).expect("a pseudo-inverse") * wrench;
+        (0..polygon.len())
+            .map(|k| [x[3 * k], x[3 * k + 1], x[3 * k + 2]])
+            .collect::<Vec<_>>()
+    };
+    let on_right = |part: f64| {
+        let (a, b) = (&both[1], &right[0]);
+        corner_forces(
+            a.patch,
+            a.force_W * (1.0 - part) + b.force_W * part,
+            a.moment_W * (1.0 - part) + b.moment_W * part,
+        )
+    };
+    if swings {
+        return vec![on_right(1.0)];
+    }
+    let left = &both[0];
+    let less = 1.0 - onto;
+    vec![
+        corner_forces(left.patch, left.force_W * less, left.moment_W * less),
+        on_right(onto),
+    ]
+}
+
+/// Moves `configuration` so that the feet are at their poses and the centre of mass at its place,
+/// near to `home` in what is left.
+fn reach(
+    robot: &Robot,
+    configuration: &mut Configuration,
+    home: &Configuration,
+    feet: &[Isometry3<f64>; 2],
+    com_W: &Vector3<f64>,
+) {
+    let nv = robot.nv();
+    for _ in 0..20 {
+        let kinematics = Kinematics::new(robot, configuration);
+        let mut A = DMatrix::zeros(18, nv);
+        let mut b = DVector::zeros(18);
+        for (k, name) in FEET.iter().enumerate() {
+            let patch = robot.patch(name).expect("a patch");
+            let X_WC = kinematics.X_WC(patch);
+            let at = X_WC.translation.vector;
+            let mut rows = A.rows_mut(6 * k, 3);
+            kinematics.point_jacobian(robot, patch.body, &at, &mut rows);
+            let mut rows = A.rows_mut(6 * k + 3, 3);
+            kinematics.angular_jacobian(robot, patch.body, &mut rows);
+            b.rows_mut(6 * k, 3)
+                .copy_from(&(feet[k].translation.vector - at));
+            let turn = (feet[k].rotation * X_WC.rotation.inverse()).scaled_axis();
+            b.rows_mut(6 * k + 3, 3).copy_from(&turn);
+        }
+        kinematics.com_jacobian(robot, &mut A.rows_mut(12, 3));
+        b.rows_mut(12, 3).copy_from(&(com_W - kinematics.com_W));
+        for axis in 0..3 {
+            A[(15 + axis, 3 + axis)] = 1.0;
+        }
+        let upright = (home.R_WB * configuration.R_WB.inverse()).scaled_axis();
+        b.rows_mut(15, 3).copy_from(&upright);
+        // Tasks first, then toward home as far as they allow.
+        let inverse = A.clone().pseudo_inverse(1e-6).expect("a pseudo-inverse");
+        let homeward = configuration.difference(home) * 0.5;
+        let step = &inverse * &b + (&homeward - &inverse * (&A * &homeward));
+        configuration.integrate_in_place(step.as_slice());
+        if step.norm() < 1e-12 {
+            break;
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! The controller on the humanoid: at rest and drifting.
+
+use nalgebra::DVector;
+use simulation::Config;
+use simulation::physics::Physics;
+use simulation::reference::Standing;
+use simulation::statics::holding_torques;
+use simulation::whole_body::WholeBodyController;
+
+use crate::robot::{half_sitting, hrp2, standing};
+
+fn torques(stance: &Standing, v: &DVector<f64>) -> Vec<f64> {
+    let robot = hrp2();
+    let mut controller =
+        WholeBodyController::new(&robot, &Physics::from(&Config::default())).unwrap();
+    let wanted = stance.wanted();
+    let touching = vec![true; robot.patches.len()];
+    let found = controller.torques(&wanted.configuration, v, wanted, &touching);
+    found.unwrap().to_vec()
+}
+
+#[test]
+fn at_rest_the_torques_are_those_that_hold() {
+    let robot = hrp2();
+    let stance = standing(&robot, half_sitting(&robot), &["left_foot", "right_foot"]);
+    let found = torques(&stance, &DVector::zeros(robot.nv()));
+    let expected = holding_torques(&robot, stance.wanted());
+    for (j, (a, b)) in found.iter().zip(&expected).enumerate() {
+        // Forces are a task of little weight, so they come out a little off the plan's.
+        assert!((a - b).abs() < 0.5, "joint {j}: {a} N·m, {b} N·m");
+    }
+}
+
+#[test]
+fn a_robot_that_drifts_is_pulled_back() {
+    let robot = hrp2();
+    let stance = standing(&robot, half_sitting(&robot), &["left_foot", "right_foot"]);
+    let mut v = DVector::zeros(robot.nv());
+    // The base moves forward: both ankles push the toes down.
+    v[0] = 0.2;
+    let ankles = ["LLEG_JOINT4", "RLEG_JOINT4"];
+    let (at_rest, drifting) = (
+        torques(&stance, &DVector::zeros(robot.nv())),
+        torques(&stance, &v),
+    );
+    for name in ankles {
+        let joint = robot.joint_index(name).unwrap();
+        assert!(drifting[joint] > at_rest[joint] + 1.0, "{name}");
+    }
+}

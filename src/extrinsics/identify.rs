@@ -1,0 +1,148 @@
+//! Stances and frames → the mount of the sensor.
+#![allow(non_snake_case)]
+
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow};
+use calibration::camera::{Identification, PlanePair, identify};
+use calibration::ground::{Ground, ground};
+use calibration::stance::{StanceMethod, footprint};
+use calibration::{Config, GroundPlane};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use perception::SensorOptions;
+use robot_model::Robot;
+
+use super::feet::Feet;
+use super::next::{Footholds, View};
+use super::stances_file::{Reading, StanceRow};
+use crate::provenance::Inputs;
+use crate::report::Stages;
+
+/// One stance, measured.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Name of the frame.
+    pub frame: String,
+    /// Pose of the link R over the ground.
+    pub X_GR: Isometry3<f64>,
+    /// Root mean square by which the feet miss their places, m; 0 for a pose that was given.
+    pub foot_error_m: f64,
+    /// The ground that the sensor saw.
+    pub ground: Ground,
+    /// Both planes.
+    pub pair: PlanePair,
+    /// The sensor's image, where the frame is one.
+    pub view: Option<View>,
+}
+
+/// The stances over the ground.
+pub struct Stances {
+    /// Pose of the link R in G of each, and root mean square by which the feet miss their places,
+    /// m; 0 for a pose that was given.
+    pub poses: Vec<(Isometry3<f64>, f64)>,
+    /// Where the feet stand, where joints were read.
+    pub footholds: Option<Footholds>,
+}
+
+/// The poses of the link over the ground.
+///
+/// # Errors
+/// Readings that miss joints; feet that do not fit.
+pub fn stances(robot: &Robot, feet: &Feet, rows: &[StanceRow]) -> Result<Stances> {
+    let mut postures = Vec::new();
+    let mut near = None;
+    let mut given = Vec::new();
+    for row in rows {
+        match &row.reading {
+            Reading::Joints(values) => {
+                let line = || format!("line {}", row.line);
+                let configuration = feet.configuration(robot, values).with_context(line)?;
+                postures.push(feet.in_R(robot, &configuration).with_context(line)?);
+                near.get_or_insert(configuration);
+            }
+            Reading::Pose {
+                height_m,
+                roll_rad,
+                pitch_rad,
+            } => given.push(Isometry3::from_parts(
+                Vector3::new(0.0, 0.0, *height_m).into(),
+                UnitQuaternion::from_euler_angles(*roll_rad, *pitch_rad, 0.0),
+            )),
+        }
+    }
+    let Some(near) = near else {
+        return Ok(Stances {
+            poses: given.into_iter().map(|pose| (pose, 0.0)).collect(),
+            footholds: None,
+        });
+    };
+    let found = footprint(&postures, &feet.heights_m(robot), StanceMethod::AllFeet)?;
+    Ok(Stances {
+        poses: found.X_GR.into_iter().zip(found.error_m).collect(),
+        footholds: Some(Footholds {
+            feet_G: found.feet_G,
+            near,
+        }),
+    })
+}
+
+/// The ground of every stance, as the feet and as the frames have it.
+///
+/// # Errors
+/// A frame that cannot be read or shows no ground, with its name.
+pub fn measure(
+    poses: &[(Isometry3<f64>, f64)],
+    frames: &[impl AsRef<Path>],
+    sensor: &SensorOptions,
+    config: &Config,
+    stages: &mut Stages,
+    inputs: &mut Inputs,
+) -> Result<Vec<Measured>> {
+    poses
+        .iter()
+        .zip(frames)
+        .map(|((X_GR, foot_error_m), frame)| {
+            let path = frame.as_ref();
+            let name = path.display().to_string();
+            let bytes = stages.measure("files", || inputs.read("frame", path))?;
+            let scan =
+                stages.measure("decoding", || perception::parse_scan(path, &bytes, sensor))?;
+            let seen = stages
+                .measure("planes", || ground(&scan, &config.ground))
+                .with_context(|| name.clone())?;
+            Ok(Measured {
+                frame: path
+                    .file_name()
+                    .map_or(name, |file| file.to_string_lossy().into_owned()),
+                X_GR: *X_GR,
+                foot_error_m: *foot_error_m,
+                pair: PlanePair {
+                    robot: robot_plane(X_GR, config),
+                    sensor: seen.plane,
+                    common: seen.common.clone(),
+                },
+                ground: seen,
+                view: View::of(&scan),
+            })
+        })
+        .collect()
+}
+
+/// The ground as a robot at `X_GR` knows it, with the noise of its pose.
+pub fn robot_plane(X_GR: &Isometry3<f64>, config: &Config) -> GroundPlane {
+    let tilt = config.camera.robot_tilt_sigma_rad.powi(2);
+    let height = config.camera.robot_height_sigma_m.powi(2);
+    GroundPlane::ground(
+        X_GR,
+        Matrix3::from_diagonal(&Vector3::new(tilt, tilt, height)),
+    )
+}
+
+/// The mount from what was measured.
+///
+/// # Errors
+/// As [`calibration::camera::identify`].
+pub fn mount(measured: &[Measured], config: &Config) -> Result<Identification> {
+    let pairs: Vec<PlanePair> = measured.iter().map(|one| one.pair.clone()).collect();
+    identify(&pairs, &config.camera).map_err(|error| anyhow!(error))
+}

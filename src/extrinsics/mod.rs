@@ -1,0 +1,22 @@
+//! Where a sensor sits on a robot: stances and frames → extrinsics, their file, their report.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `stances_file.rs` | the table of stances: a frame and joint readings a row |
+//! | `feet.rs` | the feet of a robot as points of a link's frame |
+//! | `identify.rs` | stances and frames → the extrinsics |
+//! | `file.rs` | the file of the extrinsics |
+//! | `next.rs` | which stance to add |
+//! | `placement.rs` | extrinsics → the pose of a scene's scans |
+//! | `page.rs`, `plot.rs` | the report as one HTML page with charts |
+//! | `table.rs` | the disagreement of every stance, for the terminal and as CSV |
+
+pub mod feet;
+pub mod file;
+pub mod identify;
+pub mod next;
+pub mod page;
+pub mod placement;
+pub mod plot;
+pub mod stances_file;
+pub mod table;

@@ -1,0 +1,49 @@
+//! Ctrl-C: the search stops, and what it has is written as what it is.
+#![cfg(unix)]
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use crate::support::program::{assert_ended, command, text};
+
+#[test]
+fn an_interrupted_search_writes_the_way_so_far() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().join("results");
+    // 40 m away there is nothing to step on, and the budget is far beyond what can be searched.
+    let child = command(&[
+        "plan",
+        "irregular-stairs",
+        "--goal",
+        "40,0",
+        "-o",
+        text(&out),
+    ])
+    .args([
+        "--set",
+        "planner.nodes_max=1000000",
+        "--set",
+        "planner.candidates_max=10000000",
+    ])
+    .args(["--set", "planner.same_place_m=0.001"])
+    .stdout(Stdio::piped())
+    .stderr(Stdio::piped())
+    .spawn()
+    .expect("the program starts");
+    std::thread::sleep(Duration::from_millis(1500));
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(
+        killed.expect("kill").success(),
+        "the search ended before it was interrupted"
+    );
+    let output = child.wait_with_output().expect("the program ends");
+    assert_ended(&output, 4, &["interrupted"]);
+    assert!(out.join("partial_plan.json").exists());
+    assert!(
+        !out.join("plan.json").exists(),
+        "an unfinished plan must not be called a plan"
+    );
+    assert!(out.join("report.json").exists() && out.join("surfaces.json").exists());
+}

@@ -1,0 +1,33 @@
+//! The whole program: its command line, its files, and its plans of scenes, from scan to execution.
+//!
+//! Scenario tests state their pass criteria at the top of their file. `slow` holds those that take
+//! more than seconds; `scripts/test quick` leaves them out.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod support;
+
+mod architecture;
+mod calibrate_camera;
+mod cli;
+mod export_formats;
+mod interruption;
+mod posture_problems;
+mod slope_command;
+mod verify_broken;
+mod verify_malformed;
+mod viewer;
+mod way_of_a_scan;
+
+mod slow {
+    mod broken_pages;
+    mod executed_scenes;
+    mod hexapod_blocks;
+    mod hexapod_obstacles;
+    mod hexapod_walk;
+    mod other_worlds;
+    mod quadruped_slopes;
+    mod random_postures;
+    mod ten_mounts;
+    mod verify_motion;
+    mod verify_scenes;
+}

@@ -1,0 +1,75 @@
+//! The same program on a robot and on a scan that are not its own.
+//!
+//! Pass criteria: exit code 0, a plan that its own `verify` passes (the program writes none as a
+//! success otherwise), on TALOS with its own URDF, SRDF and meshes, and on a real staircase scanned
+//! by a Kinect v2. Both skip, loudly, where the files are not there.
+
+use std::path::{Path, PathBuf};
+
+use crate::support::program::{read, root, succeeds, text};
+
+/// Real scans and robots beside the checkout, or where SCANDENT_SHARED says.
+fn shared() -> PathBuf {
+    std::env::var_os("SCANDENT_SHARED").map_or_else(|| root("../shared"), PathBuf::from)
+}
+
+/// The robots of example-robot-data, as `scripts/fetch-robots` leaves them.
+fn robot_data() -> PathBuf {
+    std::env::var_os("SCANDENT_ROBOT_DATA").map_or_else(
+        || root("third_party/example-robot-data/robots"),
+        PathBuf::from,
+    )
+}
+
+/// A plan is found, and passes the verifier's command.
+fn assert_planned(args: &[&str], folder: &Path, plan: &str, robot: &[&str]) {
+    succeeds(&[args, robot, &["-o", text(folder)]].concat());
+    succeeds(&[&["verify", text(&folder.join(plan))], robot].concat());
+}
+
+#[test]
+fn talos_climbs_the_irregular_stairs() {
+    let data = robot_data().join("talos_data");
+    let urdf = data.join("robots/talos_reduced.urdf");
+    if !urdf.exists() {
+        eprintln!(
+            "SKIPPED: {} is not there (scripts/fetch-robots)",
+            urdf.display()
+        );
+        return;
+    }
+    let srdf = data.join("srdf/talos.srdf");
+    let contacts = root("scenes/robots/talos/contacts.toml");
+    let robot = [
+        "--robot",
+        text(&urdf),
+        "--srdf",
+        text(&srdf),
+        "--contacts",
+        text(&contacts),
+    ];
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let args = ["plan", "irregular-stairs", "--start", "half_sitting"];
+    assert_planned(&args, folder.path(), "plan.json", &robot);
+}
+
+#[test]
+fn a_real_staircase_is_climbed_from_its_scan() {
+    let scan = shared().join("scans/rgbd/k2_stairs_0000_depth.png");
+    if !scan.exists() {
+        eprintln!("SKIPPED: {} is not there", scan.display());
+        return;
+    }
+    // The scene that ships names the scan beside the checkout; here it is where it was found.
+    let shipped = read(root("scenes/scenes/real-stairs.toml"));
+    let named = shipped
+        .lines()
+        .find(|line| line.starts_with("depth = "))
+        .expect("the scene has a scan");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = folder.path().join("real-stairs.toml");
+    let here = format!("depth = {:?}", scan.canonicalize().expect("it is there"));
+    std::fs::write(&scene, shipped.replace(named, &here)).expect("writable");
+    let args = ["run", text(&scene)];
+    assert_planned(&args, folder.path(), "real-stairs/plan.json", &[]);
+}

@@ -1,0 +1,200 @@
+//! The quadruped walks up slopes from exactly known surfaces, straight and at an angle to the fall
+//! line; the verifier agrees with every stance and every sample of the motion, and physics with the
+//! whole.
+use nalgebra::{Point3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use planner::Status;
+use surfaces::{Obstacle, Terrain};
+
+use crate::support::program::{ends_with, robot, text};
+use crate::support::walk::{Walk, Walked, face};
+
+/// Where the slope starts on the robot's way: the front feet stand at 0.33 m.
+const START_M: f64 = 0.8;
+/// Length of the slope's face, m.
+const LENGTH_M: f64 = 3.0;
+/// How far up the slope the base goes along its way, m, measured level.
+const UP_M: f64 = 1.0;
+
+/// Ground, and a slope of `delta_deg` whose fall line is turned by `turn_deg` from the way ahead.
+fn slope(delta_deg: f64, turn_deg: f64) -> (Terrain, Vec<Vector3<f64>>) {
+    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), turn_deg.to_radians());
+    let (sin, cos) = delta_deg.to_radians().sin_cos();
+    let level = turn * Vector3::x();
+    let across = turn * Vector3::y();
+    let up = level * cos + Vector3::z() * sin;
+    let start = Vector3::new(START_M, 0.0, 0.0);
+    let half = 0.5 * LENGTH_M;
+    // The ground ends at the start line: beyond it the slope stands on it.
+    let ground = start - level * half;
+    let terrain = Terrain {
+        faces: vec![
+            face("ground", ground, level, across, [half, 2.0]),
+            face("slope", start + up * half, up, across, [half, 2.0]),
+        ],
+        obstacles: Vec::new(),
+    };
+    // Straight ahead; the base keeps its height over the ground, then over the slope.
+    let rise = UP_M * turn_deg.to_radians().cos() * sin / cos;
+    let way = vec![
+        Vector3::new(START_M, 0.0, 0.0),
+        Vector3::new(START_M + UP_M, 0.0, rise),
+    ];
+    (terrain, way)
+}
+
+fn walked(delta_deg: f64, turn_deg: f64) -> Walked {
+    let (terrain, way) = slope(delta_deg, turn_deg);
+    walk(terrain, way)
+}
+
+fn walk(terrain: Terrain, way: Vec<Vector3<f64>>) -> Walked {
+    let walk = Walk {
+        robot: robot("quadruped"),
+        terrain,
+        way,
+        tolerance_m: 0.1,
+        goal_face: Some("slope"),
+        usable: ["ground", "slope"].map(str::to_owned).to_vec(),
+        planner: planner::Config::default(),
+        posture: posture::Config::default(),
+    };
+    walk.plan()
+}
+
+fn climbs(delta_deg: f64, turn_deg: f64) {
+    let walked = walked(delta_deg, turn_deg);
+    assert_eq!(
+        walked.answer.status,
+        Status::Found,
+        "{:?}",
+        walked.answer.blocked
+    );
+    walked.show(&format!("quadruped-{delta_deg}-{turn_deg}"));
+    let certificate = walked.certify();
+    assert!(certificate.pass, "{}", certificate.table());
+    #[cfg(feature = "mujoco")]
+    walked.assert_executed();
+}
+
+#[test]
+fn up_slopes_straight() {
+    climbs(10.5, 0.0);
+    climbs(23.8, 0.0);
+}
+
+#[test]
+fn up_slopes_at_30_degrees_to_the_fall_line() {
+    climbs(10.5, 30.0);
+    climbs(23.8, 30.0);
+}
+
+/// What evades a pole comes to a stance in that stance's posture or not at all: a limb that ends on
+/// the other side would leap.
+#[test]
+fn past_a_pole_no_limb_leaps() {
+    let mut found = 0;
+    let places = [0.6, 0.8].map(|x| [[x, 0.26], [x, -0.26]]);
+    for [x, y] in places.into_iter().flatten() {
+        let (mut terrain, way) = slope(10.5, 0.0);
+        let corner = |i: usize| {
+            let side = |bit: usize| if i >> bit & 1 == 1 { 0.02 } else { -0.02 };
+            let z = if i >> 2 == 1 { 1.5 } else { 0.0 };
+            Point3::new(x + side(0), y + side(1), z)
+        };
+        terrain.obstacles.push(Obstacle {
+            id: "pole".to_owned(),
+            points_W: (0..8).map(corner).collect(),
+            surface: None,
+            assumed: false,
+        });
+        let walked = walk(terrain, way);
+        if walked.answer.status == Status::Found {
+            let certificate = walked.certify();
+            assert!(certificate.pass, "{x} {y}: {}", certificate.table());
+            found += 1;
+        }
+    }
+    assert!(found >= 2, "{found} ways past a pole");
+}
+
+/// With friction 0.9, of which plans use 80 %, feet hold on up to 35.8°.
+#[test]
+fn what_friction_does_not_hold_is_refused_with_the_number() {
+    let walked = walked(38.0, 0.0);
+    assert_eq!(walked.answer.status, Status::NoPlan);
+    let [blocked] = &walked.answer.blocked[..] else {
+        panic!("{:?}", walked.answer.blocked);
+    };
+    assert!(
+        blocked.reason.contains("slopes by 38.0°") && blocked.reason.contains("up to 35.8°"),
+        "{}",
+        blocked.reason
+    );
+    // Without a search.
+    assert_eq!(walked.plan.search.candidates_solved, 0);
+}
+
+/// The steeper, the shorter the steps, the nearer the body to the slope and the more it pitches:
+/// stances, distance of the base from the face, pitch.
+#[test]
+fn steps_height_and_pitch_follow_the_slope() {
+    let measured = [0.0, 10.5, 23.8].map(|delta_deg: f64| {
+        let walked = walked(delta_deg, 0.0);
+        assert_eq!(walked.answer.status, Status::Found);
+        let stances = &walked.plan.stances;
+        // The last one before the goal's, whose place is the goal's.
+        let q = &stances[stances.len() - 2].q;
+        let (sin, cos) = delta_deg.to_radians().sin_cos();
+        let height = (q[2] * cos) - (q[0] - START_M) * sin;
+        let [x, y, z, w] = [3, 4, 5, 6].map(|i| q[i]);
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+        let pitch = (turn * Vector3::x()).z.asin();
+        (stances.len(), height, pitch.to_degrees())
+    });
+    let [level, gentle, steep] = measured;
+    assert!(level.0 <= gentle.0 && gentle.0 < steep.0, "{measured:?}");
+    assert!(level.1 > gentle.1 && gentle.1 > steep.1, "{measured:?}");
+    // To what it sways by from step to step.
+    for ((_, _, pitch), wanted) in [(level, 0.0), (gentle, 10.5), (steep, 23.8)] {
+        assert!((pitch - wanted).abs() < 6.0, "{pitch}° on {wanted}°");
+    }
+}
+
+/// The program ends well with a plan on balls: files of the formats that know of them.
+#[test]
+fn the_program_plans_and_verifies_and_refuses() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (terrain, _) = slope(23.8, 0.0);
+    let surfaces = folder.path().join("surfaces.json");
+    std::fs::write(&surfaces, terrain.to_json().expect("JSON")).expect("writable");
+    let plan = |name: &str, friction: &str, code: i32, words: &[&str]| {
+        let out = folder.path().join(name);
+        let args = [
+            "plan",
+            "--surfaces",
+            text(&surfaces),
+            "--robot",
+            "builtin:quadruped",
+        ];
+        let way = [
+            "--goal",
+            "1.8,0",
+            "--guide",
+            "0.8,0,0.55",
+            "--friction",
+            friction,
+            "-o",
+        ];
+        ends_with(&[&args[..], &way, &[text(&out)]].concat(), code, words);
+        out
+    };
+    let found = plan("found", "0.9", 0, &[]);
+    for (name, written) in [
+        ("plan.json", true),
+        ("plan.csv", true),
+        ("contacts.yaml", false),
+    ] {
+        assert_eq!(found.join(name).exists(), written, "{name}");
+    }
+    plan("refused", "0.5", 3, &["holds up to 21.8°"]);
+}

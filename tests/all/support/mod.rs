@@ -1,0 +1,11 @@
+//! What several tests need: the program, plans made once, robots and ways to break a plan.
+
+pub mod biped;
+pub mod chromium;
+pub mod fixture;
+pub mod mutations;
+pub mod page;
+pub mod program;
+pub mod record;
+pub mod shipped;
+pub mod walk;

@@ -1,0 +1,89 @@
+//! The program as a user runs it.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use robot_model::Robot;
+use serde_json::Value;
+
+/// The program with these arguments, not yet started.
+pub fn command<S: AsRef<OsStr>>(args: &[S]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_scandent"));
+    command.args(args).env_remove("RUST_LOG");
+    command
+}
+
+/// Runs it to its end.
+pub fn scandent<S: AsRef<OsStr>>(args: &[S]) -> Output {
+    command(args).output().expect("the program starts")
+}
+
+/// What it printed, standard error last.
+pub fn said(output: &Output) -> String {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    text(&output.stdout) + &text(&output.stderr)
+}
+
+/// Runs it, asserts that it succeeded and returns what it printed.
+#[track_caller]
+pub fn succeeds<S: AsRef<OsStr>>(args: &[S]) -> String {
+    ends_with(args, 0, &[])
+}
+
+/// Runs it and asserts its exit code, each of `words` in what it printed, and that nothing panicked.
+#[track_caller]
+pub fn ends_with<S: AsRef<OsStr>>(args: &[S], code: i32, words: &[&str]) -> String {
+    assert_ended(&scandent(args), code, words)
+}
+
+/// As [`ends_with`], of a run that ended.
+#[track_caller]
+pub fn assert_ended(output: &Output, code: i32, words: &[&str]) -> String {
+    let text = said(output);
+    assert_eq!(output.status.code(), Some(code), "{text}");
+    for word in words {
+        assert!(text.contains(word), "no {word:?} in: {text}");
+    }
+    assert!(!text.contains("panicked"), "{text}");
+    text
+}
+
+/// A path as an argument.
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+/// A file of this repository.
+pub fn root(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// A file that was written.
+#[track_caller]
+pub fn read(path: impl AsRef<Path>) -> String {
+    let path = path.as_ref();
+    std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// A JSON file that was written.
+#[track_caller]
+pub fn json(path: impl AsRef<Path>) -> Value {
+    serde_json::from_str(&read(path)).expect("JSON")
+}
+
+/// A number of a JSON file.
+#[track_caller]
+pub fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// A robot that ships.
+pub fn robot(name: &str) -> Robot {
+    let robot = scenes::builtin_robot(name).expect("it ships");
+    robot
+        .load(&robot_model::Config::default())
+        .expect("it loads")
+}

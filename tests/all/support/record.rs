@@ -1,0 +1,46 @@
+//! Plans as records, of stances that were not made by the program.
+
+use plan::{
+    GoalRecord, PLAN_FORMAT, Plan, Program, RequiredMargins, RobotSummary, SearchSummary, Stance,
+};
+use robot_model::Robot;
+use surfaces::Terrain;
+
+/// A plan of those stances, with no goal and no margins but the generator's own defaults.
+pub fn record(robot: &Robot, terrain: Terrain, thin_body_m: f64, stances: Vec<Stance>) -> Plan {
+    let count = stances.len();
+    Plan {
+        format: PLAN_FORMAT.to_owned(),
+        program: Program {
+            name: "scandent".to_owned(),
+            version: "test".to_owned(),
+        },
+        scene: "exact".to_owned(),
+        seed: 0,
+        config: serde_json::Value::Null,
+        inputs: Vec::new(),
+        robot: RobotSummary {
+            name: robot.name.clone(),
+            joint_names: robot.joint_names().map(str::to_owned).collect(),
+            mass_kg: robot.mass_kg,
+        },
+        faces: terrain.faces,
+        obstacles: terrain.obstacles,
+        thin_body_m,
+        required: RequiredMargins::from(&posture::Config::default()),
+        goal: GoalRecord {
+            base_position_m: None,
+            tolerance_m: 0.0,
+            yaw_rad: None,
+            contacts: Vec::new(),
+        },
+        motion: None,
+        search: SearchSummary {
+            nodes_generated: count,
+            nodes_expanded: count,
+            candidates_solved: count,
+            path_stances: count.saturating_sub(1),
+        },
+        stances,
+    }
+}

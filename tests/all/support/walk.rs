@@ -1,0 +1,210 @@
+//! Ways of robots over exactly known surfaces: planned, verified, executed.
+
+use std::sync::atomic::AtomicBool;
+
+use nalgebra::{Isometry3, Point2, Rotation3, UnitQuaternion, Vector3};
+use plan::{GoalContact, GoalRecord, Motion, Plan, RequiredMargins};
+use planner::{Goal, Guide, Request, SearchResult, Start};
+use posture::{BaseGoal, Environment};
+use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
+use surfaces::{ConvexPolygon, Face, Region, Terrain};
+
+use super::record::record;
+
+/// Thickness of the bodies behind the surfaces, m.
+const BODY_M: f64 = 0.05;
+
+/// The rectangle with that middle, axes and half sizes.
+pub fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64; 2]) -> Face {
+    let rotation = Rotation3::from_basis_unchecked(&[x, y, x.cross(&y)]);
+    let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+    let [a, b] = half;
+    let corners = [(-a, -b), (a, -b), (a, b), (-a, b)].map(|(u, v)| Point2::new(u, v));
+    let polygon = ConvexPolygon::new(corners.to_vec()).unwrap();
+    let pose = Isometry3::from_parts(p.into(), rotation);
+    Face::new(id, pose, Region::from(&polygon))
+}
+
+/// A walk of a robot that stands on the first face of a terrain.
+pub struct Walk {
+    pub robot: Robot,
+    pub terrain: Terrain,
+    /// Where the base goes, from where it stands at the origin of W with heading 0, m.
+    pub way: Vec<Vector3<f64>>,
+    /// Height of the base at the end.
+    pub tolerance_m: f64,
+    /// The face that all feet have to stand on at the end.
+    pub goal_face: Option<&'static str>,
+    /// Faces that the feet may touch, by their names.
+    pub usable: Vec<String>,
+    pub planner: planner::Config,
+    pub posture: posture::Config,
+}
+
+/// What came of it.
+pub struct Walked {
+    pub answer: SearchResult,
+    pub plan: Plan,
+    pub robot: Robot,
+}
+
+impl Walk {
+    /// The resting posture with its feet on z = 0.
+    fn standing(&self, feet: &[PatchId]) -> Configuration {
+        let mut configuration = self.robot.resting();
+        let kinematics = Kinematics::new(&self.robot, &configuration);
+        let patches = feet.iter().map(|&foot| &self.robot.patches[foot]);
+        let radius = |p: &ContactPatch| p.point_radius_m().unwrap_or(0.0);
+        let lowest = patches
+            .map(|p| kinematics.X_WC(p).translation.vector.z - radius(p))
+            .fold(f64::INFINITY, f64::min);
+        configuration.p_WB.z -= lowest;
+        configuration
+    }
+
+    pub fn plan(self) -> Walked {
+        let Self { robot, terrain, .. } = &self;
+        let environment = Environment::new(terrain.clone(), BODY_M, 2.0).unwrap();
+        let face = |name: &str| environment.face(name).unwrap();
+        let is_foot = |patch: &ContactPatch| patch.has_role("foot");
+        let feet: Vec<PatchId> = (robot.patch_ids())
+            .filter(|id| is_foot(&robot.patches[*id]))
+            .collect();
+        let configuration = self.standing(&feet);
+        let from = configuration.p_WB;
+        let to = from + self.way.last().unwrap();
+        let on_goal = |foot: &PatchId| self.goal_face.map(|name| (*foot, face(name)));
+        let base = BaseGoal {
+            position_m: [Some(to.x), Some(to.y), None],
+            tolerance_m: self.tolerance_m,
+            yaw_rad: None,
+            yaw_tolerance_rad: 0.1,
+        };
+        let way = std::iter::once(from).chain(self.way.iter().map(|p| from + p));
+        let request = Request {
+            robot,
+            environment: &environment,
+            start: Start {
+                configuration: configuration.clone(),
+                contacts: feet
+                    .iter()
+                    .map(|&f| (f, face(terrain.faces[0].id.as_str())))
+                    .collect(),
+            },
+            goal: Goal {
+                base,
+                patches: feet.clone(),
+                contacts: feet.iter().filter_map(on_goal).collect(),
+            },
+            guide: Guide::new(way.collect()).unwrap(),
+            usable: (robot.patches.iter())
+                .map(|patch| {
+                    let usable = self.usable.iter().filter(|_| is_foot(patch));
+                    usable.map(|name| face(name)).collect()
+                })
+                .collect(),
+            reference: configuration,
+        };
+        let answer = planner::search(
+            &request,
+            &self.planner,
+            &self.posture,
+            &motion::Config::default(),
+            &|_| {},
+            &AtomicBool::new(false),
+        )
+        .unwrap();
+        let goal_contact = |patch: &PatchId| {
+            self.goal_face.map(|name| GoalContact {
+                patch: robot.patches[*patch].name.clone(),
+                face: name.into(),
+            })
+        };
+        let stances = planner::record::stances(robot, &environment, &answer.path);
+        let plan = Plan {
+            required: RequiredMargins::from(&self.posture),
+            goal: GoalRecord {
+                base_position_m: Some([Some(to.x), Some(to.y), None]),
+                tolerance_m: self.tolerance_m,
+                yaw_rad: None,
+                contacts: feet.iter().filter_map(goal_contact).collect(),
+            },
+            search: answer.summary.clone(),
+            ..record(robot, terrain.clone(), BODY_M, stances)
+        };
+        Walked {
+            answer,
+            plan,
+            robot: self.robot,
+        }
+    }
+}
+
+impl Walked {
+    pub fn motion(&self) -> &Motion {
+        self.answer.motion.as_ref().expect("a motion")
+    }
+
+    /// The verdict on stances and motion, on every sample.
+    pub fn certify(&self) -> verify::Certificate {
+        let options = verify::Options {
+            motion_stride: 1,
+            ..verify::Options::default()
+        };
+        verify::verify_with(&self.plan, Some(self.motion()), &self.robot, &options)
+    }
+
+    /// Writes plan, motion and page where the variable names a folder, to be looked at.
+    pub fn show(&self, name: &str) {
+        let Some(folder) = std::env::var_os("SCANDENT_WALKS") else {
+            return;
+        };
+        let folder = std::path::PathBuf::from(folder).join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        let page = scandent::view::page(&scandent::view::ViewInput {
+            plan: &self.plan,
+            motion: self.answer.motion.as_ref(),
+            robot: &self.robot,
+            cloud_W: &[],
+        });
+        std::fs::write(folder.join("view.html"), page.unwrap()).unwrap();
+        let plan = serde_json::to_vec(&self.plan).unwrap();
+        std::fs::write(folder.join("plan.json"), plan).unwrap();
+        let motion = serde_json::to_vec(&self.answer.motion).unwrap();
+        std::fs::write(folder.join("motion.json"), motion).unwrap();
+    }
+
+    /// Executes the motion in MuJoCo on the plan's own surfaces; every criterion must hold.
+    #[cfg(feature = "mujoco")]
+    pub fn assert_executed(&self) {
+        use simulation::execution::{Unobserved, execute};
+        use simulation::world::{WorldBody, WorldShape};
+
+        let bodies = self.plan.faces.iter().flat_map(|face| {
+            let bodies = face.bodies_W(self.plan.thin_body_m).into_iter().enumerate();
+            bodies.map(|(number, points_W)| WorldBody {
+                name: format!("{}/{number}", face.id),
+                shape: WorldShape::Hull(points_W),
+            })
+        });
+        let world: Vec<WorldBody> = bodies.collect();
+        let (motion, com_m) = (self.motion().clone(), self.plan.required.com_m);
+        let playback = simulation::playback::Playback::new(&self.robot, motion, com_m).unwrap();
+        let executed = execute(
+            &self.robot,
+            &world,
+            &playback,
+            &simulation::Config::default(),
+            &simulation::perturbation::Perturbation::default(),
+            &mut Unobserved,
+        )
+        .unwrap();
+        for c in &executed.criteria {
+            println!(
+                "{}: {:.3} of {:.3} {} {:?}",
+                c.name, c.value, c.bound, c.unit, c.detail
+            );
+        }
+        assert!(executed.pass, "{:?}", executed.cause);
+    }
+}

@@ -1,0 +1,180 @@
+//! The page that `scandent view` writes, in a real browser.
+//!
+//! Passes when the page opens from a file without the network, goes through every stance by key,
+//! mouse and play button, each stance with a picture of its own, and the browser complains of
+//! nothing: no error, warning or uncaught exception. Without a Chromium it is skipped, loudly.
+
+use std::path::{Path, PathBuf};
+
+use plan::Plan;
+use scandent::view::{ViewInput, page};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+use crate::support::biped::{ANKLE, COM_MARGIN, FOOT};
+use crate::support::page::check_page;
+use crate::support::program::{number, root};
+use crate::support::{chromium, fixture};
+
+/// A browser; without one it says so.
+pub fn chromium() -> Option<PathBuf> {
+    let found = chromium::find();
+    if found.is_none() {
+        eprintln!(
+            "\n!!!!! SKIPPED: no chromium, chromium-browser or google-chrome on the PATH, and \
+             CHROMIUM is not set: the page was opened by nobody !!!!!\n"
+        );
+    }
+    found
+}
+
+/// The page of the hand-made plan and motion.
+pub fn fixture_page() -> String {
+    let motion = fixture::motion();
+    page_with(Some(&motion))
+}
+
+fn page_with(motion: Option<&plan::Motion>) -> String {
+    let (plan, robot, cloud) = (fixture::plan(), fixture::robot(), fixture::cloud());
+    page(&ViewInput {
+        plan: &plan,
+        motion,
+        robot: &robot,
+        cloud_W: &cloud,
+    })
+    .expect("a page")
+}
+
+/// Opens a page and uses it.
+pub fn check(chromium: &Path, html: &str) -> anyhow::Result<()> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("a page.html");
+    std::fs::write(&file, html)?;
+    check_page(chromium, &file, fixture::plan().stances.len())
+}
+
+#[test]
+fn the_page_shows_every_stance_without_a_complaint() {
+    let Some(chromium) = chromium() else { return };
+    check(&chromium, &fixture_page()).unwrap();
+    check(&chromium, &page_with(None)).unwrap();
+}
+
+/// The data as the page's script reads them.
+fn data_of(html: &str) -> Value {
+    let start = "<script type=\"application/json\" id=\"scandent-data\">";
+    let (_, rest) = html.split_once(start).unwrap();
+    serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}
+
+#[test]
+fn the_bundle_is_that_of_the_sources() {
+    let mut sources: Vec<_> = std::fs::read_dir(root("viewer/src"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "js"))
+        .collect();
+    sources.sort();
+    let mut hash = Sha256::new();
+    sources
+        .iter()
+        .for_each(|source| hash.update(std::fs::read(source).unwrap()));
+    let hex: String = hash
+        .finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    assert!(
+        fixture_page().contains(&format!("/* scandent viewer; sources sha256:{hex};")),
+        "viewer/dist/viewer.js is older than its sources: run `npm ci && npm run build` in viewer/"
+    );
+}
+
+#[test]
+fn the_page_loads_nothing_and_no_name_breaks_out_of_it() {
+    let html = fixture_page();
+    assert!(
+        html.contains("default-src 'none'"),
+        "nothing may be fetched"
+    );
+    // The scene is called `</script><b>one step`.
+    assert!(html.contains("<title>&lt;/script&gt;&lt;b&gt;one step"));
+    assert_eq!(html.matches("</script").count(), 2);
+    let data = data_of(&html);
+    assert_eq!(data["scene"], "</script><b>one step");
+    assert_eq!(data["surfaces"][1]["id"], "<step & 1>");
+}
+
+#[test]
+fn the_bodies_are_where_the_posture_puts_them() {
+    let data = data_of(&fixture_page());
+    let plan = fixture::plan();
+    let shown = data["stances"].as_array().unwrap();
+    assert_eq!(shown.len(), plan.stances.len());
+    for (shown, stance) in shown.iter().zip(&plan.stances) {
+        let poses = shown["poses"].as_array().unwrap();
+        assert_eq!(poses.len(), 7 * 11);
+        // The ankles are over their feet: bodies 5 and 10.
+        for (contact, ankle) in stance.contacts.iter().zip([5, 10]) {
+            let foot = contact.X_WC.p;
+            let wanted = [foot[0], foot[1], foot[2] + ANKLE];
+            for (axis, wanted) in wanted.iter().enumerate() {
+                let off = number(&poses[7 * ankle + axis]) - wanted;
+                assert!(off.abs() < 1e-4, "{axis} of {}", contact.patch);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_support_region_is_that_of_the_loaded_feet() {
+    let data = data_of(&fixture_page());
+    // Standing on both feet, the CoM in the middle: the soles' ends are nearest.
+    let support = &data["stances"][0]["support"];
+    assert_eq!(support["level"], true);
+    assert_eq!(support["com_edge_m"], FOOT[0]);
+    // On the right foot alone its sides are, and forces act inside of them.
+    let support = &data["stances"][1]["support"];
+    assert_eq!(support["com_edge_m"], FOOT[1]);
+    assert_eq!(support["com_promised_m"], COM_MARGIN);
+    // The forces may act in the inner part of a foot, wherever they come from.
+    let kept = support["kept"].as_array().unwrap();
+    let most = FOOT[0] - COM_MARGIN + 1e-4;
+    assert!(kept.iter().all(|p| number(&p[0]).abs() <= most));
+}
+
+#[test]
+fn another_robot_or_a_stance_that_contradicts_itself_is_refused() {
+    let robot = fixture::robot();
+    let refusal = |change: &dyn Fn(&mut Plan)| {
+        let mut plan = fixture::plan();
+        change(&mut plan);
+        let error = page(&ViewInput {
+            plan: &plan,
+            motion: None,
+            robot: &robot,
+            cloud_W: &[],
+        })
+        .unwrap_err();
+        format!("{error:#}")
+    };
+    let error = refusal(&|plan| plan.robot.joint_names[1] = "toe".into());
+    assert!(
+        error.contains("\"toe\"") && error.contains("left_hip_pitch"),
+        "{error}"
+    );
+    let error = refusal(&|plan| {
+        plan.stances[3].q.pop();
+    });
+    assert!(
+        error.contains("stance 3") && error.contains("10 joints"),
+        "{error}"
+    );
+    let error = refusal(&|plan| {
+        plan.stances[2].contacts[1].forces_W.pop();
+    });
+    assert!(
+        error.contains("stance 2") && error.contains("3 forces at 4 points"),
+        "{error}"
+    );
+}

@@ -1,0 +1,234 @@
+//! Scan to verified plan through the program, for the scenes that ship and for a known mesh.
+//!
+//! Pass criteria, for every scene: exit code 0; all result files; a report with the stages' times
+//! and the search's size; the plan passes `verify`; the same `plan.json`, byte for byte, on 1, 2
+//! and 4 threads.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::support::program::{
+    assert_ended, ends_with, json, number, read, said, scandent, succeeds, text,
+};
+use crate::support::shipped::shipped;
+
+/// Judges what a scene that ships leaves.
+fn judge(scene: &'static str) {
+    let (results, plan) = (
+        &shipped(scene).results,
+        shipped(scene).results.join("plan.json"),
+    );
+    // On two threads as it was made, and on another number of them: `plan.json` is the same.
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for threads in ["1", "4"] {
+        succeeds(&[
+            "run",
+            scene,
+            "--threads",
+            threads,
+            "-o",
+            text(folder.path()),
+        ]);
+        let same = read(folder.path().join(scene).join("plan.json")) == read(&plan);
+        assert!(same, "{scene}: {threads} threads change the plan");
+    }
+    for name in [
+        "surfaces.json",
+        "contacts.yaml",
+        "plan.csv",
+        "certificate.json",
+    ] {
+        assert!(
+            !read(results.join(name)).is_empty(),
+            "{scene}: {name} is empty"
+        );
+    }
+    let page = read(results.join("view.html"));
+    assert!(page.contains("</html>") && page.contains(scene));
+    let report = json(results.join("report.json"));
+    for stage in ["perception", "planning"] {
+        assert!(number(&report["stages_ms"][stage]) > 0.0, "{report}");
+    }
+    assert_eq!(report["threads"], 2);
+    let size = |field: &str| number(&report[field]);
+    assert!(size("surfaces") > 0.0, "{report}");
+    assert!(
+        size("nodes_generated") >= size("nodes_expanded"),
+        "{report}"
+    );
+    assert!(
+        size("nodes_expanded") + 1.0 >= size("path_stances"),
+        "{report}"
+    );
+    succeeds(&["verify", text(&plan)]);
+    judge_times(
+        results,
+        &succeeds(&["export", text(&plan), "--format", "json"]),
+    );
+    succeeds(&["view", text(&plan)]);
+}
+
+/// What is exported lands when the motion lands: 1 s later, as long as `export.start_s` is by default.
+fn judge_times(results: &Path, exported: &str) {
+    let document: Value = serde_json::from_str(exported).expect("JSON");
+    let motion = json(results.join("motion.json"));
+    let ends = |phases: &Value, patch: &str, end: &str, later: f64| -> Vec<(String, i64)> {
+        let phases = phases.as_array().expect("phases").iter();
+        phases
+            .filter_map(|p| Some((p[patch].as_str()?.to_owned(), p[end].as_f64()? + later)))
+            .map(|(patch, t)| (patch, (1e3 * t).round() as i64))
+            .collect()
+    };
+    let moved = ends(&motion["phases"], "swing", "t_end_s", 1.0);
+    assert!(!moved.is_empty());
+    assert_eq!(ends(&document["phases"], "patch", "end_s", 0.0), moved);
+}
+
+#[test]
+fn irregular_stairs_are_climbed() {
+    judge("irregular-stairs");
+}
+
+#[test]
+fn the_slope_is_climbed_with_the_hand() {
+    judge("slope-and-hand");
+}
+
+#[test]
+fn a_changed_plan_fails_verification_with_exit_code_1() {
+    let results = &shipped("irregular-stairs").results;
+    let mut plan = json(results.join("plan.json"));
+    // Half a metre to the side: every foot off its surface.
+    let y = number(&plan["stances"][2]["q"][1]);
+    plan["stances"][2]["q"][1] = Value::from(y + 0.5);
+    // Beside its motion.
+    let broken = results.join("broken.json");
+    std::fs::write(&broken, plan.to_string()).expect("writable");
+    ends_with(&["verify", text(&broken)], 1, &["stance 2"]);
+}
+
+/// Two steps of 0.15 m on a floor, as a mesh of boxes.
+fn steps_obj() -> String {
+    let boxes = [
+        [-1.0, 3.0, -1.0, 1.0, -0.1, 0.0],
+        [0.3, 0.7, -0.4, 0.4, 0.0, 0.15],
+        [0.7, 2.2, -0.5, 0.5, 0.0, 0.30],
+    ];
+    let faces = [
+        [0, 1, 3, 2],
+        [4, 6, 7, 5],
+        [0, 4, 5, 1],
+        [2, 3, 7, 6],
+        [0, 2, 6, 4],
+        [1, 5, 7, 3],
+    ];
+    let mut text = String::new();
+    for (number, [x0, x1, y0, y1, z0, z1]) in boxes.into_iter().enumerate() {
+        for (x, y) in [(x0, y0), (x0, y1), (x1, y0), (x1, y1)] {
+            text += &format!("v {x} {y} {z0}\nv {x} {y} {z1}\n");
+        }
+        for face in faces {
+            let corners: Vec<String> = face
+                .iter()
+                .map(|i| (1 + i + 8 * number).to_string())
+                .collect();
+            text += &format!("f {}\n", corners.join(" "));
+        }
+    }
+    text
+}
+
+#[test]
+fn a_known_mesh_is_climbed_without_any_scan() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mesh = folder.path().join("steps.obj");
+    std::fs::write(&mesh, steps_obj()).expect("writable");
+    let out = folder.path().join("out");
+    let plan = |goal: &str, more: &[&str]| {
+        let args = [
+            "plan",
+            "--mesh",
+            text(&mesh),
+            "--goal",
+            goal,
+            "-o",
+            text(&out),
+        ];
+        scandent(&[&args, more].concat())
+    };
+    assert_ended(&plan("1.4,0", &[]), 0, &[]);
+    let written = json(out.join("plan.json"));
+    let last = written["stances"].as_array().and_then(|s| s.last());
+    let base = [0, 1].map(|i| number(&last.expect("a last stance")["q"][i]));
+    // The goal's tolerance, and the solver's.
+    assert!(
+        (base[0] - 1.4).abs() < 0.1001 && base[1].abs() < 0.1001,
+        "{base:?}"
+    );
+
+    // A goal where the robot stands needs no step.
+    assert_ended(&plan("0,0", &[]), 0, &[]);
+    // In a wall, a metre under the floor, is no place for a base: the reason is said, no plan is
+    // left over from before.
+    let blocked = plan("1.4,0,-1.0", &["--set", "planner.nodes_max=30"]);
+    assert!(matches!(blocked.status.code(), Some(3 | 4)));
+    assert!(
+        said(&blocked).contains("what blocks the way"),
+        "{}",
+        said(&blocked)
+    );
+    assert!(out.join("partial_plan.json").exists() && !out.join("plan.json").exists());
+}
+
+#[test]
+fn a_start_that_is_no_stance_is_an_error_with_the_reason() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mesh = folder.path().join("steps.obj");
+    std::fs::write(&mesh, steps_obj()).expect("writable");
+    let out = folder.path().join("out");
+    // In the first step; tilted by half a radian; in a posture that does not exist.
+    for (start, word) in [
+        ("half_sitting@0.4,0,0.6487", "too near"),
+        ("half_sitting@0,0,0.6487,0.5,0,0", "balance"),
+        ("no_such_posture", "half_sitting"),
+    ] {
+        let args = [
+            "plan",
+            "--mesh",
+            text(&mesh),
+            "--goal",
+            "1.4,0",
+            "--start",
+            start,
+            "-o",
+        ];
+        ends_with(&[&args[..], &[text(&out)]].concat(), 1, &[word]);
+        assert!(
+            !out.exists(),
+            "{start}: results of a start that is no stance"
+        );
+    }
+}
+
+#[test]
+fn a_goal_out_of_reach_has_no_plan() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let surfaces = folder.path().join("surfaces.json");
+    let nothing = r#"{"format": "scandent-surfaces/1", "surfaces": []}"#;
+    std::fs::write(&surfaces, nothing).expect("writable");
+    let out = folder.path().join("out");
+    let args = [
+        "plan",
+        "--surfaces",
+        text(&surfaces),
+        "--goal",
+        "2,0",
+        "-o",
+        text(&out),
+    ];
+    ends_with(&args, 3, &[]);
+    let report = json(out.join("report.json"));
+    assert_eq!(report["path_stances"], 0);
+    assert_eq!(report["surfaces"], 1, "the ground under the feet");
+}

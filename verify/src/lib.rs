@@ -1,0 +1,103 @@
+//! Recomputes everything that a plan claims, from the plan and the robot alone.
+//!
+//! The code here shares nothing with the solvers: it has kinematics of its own (4×4 matrices),
+//! moments summed link by link, polygons by their edges, equilibrium by linear programming from
+//! nothing but the contacts, and distances that a separating direction vouches for. What it takes
+//! from elsewhere is data: the robot's bodies, shapes and patches, the plan's faces.
+//!
+//! | file | what it checks |
+//! |---|---|
+//! | `structure` | format, robot, the promised margins, the environment |
+//! | `sequence` | one contact a stance, kept contacts, the goal |
+//! | `well_formed` | lengths, numbers and names |
+//! | `stance` | joint limits, centre of mass, contacts on their faces |
+//! | `forces` | friction cones, balance, torques; equilibrium and support region by LP |
+//! | `motion` | the motion between the stances, where there is one |
+//! | `clearance` | distances to the environment, between parts, and how deep contacts sink |
+//!
+//! A plan that fails is told where: stance, contact or joint or pair, check, and by how much.
+
+mod balance;
+pub mod certificate;
+mod check;
+mod clearance;
+mod distance;
+mod findings;
+mod forces;
+mod motion;
+mod nearest;
+mod options;
+mod polygon;
+mod posture;
+mod region;
+mod sequence;
+mod stance;
+mod structure;
+mod well_formed;
+
+pub use certificate::{Certificate, Row, Summary};
+pub use check::{Check, Sense};
+pub use options::Options;
+
+use plan::{Motion, Plan};
+use robot_model::Robot;
+
+use clearance::Surroundings;
+use findings::Findings;
+
+/// Checks a plan against a robot; never fails, and passes only what holds.
+///
+/// Bounds are the plan's own `required` margins, which must themselves make sense; slacks are
+/// those of `options`.
+pub fn verify(plan: &Plan, robot: &Robot, options: &Options) -> Certificate {
+    verify_with(plan, None, robot, options)
+}
+
+/// [`verify`], and the motion between the stances where there is one.
+pub fn verify_with(
+    plan: &Plan,
+    motion: Option<&Motion>,
+    robot: &Robot,
+    options: &Options,
+) -> Certificate {
+    let mut findings = Findings::default();
+    let drawable = structure::check(plan, robot, options, &mut findings);
+    sequence::check(plan, options, &mut findings);
+    if drawable {
+        let scene = scene(plan, robot, options);
+        each_stance(&scene, &mut findings);
+        // Samples are gone through on what the stances say.
+        let whole = (0..plan.stances.len()).all(|k| {
+            !findings.flawed(Some(k), Check::Numbers) && !findings.flawed(Some(k), Check::Names)
+        });
+        if let Some(motion) = motion.filter(|_| whole) {
+            self::motion::check(&scene, motion, &mut findings);
+        }
+    }
+    findings.certify(&plan.scene, &robot.name, plan.stances.len(), options)
+}
+
+/// Checks every stance of a plan by itself: postures that do not follow from one another, and lead
+/// to no goal, can be checked as the stances of one plan.
+pub fn verify_stances(plan: &Plan, robot: &Robot, options: &Options) -> Certificate {
+    let mut findings = Findings::default();
+    if structure::check(plan, robot, options, &mut findings) {
+        each_stance(&scene(plan, robot, options), &mut findings);
+    }
+    findings.certify(&plan.scene, &robot.name, plan.stances.len(), options)
+}
+
+fn scene<'a>(plan: &'a Plan, robot: &'a Robot, options: &'a Options) -> stance::Scene<'a> {
+    stance::Scene {
+        plan,
+        robot,
+        options,
+        surroundings: Surroundings::new(plan),
+    }
+}
+
+fn each_stance(scene: &stance::Scene, findings: &mut Findings) {
+    for (index, stance) in scene.plan.stances.iter().enumerate() {
+        stance::check(scene, index, stance, findings);
+    }
+}

@@ -1,0 +1,98 @@
+//! The motion between the stances: the record, its phases beside the stances, and its samples.
+//!
+//! | file | what it checks |
+//! |---|---|
+//! | `phases` | phases lead from stance to stance, on contacts that both have; ends are the stances |
+//! | `samples` | every sample: numbers, joints, contacts, forces, steps; some of them: distances, LP |
+//!
+//! Rows carry the stance that a phase leads to, and the time in their subject.
+
+mod phases;
+mod samples;
+
+use std::collections::BTreeMap;
+
+use plan::Motion;
+use rayon::prelude::*;
+
+use crate::findings::Findings;
+use crate::stance::Scene;
+use crate::{Check, Sense};
+
+/// Goes through a motion.
+pub(crate) fn check(scene: &Scene, motion: &Motion, findings: &mut Findings) {
+    if !record(scene, motion, findings) || !phases::check(scene, motion, findings) {
+        return;
+    }
+    let worst: Vec<Extremes> = (0..motion.phases.len())
+        .into_par_iter()
+        .map(|phase| samples::check(scene, motion, phase))
+        .collect();
+    for (phase, worst) in motion.phases.iter().zip(worst) {
+        worst.report(phase.to_stance, findings);
+    }
+}
+
+/// Whether the record can be gone through at all.
+fn record(scene: &Scene, motion: &Motion, findings: &mut Findings) -> bool {
+    let mut flaw = |note: String| findings.flaw(None, Check::MotionRecord, "motion", note);
+    if let Err(error) = motion.validate() {
+        flaw(error.to_string());
+        return false;
+    }
+    if motion.robot != scene.robot.name {
+        flaw(format!(
+            "made for {}, not {}",
+            motion.robot, scene.robot.name
+        ));
+    }
+    let wanted = scene.robot.bodies.len() + 6;
+    let extent = scene.options.extent_m;
+    let sane = motion.samples.iter().all(|s| {
+        let forces = s.forces_W.iter().flatten().flatten();
+        s.q.len() == wanted
+            && s.q.iter().chain(&s.com_W).all(|x| x.abs() <= extent)
+            && s.q[3..7].iter().any(|x| x.abs() > 1e-3)
+            && forces.into_iter().all(|x| x.abs() <= 1e7)
+    });
+    if !sane {
+        flaw(format!(
+            "a sample has not {wanted} values, or one out of all proportion"
+        ));
+    }
+    if motion.dt_s > scene.options.motion_step_s {
+        flaw(format!("samples {} s apart are too few", motion.dt_s));
+    }
+    findings.holds_unless_flawed(None, Check::MotionRecord);
+    !findings.flawed(None, Check::MotionRecord)
+}
+
+/// The worst value of each check in one phase.
+#[derive(Default)]
+pub(crate) struct Extremes {
+    of: BTreeMap<Check, (f64, f64, f64, String)>,
+}
+
+impl Extremes {
+    /// Takes a value against its bound in, if none so far is worse.
+    pub fn add(&mut self, check: Check, value: f64, bound: f64, subject: impl FnOnce() -> String) {
+        let margin = match check.sense() {
+            Sense::AtMost => bound - value,
+            _ => value - bound,
+        };
+        // What is not a number is the worst of all.
+        let worse = self
+            .of
+            .get(&check)
+            .is_none_or(|(worst, ..)| margin < *worst || (margin.is_nan() && !worst.is_nan()));
+        if worse {
+            self.of.insert(check, (margin, value, bound, subject()));
+        }
+    }
+
+    fn report(self, stance: usize, findings: &mut Findings) {
+        for (check, (_, value, bound, subject)) in self.of {
+            findings.value(Some(stance), check, subject, value, bound);
+        }
+    }
+}

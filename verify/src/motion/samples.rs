@@ -1,0 +1,287 @@
+//! The samples of one phase.
+#![allow(non_snake_case)]
+
+use nalgebra::{Matrix3, Matrix4, Vector3};
+use plan::{Contact, Motion, Phase};
+use robot_model::ContactPatch;
+use surfaces::Face;
+
+use super::Extremes;
+use crate::Check;
+use crate::balance::{self, Support};
+use crate::clearance;
+use crate::posture::{Load, Posture, column, inverse_point, point, pose};
+use crate::stance::{Scene, Touch};
+
+/// A closed contact of the phase, with what it refers to.
+struct Closed<'a> {
+    stated: &'a Contact,
+    patch: &'a ContactPatch,
+    face: &'a Face,
+}
+
+/// The worst of every check over the samples of a phase, both ends included.
+pub(super) fn check(scene: &Scene, motion: &Motion, index: usize) -> Extremes {
+    let mut worst = Extremes::default();
+    let phase = &motion.phases[index];
+    let sample_at = |t: f64| (t / motion.dt_s).round() as usize;
+    let (first, last) = (sample_at(phase.t_start_s), sample_at(phase.t_end_s));
+    let closed = closed(scene, phase);
+    let swung = swung(scene, phase);
+    let mut before: Option<Posture> = None;
+    for i in first..=last.min(motion.samples.len() - 1) {
+        let sample = &motion.samples[i];
+        let at = |what: &str| format!("{what} at {:.2} s", sample.t_s);
+        let Some(posture) = Posture::new(scene.robot, &sample.q) else {
+            worst.add(Check::MotionStep, f64::NAN, 0.0, || at("q"));
+            return worst;
+        };
+        let com = (Vector3::from(sample.com_W) - posture.com_W).norm();
+        worst.add(Check::Com, com, scene.options.com_m, || at("motion"));
+        joints(scene, motion, i, i > first, &mut worst);
+        contacts(scene, phase, &closed, &posture, sample.t_s, &mut worst);
+        // The forces of the border belong to the next phase's contacts.
+        let own = i < last || last + 1 == motion.samples.len();
+        if own && sample.forces_W.len() == closed.len() {
+            forces(scene, &closed, &posture, sample, &mut worst);
+        }
+        if let Some(before) = &before {
+            steps(scene, before, &posture, &mut worst, || at("motion"));
+        }
+        if (i - first) % scene.options.motion_stride == 0 || i == last {
+            let touches = touches(scene, &closed, &swung, &posture);
+            clearance::along(scene, &posture, &touches, sample.t_s, &mut worst);
+        }
+        if (i - first) % scene.options.motion_lp_stride == 0 {
+            equilibrium(scene, &closed, &posture, &mut worst, || at("motion"));
+        }
+        before = Some(posture);
+    }
+    worst
+}
+
+/// The phase's contacts, which the phases' check has found in its stances.
+fn closed<'a>(scene: &Scene<'a>, phase: &Phase) -> Vec<Closed<'a>> {
+    let plan = scene.plan;
+    let contacts = phase.contacts.iter().filter_map(|contact| {
+        let stated = plan.stances[phase.from_stance]
+            .contacts
+            .iter()
+            .find(|c| c.patch == contact.patch)?;
+        refer(scene, stated)
+    });
+    contacts.collect()
+}
+
+fn refer<'a>(scene: &Scene<'a>, stated: &'a Contact) -> Option<Closed<'a>> {
+    let plan: &'a _ = scene.plan;
+    Some(Closed {
+        stated,
+        patch: scene
+            .robot
+            .patches
+            .iter()
+            .find(|p| p.name == stated.patch)?,
+        face: plan.faces.iter().find(|s| s.id == stated.face)?,
+    })
+}
+
+/// What the patch in the air leaves and lands on.
+fn swung<'a>(scene: &Scene<'a>, phase: &Phase) -> Vec<Closed<'a>> {
+    let plan: &'a _ = scene.plan;
+    let Some(patch) = &phase.swing else {
+        return Vec::new();
+    };
+    [phase.from_stance, phase.to_stance]
+        .into_iter()
+        .filter_map(|k| plan.stances[k].contacts.iter().find(|c| &c.patch == patch))
+        .filter_map(|stated| refer(scene, stated))
+        .collect()
+}
+
+/// Joints are inside their limits and within their speeds.
+fn joints(scene: &Scene, motion: &Motion, i: usize, moves: bool, worst: &mut Extremes) {
+    let sample = &motion.samples[i];
+    let bound = scene.plan.required.joint_rad - scene.options.motion_joint_rad;
+    let bodies = scene.robot.bodies.iter().enumerate().skip(1);
+    for (b, body) in bodies {
+        let q = sample.q[6 + b];
+        let room = (q - body.lower).min(body.upper - q);
+        let at = || format!("{} at {:.2} s", body.joint, sample.t_s);
+        worst.add(Check::JointLimit, room, bound, at);
+        if moves && body.velocity.is_finite() && body.velocity > 0.0 {
+            let speed = (q - motion.samples[i - 1].q[6 + b]).abs() / motion.dt_s;
+            worst.add(Check::MotionSpeed, speed / body.velocity, 1.0, at);
+        }
+    }
+    let quaternion: f64 = sample.q[3..7].iter().map(|x| x * x).sum();
+    let off = (quaternion.sqrt() - 1.0).abs();
+    worst.add(Check::Quaternion, off, scene.options.quaternion, || {
+        format!("motion at {:.2} s", sample.t_s)
+    });
+}
+
+/// Closed contacts stay where they were made.
+fn contacts(
+    scene: &Scene,
+    phase: &Phase,
+    closed: &[Closed],
+    posture: &Posture,
+    t_s: f64,
+    worst: &mut Extremes,
+) {
+    for (contact, recorded) in closed.iter().zip(&phase.contacts) {
+        let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
+        for X in [&recorded.X_WC, &contact.stated.X_WC] {
+            let stated = pose(&X.p, &X.quat_xyzw);
+            let off = contact
+                .patch
+                .polygon
+                .iter()
+                .map(|v| Vector3::new(v.x, v.y, 0.0))
+                .map(|v| (point(&stated, &v) - point(&X_WC, &v)).norm())
+                .fold(0.0, f64::max);
+            worst.add(Check::Kept, off, scene.options.closure_m, || {
+                format!("{} at {t_s:.2} s", contact.patch.name)
+            });
+        }
+    }
+}
+
+/// The forces lie in their cones, carry the robot and ask no joint for too much.
+fn forces(
+    scene: &Scene,
+    closed: &[Closed],
+    posture: &Posture,
+    sample: &plan::Sample,
+    worst: &mut Extremes,
+) {
+    let weight = posture.weight();
+    let rounding = scene.options.force * weight;
+    let mut loads: Vec<Load> = Vec::new();
+    for (contact, forces) in closed.iter().zip(&sample.forces_W) {
+        let name = || format!("{} at {:.2} s", contact.patch.name, sample.t_s);
+        let points = &contact.stated.force_points_W;
+        if points.len() != forces.len() {
+            worst.add(Check::BalanceForce, f64::NAN, 0.0, name);
+            return;
+        }
+        let normal = column(&contact.face.X_WF.to_homogeneous(), 2);
+        for (p, f) in points.iter().zip(forces) {
+            let f = Vector3::from(*f);
+            let along = f.dot(&normal);
+            let across = ((f - normal * along).norm() - rounding).max(0.0);
+            worst.add(Check::Unilateral, along, -rounding, name);
+            if along > rounding {
+                let used = across / (contact.stated.friction * along);
+                let bound = scene.plan.required.friction_use + scene.options.part;
+                worst.add(Check::Friction, used, bound, name);
+            } else {
+                worst.add(Check::Unloaded, across, rounding, name);
+            }
+            loads.push((contact.patch.body, Vector3::from(*p), f));
+        }
+    }
+    let up = Vector3::z() * weight;
+    let force: Vector3<f64> = loads.iter().map(|(_, _, f)| f).sum();
+    let moment: Vector3<f64> = loads
+        .iter()
+        .map(|(_, p, f)| (p - posture.com_W).cross(f))
+        .sum();
+    let at = || format!("motion at {:.2} s", sample.t_s);
+    let bound = scene.options.balance;
+    worst.add(Check::BalanceForce, (force - up).norm() / weight, bound, at);
+    worst.add(Check::BalanceMoment, moment.norm() / weight, bound, at);
+    for (b, body) in scene.robot.bodies.iter().enumerate().skip(1) {
+        if body.effort > 0.0 && body.effort.is_finite() {
+            let part = posture.holding_torque(b, &loads).abs() / body.effort;
+            let bound = scene.plan.required.torque_use + scene.options.part;
+            worst.add(Check::Torque, part, bound, || {
+                format!("{} at {:.2} s", body.joint, sample.t_s)
+            });
+        }
+    }
+}
+
+/// Nothing jumps: no body moves far from one sample to the next.
+fn steps(
+    scene: &Scene,
+    before: &Posture,
+    now: &Posture,
+    worst: &mut Extremes,
+    at: impl Fn() -> String,
+) {
+    for (i, body) in scene.robot.bodies.iter().enumerate() {
+        let moved = (now.coms_W[i] - before.coms_W[i]).norm();
+        let origin = (column(&now.X_WB[i], 3) - column(&before.X_WB[i], 3)).norm();
+        worst.add(
+            Check::MotionStep,
+            moved.max(origin),
+            scene.plan.required.clearance_m,
+            || format!("{}, {}", body.name, at()),
+        );
+    }
+}
+
+/// Closed contacts, and the patch in the air with a face that it is near to.
+fn touches<'a>(
+    scene: &Scene,
+    closed: &[Closed<'a>],
+    swung: &[Closed<'a>],
+    posture: &Posture,
+) -> Vec<Touch<'a>> {
+    let touch = |contact: &Closed<'a>| {
+        let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
+        Touch {
+            stated: contact.stated,
+            patch: contact.patch,
+            face: contact.face,
+            vertices_W: touching_W(contact, &X_WC),
+            X_WC,
+        }
+    };
+    let near = swung.iter().map(touch).filter(|touch| {
+        let X_WF = touch.face.X_WF.to_homogeneous();
+        let radius = touch.patch.point_radius_m().unwrap_or(0.0);
+        let height = inverse_point(&X_WF, &column(&touch.X_WC, 3)).z - radius;
+        let place = Vector3::from(touch.stated.X_WC.p);
+        height < scene.options.motion_touch_m
+            && (column(&touch.X_WC, 3) - place).norm() < 2.0 * scene.options.motion_touch_m
+    });
+    closed.iter().map(touch).chain(near).collect()
+}
+
+/// The patch's vertices in W; of a ball its point that is nearest to the face.
+fn touching_W(contact: &Closed, X_WC: &Matrix4<f64>) -> Vec<Vector3<f64>> {
+    let normal = column(&contact.face.X_WF.to_homogeneous(), 2);
+    let below = normal * -contact.patch.point_radius_m().unwrap_or(0.0);
+    let vertices = contact.patch.polygon.iter();
+    vertices
+        .map(|v| point(X_WC, &Vector3::new(v.x, v.y, 0.0)) + below)
+        .collect()
+}
+
+/// Forces can be found from nothing but the closed contacts.
+fn equilibrium(
+    scene: &Scene,
+    closed: &[Closed],
+    posture: &Posture,
+    worst: &mut Extremes,
+    at: impl Fn() -> String,
+) {
+    let supports: Vec<Support> = closed
+        .iter()
+        .map(|contact| {
+            let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
+            let X_WF = contact.face.X_WF.to_homogeneous();
+            Support {
+                vertices: touching_W(contact, &X_WC),
+                axes: Matrix3::from_columns(&[0, 1, 2].map(|k| column(&X_WF, k))),
+                friction: contact.stated.friction * scene.plan.required.friction_use,
+            }
+        })
+        .collect();
+    let found = balance::equilibrium(&supports, &posture.com_W, scene.options.cone_edges);
+    // Edges that need not bear anything are no flaw: the balance itself is.
+    worst.add(Check::Equilibrium, found.unwrap_or(f64::NAN), 0.0, at);
+}

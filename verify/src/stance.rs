@@ -1,0 +1,230 @@
+//! One stance: is what it says whole, is it where it says, does it hold.
+#![allow(non_snake_case)]
+
+use nalgebra::{Matrix4, Vector3};
+use plan::{Contact, Plan, Stance};
+use robot_model::{ContactPatch, Robot};
+use surfaces::Face;
+
+use crate::clearance::{self, Surroundings};
+use crate::findings::Findings;
+use crate::forces;
+use crate::posture::{Posture, angle_between, column, inverse_point, point, pose};
+use crate::region;
+use crate::{Check, Options, well_formed};
+
+/// A contact of a stance, with what it refers to and where the posture puts it.
+pub(crate) struct Touch<'a> {
+    pub stated: &'a Contact,
+    pub patch: &'a ContactPatch,
+    pub face: &'a Face,
+    /// Pose of the patch frame in W, by the posture; of a ball its centre, with the face's axes.
+    pub X_WC: Matrix4<f64>,
+    /// The patch's vertices in W, by the posture; of a ball the point that is nearest to the
+    /// face's plane on the outer side.
+    pub vertices_W: Vec<Vector3<f64>>,
+}
+
+/// What all stances share.
+pub(crate) struct Scene<'a> {
+    pub plan: &'a Plan,
+    pub robot: &'a Robot,
+    pub options: &'a Options,
+    pub surroundings: Surroundings,
+}
+
+/// Goes through one stance.
+pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
+    let at = Some(index);
+    if !well_formed::check(scene, index, stance, findings) {
+        return;
+    }
+    let Some(posture) = Posture::new(scene.robot, &stance.q) else {
+        findings.flaw(
+            at,
+            Check::Numbers,
+            "q",
+            "the robot has another number of joints",
+        );
+        return;
+    };
+    let touches = place(scene, stance, &posture);
+
+    quaternions(scene, index, stance, findings);
+    joint_limits(scene, index, stance, findings);
+    let com = (Vector3::from(stance.com_W) - posture.com_W).norm();
+    findings.value(at, Check::Com, "", com, scene.options.com_m);
+    for touch in &touches {
+        contact(scene, index, touch, findings);
+    }
+    let used = forces::check(scene, index, &posture, &touches, findings);
+    let nearest = clearance::check(
+        scene.plan,
+        &posture,
+        &touches,
+        &scene.surroundings,
+        scene.options,
+        index,
+        findings,
+    );
+    stated_margins(scene, index, stance, &used, &nearest, findings);
+}
+
+/// The contacts with what they refer to, which [`well_formed::check`] has found to exist.
+fn place<'a>(scene: &Scene<'a>, stance: &'a Stance, posture: &Posture) -> Vec<Touch<'a>> {
+    let (plan, robot) = (scene.plan, scene.robot);
+    stance
+        .contacts
+        .iter()
+        .filter_map(|stated| {
+            let patch = robot.patches.iter().find(|p| p.name == stated.patch)?;
+            let face = plan.faces.iter().find(|f| f.id == stated.face)?;
+            let mut X_WC = posture.X_WB.get(patch.body)? * patch.X_BC.to_homogeneous();
+            let radius = patch.point_radius_m();
+            if radius.is_some() {
+                let axes = face.X_WF.rotation.to_rotation_matrix();
+                X_WC.fixed_view_mut::<3, 3>(0, 0).copy_from(axes.matrix());
+            }
+            let below = -radius.unwrap_or(0.0);
+            let vertices_W = patch
+                .polygon
+                .iter()
+                .map(|v| point(&X_WC, &Vector3::new(v.x, v.y, below)))
+                .collect();
+            Some(Touch {
+                stated,
+                patch,
+                face,
+                X_WC,
+                vertices_W,
+            })
+        })
+        .collect()
+}
+
+fn quaternions(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
+    let mut add = |subject: &str, q: &[f64]| {
+        let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let (check, most) = (Check::Quaternion, scene.options.quaternion);
+        findings.value(Some(index), check, subject, (norm - 1.0).abs(), most);
+    };
+    if let Some(quaternion) = stance.q.get(3..7) {
+        add("base", quaternion);
+    }
+    for contact in &stance.contacts {
+        add(&contact.patch, &contact.X_WC.quat_xyzw);
+    }
+}
+
+/// The joint that is nearest to a limit, and every one that is too near.
+fn joint_limits(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
+    let bound = scene.plan.required.joint_rad - scene.options.joint_rad;
+    let joints = stance.q.get(7..).unwrap_or_default();
+    let distances: Vec<(f64, &str)> = scene
+        .robot
+        .bodies
+        .iter()
+        .skip(1)
+        .zip(joints)
+        .map(|(body, q)| ((q - body.lower).min(body.upper - q), body.joint.as_str()))
+        .collect();
+    let nearest = distances.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let too_near = distances.iter().filter(|(d, _)| *d < bound);
+    let rows: Vec<_> = too_near
+        .chain(nearest.filter(|(d, _)| *d >= bound))
+        .collect();
+    for (distance, joint) in rows {
+        findings.value(Some(index), Check::JointLimit, *joint, *distance, bound);
+    }
+}
+
+/// Where one contact is, on its face and in the file.
+fn contact(scene: &Scene, index: usize, touch: &Touch, findings: &mut Findings) {
+    let (at, options) = (Some(index), scene.options);
+    let name = &touch.stated.patch;
+    let X_WF = touch.face.X_WF.to_homogeneous();
+
+    // Stated and real pose, stated and real vertices.
+    let X_stated = pose(&touch.stated.X_WC.p, &touch.stated.X_WC.quat_xyzw);
+    let mut off = (column(&X_stated, 3) - column(&touch.X_WC, 3)).norm();
+    for (stated, real) in touch.stated.vertices_W.iter().zip(&touch.vertices_W) {
+        off = off.max((Vector3::from(*stated) - real).norm());
+    }
+    findings.value(at, Check::Pose, name, off, options.closure_m);
+    let turned = angle_between(&X_stated, &touch.X_WC);
+    if turned > options.pose_rad {
+        let most = options.pose_rad;
+        findings.flaw(
+            at,
+            Check::Pose,
+            name,
+            format!("turned by {turned:.4} rad, {most} allowed"),
+        );
+    }
+
+    // Plane, normal, polygon.
+    let in_face: Vec<Vector3<f64>> = touch
+        .vertices_W
+        .iter()
+        .map(|p| inverse_point(&X_WF, p))
+        .collect();
+    let height = in_face.iter().map(|p| p.z.abs()).fold(0.0, f64::max);
+    findings.value(at, Check::Closure, name, height, options.closure_m);
+    // A ball may be turned as it likes.
+    if touch.patch.point_radius_m().is_none() {
+        let (z_C, z_F) = (column(&touch.X_WC, 2), column(&X_WF, 2));
+        let angle = z_C.cross(&z_F).norm().atan2(z_C.dot(&z_F));
+        findings.value(at, Check::Normal, name, angle, options.normal_rad);
+    }
+    let patch: Vec<_> = in_face.iter().map(|p| p.xy()).collect();
+    let inside = region::inside_m(touch.face, scene.plan.required.edge_sigmas, &patch);
+    findings.value(at, Check::Inclusion, name, inside, -options.inclusion_m);
+}
+
+/// The parts of friction and torque that the stated forces use.
+pub(crate) struct Used {
+    pub friction: f64,
+    pub torque: f64,
+}
+
+/// The plan may not say that its margins are better than they are.
+fn stated_margins(
+    scene: &Scene,
+    index: usize,
+    stance: &Stance,
+    used: &Used,
+    nearest: &clearance::Nearest,
+    findings: &mut Findings,
+) {
+    let stated = &stance.margins;
+    let joints = stance.q.get(7..).unwrap_or_default();
+    let joint = scene
+        .robot
+        .bodies
+        .iter()
+        .skip(1)
+        .zip(joints)
+        .map(|(body, q)| (q - body.lower).min(body.upper - q))
+        .fold(f64::INFINITY, f64::min);
+    // How much better than found, for each.
+    let better = [
+        ("friction_use", used.friction - stated.friction_use),
+        ("torque_use", used.torque - stated.torque_use),
+        ("joint_rad", stated.joint_rad - joint),
+        (
+            "clearance_m",
+            stated.clearance_m.map_or(0.0, |s| s - nearest.environment),
+        ),
+        (
+            "self_clearance_m",
+            stated.self_clearance_m.map_or(0.0, |s| s - nearest.own),
+        ),
+    ];
+    let worst = better
+        .into_iter()
+        .max_by(|a, b| a.1.is_nan().cmp(&b.1.is_nan()).then(a.1.total_cmp(&b.1)));
+    if let Some((margin, value)) = worst {
+        let most = scene.options.stated;
+        findings.value(Some(index), Check::StatedMargin, margin, value, most);
+    }
+}

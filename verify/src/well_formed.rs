@@ -1,0 +1,139 @@
+//! What must be there before anything can be computed: lengths, finite numbers, known names.
+#![allow(non_snake_case)]
+
+use plan::Stance;
+
+use crate::Check;
+use crate::findings::Findings;
+use crate::stance::Scene;
+
+/// Whether the stance can be gone through at all: lengths, finite numbers, known names.
+pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) -> bool {
+    let at = Some(index);
+    let sane = |values: &[f64]| {
+        values
+            .iter()
+            .all(|x| x.is_finite() && x.abs() <= scene.options.extent_m)
+    };
+    let wanted = scene.robot.bodies.len() + 6;
+    if stance.q.len() != wanted {
+        let note = format!("{} values, {wanted} wanted", stance.q.len());
+        findings.flaw(at, Check::Numbers, "q", note);
+    } else if !sane(&stance.q) {
+        findings.flaw(
+            at,
+            Check::Numbers,
+            "q",
+            "a value is not finite or out of all proportion",
+        );
+    } else if stance.q[3..7].iter().all(|x| x.abs() < 1e-3) {
+        findings.flaw(at, Check::Numbers, "q", "the quaternion is zero");
+    }
+    if !sane(&stance.com_W) {
+        findings.flaw(
+            at,
+            Check::Numbers,
+            "com_W",
+            "a value is not finite or out of all proportion",
+        );
+    }
+    for (k, contact) in stance.contacts.iter().enumerate() {
+        let points = contact.vertices_W.iter().chain(&contact.force_points_W);
+        // Forces have no extent, but no robot here weighs 1e7 N either.
+        let forces = contact
+            .forces_W
+            .iter()
+            .all(|f| f.iter().all(|x| x.abs() <= 1e7));
+        let quaternion = &contact.X_WC.quat_xyzw;
+        if !(sane(&contact.X_WC.p)
+            && sane(quaternion)
+            && points.into_iter().all(|p| sane(p))
+            && forces
+            && contact.friction.is_finite())
+        {
+            let note = "a value is not finite or out of all proportion";
+            findings.flaw(at, Check::Numbers, &contact.patch, note);
+        } else if quaternion.iter().all(|x| x.abs() < 1e-3) {
+            findings.flaw(at, Check::Numbers, &contact.patch, "the quaternion is zero");
+        }
+        names(scene, index, stance, k, findings);
+    }
+    findings.holds_unless_flawed(at, Check::Numbers);
+    findings.holds_unless_flawed(at, Check::Names);
+    !findings.flawed(at, Check::Numbers) && !findings.flawed(at, Check::Names)
+}
+
+/// Patch, link, face and friction of one contact, and that it is described in full.
+fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut Findings) {
+    let Some(contact) = stance.contacts.get(k) else {
+        return;
+    };
+    let mut flaw = |note: String| {
+        findings.flaw(Some(index), Check::Names, &contact.patch, note);
+    };
+    match scene.robot.patches.iter().find(|p| p.name == contact.patch) {
+        None => {
+            let known: Vec<&str> = scene
+                .robot
+                .patches
+                .iter()
+                .map(|p| p.name.as_str())
+                .collect();
+            flaw(format!(
+                "the robot has no such patch; it has {}",
+                known.join(", ")
+            ));
+        }
+        Some(patch) => {
+            if patch.link != contact.link {
+                flaw(format!(
+                    "is on link {}, not on {}",
+                    patch.link, contact.link
+                ));
+            }
+            if patch.polygon.len() != contact.vertices_W.len() {
+                let (stated, real) = (contact.vertices_W.len(), patch.polygon.len());
+                flaw(format!("{stated} vertices stated, the patch has {real}"));
+            }
+        }
+    }
+    if !scene.plan.faces.iter().any(|s| s.id == contact.face) {
+        flaw(format!("there is no face {}", contact.face));
+    }
+    if stance
+        .contacts
+        .iter()
+        .take(k)
+        .any(|other| other.patch == contact.patch)
+    {
+        flaw("is listed twice".to_owned());
+    }
+    let (points, forces) = (contact.force_points_W.len(), contact.forces_W.len());
+    if points != forces {
+        flaw(format!("{forces} forces at {points} points"));
+    }
+    if !(contact.friction > 0.0 && contact.friction <= scene.options.friction_max) {
+        let most = scene.options.friction_max;
+        flaw(format!(
+            "friction {} is not in (0, {most}]",
+            contact.friction
+        ));
+    }
+    // One pair, one coefficient, in whichever stance.
+    let elsewhere = scene
+        .plan
+        .stances
+        .iter()
+        .flat_map(|s| &s.contacts)
+        .find(|other| {
+            other.patch == contact.patch
+                && other.face == contact.face
+                && other.friction != contact.friction
+        });
+    if let Some(other) = elsewhere {
+        flaw(format!(
+            "friction {} on {}, but {} in another stance",
+            contact.friction, contact.face, other.friction
+        ));
+    }
+}
