@@ -132,7 +132,9 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         let key = |key: &str| lines.iter().position(|l| l.starts_with(key)).unwrap();
         assert!(lines[key("torque_use = ") - 1].contains("torque limits"));
-        assert!(lines[key("controller = ") - 1].starts_with("# \"servo\": "));
+        let controller = key("controller = ");
+        let comment = lines[..controller].iter().rev().take_while(|l| l.starts_with('#'));
+        assert!(comment.into_iter().any(|l| l.starts_with("# \"servo\": ")));
         assert!(lines[key("# robot = ") - 1].contains("Name of the robot"));
         for (number, line) in lines.iter().enumerate().skip(1) {
             if line.contains(" = ") && !line.starts_with([' ', '#']) {

@@ -71,7 +71,7 @@ fn contact(contact: &Contact, change: &Change) -> Value {
     json!({
         "patch": contact.patch,
         "link": contact.link,
-        "surface": contact.face,
+        "face": contact.face,
         "loaded": contact.loaded,
         "state": state(contact, change),
         "friction": contact.friction,

@@ -25,7 +25,6 @@ fn an_interrupted_search_writes_the_way_so_far() {
         "--set",
         "planner.candidates_max=10000000",
     ])
-    .args(["--set", "planner.same_place_m=0.001"])
     .stdout(Stdio::piped())
     .stderr(Stdio::piped())
     .spawn()

@@ -39,8 +39,8 @@ export function setPose(object, pose, at = 0) {
 }
 
 /** What the plan does to get to the stance, as a sentence. */
-export function describeChange({ kind, patch, surface }) {
+export function describeChange({ kind, patch, face }) {
   if (kind === 'start') return 'Start';
   if (kind === 'goal') return 'Goal reached';
-  return kind === 'add' ? `${patch} made on ${surface}` : `${patch} leaves ${surface}`;
+  return kind === 'add' ? `${patch} made on ${face}` : `${patch} leaves ${face}`;
 }

@@ -92,7 +92,7 @@ function start() {
     RobotLayer.pose(robot.solid, stance.poses);
     robot.ghost.visible = before !== undefined;
     if (before) RobotLayer.pose(robot.ghost, before.poses);
-    surfaces.setUsed(stance.contacts.map((contact) => contact.surface));
+    surfaces.setUsed(stance.contacts.map((contact) => contact.face));
     contacts.show(stance);
     balance.show(stance);
     panel.show(stance);

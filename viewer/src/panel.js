@@ -52,7 +52,7 @@ function contactTable({ contacts }) {
       el('th', { scope: 'row' },
         el('span', { class: `dot ${contact.loaded ? 'loaded' : 'unloaded'}` }),
         contact.patch, el('small', {}, STATES[contact.state])),
-      el('td', {}, contact.surface),
+      el('td', {}, contact.face),
       el('td', { class: 'number' }, contact.loaded ? newtons(contact.normal_N) : '–'),
       el('td', { class: 'number' }, frictionText(contact), el('small', {}, `μ = ${contact.friction}`))))));
 }
@@ -110,7 +110,7 @@ function goalFacts(goal) {
     rows.push(['Within', metres(goal.tolerance_m, 2)]);
   }
   if (typeof goal.yaw_rad === 'number') rows.push(['Heading', degrees(goal.yaw_rad)]);
-  for (const { patch, surface } of goal.contacts) rows.push(['Contact', `${patch} on ${surface}`]);
+  for (const { patch, face } of goal.contacts) rows.push(['Contact', `${patch} on ${face}`]);
   return rows.length ? rows : [['Goal', 'none']];
 }
 

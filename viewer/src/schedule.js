@@ -18,7 +18,7 @@ function runs(stances, patch) {
       run.end = i + 1;
       run.loads.push(contact.loaded);
     } else {
-      found.push({ first: i, end: i + 1, place, surface: contact.surface, loads: [contact.loaded] });
+      found.push({ first: i, end: i + 1, place, face: contact.face, loads: [contact.loaded] });
     }
   });
   return found;
@@ -32,9 +32,9 @@ export function schedule(stances, go) {
     for (const run of runs(stances, patch)) {
       const block = el('div', { class: 'run' },
         run.loads.map((loaded) => el('i', { class: loaded ? 'loaded' : 'unloaded' })),
-        el('span', {}, run.surface));
+        el('span', {}, run.face));
       block.style.gridColumn = `${run.first + 1} / ${run.end + 1}`;
-      block.title = `${patch} on ${run.surface}, stances ${run.first} to ${run.end - 1}`;
+      block.title = `${patch} on ${run.face}, stances ${run.first} to ${run.end - 1}`;
       lane.append(block);
     }
     lane.addEventListener('click', (event) => {

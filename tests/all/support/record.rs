@@ -1,7 +1,7 @@
 //! Plans as records, of stances that were not made by the program.
 
 use plan::{
-    GoalRecord, PLAN_FORMAT, Plan, Program, RequiredMargins, RobotSummary, SearchSummary, Stance,
+    Change, GoalRecord, PLAN_FORMAT, Plan, Program, RequiredMargins, RobotSummary, SearchSummary, Stance,
 };
 use robot_model::Robot;
 use surfaces::Terrain;
@@ -9,6 +9,7 @@ use surfaces::Terrain;
 /// A plan of those stances, with no goal and no margins but the generator's own defaults.
 pub fn record(robot: &Robot, terrain: Terrain, thin_body_m: f64, stances: Vec<Stance>) -> Plan {
     let count = stances.len();
+    let path_stances = stances.iter().filter(|s| s.change != Change::Goal).count();
     Plan {
         format: PLAN_FORMAT.to_owned(),
         program: Program {
@@ -39,7 +40,7 @@ pub fn record(robot: &Robot, terrain: Terrain, thin_body_m: f64, stances: Vec<St
             nodes_generated: count,
             nodes_expanded: count,
             candidates_solved: count,
-            path_stances: count.saturating_sub(1),
+            path_stances,
         },
         stances,
     }
