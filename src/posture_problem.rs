@@ -141,7 +141,7 @@ fn contact(
                 ..Contact::at(robot, patch, at)
             }
         }
-        (None, None, Some(face)) => environment.anywhere_on(face, robot, patch)?,
+        (None, None, Some(face)) => Contact::anywhere_on(environment, face, robot, patch)?,
         (None, None, None) => bail!("neither p and R nor a surface say where it is"),
         _ => bail!("p and R go together"),
     };

@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let outcome = posture::solve(&problem, margins)?;
         Ok(outcome.posture().ok_or("no posture")?.clone())
     };
-    let on = |patch, face| environment.anywhere_on(face, robot, patch);
+    let on = |patch, face| Contact::anywhere_on(environment, face, robot, patch);
     let before = [on(right, floor)?, on(left, floor)?.loaded(false)];
     let standing = solve(&before)?;
     let right = Contact::at(robot, right, standing.contacts[0].X_WC).on(floor);

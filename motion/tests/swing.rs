@@ -77,7 +77,7 @@ impl Pair {
                 .on(floor)
                 .loaded(loaded)
         };
-        let mut placed = environment.anywhere_on(step, robot, left).unwrap();
+        let mut placed = Contact::anywhere_on(environment, step, robot, left).unwrap();
         placed = Contact {
             friction: 0.6,
             ..placed.loaded(false)

@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut contacts = Vec::new();
     for (patch, face) in [("right_foot", "floor"), ("left_foot", "step")] {
         let (patch, face) = (robot.patch_id(patch)?, environment.face(face)?);
-        contacts.push(environment.anywhere_on(face, &robot, patch)?);
+        contacts.push(Contact::anywhere_on(&environment, face, &robot, patch)?);
     }
     let start = stand::over_contacts(&robot, &robot.resting(), &contacts);
     let problem = Problem::new(&robot, &environment, contacts, &start);

@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use robot_model::{PatchId, Robot};
 use surfaces::ConvexPolygon;
 
+use crate::Error;
 use crate::environment::{Environment, FaceIndex};
 
 /// A contact, at its place or free to find one.
@@ -71,6 +72,37 @@ impl Contact {
             loaded: true,
             friction: robot.patches[patch].friction,
         }
+    }
+
+    /// A contact of a patch anywhere on a face, with the friction of the patch: within a large
+    /// convex part about the face's middle.
+    ///
+    /// # Errors
+    /// [`Error::EmptyFace`] where the face's insets leave nothing of it.
+    pub fn anywhere_on(
+        environment: &Environment,
+        face: FaceIndex,
+        robot: &Robot,
+        patch: PatchId,
+    ) -> Result<Self, Error> {
+        let touched = &environment[face];
+        let (X_WF, middle_F) = (touched.X_WF, touched.region.centroid());
+        let ahead_W = X_WF * Vector3::x();
+        let polygon = environment.area_around(face, &touched.point_W(&middle_F), &ahead_W);
+        let polygon = polygon.ok_or_else(|| Error::EmptyFace {
+            face: touched.id.to_string(),
+        })?;
+        let at = Isometry3::from_parts(touched.point_W(&polygon.centroid()).into(), X_WF.rotation);
+        let area = Area {
+            X_WF,
+            polygon,
+            toward: None,
+            yaw_rad: None,
+        };
+        Ok(Self {
+            freedom: Freedom::Within(Box::new(area)),
+            ..Self::at(robot, patch, robot.patches[patch].touching(&at)).on(face)
+        })
     }
 
     /// The same contact, resting on a face.

@@ -4,14 +4,12 @@
 use std::ops::Index;
 use std::sync::OnceLock;
 
-use nalgebra::{Point2, Point3, Translation3, Vector2, Vector3};
+use nalgebra::{Point3, Vector3};
 use robot_model::collision::World;
-use robot_model::{PatchId, Robot};
 use surfaces::outline::Outline;
 use surfaces::{ConvexPolygon, Face, Region, Terrain};
 
 use crate::Error;
-use crate::contact::{Area, Contact, Freedom};
 
 /// One of an environment's faces, as [`Environment::face`] finds it by name.
 ///
@@ -133,39 +131,6 @@ impl Environment {
         let (p_F, along_F) = (X_FW * p_W, X_FW * direction_W);
         let outline = &self.inset(face).outline;
         outline.convex_around(&p_F.xy(), &along_F.xy())
-    }
-
-    /// A contact of a patch anywhere on a face, with the friction of the patch: within a large
-    /// convex part about the face's middle.
-    ///
-    /// # Errors
-    /// [`Error::EmptyFace`] where the face's insets leave nothing of it.
-    pub fn anywhere_on(
-        &self,
-        face: FaceIndex,
-        robot: &Robot,
-        patch: PatchId,
-    ) -> Result<Contact, Error> {
-        let middle: Point2<f64> = self[face].region.centroid();
-        let outline = &self.inset(face).outline;
-        let polygon = outline.convex_around(&middle, &Vector2::x());
-        let polygon = polygon.ok_or_else(|| Error::EmptyFace {
-            face: self[face].id.to_string(),
-        })?;
-        let c = polygon.centroid();
-        let X_WF = self[face].X_WF;
-        let at = robot.patches[patch].touching(&(X_WF * Translation3::new(c.x, c.y, 0.0)));
-        let area = Area {
-            X_WF,
-            polygon,
-            toward: None,
-            yaw_rad: None,
-        };
-        Ok(Contact {
-            face: Some(face),
-            freedom: Freedom::Within(Box::new(area)),
-            ..Contact::at(robot, patch, at)
-        })
     }
 
     /// The convex bodies to keep away from.

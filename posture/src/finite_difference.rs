@@ -107,7 +107,7 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
     };
     let on = |name: &str, face: &str, random: &mut Random| {
         let face = environment.face(face).unwrap();
-        let mut contact = environment.anywhere_on(face, robot, patch(name)).unwrap();
+        let mut contact = Contact::anywhere_on(&environment, face, robot, patch(name)).unwrap();
         if let Freedom::Within(area) = &mut contact.freedom {
             area.toward = Some(Point3::from(random.vector()));
             area.yaw_rad = Some(random.next());

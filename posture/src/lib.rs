@@ -37,7 +37,7 @@
 //! let environment = Environment::new(Terrain::new(vec![floor], vec![])?, 0.03, 0.0)?;
 //!
 //! let (floor, foot) = (environment.face("floor")?, robot.patch_id("left_foot")?);
-//! let contacts = vec![environment.anywhere_on(floor, &robot, foot)?];
+//! let contacts = vec![Contact::anywhere_on(&environment, floor, &robot, foot)?];
 //! let start = stand::on_level_ground(&robot, &robot.resting(), &[foot]);
 //! let problem = Problem::new(&robot, &environment, contacts, &start);
 //! let outcome = posture::solve(&problem, &Config::default())?;

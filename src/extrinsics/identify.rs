@@ -8,15 +8,36 @@ use calibration::camera::{Identification, PlanePair, identify};
 use calibration::ground::{Ground, ground};
 use calibration::stance::{StanceMethod, footprint};
 use calibration::{Config, GroundPlane};
-use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
-use perception::SensorOptions;
-use robot_model::Robot;
+use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
+use perception::{Intrinsics, Noise, Scan, SensorOptions};
+use robot_model::{Configuration, Robot};
 
 use super::feet::Feet;
-use super::next::{Footholds, View};
 use super::stances_file::{Reading, StanceRow};
 use crate::provenance::Inputs;
 use crate::report::Stages;
+
+/// The sensor's image and noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Columns and rows.
+    pub size_px: (usize, usize),
+    /// Pinhole model.
+    pub intrinsics: Intrinsics,
+    /// Noise model.
+    pub noise: Noise,
+}
+
+impl View {
+    /// The view of a scan that has an image.
+    pub fn of(scan: &Scan) -> Option<Self> {
+        scan.depth.as_ref().map(|image| Self {
+            size_px: (image.width, image.height),
+            intrinsics: image.intrinsics,
+            noise: scan.noise,
+        })
+    }
+}
 
 /// One stance, measured.
 #[derive(Clone, Debug)]
@@ -33,6 +54,14 @@ pub struct Measured {
     pub pair: PlanePair,
     /// The sensor's image, where the frame is one.
     pub view: Option<View>,
+}
+
+/// Where the feet stand, for stances that are known by joint readings.
+pub struct Footholds {
+    /// Places of the feet's points in G, m.
+    pub feet_G: Vec<Point3<f64>>,
+    /// A configuration to start from.
+    pub near: Configuration,
 }
 
 /// The stances over the ground.

@@ -4,13 +4,13 @@
 use calibration::camera::{Candidate, Identification, NextPose, PlanePair, next_pose};
 use calibration::ground::{GroundConfig, ground};
 use calibration::{Config, GroundPlane};
-use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use perception::{DepthImage, Intrinsics, Noise, PointCloud, Scan};
+use robot_model::Robot;
 use robot_model::kinematics::{PointTarget, reach};
-use robot_model::{Configuration, Robot};
 
 use super::feet::Feet;
-use super::identify::{Measured, robot_plane};
+use super::identify::{Footholds, Measured, View, robot_plane};
 
 /// How many times smaller than the sensor's the image is in which views are foreseen.
 const SMALLER: usize = 8;
@@ -21,93 +21,6 @@ const TILT_STEP_RAD: f64 = 5.0_f64.to_radians();
 const GROUND_SHARE_MIN: f64 = 0.2;
 /// How near the feet must come to where they stand, m.
 const REACHED_M: f64 = 1e-5;
-
-/// The sensor's image and noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
-    /// Columns and rows.
-    pub size_px: (usize, usize),
-    /// Pinhole model.
-    pub intrinsics: Intrinsics,
-    /// Noise model.
-    pub noise: Noise,
-}
-
-impl View {
-    /// The view of a scan that has an image.
-    pub fn of(scan: &Scan) -> Option<Self> {
-        scan.depth.as_ref().map(|image| Self {
-            size_px: (image.width, image.height),
-            intrinsics: image.intrinsics,
-            noise: scan.noise,
-        })
-    }
-
-    /// The ground as the sensor will see it where it is the plane `truth` in V, and the share of
-    /// the image that sees it within range; `None` where that is too little.
-    fn foresee(&self, truth: &GroundPlane, config: &GroundConfig) -> Option<(GroundPlane, f64)> {
-        let scale = 1.0 / SMALLER as f64;
-        let (width, height) = (self.size_px.0 / SMALLER, self.size_px.1 / SMALLER);
-        let k = Intrinsics {
-            fx: self.intrinsics.fx * scale,
-            fy: self.intrinsics.fy * scale,
-            cx: (self.intrinsics.cx + 0.5) * scale - 0.5,
-            cy: (self.intrinsics.cy + 0.5) * scale - 0.5,
-        };
-        let depth = |i: usize| {
-            let (u, v) = ((i % width) as f64, (i / width) as f64);
-            let ray = Vector3::new((u - k.cx) / k.fx, (v - k.cy) / k.fy, 1.0);
-            // n·(z r) + d = 0.
-            let toward = -truth.normal.dot(&ray);
-            if toward > 1e-6 {
-                (truth.distance_m / toward) as f32
-            } else {
-                0.0
-            }
-        };
-        let image = DepthImage {
-            width,
-            height,
-            z_m: (0..width * height).map(depth).collect(),
-            intrinsics: k,
-        };
-        let noise = Noise {
-            correlation_px: self.noise.correlation_px * scale,
-            systematic_scale_px: self.noise.systematic_scale_px * scale,
-            ..self.noise
-        };
-        let scan = Scan {
-            cloud: PointCloud::default(),
-            depth: Some(image),
-            X_WV: Isometry3::identity(),
-            eye_V: Vector3::zeros(),
-            noise,
-        };
-        // The image has no noise: any three of its pixels give the plane.
-        let config = GroundConfig {
-            draws: 5,
-            inliers_min: config.inliers_min.div_ceil(SMALLER * SMALLER).max(3),
-            ..config.clone()
-        };
-        let seen = ground(&scan, &config).ok()?;
-        let share = seen.samples as f64 / (width * height).max(1) as f64;
-        Some((
-            GroundPlane {
-                covariance: seen.plane.covariance,
-                ..*truth
-            },
-            share,
-        ))
-    }
-}
-
-/// Where the feet stand, for stances that are known by joint readings.
-pub struct Footholds {
-    /// Places of the feet's points in G, m.
-    pub feet_G: Vec<Point3<f64>>,
-    /// A configuration to start from.
-    pub near: Configuration,
-}
 
 /// The stance to add and its pose over the ground; `None` where no candidate is in reach.
 pub fn next(
@@ -191,7 +104,7 @@ fn candidate(
     let seen = robot.seen_from(&found.X_RV);
     let sensor = match view {
         Some(view) => {
-            let (plane, share) = view.foresee(&seen, &config.ground)?;
+            let (plane, share) = foresee(view, &seen, &config.ground)?;
             if share < GROUND_SHARE_MIN {
                 return None;
             }
@@ -212,4 +125,61 @@ fn candidate(
         robot,
         sensor,
     })
+}
+
+/// The ground as the sensor will see it where it is the plane `truth` in V, and the share of
+/// the image that sees it within range; `None` where that is too little.
+fn foresee(view: &View, truth: &GroundPlane, config: &GroundConfig) -> Option<(GroundPlane, f64)> {
+    let scale = 1.0 / SMALLER as f64;
+    let (width, height) = (view.size_px.0 / SMALLER, view.size_px.1 / SMALLER);
+    let k = Intrinsics {
+        fx: view.intrinsics.fx * scale,
+        fy: view.intrinsics.fy * scale,
+        cx: (view.intrinsics.cx + 0.5) * scale - 0.5,
+        cy: (view.intrinsics.cy + 0.5) * scale - 0.5,
+    };
+    let depth = |i: usize| {
+        let (u, v) = ((i % width) as f64, (i / width) as f64);
+        let ray = Vector3::new((u - k.cx) / k.fx, (v - k.cy) / k.fy, 1.0);
+        // n·(z r) + d = 0.
+        let toward = -truth.normal.dot(&ray);
+        if toward > 1e-6 {
+            (truth.distance_m / toward) as f32
+        } else {
+            0.0
+        }
+    };
+    let image = DepthImage {
+        width,
+        height,
+        z_m: (0..width * height).map(depth).collect(),
+        intrinsics: k,
+    };
+    let noise = Noise {
+        correlation_px: view.noise.correlation_px * scale,
+        systematic_scale_px: view.noise.systematic_scale_px * scale,
+        ..view.noise
+    };
+    let scan = Scan {
+        cloud: PointCloud::default(),
+        depth: Some(image),
+        X_WV: Isometry3::identity(),
+        eye_V: Vector3::zeros(),
+        noise,
+    };
+    // The image has no noise: any three of its pixels give the plane.
+    let config = GroundConfig {
+        draws: 5,
+        inliers_min: config.inliers_min.div_ceil(SMALLER * SMALLER).max(3),
+        ..config.clone()
+    };
+    let seen = ground(&scan, &config).ok()?;
+    let share = seen.samples as f64 / (width * height).max(1) as f64;
+    Some((
+        GroundPlane {
+            covariance: seen.plane.covariance,
+            ..*truth
+        },
+        share,
+    ))
 }

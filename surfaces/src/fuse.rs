@@ -16,6 +16,7 @@
 //! showed stays as it was, bit for bit.
 
 mod assumed;
+mod beyond;
 mod edges;
 mod growing;
 
@@ -186,7 +187,7 @@ pub fn fuse(views: Vec<View>) -> Fused {
     for face in &mut set {
         free_spaces
             .iter()
-            .for_each(|free_space| edges::look_beyond(face, free_space));
+            .for_each(|free_space| beyond::look_beyond(face, free_space));
     }
     // 4. Assumed bodies give way to what was seen.
     fused.terrain.obstacles = assumed::refuted(bodies, &free_spaces, &set);

@@ -11,6 +11,7 @@ mod calibrate_camera;
 mod cli;
 mod export_formats;
 mod interruption;
+mod mutual_imports;
 mod posture_problems;
 mod slope_command;
 mod verify_broken;

@@ -31,7 +31,7 @@ pub fn on(world: &Environment, robot: &Robot, patch: &str, face: &str, friction:
     let (face, patch) = (world.face(face).unwrap(), robot.patch_id(patch).unwrap());
     Contact {
         friction,
-        ..world.anywhere_on(face, robot, patch).unwrap()
+        ..Contact::anywhere_on(world, face, robot, patch).unwrap()
     }
 }
 

@@ -8,6 +8,7 @@
 
 mod ascent;
 mod broad;
+mod closest;
 mod geometry;
 mod hull;
 mod model;
@@ -17,8 +18,9 @@ mod parry;
 mod segment;
 mod world;
 
+pub use closest::Closest;
 pub use geometry::ShapeGeometry;
 pub use hull::{Hull, HullError};
 pub use model::{BodyShape, CollidingPair, CollisionModel, Other, Proximity, Shape};
-pub use narrow::{Closest, closest};
+pub use narrow::closest;
 pub use world::{Obstacle, World};

@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::broad::Bounds;
-use super::narrow::{Closest, closest};
+use super::closest::Closest;
+use super::narrow::closest;
 use super::{ShapeGeometry, World};
 use crate::{Body, Configuration, Kinematics, Robot};
 

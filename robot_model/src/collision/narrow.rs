@@ -1,27 +1,13 @@
 //! The signed distance of two convex shapes.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Point3, Unit, Vector3};
+use nalgebra::{Isometry3, Unit, Vector3};
 
 use super::ShapeGeometry;
+use super::closest::{Closest, separation};
 use super::overlap::deepest;
 use super::parry::{Answer, closest_cores};
 use super::segment;
-
-/// The closest, or deepest, points of two shapes.
-///
-/// Frames: all in W.  Units: m.
-#[derive(Clone, Copy, Debug)]
-pub struct Closest {
-    /// Signed distance; negative on overlap.
-    pub distance: f64,
-    /// Unit normal from b toward a.
-    pub normal_W: Vector3<f64>,
-    /// Witness point on a.
-    pub p_a_W: Point3<f64>,
-    /// Witness point on b.
-    pub p_b_W: Point3<f64>,
-}
 
 /// Cores nearer than this touch or overlap.
 const TOUCHING_M: f64 = 1e-9;
@@ -113,23 +99,5 @@ fn segments(X_WA: &Isometry3<f64>, half_a: f64, X_WB: &Isometry3<f64>, half_b: f
         normal_W: normal.into_inner(),
         p_a_W: a.into(),
         p_b_W: b.into(),
-    }
-}
-
-/// How far apart the cores are along n, negative on overlap.
-pub(super) fn separation(
-    a: &ShapeGeometry,
-    X_WA: &Isometry3<f64>,
-    b: &ShapeGeometry,
-    X_WB: &Isometry3<f64>,
-    n: &Vector3<f64>,
-) -> Closest {
-    let p_a_W = X_WA * a.core_support(&(X_WA.rotation.inverse() * -n));
-    let p_b_W = X_WB * b.core_support(&(X_WB.rotation.inverse() * n));
-    Closest {
-        distance: (p_a_W - p_b_W).dot(n),
-        normal_W: *n,
-        p_a_W,
-        p_b_W,
     }
 }

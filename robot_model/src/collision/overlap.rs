@@ -5,8 +5,8 @@
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use super::ShapeGeometry;
+use super::closest::{Closest, separation};
 use super::hull::{Facet, Growing};
-use super::narrow::{Closest, separation};
 
 /// Depths closer than this are one; m.
 const ENOUGH_M: f64 = 1e-9;

@@ -2,16 +2,13 @@
 //!
 //! Every edge of a region that goes into a face leaves a trace. An edge of the union is known as the
 //! traces that it lies along; where one view saw that the face ends, it ends, be it hidden in another.
-//! An edge along no trace was cut where a view looked through the face, and is real. So is one beyond
-//! which a view looked through the plane.
+//! An edge along no trace was cut where a view looked through the face, and is real.
 #![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 
-use super::growing::GrowingFace;
 use crate::cover::distance_to_segment;
-use crate::free_space::{CELL_M, FreeSpace};
-use crate::outline::Outline;
+use crate::free_space::CELL_M;
 use crate::{Edge, EdgeKind, Face};
 
 /// Traces are compared by what they leave with this many standard deviations.
@@ -23,18 +20,13 @@ const ALIKE: f64 = 0.7;
 /// Places along an edge are this far apart, m, and no more of them are looked at.
 const APART_M: f64 = 0.02;
 const PLACES_MAX: usize = 32;
-/// A strip beyond an edge begins and ends so far from it, m: three cells wide, of which a view
-/// looks through blocks of two.
-const STRIP_M: [f64; 2] = [0.01, 0.07];
-/// The face ends where this part of the strip was looked through.
-const THROUGH_MIN: f64 = 0.5;
 
 /// An edge of a region that went into a face, in the face's frame P.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Trace {
-    ends: [Point2<f64>; 2],
+    pub ends: [Point2<f64>; 2],
     /// Unit normal out of the face.
-    out: Vector2<f64>,
+    pub out: Vector2<f64>,
     /// What is known of it; its view is one of the growing face's.
     pub edge: Edge,
     /// Distance by which the face is taken back along it, m.
@@ -97,14 +89,6 @@ impl Trace {
             ..worst.map_or(cut, |(_, edge)| edge)
         }
     }
-
-    /// The strip of the plane beyond it.
-    fn strip(&self) -> Outline {
-        let [a, b] = self.ends;
-        let [near, far] = STRIP_M.map(|d| self.out * d);
-        let corners = [a + near, b + near, b + far, a + far];
-        Outline::from_rings(&[corners.iter().map(|p| [p.x, p.y]).collect()])
-    }
 }
 
 /// The unit normal out of the region on the left of an edge.
@@ -118,28 +102,4 @@ fn places([a, b]: [&Point2<f64>; 2]) -> impl Iterator<Item = Point2<f64>> {
     let along = b - a;
     let count = ((along.norm() / APART_M).ceil() as usize).clamp(1, PLACES_MAX);
     (0..count).map(move |i| a + along * ((i as f64 + 0.5) / count as f64))
-}
-
-/// Makes edges real beyond which a view looked through the plane.
-pub(super) fn look_beyond(face: &mut GrowingFace, free_space: &FreeSpace) {
-    let open = |trace: &Trace| trace.edge.kind != EdgeKind::Real;
-    let strips = face
-        .traces
-        .iter()
-        .filter(|trace| open(trace))
-        .map(Trace::strip);
-    let zone = strips.fold(Outline::default(), |zone, strip| zone.union(&strip));
-    if zone.is_empty() {
-        return;
-    }
-    let carved = face.carved(free_space, &zone);
-    if carved.through.is_empty() {
-        return;
-    }
-    for trace in face.traces.iter_mut().filter(|trace| open(trace)) {
-        let strip = trace.strip();
-        if strip.common(&carved.through).area() >= THROUGH_MIN * strip.area() {
-            trace.edge.kind = EdgeKind::Real;
-        }
-    }
 }
