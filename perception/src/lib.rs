@@ -48,8 +48,8 @@ pub use inset::InsetConfig;
 pub use perceive::{Notice, Perception, PosedScan, perceive};
 pub use readers::{LidarScan, SensorOptions, parse_lidar, parse_scan, read_lidar, read_scan};
 pub use registration::{Registration, RegistrationConfig, register};
-pub use scan::{DepthImage, Intrinsics, PointCloud, Scan};
-pub use sensor::{Noise, SENSORS, Sensor};
+pub use scan::{DepthImage, PointCloud, Scan};
+pub use sensor::{Intrinsics, Noise, SENSORS, Sensor};
 pub use view_set::{SIGHT_STEP, ViewSet, extract_all, sight};
 
 use nalgebra::Isometry3;

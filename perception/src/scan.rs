@@ -1,23 +1,8 @@
 //! One scan: points in the sensor's frame, and the depth image behind them where there is one.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
-use serde::{Deserialize, Serialize};
 
-use crate::sensor::Noise;
-
-/// Pinhole intrinsics, px: u = fx x/z + cx, v = fy y/z + cy, pixel centres at integers.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Intrinsics {
-    /// Focal length along the rows, px.
-    pub fx: f64,
-    /// Focal length along the columns, px.
-    pub fy: f64,
-    /// Column of the principal point, px.
-    pub cx: f64,
-    /// Row of the principal point, px.
-    pub cy: f64,
-}
+use crate::sensor::{Intrinsics, Noise};
 
 /// Depth along the optical axis on a pixel grid; 0 where nothing was measured.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,20 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::scan::Intrinsics;
+
+/// Pinhole intrinsics, px: u = fx x/z + cx, v = fy y/z + cy, pixel centres at integers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Intrinsics {
+    /// Focal length along the rows, px.
+    pub fx: f64,
+    /// Focal length along the columns, px.
+    pub fy: f64,
+    /// Column of the principal point, px.
+    pub cx: f64,
+    /// Row of the principal point, px.
+    pub cy: f64,
+}
 
 /// Noise of one depth pixel along the optical axis.
 ///

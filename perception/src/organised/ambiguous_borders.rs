@@ -124,7 +124,7 @@ mod tests {
 
     use super::super::moments::Moments;
     use super::*;
-    use crate::scan::Intrinsics;
+    use crate::sensor::Intrinsics;
     use crate::sensor::SENSORS;
 
     #[test]

@@ -3,9 +3,9 @@
 use super::bits::Bits;
 use super::image::Grid;
 use super::label_boundaries;
-use super::labels::NONE;
 use super::words::{Ones, pack};
 use crate::segmentation::Border;
+use crate::segmentation::NONE;
 
 /// Sums over the pairs of a border: all that the step of a plane's residuals across it needs.
 #[derive(Debug, Clone, Copy, Default)]

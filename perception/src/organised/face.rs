@@ -70,8 +70,8 @@ fn root(parent: &mut [usize], mut i: usize) -> usize {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::labels::NONE;
     use super::*;
+    use crate::segmentation::NONE;
 
     /// The faces of all pixels with a label, in rows of `width`.
     pub fn of_labels(labels: &[u16], width: usize) -> Vec<Face> {

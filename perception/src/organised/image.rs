@@ -1,11 +1,10 @@
 //! The inverse-depth image and its cells.
 
 use super::moments::Moments;
+pub(super) use super::pixels::CELL_PX;
 use super::pixels::{Column, of_row};
-use crate::scan::{DepthImage, Intrinsics};
-
-/// Side of the small cells, px; large cells are 2 × 2 of them.
-pub(super) const CELL_PX: usize = 4;
+use crate::scan::DepthImage;
+use crate::sensor::Intrinsics;
 
 /// Inverse depth on the pixel grid, 1/m; 0 where nothing was measured or beyond the range.
 pub(super) struct InverseImage {

@@ -5,12 +5,12 @@ use std::ops::Range;
 use wide::bytemuck::cast;
 use wide::{f32x8, i16x8, i32x8, u16x8};
 
-use super::cell::coefficients;
+use super::cell::{CellNoise, coefficients};
 use super::image::{CELL_PX, Grid, InverseImage};
-use super::labels::{NONE, limit};
 use super::moments::Moments;
 use super::moments::Region;
 use super::words::packed_16;
+use crate::segmentation::{NONE, ON_PLANE};
 use crate::sensor::Noise;
 
 /// Writes labels cell by cell.
@@ -191,4 +191,11 @@ impl Line<'_> {
         let off: u16x8 = cast(!i16x8::from_i32x8_saturate(on));
         (off | u16x8::splat(self.label)).to_array()
     }
+}
+
+/// The square of the distance within which a plane may claim pixels, 1/m², for those of a cell of mean inverse depth `w`, 1/m; nothing
+/// is nearer than that of a cell without a pixel.
+#[inline]
+pub(super) fn limit(w: f64, noise: &Noise) -> f64 {
+    CellNoise::at(noise, w).square(ON_PLANE.0, ON_PLANE.1)
 }

@@ -1,28 +1,16 @@
 //! Every pixel to the nearest of the planes around it.
 
 use super::bits::Bits;
-use super::cell::CellNoise;
 use super::image::{Grid, InverseImage};
 use super::labelling::Labelling;
 use super::moments::Region;
 use super::neighbourhood::Near;
 use super::words::{Ones, places, runs};
-use crate::extraction::Segmentation;
-use crate::segmentation::ON_PLANE;
+use crate::segmentation::NONE;
 use crate::sensor::Noise;
-
-/// The label of a pixel that belongs to no plane.
-pub(super) const NONE: u16 = Segmentation::NONE;
 
 /// How far from the cells that were grown a plane may claim pixels, in cells.
 const RINGS: usize = 3;
-
-/// The square of that distance 1/m², for the pixels of a cell of mean inverse depth `w`, 1/m; nothing
-/// is nearer than that of a cell without a pixel.
-#[inline]
-pub(super) fn limit(w: f64, noise: &Noise) -> f64 {
-    CellNoise::at(noise, w).square(ON_PLANE.0, ON_PLANE.1)
-}
 
 /// Index of the region that has most of each small cell, or [`NONE`].
 pub(super) struct CellLabels(pub Vec<u16>);

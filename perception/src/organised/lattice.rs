@@ -4,10 +4,10 @@ use super::bits::{Bits, on_left};
 use super::borders::{Sums, borders};
 use super::cell::{Cell, CellNoise, coefficients};
 use super::image::Grid;
-use super::labels::NONE;
 use super::moments::{InversePlane, Moments};
 use super::seed::{BLOCK, STRIPS, cells_of, places};
 use super::words::pack;
+use crate::segmentation::NONE;
 use crate::segmentation::{self, Border, Lattice, ON_PLANE, Partition, Seed, Shape, View};
 use crate::sensor::Noise;
 

@@ -4,9 +4,9 @@ use super::bits::Bits;
 use super::cell::CellNoise;
 use super::image::InverseImage;
 use super::label_boundaries::LabelBoundaries;
-use super::labels::NONE;
 use super::moments::Region;
 use super::words::between;
+use crate::segmentation::NONE;
 use crate::sensor::Noise;
 
 /// Longest run of unmeasured pixels between two of one face that is closed, px.

@@ -28,6 +28,7 @@ mod parts;
 mod pixels;
 mod plane;
 mod seed;
+mod spread;
 mod unseen_extension;
 mod words;
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::bits::Bits;
 use super::label_boundaries;
-use super::labels::NONE;
+use crate::segmentation::NONE;
 
 /// The cells near one region: bits of those rows of the grid that it reaches.
 pub(super) struct Near {

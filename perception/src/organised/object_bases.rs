@@ -7,7 +7,7 @@
 use super::bits::{Bits, Three, on_left, on_right};
 use super::image::InverseImage;
 use super::label_boundaries::LabelBoundaries;
-use super::labels::limit;
+use super::labelling::limit;
 use super::mask::surely_off;
 use super::moments::Region;
 use crate::sensor::Noise;
@@ -217,11 +217,11 @@ impl Slope {
 mod tests {
     use nalgebra::Vector3;
 
-    use super::super::labels::NONE;
     use super::super::moments::{InversePlane, Moments};
     use super::*;
     use crate::Sensor;
-    use crate::scan::Intrinsics;
+    use crate::segmentation::NONE;
+    use crate::sensor::Intrinsics;
 
     const WIDTH: usize = 70;
     const HEIGHT: usize = 60;

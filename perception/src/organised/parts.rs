@@ -3,10 +3,10 @@
 use super::bits::Bits;
 use super::image::{CELL_PX, Grid, InverseImage};
 use super::label_boundaries::LabelBoundaries;
-use super::labels::NONE;
 use super::moments::Moments;
 use super::pixels::holed;
 use super::words::{Ones, packed_16};
+use crate::segmentation::NONE;
 
 /// Calls `with` for the moments of disjoint sets of sure pixels of one label, which are all of them;
 /// each set is of a window of 64 columns and as many rows as a large cell has.

@@ -3,8 +3,10 @@
 use wide::bytemuck::cast;
 use wide::{f32x4, f32x8, f64x2};
 
-use super::image::CELL_PX;
 use super::moments::Moments;
+
+/// Side of the small cells, px; large cells are 2 × 2 of them.
+pub(super) const CELL_PX: usize = 4;
 
 /// What the moments of a cell without holes owe to its first column of pixels: Σ u and Σ u².
 pub(super) struct Column {

@@ -19,8 +19,8 @@ pub use vlp16::LidarScan;
 
 use crate::Error;
 use crate::lidar::LidarCloud;
-use crate::scan::{DepthImage, Intrinsics, PointCloud, Scan};
-use crate::sensor::Sensor;
+use crate::scan::{DepthImage, PointCloud, Scan};
+use crate::sensor::{Intrinsics, Sensor};
 
 /// What the file does not say about itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,8 @@
 //! the floor, and what it took there tilts its plane, which then explains more. Each exchange makes
 //! both planes truer, and is followed by another until there is none.
 
-use super::lattice::{Lattice, Moments};
+use super::lattice::Lattice;
+use super::moments::Moments;
 use super::partition::{NONE, Partition};
 use super::slivers::grown_over;
 

@@ -1,6 +1,7 @@
 //! Breadth-first growth of planar regions over cells.
 
-use super::lattice::{Lattice, Moments, PlaneOf, Seed, Shape};
+use super::lattice::{Lattice, PlaneOf, Seed, Shape};
+use super::moments::Moments;
 use super::partition::{Grown, NONE, Partition, Region};
 
 /// Sort the best 1/8 of the remaining seeds at a time, at least 8.

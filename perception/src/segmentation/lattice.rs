@@ -1,24 +1,12 @@
 //! What a segmentation asks of the cells that it works on: image cells or voxels.
 
-use super::merge::Border;
+use super::moments::Moments;
 use super::partition::Partition;
 
-/// Sums over points that a least-squares plane needs. Those of disjoint sets add: no other pass over the
-/// points is needed to fit the plane of a union, or to ask how well any plane fits it.
-pub(crate) trait Moments: Copy + Default {
-    /// A plane, in the coordinates that residuals are taken in.
-    type Plane: Copy;
-    /// Adds another set, each of its points counted `weight` times.
-    fn add(&mut self, other: &Self, weight: f64);
-    /// Number of points.
-    fn count(&self) -> f64;
-    /// The least-squares plane; `None` where the points do not span one.
-    fn plane(&self) -> Option<Self::Plane>;
-    /// Mean square of the points' residuals from a plane.
-    fn mean_square(&self, plane: &Self::Plane) -> f64;
-}
-
 pub(crate) type PlaneOf<L> = <<L as Lattice>::Moments as Moments>::Plane;
+
+/// The pairs of neighbouring cells of two regions: of the first, of the second.
+pub(crate) type Border = Vec<[u32; 2]>;
 
 /// What regions grow from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! Merging of neighbouring regions that one plane explains.
 
-use super::lattice::{Lattice, Moments};
+use super::lattice::{Border, Lattice};
+use super::moments::Moments;
 use super::partition::{Partition, Region};
 
 /// Both misfits to the joint plane stay below √((k σ)² + (m κ)²): this is k.
@@ -15,9 +16,6 @@ const STEP_SYSTEMATICS: f64 = 1.8;
 /// quarter of the step between them off each, in the mean; what is far more is an error of the cells
 /// there, at the edge of what hides the rest.
 const STEP_OF_MISFIT: f64 = 5.0;
-
-/// The pairs of neighbouring cells of two regions: of the first, of the second.
-pub(crate) type Border = Vec<[u32; 2]>;
 
 /// Two regions with a common border, the one with the smaller index first.
 struct Pair {

@@ -11,13 +11,14 @@ mod border_refinement;
 mod growth;
 mod lattice;
 mod merge;
+mod moments;
 mod occlusion_merge;
 mod partition;
 mod slivers;
 mod thin_faces;
 
-pub(crate) use lattice::{Lattice, Moments, Seed, Shape, View, seed_of};
-pub(crate) use merge::Border;
+pub(crate) use lattice::{Border, Lattice, Seed, Shape, View, seed_of};
+pub(crate) use moments::Moments;
 pub(crate) use partition::{NONE, Partition, Region};
 
 use growth::Growth;

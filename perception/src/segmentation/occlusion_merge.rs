@@ -3,8 +3,9 @@
 //! A floor goes on behind a ramp that stands on it, a wall behind a table. Regions apart are one
 //! plane where one explains both and what is seen between them is in front of it.
 
-use super::lattice::{Lattice, Moments, PlaneOf, View};
+use super::lattice::{Lattice, PlaneOf, View};
 use super::merge::{MISFIT_SIGMAS, MISFIT_SYSTEMATICS_SMALL};
+use super::moments::Moments;
 use super::partition::{NONE, Partition, Region};
 
 /// Both misfits to the joint plane stay below √((k σ)² + (m κ)²): this is m, for all but regions smaller

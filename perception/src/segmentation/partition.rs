@@ -1,6 +1,6 @@
 //! Which region each cell belongs to.
 
-use super::lattice::Moments;
+use super::moments::Moments;
 use crate::extraction::Segmentation;
 
 /// The region of a cell without one.

@@ -1,7 +1,8 @@
 //! Small regions that the planes around them explain.
 
 use super::MISFIT;
-use super::lattice::{Lattice, Moments, PlaneOf};
+use super::lattice::{Lattice, PlaneOf};
+use super::moments::Moments;
 use super::partition::{NONE, Partition};
 
 /// Drops the small regions that do not stand out: those of which half of the cells at least lie on planes

@@ -2,7 +2,8 @@
 
 use super::ON_PLANE;
 use super::growth::Growth;
-use super::lattice::{Lattice, Moments, Shape};
+use super::lattice::{Lattice, Shape};
+use super::moments::Moments;
 use super::partition::{Grown, NONE, Partition};
 
 /// The regions that grow from strips over the cells that are left beside those `known`, and stand out.

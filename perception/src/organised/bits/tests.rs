@@ -1,5 +1,5 @@
-use super::super::labels::NONE;
 use super::*;
+use crate::segmentation::NONE;
 
 /// The labels of the pixels in it, and NONE for all others.
 pub fn kept(bits: &Bits, labels: &[u16]) -> Vec<u16> {
