@@ -3,7 +3,7 @@
 //!   cargo run -p scandent-posture --example one_posture
 
 use nalgebra::Isometry3;
-use posture::{Config, Environment, Outcome, Problem, stand};
+use posture::{Config, Contact, Environment, Outcome, Problem, stand};
 use surfaces::{Face, Terrain};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -27,7 +27,7 @@
 //! | why nothing does | [`explain()`] |
 //!
 //! ```
-//! use posture::{Config, Environment, Problem, stand};
+//! use posture::{Config, Contact, Environment, Problem, stand};
 //! use surfaces::{Face, Terrain};
 //!
 //! let robot = scenes::builtin_robot("hrp2").expect("it ships");
