@@ -38,8 +38,8 @@ nice -n 10 g++ -O3 -std=c++17 -I"$include" -I/usr/include/eigen3 "$here/surfaces
   "${parts[@]/#/-lpcl_}" -lboost_system
 
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 RAYON_NUM_THREADS=1
-cargo build -q --release --manifest-path "$root/Cargo.toml" -p scandent-perception --example extract
-extract=${CARGO_TARGET_DIR:-$root/target}/release/examples/extract
+cargo build -q --release --manifest-path "$root/Cargo.toml" -p scandent-perception --example time_extraction
+extract=${CARGO_TARGET_DIR:-$root/target}/release/examples/time_extraction
 results=$out/results
 rm -rf "$results"
 mkdir -p "$results"/{pcl,organised,voxels}
@@ -47,12 +47,10 @@ for truth in "$frames"/*_gt.json; do
   stem=${truth%_gt.json}
   name=$(basename "$stem")
   "$out/pcl_chain" "$stem.pcd" "$results/pcl/$name" "$runs" >"$results/pcl/$name.log"
-  # Runs that take about as long as PCL's, so that all have a processor as warm; the last line has median and least.
+  # Runs that take about as long as PCL's, so that all have a processor as warm.
   for method_times in organised:100 voxels:5; do
     method=${method_times%:*}
-    "$extract" "${stem}_depth.png" "$results/$method/$name" --sensor xtion --method "$method" \
-      --runs $((runs * ${method_times#*:})) |
-      tail -1 | sed -E 's/^(.*, )?([0-9.]+) ms in the median, ([0-9.]+) ms.*/\2 \3/' >"$results/$method/${name}_ms.txt"
+    "$extract" "${stem}_depth.png" "$results/$method/$name" "$method" $((runs * ${method_times#*:}))
   done
 done
 "$venv/bin/python" "$here/surfaces/open3d_patches.py" "$frames" "$results/open3d" "$runs"

@@ -4,11 +4,11 @@
 
 use libfuzzer_sys::fuzz_target;
 use scenes::SceneFile;
-use surfaces::SurfaceSet;
+use surfaces::Terrain;
 
 fuzz_target!(|text: &str| {
-    if let Ok(set) = SurfaceSet::from_json(text) {
-        set.validate().expect("what is read is valid");
+    if let Ok(terrain) = Terrain::from_json(text) {
+        terrain.validate().expect("what is read is valid");
     }
     let _ = SceneFile::parse(text);
 });

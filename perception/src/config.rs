@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::brossette2013::Brossette2013Config;
 use crate::error::within;
-use crate::inset::InsetConfig;
 use crate::lidar::LidarConfig;
 use crate::registration::RegistrationConfig;
 
@@ -34,14 +33,8 @@ pub struct Config {
     pub method: Method,
     /// Points farther than this from the sensor are not used, m.
     pub range_max_m: f64,
-    /// Smallest face, m².
-    pub area_min_m2: f64,
-    /// Smallest width of a face (diameter of the largest inscribed circle), m.
-    pub width_min_m: f64,
     /// How far steep faces that the border of an image cuts are taken to go on beyond it, m.
     pub unseen_extension_m: f64,
-    /// How far surfaces keep from their edges.
-    pub inset: InsetConfig,
     /// Parameters of the method of brossette2013.
     pub brossette2013: Brossette2013Config,
     /// Parameters of the LiDAR chain.
@@ -60,10 +53,7 @@ impl Default for Config {
         Self {
             method: Method::Auto,
             range_max_m: 5.0,
-            area_min_m2: 0.005,
-            width_min_m: 0.04,
             unseen_extension_m: 0.5,
-            inset: InsetConfig::default(),
             brossette2013: Brossette2013Config::default(),
             lidar: LidarConfig::default(),
             registration: RegistrationConfig::default(),
@@ -79,40 +69,17 @@ impl Config {
     /// # Errors
     /// [`Error::Config`] naming the parameter.
     pub fn check(&self) -> Result<(), Error> {
-        for (key, value, least, most, cause) in [
-            (
-                "range_max_m",
-                self.range_max_m,
-                1e-3,
-                RANGE_MAX_M,
-                "must be in [0.001, 10000] m",
-            ),
-            (
-                "area_min_m2",
-                self.area_min_m2,
-                0.0,
-                1e6,
-                "must not be negative",
-            ),
-            (
-                "width_min_m",
-                self.width_min_m,
-                0.0,
-                1e3,
-                "must not be negative",
-            ),
-            (
-                "unseen_extension_m",
-                self.unseen_extension_m,
-                0.0,
-                1e3,
-                "must not be negative",
-            ),
-        ] {
-            within(key, value, least, most, cause)?;
-        }
+        let range = "must be in [0.001, 10000] m";
+        within("range_max_m", self.range_max_m, 1e-3, RANGE_MAX_M, range)?;
+        let extension = "must be in [0, 1000] m";
+        within(
+            "unseen_extension_m",
+            self.unseen_extension_m,
+            0.0,
+            1e3,
+            extension,
+        )?;
         self.brossette2013.check(self.range_max_m)?;
-        self.inset.check()?;
         self.lidar.check()
     }
 }

@@ -2,20 +2,20 @@
 
 use nalgebra::Vector3;
 use serde::Serialize;
-use surfaces::{Face, Obstacle, Surface};
+use surfaces::{Face, Obstacle};
 
-/// The surfaces of one scan, and how they came about.
+/// The faces of one scan, and how they came about.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Extraction {
-    /// The surfaces in W, by falling area; ids s0, s1, …
-    pub surfaces: Vec<Surface>,
-    /// The same as connected faces with holes in W, by falling area; ids f0, f1, …
+    /// Connected plane faces in W, by falling area; ids f0, f1, …
     pub faces: Vec<Face>,
     /// Bodies in W where faces may go on that the image's border cuts; depth images only.
     pub obstacles: Vec<Obstacle>,
+    /// Faces that are left out because their outlines cannot be used, and why.
+    pub refused: Vec<surfaces::Error>,
     /// Counts along the way.
     pub statistics: Statistics,
-    /// Which pixel or point belongs to which plane; not of the chain.
+    /// Which pixel or point belongs to which plane; not of [`crate::Method::Brossette2013`].
     pub segmentation: Option<Segmentation>,
 }
 
@@ -46,8 +46,8 @@ pub struct Segmentation {
     pub height: usize,
     /// Row-major index of the pixel's plane, [`Self::NONE`] where there is none.
     pub labels: Vec<u16>,
-    /// Index of the plane of each surface, in the order of the surfaces.
-    pub plane_of_surface: Vec<u16>,
+    /// Index of the plane of each face, in the order of the faces.
+    pub plane_of_face: Vec<u16>,
     /// Each plane in the sensor's frame: unit normal n toward the sensor and distance d, n·p = −d,
     /// positive where the sensor is at the origin; `None` for a plane that kept too few pixels.
     pub planes_V: Vec<Option<(Vector3<f64>, f64)>>,

@@ -1,8 +1,8 @@
-//! From a scan to planar surfaces.
+//! From a scan to plane faces.
 //!
 //! A depth image takes the *organised* path ([`Method::Organised`]): inverse depth is linear in the
-//! pixel on a plane, so sums over cells of pixels give its planes without a nearest neighbour, and
-//! each face is covered by convex polygons that hold no air. Any other cloud takes the same growth
+//! pixel on a plane, so sums over cells of pixels give its planes without a nearest neighbour. Any other
+//! cloud takes the same growth
 //! over hashed voxels ([`Method::Voxels`]), or, where [`Method::Brossette2013`] asks for it, the chain of that paper
 //! ([`Brossette2013Config`]): crop, voxel grid, region growing on normals, planes per cluster, projection,
 //! convex hull, re-orientation.
@@ -12,14 +12,14 @@
 //!
 //! let scan = read_scan("stairs_depth.png".as_ref(), &SensorOptions::default())?;
 //! let extraction = extract(&scan, &scan.X_WV, &Config::default())?;
-//! for surface in &extraction.surfaces {
-//!     println!("{}: {:.2} m²", surface.id, surface.polygon.area());
+//! for face in &extraction.faces {
+//!     println!("{}: {:.2} m²", face.id, face.region.area());
 //! }
 //! # Ok::<(), perception::Error>(())
 //! ```
 //!
-//! Frames: V is the sensor's optical frame (x right, y down, z forward), S a surface's (z_S toward
-//! the sensor), W the world. Points stay in V; only the surfaces' frames are moved to W.
+//! Frames: V is the sensor's optical frame (x right, y down, z forward), F a face's (z_F toward
+//! the sensor), W the world. Points stay in V; only the faces' frames are moved to W.
 
 mod brossette2013;
 mod config;
@@ -27,7 +27,6 @@ mod edges;
 mod error;
 mod extraction;
 mod face;
-mod inset;
 pub mod lidar;
 mod organised;
 mod perceive;
@@ -37,26 +36,23 @@ mod scan;
 mod segmentation;
 mod sensor;
 mod spherical_range_image;
-mod view_set;
 mod voxels;
 
 pub use brossette2013::Brossette2013Config;
 pub use config::{Config, Method};
 pub use error::Error;
 pub use extraction::{Extraction, Segmentation, Statistics};
-pub use inset::InsetConfig;
 pub use perceive::{Notice, Perception, PosedScan, perceive};
 pub use readers::{LidarScan, SensorOptions, parse_lidar, parse_scan, read_lidar, read_scan};
 pub use registration::{Registration, RegistrationConfig, register};
 pub use scan::{DepthImage, PointCloud, Scan};
 pub use sensor::{Intrinsics, Noise, SENSORS, Sensor};
-pub use view_set::{SIGHT_STEP, ViewSet, extract_all, sight};
 
 use nalgebra::Isometry3;
 
-/// The planar surfaces of one scan taken from `X_WV`, in W.
+/// The faces of one scan taken from `X_WV`, in W.
 ///
-/// A scan without a plane gives no surfaces; that is a result and no error. The result does not
+/// A scan without a plane gives no faces; that is a result and no error. The result does not
 /// depend on the number of threads.
 ///
 /// # Errors
@@ -65,29 +61,14 @@ use nalgebra::Isometry3;
 #[allow(non_snake_case)]
 pub fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Result<Extraction, Error> {
     config.check()?;
-    let inset = &config.inset;
-    // What is not known of the edges of a cloud shrinks where its surfaces may be touched; in images
-    // that is known edge by edge.
-    let less = |mut found: Extraction, edge_m: f64| {
-        let view = inset.of_cloud(X_WV, &scan.eye_V, edge_m);
-        for surface in &mut found.surfaces {
-            inset::apply(surface, &view);
-        }
-        found
-    };
     match (&scan.depth, config.method) {
         (Some(depth), Method::Auto | Method::Organised) => {
             Ok(organised::extract(depth, &scan.noise, X_WV, config))
         }
         (None, Method::Organised) => Err(Error::NotOrganised),
-        (_, Method::Auto | Method::Voxels) => {
-            let found = voxels::extract(scan, X_WV, config);
-            Ok(less(found, voxels::INSET_M))
-        }
+        (_, Method::Auto | Method::Voxels) => Ok(voxels::extract(scan, X_WV, config)),
         (_, Method::Brossette2013) => {
-            let found =
-                brossette2013::extract(scan, X_WV, config.range_max_m, &config.brossette2013)?;
-            Ok(less(found, brossette2013::INSET_M))
+            brossette2013::extract(scan, X_WV, config.range_max_m, &config.brossette2013)
         }
     }
 }

@@ -7,12 +7,12 @@ use nalgebra::{Isometry3, Point3};
 use surfaces::free_space::{FreeSpace, RayEnd};
 use surfaces::fuse::{self, View};
 use surfaces::level::apply_level_prior;
-use surfaces::{Face, Surface, Terrain, deepen_walls};
+use surfaces::{Face, Terrain, UNSEEN_DEPTH_M, deepen_walls};
 
 use crate::extraction::Statistics;
 use crate::lidar::{LidarCalibration, LidarCloud, LidarCounts, segment_cloud};
 use crate::registration::{Registration, register};
-use crate::{Config, Error, Scan, extract, face};
+use crate::{Config, Error, Scan, extract};
 
 /// A scan and where it was taken from.
 pub enum PosedScan<'a> {
@@ -58,6 +58,13 @@ pub enum Notice {
         /// Counts along the way.
         counts: Statistics,
     },
+    /// A face of a scan is left out.
+    Refused {
+        /// The scan.
+        scan: String,
+        /// What is wrong with its outline.
+        cause: surfaces::Error,
+    },
     /// How many points of a sweep were used.
     Sweep {
         /// The scan.
@@ -102,6 +109,9 @@ impl fmt::Display for Notice {
                 "{scan}: {} of {} points measured, {} in range, {} on {} planes",
                 counts.valid, counts.points, counts.used, counts.assigned, counts.planes
             ),
+            Self::Refused { scan, cause } => {
+                write!(f, "warning: {scan}: a face is left out: {cause}")
+            }
             Self::Sweep { scan, counts } => write!(
                 f,
                 "{scan}: {} points, {} in view, {} not isolated, {} on the ground",
@@ -153,8 +163,6 @@ impl fmt::Display for Notice {
 /// Of so many points one tells what a view looked through, and what is free behind a wall.
 const RAY_STEP: usize = 4;
 const FREE_STEP: usize = 16;
-/// Most depth of the body behind a wall of which nothing more is known, m.
-const WALL_DEPTH_MAX_M: f64 = 0.2;
 /// Standard deviation of a LiDAR's range where its rings are not calibrated, m.
 const LIDAR_SIGMA_M: f64 = 0.015;
 
@@ -173,8 +181,7 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         // 1. What the scan shows by itself.
         let (name, mut view, mut cloud_W) = match scan {
             PosedScan::Scan { name, scan, X_WV } => {
-                let (view, notice) = of_scan(name, scan, X_WV, config)?;
-                found.notices.push(notice);
+                let view = of_scan(name, scan, X_WV, config, &mut found.notices)?;
                 let in_W = |p: [f64; 3]| moved(X_WV, p);
                 (
                     name,
@@ -195,10 +202,11 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
             view.prefix_ids(&format!("scan{number}-"));
         }
         if number > 0 && config.registration.refine {
-            let hulls =
-                |faces: &[Face]| -> Vec<Surface> { faces.iter().filter_map(face::hull).collect() };
-            let known: Vec<Surface> = views.iter().flat_map(|view| hulls(&view.faces)).collect();
-            match register(&known, &hulls(&view.faces)) {
+            let known: Vec<Face> = (views.iter())
+                .flat_map(|view| &view.faces)
+                .cloned()
+                .collect();
+            match register(&known, &view.faces) {
                 Ok(registration) => {
                     view.move_by(&registration.X_W);
                     for p in &mut cloud_W {
@@ -230,7 +238,7 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
     // 4. What may be there behind what was seen.
     let free = found.cloud_W.iter().step_by(FREE_STEP);
     let free_W: Vec<Point3<f64>> = free.map(|p| Point3::from(p.map(f64::from))).collect();
-    deepen_walls(&mut found.terrain.faces, &free_W, WALL_DEPTH_MAX_M);
+    deepen_walls(&mut found.terrain.faces, &free_W, UNSEEN_DEPTH_M);
     Ok(found)
 }
 
@@ -244,7 +252,8 @@ fn of_scan(
     scan: &Scan,
     X_WV: &Isometry3<f64>,
     config: &Config,
-) -> Result<(View, Notice), Error> {
+    notices: &mut Vec<Notice>,
+) -> Result<View, Error> {
     let mut extraction = extract(scan, X_WV, config)?;
     if config.assume_level {
         extraction.faces.iter_mut().for_each(apply_level_prior);
@@ -258,7 +267,15 @@ fn of_scan(
             sigma_m: sigma.hypot(scan.noise.systematic_ratio * range),
         })
     };
-    let view = View {
+    notices.push(Notice::Extracted {
+        scan: name.to_owned(),
+        counts: extraction.statistics,
+    });
+    notices.extend(extraction.refused.into_iter().map(|cause| Notice::Refused {
+        scan: name.to_owned(),
+        cause,
+    }));
+    Ok(View {
         faces: extraction.faces,
         obstacles: extraction.obstacles,
         free_space: FreeSpace {
@@ -270,12 +287,7 @@ fn of_scan(
                 .filter_map(end)
                 .collect(),
         },
-    };
-    let notice = Notice::Extracted {
-        scan: name.to_owned(),
-        counts: extraction.statistics,
-    };
-    Ok((view, notice))
+    })
 }
 
 /// The view of a LiDAR, and its points in W.
@@ -305,14 +317,14 @@ fn of_sweep(
         walls: seen.around.walls.len(),
         obstacles: seen.around.things.len(),
     });
-    let surfaces = scan.surfaces();
-    let surfaces = surfaces.iter().chain(seen.around.surfaces());
+    let mut faces = scan.faces();
+    faces.extend(seen.around.faces().cloned());
     let end = |p: &[f32; 3]| RayEnd {
         p_W: Point3::from(p.map(f64::from)),
         sigma_m: LIDAR_SIGMA_M,
     };
     let view = View {
-        faces: surfaces.filter_map(face::of_convex).collect(),
+        faces,
         obstacles: seen.around.obstacles().cloned().collect(),
         free_space: FreeSpace {
             eye_W: Point3::from(mount.X_WV().translation.vector),

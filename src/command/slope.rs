@@ -84,8 +84,8 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     if let Some(path) = &args.output {
         let scan = seen.scan.as_ref();
         let pose = scan.map_or_else(Isometry3::identity, |scan| scan.X_WV);
-        let mut surfaces = scan.map(lidar::SlopeScan::surfaces).unwrap_or_default();
-        surfaces.extend(seen.around.surfaces().cloned());
+        let mut faces = scan.map(lidar::SlopeScan::faces).unwrap_or_default();
+        faces.extend(seen.around.faces().cloned());
         let file = SlopeFile {
             format: SLOPE_FORMAT,
             program: crate::program(),
@@ -100,7 +100,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
             slopes,
             walls,
             things,
-            surfaces,
+            faces,
         };
         output::write_json(path, &file)?;
         writeln!(out, "written: {}", path.display())?;

@@ -1,10 +1,10 @@
 //! `slope.json`: what a LiDAR's cloud shows of ground and slopes.
 
-use nalgebra::{Point2, Point3};
+use nalgebra::Point3;
 use perception::lidar::{LidarCounts, ObstacleCluster, Slope, SlopeScan, Wall};
 use plan::{Input, Program};
 use serde::Serialize;
-use surfaces::Surface;
+use surfaces::Face;
 
 /// The value of the field `format`.
 pub const SLOPE_FORMAT: &str = "scandent-slope/1";
@@ -39,8 +39,8 @@ pub struct SlopeFile {
     pub walls: Vec<WallRecord>,
     /// What else stands over the ground, the nearest first.
     pub things: Vec<ThingRecord>,
-    /// Slopes, ground and walls as convex surfaces.
-    pub surfaces: Vec<Surface>,
+    /// Slopes, ground and walls as faces, as in `surfaces.json`.
+    pub faces: Vec<Face>,
 }
 
 /// The ground.
@@ -148,22 +148,25 @@ impl GroundRecord {
 impl WallRecord {
     /// The record of a wall.
     pub fn of(wall: &Wall) -> Self {
-        let surface = &wall.surface;
-        let vertices = surface.polygon.vertices();
-        let x = |best: fn(f64, f64) -> f64| vertices.iter().map(|p| p.x).reduce(best);
-        // x_S is level, to the sensor's right.
+        let face = &wall.face;
+        // x_F is level, to the sensor's right.
+        let x = |best: fn(f64, f64) -> f64| {
+            let vertices = face.region.segments().map(|(_, [p, _])| p.x);
+            vertices.reduce(best).unwrap_or(0.0)
+        };
         let ends = [x(f64::max), x(f64::min)].map(|x| {
-            let end = surface.point_W(&Point2::new(x.unwrap_or(0.0), 0.0));
+            let end = face.X_WF * Point3::new(x, 0.0, 0.0);
             [end.x, end.y]
         });
+        let fit = face.fit.as_ref();
         Self {
-            normal: surface.normal_W().into(),
+            normal: face.normal_W().into(),
             distance_m: wall.distance_m,
             ends_m: ends,
             width_m: wall.width_m,
             heights_m: wall.heights_m,
-            inliers: surface.inliers,
-            rms_m: surface.rms_m,
+            inliers: fit.map_or(0, |fit| fit.points),
+            rms_m: fit.map_or(0.0, |fit| fit.rms_m),
         }
     }
 }

@@ -1,26 +1,38 @@
-//! The settings of this crate.
+//! The settings of this crate, and what it takes for granted.
 
 use serde::{Deserialize, Serialize};
 
-use crate::{level, merge, role, thin_body};
+use crate::role;
 
-/// Smallest area of a face, or of a convex piece of one, that is worth standing on, m².
+/// Smallest area of a face, or of a convex part of one, that is worth standing on, m².
 pub const FACE_AREA_MIN_M2: f64 = 0.005;
 /// Smallest width of either (diameter of the largest circle in it), m.
 pub const FACE_WIDTH_MIN_M: f64 = 0.04;
 /// Faces whose normals are at least this far from the vertical are walls, rad.
 pub const WALL_RAD: f64 = 0.8;
+/// Depth that what stands behind a wall is taken to have as far as nothing was seen of it, m.
+pub const UNSEEN_DEPTH_M: f64 = 0.2;
 
 /// Every setting of the crate; the defaults work.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// How deep the bodies behind surfaces are.
-    pub body: thin_body::Config,
-    /// How strongly scanned faces that may be level are taken to be.
-    pub level: level::Config,
-    /// How faces of several scans are made one.
-    pub merge: merge::Config,
-    /// Which surfaces serve which role.
+    /// How deep the bodies behind faces are.
+    pub body: BodyConfig,
+    /// Which faces serve which role.
     pub roles: role::Config,
+}
+
+/// How deep the bodies behind faces are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BodyConfig {
+    /// Depth that every object is taken to have, m.
+    pub thickness_m: f64,
+}
+
+impl Default for BodyConfig {
+    fn default() -> Self {
+        Self { thickness_m: 0.03 }
+    }
 }

@@ -1,6 +1,6 @@
-//! What can be wrong with a surface, a polygon or a mesh.
+//! What can be wrong with a face, a polygon or a mesh.
 
-/// Why a polygon, a surface, a set of surfaces or a mesh was refused.
+/// Why a polygon, a face, a terrain or a mesh was refused.
 ///
 /// Vertices, rings and triangles are counted from 0, as they stand in the input.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -108,20 +108,6 @@ pub enum Error {
         /// What it is for.
         expected: String,
     },
-    /// An edge of a region is called a seam.
-    #[error("edge {edge} is a seam, which only pieces of a face have")]
-    Seam {
-        /// The edge.
-        edge: usize,
-    },
-    /// An edge of an outline is called a seam.
-    #[error("outline_edges of ring {ring}: edge {edge} is a seam, which only polygons have")]
-    OutlineSeam {
-        /// The ring.
-        ring: usize,
-        /// The edge.
-        edge: usize,
-    },
     /// The rings of an outline cross themselves or each other.
     #[error(
         "the outline crosses itself: its rings enclose {enclosed_m2} m², its triangles \
@@ -144,14 +130,6 @@ pub enum Error {
     /// A face without a shape, or with two.
     #[error("it needs either `region`, a list of rings, or `polygon`, one ring")]
     OneShape,
-    /// A surface is bad.
-    #[error("surface `{id}`: {cause}")]
-    Surface {
-        /// Its id.
-        id: String,
-        /// What is wrong with it.
-        cause: Box<Error>,
-    },
     /// An obstacle is bad.
     #[error("obstacle `{id}`: {cause}")]
     Obstacle {
@@ -169,15 +147,15 @@ pub enum Error {
     /// An id is empty.
     #[error("{what} number {index} has an empty id")]
     EmptyId {
-        /// `surface` or `obstacle`.
+        /// `face` or `obstacle`.
         what: &'static str,
         /// Its position in the list, from 0.
         index: usize,
     },
-    /// Two surfaces or two obstacles have the same id.
+    /// Two faces or two obstacles have the same id.
     #[error("{what} number {index} repeats the id `{id}` of number {of}")]
     DuplicateId {
-        /// `surface` or `obstacle`.
+        /// `face` or `obstacle`.
         what: &'static str,
         /// The id.
         id: String,
@@ -186,10 +164,10 @@ pub enum Error {
         /// Position of the earlier one in the list, from 0.
         of: usize,
     },
-    /// A name that is not in the set.
+    /// A name that is not known.
     #[error("no {what} `{name}`; there are: {}", candidates.join(", "))]
     Unknown {
-        /// `surface`, `obstacle` or `role`.
+        /// `face`, `obstacle` or `role`.
         what: &'static str,
         /// The name asked for.
         name: String,
@@ -207,7 +185,7 @@ pub enum Error {
     /// The text is not the JSON that is read here.
     #[error("{place}{message}")]
     Json {
-        /// The surface or obstacle in which it happened, empty or ending in `: `.
+        /// The face or obstacle in which it happened, empty or ending in `: `.
         place: String,
         /// What the parser says, with line and column.
         message: String,

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::pose::PoseRecord;
-use crate::{Error, Region, Source};
+use crate::{Error, Region};
 #[cfg(test)]
 pub(crate) use inset::tests::faces;
 use record::FaceRecord;
@@ -60,6 +60,21 @@ pub struct EdgeView {
     /// the face's: views of a face that are made one keep their own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane_covariance: Option<[[f64; 3]; 3]>,
+}
+
+/// Where a face is known from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// Extracted from a scan.
+    Scan,
+    /// A face of a mesh of the environment.
+    Mesh,
+    /// Given in a file of surfaces.
+    #[default]
+    File,
+    /// The ground under the robot's feet at the start, from its own kinematics.
+    Robot,
 }
 
 /// One connected plane face of the world.

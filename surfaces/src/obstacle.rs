@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, ThinBody};
+use crate::Error;
 
 /// A convex body in W: the hull of its points.
 #[allow(non_snake_case)]
@@ -14,7 +14,7 @@ pub struct Obstacle {
     pub id: String,
     /// Points whose hull is the body, in W, m.
     pub points_W: Vec<Point3<f64>>,
-    /// The surface whose body this is.
+    /// The id of the face whose body this is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<String>,
     /// Whether something may be there and was not seen: it is kept away from, and nothing else.
@@ -49,16 +49,5 @@ impl Obstacle {
             id: self.id.clone(),
             cause: Box::new(cause),
         })
-    }
-}
-
-impl From<ThinBody> for Obstacle {
-    fn from(body: ThinBody) -> Self {
-        Self {
-            id: format!("{}/body", body.surface),
-            points_W: body.points_W,
-            surface: Some(body.surface),
-            assumed: false,
-        }
     }
 }

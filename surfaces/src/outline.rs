@@ -1,14 +1,13 @@
-//! Plane regions of any shape: what a face looks like before it is covered by convex pieces.
+//! Plane regions of any shape, in any number of parts.
 //!
 //! An outline is a set of disjoint parts with holes. Outlines are joined and cut by each other
-//! (Boolean operations of the `geo` crate, on a lattice of 2⁻³¹ of their extent), and covered by
-//! convex pieces ([`crate::cover`]).
+//! (Boolean operations of the `geo` crate, on a lattice of 2⁻³¹ of their extent).
 
 use geo::{Area, BooleanOps, Coord, LineString, MultiPolygon, Polygon, Simplify};
 use nalgebra::{Isometry3, Point2, Point3};
 
-use crate::ConvexPolygon;
-use crate::cover::{self, Region, cover, distance_to_segment};
+use crate::cover::distance_to_segment;
+use crate::{ConvexPolygon, Region};
 
 /// Corners nearer than this to the line through their neighbours are on it, m.
 const FLAT_M: f64 = 1e-5;
@@ -230,19 +229,6 @@ impl Outline {
         regions.sort_by(|a, b| b.area().total_cmp(&a.area()));
         regions
     }
-
-    /// Convex pieces that cover the largest part; none where its rings cannot be used.
-    pub fn pieces(&self, config: &cover::Config) -> Vec<ConvexPolygon> {
-        let largest = self
-            .0
-            .iter()
-            .max_by(|a, b| a.unsigned_area().total_cmp(&b.unsigned_area()));
-        let pieces = largest.and_then(region).map(|region| {
-            let covering = cover(&region, config).pieces.into_iter();
-            covering.map(|piece| piece.polygon).collect()
-        });
-        pieces.unwrap_or_default()
-    }
 }
 
 impl From<&Region> for Outline {
@@ -325,16 +311,6 @@ mod tests {
         assert!(square(0.0, 0.1).without_specks(0.05).is_empty());
     }
 
-    #[test]
-    fn two_strips_that_cross_are_one_part_and_covered_by_two_pieces() {
-        let strips = [([0.0, 0.4], [1.0, 0.6]), ([0.4, 0.0], [0.6, 1.0])];
-        let cross = Outline::from_rectangles(&strips);
-        assert_eq!(cross.parts().len(), 1);
-        let pieces = cross.pieces(&cover::Config::default());
-        assert_eq!(pieces.len(), 2);
-        approx::assert_relative_eq!(cross.area(), 0.36, max_relative = 1e-8);
-    }
-
     proptest! {
         #[test]
         fn union_and_difference_share_out_the_area(a in polygons(), b in polygons()) {
@@ -353,17 +329,6 @@ mod tests {
             let (length, lost) = (both.length(), both.area() - simple.area());
             prop_assert!(lost <= 0.02 * length + 1e-6, "{lost} m² of {length} m");
             prop_assert!(simple.corners() <= both.corners());
-        }
-
-        #[test]
-        fn pieces_of_a_union_lie_in_it(a in polygons(), b in polygons()) {
-            let both = Outline::from_polygon(&a).union(&Outline::from_polygon(&b));
-            for part in both.parts() {
-                for piece in part.pieces(&cover::Config::default()) {
-                    let off = Outline::from_polygon(&piece).minus(&both).area();
-                    prop_assert!(off < 1e-5 * (1.0 + both.area()), "{off} m² outside");
-                }
-            }
         }
     }
 }

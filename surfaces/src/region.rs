@@ -218,10 +218,7 @@ fn check_ring(ring: &Ring) -> Result<(), Error> {
             expected: format!("{count} vertices"),
         });
     }
-    for (number, edge) in ring.edges.iter().enumerate() {
-        if edge.kind == EdgeKind::Seam {
-            return Err(Error::Seam { edge: number });
-        }
+    for edge in &ring.edges {
         if !edge.inside_rad.is_finite() {
             return Err(Error::bad("inside_rad", edge.inside_rad, "finite"));
         }

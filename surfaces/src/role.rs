@@ -1,7 +1,7 @@
-//! Which surface may carry which patch of the robot.
+//! Which face may carry which patch of the robot.
 //!
-//! A patch has roles (`foot`, `hand`); a role has a filter on the surface's tilt, height, facing
-//! and size. With u = W's z axis, opposite to gravity, the tilt of a surface is acos(z_S · u):
+//! A patch has roles (`foot`, `hand`); a role has a filter on the face's tilt, height, facing
+//! and size. With u = W's z axis, opposite to gravity, the tilt of a face is acos(z_F · u):
 //! 0 for a floor, π/2 for a wall, π for a ceiling.
 
 mod filter;

@@ -1,14 +1,13 @@
 //! All that a robot may touch and must avoid, and the file it is kept in.
 
 mod file;
-mod pieces;
 mod version_1;
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Face, FaceId, Obstacle};
 pub use file::TERRAIN_FORMAT;
-pub(crate) use file::read_each;
+use file::read_each;
 
 /// Faces to touch and obstacles to avoid, each with an id of its own.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -93,10 +92,7 @@ impl Terrain {
 }
 
 /// Refuses empty and repeated ids.
-pub(crate) fn check_ids<'a>(
-    what: &'static str,
-    ids: impl Iterator<Item = &'a str>,
-) -> Result<(), Error> {
+fn check_ids<'a>(what: &'static str, ids: impl Iterator<Item = &'a str>) -> Result<(), Error> {
     let mut seen = std::collections::BTreeMap::new();
     for (index, id) in ids.enumerate() {
         if id.is_empty() {

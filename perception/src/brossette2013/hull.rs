@@ -1,14 +1,12 @@
 //! The convex hull of a plane's points.
 
 use nalgebra::Point2;
-use surfaces::ConvexPolygon;
+use surfaces::{ConvexPolygon, FACE_AREA_MIN_M2};
 
 /// Most corners; corners are dropped, so that the hull only shrinks.
 const VERTICES_MAX: usize = 16;
-/// Smallest hull that is kept, m².
-const AREA_MIN_M2: f64 = 0.005;
-/// Inset that the surfaces carry for what the points' edge does not tell, m.
-pub(crate) const INSET_M: f64 = 0.02;
+/// What the points do not tell of an edge, m.
+pub(super) const INSET_M: f64 = 0.02;
 
 /// The convex hull of the points, counter-clockwise; `None` if it is too small or has no area.
 ///
@@ -16,5 +14,5 @@ pub(crate) const INSET_M: f64 = 0.02;
 pub(super) fn hull(points: &[Point2<f64>]) -> Option<ConvexPolygon> {
     let polygon = ConvexPolygon::hull(points).ok()?;
     let polygon = polygon.simplified_inside(VERTICES_MAX);
-    (polygon.area() >= AREA_MIN_M2).then_some(polygon)
+    (polygon.area() >= FACE_AREA_MIN_M2).then_some(polygon)
 }

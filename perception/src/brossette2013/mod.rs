@@ -1,4 +1,4 @@
-//! The paper's chain: points → convex surfaces, a file a stage.
+//! The paper's chain: points → convex faces, a file a stage.
 
 mod crop;
 mod hull;
@@ -12,9 +12,9 @@ mod voxel_grid;
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use surfaces::{ConvexPolygon, EdgeKind, Source, Surface};
+use surfaces::covariance::carried;
+use surfaces::{ConvexPolygon, Edge, EdgeKind, EdgeView, Fit};
 
-pub(crate) use hull::INSET_M;
 pub(crate) use normals::{neighbours, normals};
 pub(crate) use random::Stream;
 
@@ -22,7 +22,7 @@ use crate::Error;
 use crate::edges::NONE;
 use crate::error::within;
 use crate::extraction::{Extraction, Statistics};
-use crate::face;
+use crate::face::{Faces, Known, face};
 use crate::scan::Scan;
 use crate::spherical_range_image::SphericalRangeImage;
 
@@ -64,7 +64,7 @@ impl Brossette2013Config {
 /// Neighbours that a normal is fitted to, the point itself included.
 const NORMAL_NEIGHBOURS: usize = 50;
 
-/// The planar surfaces of a cloud taken from `X_WV`.
+/// The faces of a cloud taken from `X_WV`.
 ///
 /// Source: [brossette2013] III-B to III-F.
 ///
@@ -102,31 +102,43 @@ pub(crate) fn extract(
     let R_VW = X_WV.rotation.inverse();
     let (forward, up) = (R_VW * Vector3::x(), R_VW * Vector3::z());
     let seen = directions(scan, &points, &planes, range_max_m);
-    let mut surfaces = Vec::new();
+    let mut found = Vec::new();
     for (number, plane) in planes.iter().enumerate() {
         let projected = projection::projection(&points, plane, &scan.eye_V, &forward, &up);
-        let Some(polygon) = hull::hull(&projected.points) else {
+        let Some(hull) = hull::hull(&projected.points) else {
             continue;
         };
         // What ends the face at the edges of its hull.
-        let polygon_edges = kinds(&seen, number, &polygon, &projected.X_VS, &scan.eye_V);
+        let number = number.min(usize::from(NONE)) as u16;
+        let kinds = kinds(&seen, number, &hull, &projected.X_VS, &scan.eye_V);
+        let edge = |_, i: usize| Edge {
+            kind: kinds[i],
+            further_m: hull::INSET_M,
+            view: Some(0),
+            ..Edge::default()
+        };
+        let known = Known {
+            plane: number,
+            fit: Fit {
+                points: plane.inliers.len(),
+                rms_m: plane.rms_m,
+            },
+            view: EdgeView {
+                eye_W: X_WV * Point3::from(scan.eye_V),
+                sigma_rad: 0.0,
+                plane_covariance: None,
+            },
+        };
+        let sigma = covariance(scan, plane, &projected.points);
+        let at = |origin: &Point2<f64>| sigma.map(|rows| carried(&rows, &origin.coords));
         // III-F: re-orientation, of the frame only.
-        surfaces.push(Surface {
-            polygon_edges,
-            inset_m: INSET_M,
-            inliers: plane.inliers.len(),
-            rms_m: plane.rms_m,
-            plane_covariance: covariance(scan, plane, &projected.points),
-            source: Source::Scan,
-            ..Surface::new("", X_WV * projected.X_VS, polygon)
-        });
+        let rings = [hull.vertices().to_vec()];
+        found.push((
+            number,
+            face(&rings, edge, &(X_WV * projected.X_VS), &known, at),
+        ));
     }
-
-    // Ids by falling area.
-    surfaces.sort_by(|a, b| b.polygon.area().total_cmp(&a.polygon.area()));
-    for (i, surface) in surfaces.iter_mut().enumerate() {
-        surface.id = format!("s{i}");
-    }
+    let Faces { faces, refused, .. } = Faces::new(found);
     let statistics = Statistics {
         points: scan.cloud.points.len(),
         valid: scan.cloud.finite().count(),
@@ -135,11 +147,10 @@ pub(crate) fn extract(
         planes: planes.len(),
         assigned: planes.iter().map(|p| p.inliers.len()).sum(),
     };
-    let faces = surfaces.iter().filter_map(face::of_convex).collect();
     Ok(Extraction {
-        faces: face::named(faces),
-        surfaces,
+        faces,
         obstacles: Vec::new(),
+        refused,
         statistics,
         segmentation: None,
     })
@@ -172,7 +183,7 @@ fn directions<'a>(
 #[allow(non_snake_case)]
 fn kinds(
     seen: &SphericalRangeImage,
-    number: usize,
+    number: u16,
     hull: &ConvexPolygon,
     X_VS: &Isometry3<f64>,
     eye_V: &Vector3<f64>,
@@ -181,7 +192,7 @@ fn kinds(
     let corners: Vec<_> = hull.vertices().iter().map(corner).collect();
     let out = |h: surfaces::HalfPlane| X_VS.rotation * Vector3::new(h.n.x, h.n.y, 0.0);
     let out: Vec<_> = hull.half_planes().into_iter().map(out).collect();
-    seen.kinds(number.min(usize::from(NONE)) as u16, &corners, &out)
+    seen.kinds(number, &corners, &out)
 }
 
 /// Voxels whose errors go together: one in this many counts.

@@ -15,7 +15,7 @@
 //! | planes and ring errors together | `joint_fit`, `refine` |
 //! | p₁, p₂, l, ψ, δ, stepping angle | [`Description`], `edges` |
 //! | all planes, the rings' errors from them | [`extract_planes`], [`adjust`] |
-//! | convex surfaces | `surface` |
+//! | ground and slopes as faces | `faces` |
 //! | walls and things around, to keep away from | [`Surroundings`] |
 //! | from V to W | [`levelled`], [`LidarCalibration`] |
 //!
@@ -34,6 +34,7 @@ mod description;
 mod detect;
 mod edges;
 mod extract_planes;
+mod faces;
 mod field;
 mod ground;
 mod joint_fit;
@@ -45,7 +46,6 @@ mod refine;
 mod rings;
 mod scan;
 mod slopes;
-mod surface;
 mod surroundings;
 mod world;
 

@@ -1,4 +1,4 @@
-//! A depth image → planar surfaces, without nearest neighbours.
+//! A depth image → plane faces, without nearest neighbours.
 //!
 //! For a pinhole, inverse depth on a plane is linear in the pixel, 1/z = a u + b v + c, and its
 //! noise is nearly constant for sensors that triangulate. So sums over cells of pixels add up to
@@ -11,7 +11,6 @@ mod boundary_trace;
 mod cell;
 mod chart;
 mod contour;
-mod cover;
 mod edges;
 mod face;
 mod image;
@@ -36,11 +35,10 @@ use std::cell::Cell;
 
 use nalgebra::Isometry3;
 use rayon::prelude::*;
-use surfaces::{Source, Surface};
 
 use crate::config::Config;
 use crate::extraction::{Extraction, Segmentation, Statistics};
-use crate::inset;
+use crate::face::Faces;
 use crate::scan::DepthImage;
 use crate::segmentation::{self, Partition};
 use crate::sensor::Noise;
@@ -50,7 +48,6 @@ use label_boundaries::LabelBoundaries;
 use lattice::ImageLattice;
 use moments::Moments;
 use object_bases::ObjectBases;
-use outline::Piece;
 
 /// What the last image of a thread took: to be given megabytes anew takes longer than to fill them.
 #[derive(Default)]
@@ -70,7 +67,7 @@ thread_local! {
     };
 }
 
-/// The planar surfaces of a depth image taken from `X_WV`.
+/// The faces of a depth image taken from `X_WV`.
 #[allow(non_snake_case)]
 pub(crate) fn extract(
     depth: &DepthImage,
@@ -112,50 +109,22 @@ pub(crate) fn extract(
     let grids = (&small, &large);
     let planes = plane::fit(&image, grids, &labels, &sure, &cuts, &regions, noise);
 
-    // 6. Each connected face of a plane, covered by convex polygons.
+    // 6. Each connected face of a plane, on as many threads as there are.
     let around = edges::Seen::new(depth, &image, &labels, &planes, noise);
-    let pieces = |face: &Face| {
-        let plane = planes.get(usize::from(face.label)).and_then(Option::as_ref);
-        plane.map_or_else(Default::default, |plane| {
-            outline::pieces(&image, face, &around, plane, noise, X_WV, config)
-        })
+    let of_pixels = |pixels: &Face| {
+        let plane = planes.get(usize::from(pixels.label))?.as_ref()?;
+        let face = outline::face(&image, pixels, &around, plane, noise, X_WV)?;
+        Some((pixels.label, face))
     };
-    // Each on its own, so on as many threads as there are.
     let connected = face::faces(&labels, &sure, &cuts);
-    let found: Vec<(Vec<Piece>, Option<surfaces::Face>)> =
-        connected.par_iter().map(pieces).collect();
-    let (found, faces): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    let mut found: Vec<Piece> = found.into_iter().flatten().collect();
-    let faces = crate::face::named(faces.into_iter().flatten().collect());
+    let found: Vec<_> = connected.par_iter().filter_map(of_pixels).collect();
+    let Faces {
+        faces,
+        planes: plane_of_face,
+        refused,
+    } = Faces::new(found);
 
-    // 7. Frames to the world, last; ids by falling area.
-    found.sort_by(|a, b| b.polygon.area().total_cmp(&a.polygon.area()));
-    let plane_of_surface: Vec<u16> = found.iter().map(|p| p.label).collect();
-    let mut surfaces = Vec::with_capacity(found.len());
-    for (i, piece) in found.into_iter().enumerate() {
-        let label = usize::from(piece.label);
-        let Some(plane) = planes.get(label).and_then(Option::as_ref) else {
-            continue;
-        };
-        let of_plane = plane_of_surface.iter().filter(|l| **l == piece.label);
-        let mut surface = Surface {
-            outline: piece.outline,
-            inliers: plane.inliers,
-            rms_m: plane.rms_m,
-            plane_covariance: piece.covariance,
-            source: Source::Scan,
-            face: (of_plane.count() > 1).then(|| format!("f{label}")),
-            ..Surface::new(format!("s{i}"), X_WV * piece.X_VS, piece.polygon)
-        };
-        surface.set_outline_edges(piece.edges.kinds.clone());
-        let pixel_rad = 1.0 / image.intrinsics.fx;
-        let view = config
-            .inset
-            .of_image(X_WV, pixel_rad, &piece.edges.inside_rad);
-        inset::apply(&mut surface, &view);
-        surfaces.push(surface);
-    }
-    // 8. What the image's border cuts may go on beyond it.
+    // 7. What the image's border cuts may go on beyond it.
     let obstacles = unseen_extension::bodies(&faces, config.unseen_extension_m);
     let statistics = Statistics {
         points: depth.z_m.len(),
@@ -169,7 +138,7 @@ pub(crate) fn extract(
         width: image.width,
         height: image.height,
         labels,
-        plane_of_surface,
+        plane_of_face,
         planes_V: planes
             .iter()
             .map(|p| p.map(|p| (-p.normal, p.distance)))
@@ -181,9 +150,9 @@ pub(crate) fn extract(
         large: large.cells,
     });
     Extraction {
-        surfaces,
         faces,
         obstacles,
+        refused,
         statistics,
         segmentation: Some(segmentation),
     }

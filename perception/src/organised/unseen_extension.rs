@@ -7,10 +7,8 @@
 #![allow(non_snake_case)]
 
 use nalgebra::{Point3, Vector2};
-use surfaces::{EdgeKind, Face, Obstacle, WALL_RAD};
+use surfaces::{EdgeKind, Face, Obstacle, UNSEEN_DEPTH_M, WALL_RAD};
 
-/// Depth of the assumed bodies, m.
-const THICKNESS_M: f64 = 0.2;
 /// Shorter edges are corners that the border rounds off, m.
 const EDGE_MIN_M: f64 = 0.03;
 
@@ -30,7 +28,7 @@ pub(super) fn bodies(faces: &[Face], reach_m: f64) -> Vec<Obstacle> {
             let at = |z: f64| ring.map(|p| face.X_WF * Point3::new(p.x, p.y, z));
             Obstacle {
                 id: format!("{}/beyond{number}", face.id),
-                points_W: [at(0.0), at(-THICKNESS_M)].concat(),
+                points_W: [at(0.0), at(-UNSEEN_DEPTH_M)].concat(),
                 surface: None,
                 assumed: true,
             }

@@ -20,7 +20,7 @@ mod solve;
 
 use nalgebra::{Isometry3, Matrix6};
 use serde::{Deserialize, Serialize};
-use surfaces::Surface;
+use surfaces::{Face, FaceId};
 
 use crate::Error;
 
@@ -46,20 +46,20 @@ pub struct Registration {
     pub covariance: Matrix6<f64>,
     /// The point that the turn is about, m.
     pub about_W: nalgebra::Point3<f64>,
-    /// Pairs of (known, scanned) surfaces that were used, by id.
-    pub pairs: Vec<(String, String)>,
+    /// Pairs of (known, scanned) faces that were used, by id.
+    pub pairs: Vec<(FaceId, FaceId)>,
     /// dᵀS⁻¹d over the degrees of freedom that are left: about 1 where covariances are right.
     pub misfit: f64,
     /// Root mean square distance between matched planes, before and after, m.
     pub offset_rms_m: (f64, f64),
 }
 
-/// Registers the surfaces of a scan (in W by the pose that is given) with known ones.
+/// Registers the faces of a scan (in W by the pose that is given) with known ones.
 ///
 /// # Errors
 /// [`Error::FewPlanes`] with fewer than three pairs, [`Error::Degenerate`] naming what the pairs
 /// leave open.
-pub fn register(known: &[Surface], scanned: &[Surface]) -> Result<Registration, Error> {
+pub fn register(known: &[Face], scanned: &[Face]) -> Result<Registration, Error> {
     let mut X_W = Isometry3::identity();
     let mut result = None;
     let mut before = None;

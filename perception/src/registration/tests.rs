@@ -1,29 +1,23 @@
-use nalgebra::{Isometry3, Point2, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
-use surfaces::{ConvexPolygon, Source, Surface};
+use surfaces::{Face, Source};
 
 use super::*;
 
 /// A square of half a metre at a place, its normal turned from the vertical.
-fn square(id: &str, at: [f64; 3], turn: [f64; 3]) -> Surface {
-    let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
-    let corners = corners.map(|[x, y]| Point2::new(x, y)).to_vec();
+fn square(id: &str, at: [f64; 3], turn: [f64; 3]) -> Face {
     let (tilt, z) = (0.004_f64.powi(2), 0.003_f64.powi(2));
-    Surface {
+    Face {
         source: Source::Scan,
         plane_covariance: Some([[tilt, 0.0, 0.0], [0.0, tilt, 0.0], [0.0, 0.0, z]]),
-        ..Surface::new(
-            id,
-            Isometry3::new(at.into(), turn.into()),
-            ConvexPolygon::new(corners).unwrap(),
-        )
+        ..Face::rectangle(id, Isometry3::new(at.into(), turn.into()), [1.0, 1.0]).unwrap()
     }
 }
 
 const UPRIGHT: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Floor, two steps, a wall ahead and one beside.
-fn room() -> Vec<Surface> {
+fn room() -> Vec<Face> {
     vec![
         square("floor", [0.0, 0.0, 0.0], [0.0; 3]),
         square("step", [1.0, 0.0, 0.2], [0.0; 3]),
@@ -33,19 +27,19 @@ fn room() -> Vec<Surface> {
     ]
 }
 
-fn moved(surfaces: &[Surface], by: &Isometry3<f64>) -> Vec<Surface> {
-    let one = |s: &Surface| Surface {
-        X_WS: by * s.X_WS,
+fn moved(faces: &[Face], by: &Isometry3<f64>) -> Vec<Face> {
+    let one = |s: &Face| Face {
+        X_WF: by * s.X_WF,
         ..s.clone()
     };
-    surfaces.iter().map(one).collect()
+    faces.iter().map(one).collect()
 }
 
 #[test]
 fn sets_that_leave_something_open_are_refused_by_name() {
     let room = room();
     let refused = |keep: &[usize]| {
-        let some: Vec<Surface> = keep.iter().map(|&i| room[i].clone()).collect();
+        let some: Vec<Face> = keep.iter().map(|&i| room[i].clone()).collect();
         register(&room, &some).unwrap_err().to_string()
     };
     assert!(
@@ -107,7 +101,7 @@ proptest! {
         let mut seen = moved(&known, &off);
         for (s, e) in seen.iter_mut().zip(&errors) {
             let turn = Vector3::new(0.004 * e[0], 0.004 * e[1], 0.0);
-            s.X_WS *= Isometry3::new(Vector3::z() * (0.003 * e[2]), turn);
+            s.X_WF *= Isometry3::new(Vector3::z() * (0.003 * e[2]), turn);
         }
         let found = register(&known, &seen).unwrap();
         let left = found.X_W * off;

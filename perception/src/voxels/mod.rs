@@ -1,4 +1,4 @@
-//! A cloud without an image → planar surfaces, by the moments of hashed voxels.
+//! A cloud without an image → plane faces, by the moments of hashed voxels.
 //!
 //! The same growth as on images, in space: sums over the points of voxels add up to the plane of any
 //! union of voxels, so that no point has a normal and no nearest neighbour is sought. Voxels of
@@ -16,15 +16,12 @@ use nalgebra::{
     Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3,
 };
 use rayon::prelude::*;
-use surfaces::edge::ring_edges;
 use surfaces::outline::Outline;
-use surfaces::{ConvexPolygon, Edge, EdgeKind, EdgeView, Face, Fit, Source, Surface, cover};
-
-pub(crate) use outline::INSET_M;
+use surfaces::{Edge, EdgeKind, EdgeView, Error, FACE_AREA_MIN_M2, Face, Fit};
 
 use crate::config::Config;
 use crate::extraction::{Extraction, Segmentation, Statistics};
-use crate::face::{self, Known};
+use crate::face::{Faces, Known, face};
 use crate::scan::{Scan, tangent_frame};
 use crate::segmentation;
 use crate::sensor::Noise;
@@ -42,7 +39,7 @@ const DISTANCE_MAX_M: f64 = 0.06;
 /// The cloud's own noise counts where it is more than the sensor's, up to this many times that.
 const NOISE_FACTOR_MAX: f64 = 10.0;
 
-/// The planar surfaces of a cloud taken from `X_WV`.
+/// The faces of a cloud taken from `X_WV`.
 #[allow(non_snake_case)]
 pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Extraction {
     // 1. The points within range, about the eye; their voxels, in several sizes.
@@ -78,8 +75,8 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
     // Labels are 16 bits.
     planes.truncate(usize::from(Segmentation::NONE));
 
-    // 4. The outline of each by its points, covered by convex polygons; what ends it at its edges is
-    // told by the points beside it as the sensor saw them.
+    // 4. The outline of each by its points; what ends it at its edges is told by the points beside it
+    // as the sensor saw them.
     let mut of_point = vec![Segmentation::NONE; scan.cloud.points.len()];
     for (number, plane) in planes.iter().enumerate() {
         for &i in &plane.members {
@@ -97,45 +94,30 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
         config.range_max_m,
         &noise,
     );
-    let faces = Faces {
+    let cloud = Cloud {
         points: &near,
         sure: &sure,
         directions: &directions,
         eye_V: &scan.eye_V,
         noise: &noise,
         X_WV,
-        config,
     };
-    let numbered = planes.par_iter().enumerate();
-    let found: Vec<_> = numbered
-        .map(|(number, plane)| faces.of(plane, number))
-        .collect();
-    let (mut found, mut whole) = (found, Vec::new());
-    let numbered = found
-        .iter_mut()
-        .enumerate()
-        .flat_map(|(number, (pieces, faces))| {
-            whole.append(faces);
-            std::mem::take(pieces)
-                .into_iter()
-                .map(move |piece| (number as u16, piece))
-        });
-    let mut found: Vec<(u16, Surface)> = numbered.collect();
-    let whole = face::named(whole);
+    let of_plane = |(number, plane): (usize, &Final)| cloud.faces(plane, number as u16);
+    let found: Vec<Vec<_>> = planes.par_iter().enumerate().map(of_plane).collect();
+    let Faces {
+        faces,
+        planes: plane_of_face,
+        refused,
+    } = Faces::new(found.into_iter().flatten());
 
-    // 5. Ids by falling area; the plane of every point.
-    found.sort_by(|a, b| b.1.polygon.area().total_cmp(&a.1.polygon.area()));
-    let (plane_of_surface, mut surfaces): (Vec<u16>, Vec<Surface>) = found.into_iter().unzip();
-    for (i, surface) in surfaces.iter_mut().enumerate() {
-        surface.id = format!("s{i}");
-    }
+    // 5. The plane of every point.
     let grid = scan.cloud.organised;
     let (width, height) = grid.unwrap_or((scan.cloud.points.len(), 1));
     let segmentation = Segmentation {
         width,
         height,
         labels: of_point,
-        plane_of_surface,
+        plane_of_face,
         planes_V: planes.iter().map(|p| Some(p.toward(&scan.eye_V))).collect(),
     };
     let statistics = Statistics {
@@ -147,17 +129,18 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
         assigned: labels.iter().filter(|r| **r != segmentation::NONE).count(),
     };
     Extraction {
-        surfaces,
-        faces: whole,
+        faces,
         obstacles: Vec::new(),
+        refused,
         statistics,
         segmentation: Some(segmentation),
     }
 }
 
-/// From planes to surfaces.
+/// The points of a scan, and how they were seen.
 #[allow(non_snake_case)]
-struct Faces<'a> {
+struct Cloud<'a> {
+    /// From the eye, m.
     points: &'a [Vector3<f64>],
     /// Which of them surely belong to their plane.
     sure: &'a [bool],
@@ -165,139 +148,96 @@ struct Faces<'a> {
     eye_V: &'a Vector3<f64>,
     noise: &'a Noise,
     X_WV: &'a Isometry3<f64>,
-    config: &'a Config,
 }
 
-impl Faces<'_> {
-    /// The convex pieces of one plane.
+impl Cloud<'_> {
+    /// The connected faces of one plane.
     #[allow(non_snake_case)]
-    fn of(&self, found: &Final, number: usize) -> (Vec<Surface>, Vec<Face>) {
-        let config = self.config;
+    fn faces(&self, found: &Final, number: u16) -> Vec<(u16, Result<Face, Error>)> {
         // The normal toward the eye, which is the origin of the points.
         let toward = if found.plane.offset > 0.0 { -1.0 } else { 1.0 };
         let normal = found.plane.normal * toward;
-        // Axes of the plane that depend on the sensor only, so that its pose moves the pieces and
-        // does not change them.
+        let foot = normal * (found.plane.offset * toward);
+        // 1. Outlines in axes P that depend on the sensor only, so that its pose moves the faces and does
+        // not change them.
         let R_VP =
             Rotation3::from_matrix_unchecked(tangent_frame(&normal, &Vector3::z(), &-Vector3::y()));
-        let foot = normal * (found.plane.offset * toward);
         let in_P = |i: &u32| {
-            let q = R_VP.inverse() * (self.points[*i as usize] - foot);
-            Point2::new(q.x, q.y)
+            (R_VP.inverse() * (self.points[*i as usize] - foot))
+                .xy()
+                .into()
         };
         let sure = found.members.iter().filter(|i| self.sure[**i as usize]);
         let points: Vec<Point2<f64>> = sure.map(in_P).collect();
-        let parts = outline::outlines(&points, config.area_min_m2);
-        let whole_m2: f64 = parts.iter().map(Outline::area).sum();
-        let gain = (outline::GAIN * whole_m2).min(outline::GAIN_M2);
-        let covering = cover::Config {
-            gain_min_m2: outline::COVER.gain_min_m2.max(gain),
-            ..outline::COVER
-        };
+
+        // 2. Their rings with the tangents of the world.
         let R_VW = self.X_WV.rotation.inverse();
         let up_W = R_VW * Vector3::z();
         let R_VS =
             Rotation3::from_matrix_unchecked(tangent_frame(&normal, &(R_VW * Vector3::x()), &up_W));
         let R_SP = R_VS.inverse() * R_VP;
-        let turn = |x: f64, y: f64| (R_SP * Vector3::new(x, y, 0.0)).xy();
-        let X_VP = Isometry3::from_parts(
+        let in_S = |p: &[f64; 2]| (R_SP * Vector3::new(p[0], p[1], 0.0)).xy().into();
+        let X_VS = Isometry3::from_parts(
             Translation3::from(foot + self.eye_V),
             UnitQuaternion::from_rotation_matrix(&R_VS),
         );
-        let mut faces = Vec::new();
-        let mut surfaces = Vec::new();
-        for part in &parts {
+        let known = Known {
+            plane: number,
+            fit: Fit {
+                points: found.members.len(),
+                rms_m: found.rms_m,
+            },
+            view: EdgeView {
+                eye_W: self.X_WV * Point3::from(*self.eye_V),
+                sigma_rad: 0.0,
+                plane_covariance: None,
+            },
+        };
+        let of_part = |part: &Outline| {
             let rings = part.rings();
-            let in_V = |p: &Point2<f64>| Point3::from(foot + R_VP * p.coords.push(0.0));
-            let kinds = self.kinds(number, &rings, in_V, &R_VP);
-            let on_plane =
-                |ring: &Vec<[f64; 2]>| ring.iter().map(|p| turn(p[0], p[1]).into()).collect();
-            let on_plane: Vec<Vec<Point2<f64>>> = rings.iter().map(on_plane).collect();
+            let rings: Vec<Vec<Point2<f64>>> = (rings.iter())
+                .map(|ring| ring.iter().map(in_S).collect())
+                .collect();
+            let kinds: Vec<Vec<EdgeKind>> = (rings.iter())
+                .map(|ring| self.kinds(number, ring, &foot, &R_VS))
+                .collect();
             let edge = |ring: usize, i: usize| Edge {
                 kind: kinds[ring][i],
-                further_m: INSET_M,
+                further_m: outline::INSET_M,
                 view: Some(0),
                 ..Edge::default()
             };
-            let known = Known {
-                fit: Fit {
-                    points: found.members.len(),
-                    rms_m: found.rms_m,
-                },
-                view: EdgeView {
-                    eye_W: self.X_WV * Point3::from(*self.eye_V),
-                    sigma_rad: 0.0,
-                    plane_covariance: None,
-                },
+            let covariance = |origin: &Point2<f64>| {
+                let origin = foot + R_VS * origin.coords.push(0.0);
+                self.covariance(found, &origin, &R_VS, part.area())
             };
-            faces.extend(face::face(
-                &on_plane,
-                edge,
-                &(self.X_WV * X_VP),
-                known,
-                |origin| {
-                    let origin = foot + R_VS * origin.coords.push(0.0);
-                    self.covariance(found, &origin, &R_VS, part.area())
-                },
-            ));
-            for piece in part.pieces(&covering) {
-                let large = piece.area() >= config.area_min_m2
-                    && 2.0 * piece.inscribed_circle().1 >= config.width_min_m;
-                let c = piece.centroid().coords;
-                let corners = piece.vertices().iter().map(|v| turn(v.x - c.x, v.y - c.y));
-                let corners: Vec<Point2<f64>> = corners.map(Point2::from).collect();
-                let (true, Ok(polygon)) = (large, ConvexPolygon::hull(&corners)) else {
-                    continue;
-                };
-                let ring = |ring: &Vec<[f64; 2]>| -> Vec<[f64; 2]> {
-                    let moved = ring.iter().map(|p| turn(p[0] - c.x, p[1] - c.y));
-                    moved.map(Into::into).collect()
-                };
-                let origin = foot + R_VP * Vector3::new(c.x, c.y, 0.0);
-                let X_VS = Isometry3::from_parts(
-                    Translation3::from(origin + self.eye_V),
-                    UnitQuaternion::from_rotation_matrix(&R_VS),
-                );
-                let mut surface = Surface {
-                    outline: rings.iter().map(ring).collect(),
-                    inset_m: INSET_M,
-                    inliers: found.members.len(),
-                    rms_m: found.rms_m,
-                    plane_covariance: self.covariance(found, &origin, &R_VS, part.area()),
-                    source: Source::Scan,
-                    ..Surface::new("", self.X_WV * X_VS, polygon)
-                };
-                surface.set_outline_edges(kinds.clone());
-                surfaces.push(surface);
-            }
-        }
-        if surfaces.len() > 1 {
-            let face = format!("f{number}");
-            surfaces
-                .iter_mut()
-                .for_each(|s| s.face = Some(face.clone()));
-        }
-        (surfaces, faces)
+            (
+                number,
+                face(&rings, edge, &(self.X_WV * X_VS), &known, covariance),
+            )
+        };
+        let parts = outline::outlines(&points, FACE_AREA_MIN_M2);
+        parts.iter().map(of_part).collect()
     }
 
-    /// What ends a face at the edges of its rings, which [`Outline`] gives with the face on their left.
+    /// What ends a face at the edges of a ring in S, with the face on its left.
     #[allow(non_snake_case)]
     fn kinds(
         &self,
-        number: usize,
-        rings: &[Vec<[f64; 2]>],
-        in_V: impl Fn(&Point2<f64>) -> Point3<f64>,
-        R_VP: &Rotation3<f64>,
-    ) -> Vec<Vec<EdgeKind>> {
-        let of_ring = |ring: &Vec<[f64; 2]>| {
-            let corners: Vec<_> = ring_edges(ring).map(|(a, _)| in_V(&a)).collect();
-            let out: Vec<_> = ring_edges(ring)
-                .map(|(a, b)| (b - a).try_normalize(1e-12).unwrap_or_default())
-                .map(|along| R_VP * Vector3::new(along.y, -along.x, 0.0))
-                .collect();
-            self.directions.kinds(number as u16, &corners, &out)
-        };
-        rings.iter().map(of_ring).collect()
+        number: u16,
+        ring: &[Point2<f64>],
+        foot: &Vector3<f64>,
+        R_VS: &Rotation3<f64>,
+    ) -> Vec<EdgeKind> {
+        let corner = |p: &Point2<f64>| Point3::from(foot + R_VS * p.coords.push(0.0));
+        let corners: Vec<Point3<f64>> = ring.iter().map(corner).collect();
+        let next = ring.iter().cycle().skip(1);
+        let out = ring.iter().zip(next).map(|(a, b)| {
+            let along = (b - a).try_normalize(1e-12).unwrap_or_default();
+            R_VS * Vector3::new(along.y, -along.x, 0.0)
+        });
+        self.directions
+            .kinds(number, &corners, &out.collect::<Vec<_>>())
     }
 
     /// Covariance of (rotation about x_S, rotation about y_S, offset along z_S): rad, rad, m.

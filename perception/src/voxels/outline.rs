@@ -1,7 +1,6 @@
 //! The points of a plane → the outline of the face that they surely lie on.
 
 use nalgebra::Point2;
-use surfaces::cover;
 use surfaces::outline::Outline;
 
 /// Side of the smallest cells in which points are looked for, m.
@@ -15,20 +14,8 @@ const CELL_MAX_M: f64 = 0.25;
 const TOLERANCE: f64 = 0.75;
 /// Outlines with more corners are simplified more coarsely, up to four times as much.
 const CORNERS_MAX: usize = 40;
-/// A further piece must add this part of the face, or `gain_m2`.
-pub(super) const GAIN: f64 = 0.03;
-/// A further piece that adds this much is worth it on a face of any size, m².
-pub(super) const GAIN_M2: f64 = 0.06;
-/// How an outline is covered; its `gain_min_m2` is the least that any piece adds.
-pub(super) const COVER: cover::Config = cover::Config {
-    coverage: 0.93,
-    gain_min_m2: 0.005,
-    pieces_max: 12,
-    vertices_max: 12,
-    seeds_max: 4,
-};
-/// Inset that the surfaces carry for what the points' edge does not tell, m.
-pub(crate) const INSET_M: f64 = 0.01;
+/// What the points do not tell of an edge, m.
+pub(super) const INSET_M: f64 = 0.01;
 
 /// Cells of a plane, row by row.
 #[derive(Clone)]

@@ -1,4 +1,4 @@
-//! Clouds of any size and content: surfaces that hold what surfaces promise, or none.
+//! Clouds of any size and content: faces that hold what faces promise, or none.
 
 use crate::support::Random;
 use nalgebra::{Isometry3, Vector3};
@@ -36,7 +36,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
-    fn any_cloud_gives_surfaces_that_hold_or_none(
+    fn any_cloud_gives_faces_that_hold_or_none(
         parts in 0_usize..5,
         count in prop_oneof![0_usize..20, 500_usize..4000],
         scale in prop_oneof![Just(0.0), Just(2.0), Just(1e6)],
@@ -54,8 +54,8 @@ proptest! {
         };
         let config = Config { method, ..Config::default() };
         let Ok(found) = extract(&scan, &Isometry3::identity(), &config) else { return Ok(()) };
-        for surface in &found.surfaces {
-            prop_assert!(surface.validate().is_ok(), "{:?}", surface.validate());
+        for face in &found.faces {
+            prop_assert!(face.validate().is_ok(), "{:?}", face.validate());
         }
     }
 }

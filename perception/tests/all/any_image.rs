@@ -1,4 +1,4 @@
-//! Depth images of any size and content: surfaces that hold what surfaces promise, or none.
+//! Depth images of any size and content: faces that hold what faces promise, or none.
 
 use crate::support::Random;
 use nalgebra::Isometry3;
@@ -51,7 +51,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn any_image_gives_surfaces_that_hold_or_none(
+    fn any_image_gives_faces_that_hold_or_none(
         (width, height) in (1_usize..200, 1_usize..160),
         planes in 0_usize..6,
         sigma in prop_oneof![Just(0.0), Just(0.002), Just(0.05)],
@@ -71,9 +71,9 @@ proptest! {
         prop_assert_eq!(pixels.labels.len(), width * height);
         let known = |label: &u16| *label == Segmentation::NONE || usize::from(*label) < pixels.planes_V.len();
         prop_assert!(pixels.labels.iter().all(known));
-        prop_assert_eq!(pixels.plane_of_surface.len(), found.surfaces.len());
-        for surface in &found.surfaces {
-            prop_assert!(surface.validate().is_ok(), "{:?}", surface.validate());
+        prop_assert_eq!(pixels.plane_of_face.len(), found.faces.len());
+        for face in &found.faces {
+            prop_assert!(face.validate().is_ok(), "{:?}", face.validate());
         }
     }
 }

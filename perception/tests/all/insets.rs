@@ -1,11 +1,13 @@
-//! Where surfaces may be touched, after the inset: on the physical face, and how much of it.
+//! Where faces may be touched, after the inset: on the physical face, and how much of it.
 
 use crate::support::{
-    Block, block, camera, concave, eroded, lattice, on_face, scan, stairs, top, unorganised,
+    Block, block, camera, concave, eroded, lattice, on_face, scan, stairs, top, touchable,
+    unorganised, whole,
 };
 use nalgebra::Point3;
 use perception::{Config, Method, extract};
-use surfaces::Surface;
+use surfaces::Face;
+use surfaces::outline::Outline;
 
 /// A world, and the names of the blocks whose common top is a face of it.
 type Case = (Vec<Block>, Vec<&'static str>);
@@ -24,7 +26,7 @@ fn cases() -> Vec<Case> {
 }
 
 /// Parts of the area off the face, before and after the inset; and of the true face, eroded by three
-/// pixels, in the polygons, before and after.
+/// pixels, in the region, before and after.
 #[derive(Debug)]
 struct Measured {
     name: &'static str,
@@ -51,35 +53,32 @@ fn measured(
                 (p - Point3::from(pose.translation.vector)).norm() < config.range_max_m
             })
             .collect();
-        let whole: f64 = inner.iter().map(|(_, area)| area).sum();
+        let inner_m2: f64 = inner.iter().map(|(_, area)| area).sum();
         for seed in seeds.clone() {
             let mut scan = scan(&world, &pose, true, seed);
             if method != Method::Organised {
                 scan = unorganised(&scan);
             }
-            let found = extract(&scan, &scan.X_WV, &config).unwrap().surfaces;
-            let pieces = on_face(&found, &face, &world);
-            // What is left of a piece after the inset, as a surface without one.
-            let less = |s: &&Surface| {
-                let polygon = s.effective_polygon()?;
-                Some(Surface::new(s.id.clone(), s.X_WS, polygon))
-            };
-            let both = [
-                pieces.iter().map(|s| (*s).clone()).collect(),
-                pieces.iter().filter_map(less).collect::<Vec<_>>(),
-            ];
-            let off = both.each_ref().map(|pieces| {
-                let points: Vec<_> = pieces.iter().flat_map(|s| lattice(s, 0.005)).collect();
+            let found = extract(&scan, &scan.X_WV, &config).unwrap().faces;
+            let faces = on_face(&found, &face, &world);
+            let parts = [whole, touchable].map(|part| -> Vec<(&Face, Outline)> {
+                faces.iter().map(|face| (*face, part(face))).collect()
+            });
+            let off = parts.each_ref().map(|parts| {
+                let of_part = |(face, part): &(&Face, Outline)| lattice(face, part, 0.005);
+                let points: Vec<_> = parts.iter().flat_map(of_part).collect();
                 let off = points.iter().filter(|p| !face.holds(p, &world)).count();
                 off as f64 / points.len().max(1) as f64
             });
-            let cover = both.each_ref().map(|pieces| {
+            let cover = parts.each_ref().map(|parts| {
                 let holds = |p: &Point3<f64>| {
-                    let inside = |s: &Surface| s.X_WS.inverse_transform_point(p).xy();
-                    pieces.iter().any(|s| s.polygon.contains(&inside(s), 0.0))
+                    let inside = |face: &Face| face.X_WF.inverse_transform_point(p).xy();
+                    parts
+                        .iter()
+                        .any(|(face, part)| part.contains(&inside(face)))
                 };
                 let covered = inner.iter().filter(|(p, _)| holds(p)).map(|(_, a)| a);
-                covered.sum::<f64>() / whole
+                covered.sum::<f64>() / inner_m2
             });
             all.push(Measured {
                 name: names[0],
@@ -99,7 +98,7 @@ fn report(method: Method, which: usize, all: &[Measured]) -> ([f64; 2], f64) {
     let most = all.iter().map(|m| m.off[which]).fold(0.0, f64::max);
     eprintln!(
         "{method:?}, {}: off the face {:.4} % mean, {:.3} % most; covered {cover:.3}",
-        ["polygons", "after the inset"][which],
+        ["regions", "after the inset"][which],
         100.0 * off,
         100.0 * most,
     );

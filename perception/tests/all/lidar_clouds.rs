@@ -78,30 +78,26 @@ fn two_ramps_are_two_slopes() {
         (angles[0] - 12.0).abs() < 0.3 && (angles[1] - 20.0).abs() < 0.3,
         "{angles:?}"
     );
-    // Their surfaces, and the ground cut by both, are a valid set.
-    let surfaces = scan.surfaces();
-    assert!(
-        surfaces
-            .iter()
-            .filter(|s| s.id.starts_with("slope"))
-            .count()
-            == 2
-    );
-    for surface in &surfaces {
-        surface.validate().unwrap();
+    // Their faces, and the ground that is not under them, are a valid terrain.
+    let faces = scan.faces();
+    let named = |face: &&surfaces::Face, name: &str| face.id.as_str().starts_with(name);
+    assert_eq!(faces.iter().filter(|f| named(f, "slope")).count(), 2);
+    let grounds: Vec<_> = faces.iter().filter(|f| named(f, "ground")).collect();
+    assert!(!grounds.is_empty());
+    for (ground, slope) in grounds
+        .iter()
+        .flat_map(|g| scan.slopes.iter().map(move |s| (g, s)))
+    {
+        let d = &slope.description;
+        let up = (d.p1_W.coords + d.p2_W.coords) / 2.0 + d.psi_W * 0.3;
+        let p = ground.X_WF.inverse_transform_point(&up.into()).xy();
+        assert!(
+            !ground.region.contains(&p),
+            "{} lies under a slope",
+            ground.id
+        );
     }
-    for ground in surfaces.iter().filter(|s| s.id.starts_with("ground")) {
-        for slope in &scan.slopes {
-            let d = &slope.description;
-            let up = (d.p1_W.coords + d.p2_W.coords) / 2.0 + d.psi_W * 0.3;
-            let p = ground.X_WS.inverse_transform_point(&up.into()).xy();
-            assert!(
-                !ground.polygon.contains(&p, -0.01),
-                "{} lies under a slope",
-                ground.id
-            );
-        }
-    }
+    surfaces::Terrain::new(faces, Vec::new()).unwrap();
 }
 
 #[test]
@@ -186,7 +182,7 @@ fn hardly_a_cloud_is_an_error_that_says_so() {
         &config,
     )
     .unwrap();
-    assert!(!known.ground.seen && known.slopes.is_empty() && known.surfaces().is_empty());
+    assert!(!known.ground.seen && known.slopes.is_empty() && known.faces().is_empty());
     // All points in one place, or on one line.
     for step in [0.0, 0.01] {
         let line = LidarCloud::from_points((0..500).map(|i| [1.0 + step * i as f32, 0.0, -0.5]));

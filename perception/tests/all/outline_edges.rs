@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::support::{Block, Face, HEIGHT, WIDTH, block, camera, scan, unorganised};
-use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
+use crate::support::{Block, Face, HEIGHT, WIDTH, block, camera, lies_on, scan, unorganised};
+use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{Config, Method, Scan, extract};
-use surfaces::edge::ring_edges;
-use surfaces::{EdgeKind, Surface};
+use surfaces::EdgeKind;
 
 /// Boxes that stand before each other, on a floor before a wall; some leave the image.
 fn world() -> Vec<Block> {
@@ -51,20 +50,6 @@ fn faces(world: &[Block]) -> Vec<Face<'_>> {
     faces
 }
 
-/// The face that a surface is of: in its plane to 5° and 3 cm, with most of the surface on it.
-fn face_of<'a>(surface: &Surface, faces: &'a [Face<'a>], world: &[Block]) -> Option<&'a Face<'a>> {
-    let vertices = surface.vertices_W();
-    let middle = Point3::from(surface.X_WS.translation.vector);
-    faces.iter().find(|face| {
-        let inner = |v: &&Point3<f64>| {
-            let p = middle + (**v - middle) * 0.8;
-            face.height(&p).abs() < 0.03 && face.holds(&p, world)
-        };
-        surface.normal_W().dot(&face.normal_W()) > 5.0_f64.to_radians().cos()
-            && 2 * vertices.iter().filter(inner).count() > vertices.len()
-    })
-}
-
 /// What ends the true face beyond a point of its outline: the first of its own end, the border of the
 /// image or of the range, and something nearer, in steps of 2 mm from 10 mm inside on. `None` where
 /// it goes on for 0.4 m: a notch of the outline, whose sides look at the face itself.
@@ -101,40 +86,24 @@ fn truth(
 /// Length of outline by true kind (`none` in notches) and found one, m.
 type Lengths = BTreeMap<(String, String), f64>;
 
-fn compare(found: &[Surface], world: &[Block], exact: &Scan) -> Lengths {
+fn compare(found: &[surfaces::Face], world: &[Block], exact: &Scan) -> Lengths {
     let faces = faces(world);
     let mut lengths = Lengths::new();
-    for (index, surface) in found.iter().enumerate() {
-        let known = found[..index].iter().any(|s| s.shares_outline(surface));
-        let Some(face) = face_of(surface, &faces, world).filter(|_| !known) else {
+    for of in found {
+        let Some(face) = faces.iter().find(|face| lies_on(of, face, world)) else {
             continue;
         };
-        // Clouds by the chain have no outline but their hull.
-        let hull: Vec<[f64; 2]> = surface.polygon.clone().into();
-        let rings = if surface.outline.is_empty() {
-            vec![(hull, surface.polygon_edges.clone())]
-        } else {
-            let kinds = surface.outline_edges.iter().cloned();
-            surface.outline.iter().cloned().zip(kinds).collect()
-        };
-        // The first ring is the outer one; the face is on the same side of all of them.
-        let turn: f64 = ring_edges(&rings[0].0)
-            .map(|(a, b)| a.coords.perp(&b.coords))
-            .sum();
-        for (ring, kinds) in rings {
-            assert_eq!(ring.len(), kinds.len(), "{}", surface.id);
-            for ((a, b), kind) in ring_edges(&ring).zip(kinds) {
-                let along = b - a;
-                let out = Vector2::new(along.y, -along.x).normalize() * turn.signum();
-                let out = surface.X_WS * Vector3::new(out.x, out.y, 0.0);
-                let places = (along.norm() / 0.02).ceil().max(1.0);
-                for i in 0..places as usize {
-                    let p = a + along * ((i as f64 + 0.5) / places);
-                    let p = surface.point_W(&Point2::from(p.coords));
-                    let is = truth(&p, &out, face, world, exact);
-                    let is = is.map_or("none".to_owned(), |kind| format!("{kind:?}"));
-                    *lengths.entry((is, format!("{kind:?}"))).or_default() += along.norm() / places;
-                }
+        // The face is on the left of all its edges.
+        for (edge, [a, b]) in of.region.segments() {
+            let along = b - a;
+            let out = of.X_WF * Vector3::new(along.y, -along.x, 0.0).normalize();
+            let places = (along.norm() / 0.02).ceil().max(1.0);
+            for i in 0..places as usize {
+                let p = of.point_W(&(a + along * ((i as f64 + 0.5) / places)));
+                let is = truth(&p, &out, face, world, exact);
+                let is = is.map_or("none".to_owned(), |kind| format!("{kind:?}"));
+                let length = lengths.entry((is, format!("{:?}", edge.kind)));
+                *length.or_default() += along.norm() / places;
             }
         }
     }
@@ -167,8 +136,8 @@ fn measured(method: Method, cloud: bool, notches_max: f64) -> (f64, BTreeMap<Str
         if cloud {
             scan = unorganised(&scan);
         }
-        let found = extract(&scan, &scan.X_WV, &config).unwrap().surfaces;
-        found.iter().for_each(|s| s.validate().unwrap());
+        let found = extract(&scan, &scan.X_WV, &config).unwrap().faces;
+        found.iter().for_each(|face| face.validate().unwrap());
         for (key, length) in compare(&found, &world, &exact) {
             *all.entry(key).or_default() += length;
         }

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{
     Config, Intrinsics, Method, Scan, Segmentation, SensorOptions, extract, read_scan,
 };
-use surfaces::Surface;
+use surfaces::Face;
 
 /// The file below `shared/scans`, or `None`, loudly.
 fn shared(name: &str) -> Option<PathBuf> {
@@ -30,20 +30,20 @@ fn options(sensor: &str, k: Option<[f64; 4]>) -> SensorOptions {
     }
 }
 
-fn surfaces_of(scan: &Scan) -> Vec<Surface> {
-    surfaces_by(scan, Method::Auto)
+fn faces_of(scan: &Scan) -> Vec<Face> {
+    faces_by(scan, Method::Auto)
 }
 
-fn surfaces_by(scan: &Scan, method: Method) -> Vec<Surface> {
+fn faces_by(scan: &Scan, method: Method) -> Vec<Face> {
     let config = Config {
         method,
         ..Config::default()
     };
-    let found = extract(scan, &scan.X_WV, &config).unwrap().surfaces;
-    for surface in &found {
-        surface.validate().unwrap();
+    let found = extract(scan, &scan.X_WV, &config).unwrap().faces;
+    for face in &found {
+        face.validate().unwrap();
         let eye = scan.X_WV * Point3::from(scan.eye_V);
-        assert!(surface.height_of(&eye) > 0.0, "{} looks away", surface.id);
+        assert!(face.height_of(&eye) > 0.0, "{} looks away", face.id);
     }
     found
 }
@@ -69,10 +69,10 @@ fn the_treads_of_real_stairs_are_parallel_and_a_step_apart() {
         return;
     };
     let scan = read_scan(&path, &options("kinect_v2", Some(K2))).unwrap();
-    let found = surfaces_of(&scan);
-    let level: Vec<&Surface> = found
+    let found = faces_of(&scan);
+    let level: Vec<&Face> = found
         .iter()
-        .filter(|s| angle_deg(&s.normal_W(), &K2_UP) < 4.0 && s.polygon.area() > 0.05)
+        .filter(|s| angle_deg(&s.normal_W(), &K2_UP) < 4.0 && s.region.area() > 0.05)
         .collect();
     let treads = level.len();
     assert!(treads >= 3, "{treads} level faces of {}", found.len());
@@ -84,7 +84,7 @@ fn the_treads_of_real_stairs_are_parallel_and_a_step_apart() {
     // Levels of the treads along the common normal, without repeats: risers of 7 to 20 cm.
     let mut heights: Vec<f64> = level
         .iter()
-        .map(|s| K2_UP.dot(&s.X_WS.translation.vector))
+        .map(|s| K2_UP.dot(&s.X_WF.translation.vector))
         .collect();
     heights.sort_by(f64::total_cmp);
     heights.dedup_by(|a, b| (*a - *b).abs() < 0.05);
@@ -136,12 +136,9 @@ fn the_risers_of_real_stairs_are_as_high_as_the_depth_says() {
     };
     let scan = read_scan(&path, &options("kinect_v2", Some(K2))).unwrap();
     let found = extract(&scan, &scan.X_WV, &Config::default()).unwrap();
-    let treads = found.surfaces.iter().filter(|s| s.polygon.area() > 0.05);
+    let treads = found.faces.iter().filter(|s| s.region.area() > 0.05);
     let level = treads.filter(|s| angle_deg(&s.normal_W(), &K2_UP) < 4.0);
-    let up: Vector3<f64> = level
-        .map(Surface::normal_W)
-        .sum::<Vector3<f64>>()
-        .normalize();
+    let up: Vector3<f64> = level.map(Face::normal_W).sum::<Vector3<f64>>().normalize();
     let segmentation = found.segmentation.as_ref().unwrap();
     // Without any plane: medians of 40 × 20 pixels above and below each riser, of the depths along
     // the treads' normal, give 0.105, 0.101 and 0.080 m. The lowest step is lower, in the stairs.
@@ -168,11 +165,11 @@ fn the_levelled_cloud_of_the_same_stairs_takes_voxels_and_agrees() {
     // Organised, but turned to level after the scan: no pinhole explains it.
     assert_eq!(scan.cloud.organised, Some((512, 424)));
     assert!(scan.depth.is_none());
-    let found = surfaces_of(&scan);
+    let found = faces_of(&scan);
     let level = found
         .iter()
         .filter(|s| s.normal_W().x.abs() > 4.0_f64.to_radians().cos());
-    let area: f64 = level.map(|s| s.polygon.area()).sum();
+    let area: f64 = level.map(|s| s.region.area()).sum();
     assert!(area > 0.3, "{area} m² level");
 }
 
@@ -182,12 +179,12 @@ fn a_wall_and_shelves_come_out_as_such() {
         return;
     };
     let k = [572.9, 542.7, 314.6, 240.2];
-    let found = surfaces_of(&read_scan(&path, &options("kinect_v1", Some(k))).unwrap());
+    let found = faces_of(&read_scan(&path, &options("kinect_v1", Some(k))).unwrap());
     // The wall is the largest, 2.3 m away, and upright; it was measured to 16 mm.
     let wall = &found[0];
     assert!(wall.normal_W().y.abs() < 0.2, "{:?}", wall.normal_W());
-    assert!((2.0..2.6).contains(&wall.X_WS.translation.vector.z));
-    assert!(wall.rms_m < 0.025, "{}", wall.rms_m);
+    assert!((2.0..2.6).contains(&wall.X_WF.translation.vector.z));
+    assert!(wall.fit.unwrap().rms_m < 0.025, "{:?}", wall.fit);
 }
 
 #[test]
@@ -201,12 +198,12 @@ fn a_floor_is_one_plane_for_the_stereo_camera() {
         204.47328186035156,
         121.65782165527344,
     ];
-    let found = surfaces_of(&read_scan(&path, &options("realsense_d4xx", Some(k))).unwrap());
+    let found = faces_of(&read_scan(&path, &options("realsense_d4xx", Some(k))).unwrap());
     // Level with the camera but for its tilt: the normal is mostly −y.
     let floor: f64 = found
         .iter()
         .filter(|s| s.normal_W().y < -0.75)
-        .map(|s| s.polygon.area())
+        .map(|s| s.region.area())
         .fold(0.0, f64::max);
     assert!(floor > 0.3, "{floor} m²");
 }
@@ -218,22 +215,22 @@ fn no_face_of_a_curved_tunnel_strays_far_from_its_plane() {
     };
     let k = [575.9, 576.4, 315.15, 230.6];
     let scan = read_scan(&path, &options("kinect_v1", Some(k))).unwrap();
-    let found = surfaces_of(&scan);
+    let found = faces_of(&scan);
     assert!(!found.is_empty());
     let depth = scan.depth.as_ref().unwrap();
     let k = depth.intrinsics;
-    for surface in &found {
+    for face in &found {
         // Mean heights of the points over blocks of 8 × 8 px, which average the noise; by block.
         let mut blocks = std::collections::BTreeMap::<(usize, usize), (f64, f64, f64)>::new();
         for (i, &z) in depth.z_m.iter().enumerate().filter(|(_, z)| **z > 0.0) {
             let (u, v) = (i % depth.width, i / depth.width);
             let ray = Vector3::new((u as f64 - k.cx) / k.fx, (v as f64 - k.cy) / k.fy, 1.0);
-            let n = surface.normal_W();
-            let on_plane = n.dot(&surface.X_WS.translation.vector) / n.dot(&ray);
-            let foot = surface
-                .X_WS
+            let n = face.normal_W();
+            let on_plane = n.dot(&face.X_WF.translation.vector) / n.dot(&ray);
+            let foot = face
+                .X_WF
                 .inverse_transform_point(&Point3::from(ray * on_plane));
-            if on_plane > 0.0 && surface.polygon.contains(&foot.xy(), 0.0) {
+            if on_plane > 0.0 && face.region.contains(&foot.xy()) {
                 let (sum, deep, count) = blocks.entry((u / 8, v / 8)).or_default();
                 *sum += f64::from(z) - on_plane;
                 *deep += on_plane;
@@ -251,7 +248,7 @@ fn no_face_of_a_curved_tunnel_strays_far_from_its_plane() {
             assert!(
                 off.abs() < most,
                 "{}: {off} m off at block ({u}, {v}), {z} m",
-                surface.id
+                face.id
             );
         }
     }
@@ -292,17 +289,17 @@ fn lidar_clouds_of_tilted_blocks_show_the_blocks() {
         };
         let scan = read_scan(&path, &options).unwrap();
         assert_eq!(scan.X_WV, Isometry3::identity());
-        let found = surfaces_by(&scan, method);
+        let found = faces_by(&scan, method);
         // Blocks of 40 × 40 cm in all directions: tilted, yet walkable. Far ones are too sparse,
         // and some grow into one region with a neighbour.
         let tilts = found.iter().filter(|s| {
             let tilt = angle_deg(&s.normal_W(), &Vector3::z());
-            (5.0..30.0).contains(&tilt) && (0.03..0.4).contains(&s.polygon.area())
+            (5.0..30.0).contains(&tilt) && (0.03..0.4).contains(&s.region.area())
         });
         let (count, all) = (tilts.count(), found.len());
         assert!(
             count >= least,
-            "{name}, {method:?}: {count} tilted blocks of {all} surfaces"
+            "{name}, {method:?}: {count} tilted blocks of {all} faces"
         );
     }
 }
@@ -314,15 +311,15 @@ fn a_sparse_lidar_turn_is_read_and_its_walls_are_found() {
     };
     let scan = read_scan(&path, &options("generic", None)).unwrap();
     assert_eq!(scan.cloud.points.len() + scan.cloud.invalid, 14831);
-    surfaces_by(&scan, Method::Brossette2013);
+    faces_by(&scan, Method::Brossette2013);
     // Rings on the walls around, decimetres apart; on the floor they are too far apart for voxels.
     let config = Config {
         method: Method::Voxels,
         range_max_m: 15.0,
         ..Config::default()
     };
-    let found = extract(&scan, &scan.X_WV, &config).unwrap().surfaces;
+    let found = extract(&scan, &scan.X_WV, &config).unwrap().faces;
     let walls = found.iter().filter(|s| s.normal_W().z.abs() < 0.2);
-    let area: f64 = walls.map(|s| s.polygon.area()).sum();
+    let area: f64 = walls.map(|s| s.region.area()).sum();
     assert!(area > 2.0, "{area} m² of walls");
 }

@@ -1,14 +1,14 @@
-//! ViewSet scans of one world as one set of surfaces, against the boxes that they were taken of.
+//! Several scans of one world as one terrain, against the boxes that they were taken of.
 //!
 //! Pass criteria: every face comes out once, on its physical face, larger than any single scan shows
 //! it and under the name that the first scan gave it; what was moved between two scans is where the
 //! later one saw it; poses that are a little off are found again.
 
-use crate::support::{Block, against, block, camera, on_face, scan, top, unorganised};
+use crate::support::{Block, against, block, camera, on_face, scan, top, unorganised, whole};
 use nalgebra::{Isometry3, Vector3};
-use perception::{Config, Scan, ViewSet, extract, extract_all, register, sight};
-use surfaces::Surface;
-use surfaces::merge::{Change, Config as Merging, Merged, View};
+use perception::{Config, Notice, Perception, PosedScan, Scan, extract, perceive, register};
+use surfaces::Face;
+use surfaces::fuse::Change;
 
 /// Irregular steps, a table, a ramp, three walls, and a post that hides a part of each from each side.
 fn world() -> Vec<Block> {
@@ -46,17 +46,38 @@ fn scans(world: &[Block], seed: u64) -> Vec<Scan> {
         .collect()
 }
 
-fn merged(scans: &[Scan]) -> Merged {
-    let posed: Vec<(&Scan, Isometry3<f64>)> = scans.iter().map(|s| (s, s.X_WV)).collect();
-    let merged = extract_all(&posed, &Config::default(), &Merging::default()).unwrap();
-    surfaces::SurfaceSet::new(merged.surfaces.clone(), merged.obstacles.clone()).unwrap();
-    merged
+/// Scans as one terrain, one after the other.
+fn fused(scans: &[Scan]) -> Perception {
+    let posed = |scan| PosedScan::Scan {
+        name: "scan",
+        scan,
+        X_WV: scan.X_WV,
+    };
+    let posed: Vec<PosedScan> = scans.iter().map(posed).collect();
+    let found = perceive(&posed, &Config::default()).unwrap();
+    found.terrain.validate().unwrap();
+    found
 }
 
-fn alone(scan: &Scan) -> Vec<Surface> {
-    extract(scan, &scan.X_WV, &Config::default())
-        .unwrap()
-        .surfaces
+/// What became of faces as views were fused.
+fn changes(found: &Perception) -> Vec<&Change> {
+    let notices = found.notices.iter();
+    let changes = notices.filter_map(|notice| match notice {
+        Notice::Fused(change) => Some(change),
+        _ => None,
+    });
+    changes.collect()
+}
+
+fn alone(scan: &Scan) -> Vec<Face> {
+    extract(scan, &scan.X_WV, &Config::default()).unwrap().faces
+}
+
+/// Whether all are parts of one face, which go by its name and a number.
+fn one_face(parts: &[&Face]) -> bool {
+    let names = || parts.iter().map(|face| face.id.as_str());
+    let shortest = names().min_by_key(|name| name.len()).unwrap_or_default();
+    names().all(|name| name == shortest || name.starts_with(&format!("{shortest}.")))
 }
 
 #[test]
@@ -64,32 +85,31 @@ fn every_face_comes_out_once_and_larger_than_from_anywhere_alone() {
     let world = world();
     for seed in [1, 11] {
         let scans = scans(&world, seed);
-        let singles: Vec<Vec<Surface>> = scans.iter().map(alone).collect();
-        let all = merged(&scans);
+        let singles: Vec<Vec<Face>> = scans.iter().map(alone).collect();
+        let all = fused(&scans).terrain.faces;
         for name in TOPS {
             let face = top(&world, &[name]);
-            let pieces = on_face(&all.surfaces, &face, &world);
-            assert!(!pieces.is_empty(), "seed {seed}: {name} is missing");
-            // One face: one surface, or pieces of one name.
-            let first = pieces[0];
-            let one = pieces.len() == 1
-                || first.face.is_some() && pieces.iter().all(|p| p.face == first.face);
-            let names: Vec<_> = pieces.iter().map(|p| (&p.id, &p.face)).collect();
-            assert!(one, "seed {seed}: {name} is more than one face: {names:?}");
-            let (off, rms, area) = against(&pieces, &face, &world);
+            let parts = on_face(&all, &face, &world);
+            assert!(!parts.is_empty(), "seed {seed}: {name} is missing");
+            let names: Vec<_> = parts.iter().map(|part| &part.id).collect();
+            assert!(
+                one_face(&parts),
+                "seed {seed}: {name} is more than one face: {names:?}"
+            );
+            let (off, rms, area) = against(&parts, whole, &face, &world);
             let single: Vec<(f64, f64)> = (singles.iter())
                 .map(|found| {
-                    let pieces = on_face(found, &face, &world);
-                    let (off, _, area) = against(&pieces, &face, &world);
+                    let parts = on_face(found, &face, &world);
+                    let (off, _, area) = against(&parts, whole, &face, &world);
                     (area, off)
                 })
                 .collect();
             let most = single.iter().map(|s| s.0).fold(0.0, f64::max);
             eprintln!(
-                "seed {seed}: {name}: {area:.3} m² of {single:.4?}, {:.2} % off, {:.1} mm, {} pieces",
+                "seed {seed}: {name}: {area:.3} m² of {single:.4?}, {:.2} % off, {:.1} mm, {} parts",
                 100.0 * off,
                 1e3 * rms,
-                pieces.len()
+                parts.len()
             );
             assert!(
                 area >= 0.99 * most,
@@ -106,9 +126,10 @@ fn every_face_comes_out_once_and_larger_than_from_anywhere_alone() {
         }
         // What three views show of the floor is much more than what one does.
         let face = top(&world, &["floor"]);
-        let floor = |found: &[Surface]| against(&on_face(found, &face, &world), &face, &world).2;
+        let floor =
+            |found: &[Face]| against(&on_face(found, &face, &world), whole, &face, &world).2;
         let most = singles.iter().map(|found| floor(found)).fold(0.0, f64::max);
-        assert!(floor(&all.surfaces) > 1.3 * most);
+        assert!(floor(&all) > 1.3 * most);
     }
 }
 
@@ -117,7 +138,7 @@ fn a_face_keeps_the_name_that_the_first_scan_gave_it() {
     let world = world();
     let scans = scans(&world, 3);
     let first = alone(&scans[0]);
-    let all = merged(&scans).surfaces;
+    let all = fused(&scans).terrain.faces;
     for name in TOPS {
         let face = top(&world, &[name]);
         let before = on_face(&first, &face, &world);
@@ -146,7 +167,7 @@ fn a_face_keeps_the_name_that_the_first_scan_gave_it() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| merged(&scans))
+        pool.install(|| fused(&scans).terrain)
     };
     assert_eq!(run(1), run(3));
 }
@@ -163,20 +184,20 @@ fn what_was_moved_between_two_scans_is_where_the_later_one_saw_it() {
     let second = scan(&after, &pose(0.1, -0.3, 0.2), true, 2);
     let (old, new) = (top(&before, &["crate"]), top(&after, &["crate"]));
     let there = on_face(&alone(&first), &old, &before)[0].id.clone();
-    let all = merged(&[first.clone(), second]);
-    assert!(on_face(&all.surfaces, &old, &before).is_empty());
-    assert!(!on_face(&all.surfaces, &new, &after).is_empty());
-    let told = |change: &Change| matches!(change, Change::Dropped { id } if *id == there);
-    assert!(all.changes.iter().any(told), "{:?}", all.changes);
+    let all = fused(&[first.clone(), second]);
+    assert!(on_face(&all.terrain.faces, &old, &before).is_empty());
+    assert!(!on_face(&all.terrain.faces, &new, &after).is_empty());
+    let told = |change: &&Change| matches!(change, Change::Dropped { id } if *id == there);
+    assert!(changes(&all).iter().any(told), "{:?}", changes(&all));
     // Its walls are gone too: nothing upright is left where it stood.
-    for surface in &all.surfaces {
-        let p = surface.X_WS.translation.vector;
+    for face in &all.terrain.faces {
+        let p = face.X_WF.translation.vector;
         let near = (p.xy() - Vector3::new(1.2, 0.9, 0.0).xy()).norm() < 0.3;
-        assert!(!near || p.z < 0.05, "{} at {p:?}", surface.id);
+        assert!(!near || p.z < 0.05, "{} at {p:?}", face.id);
     }
     // Nothing else is taken for moved: the same scan twice refutes nothing.
     let again = scan(&before, &pose(0.1, 0.3, 0.0), true, 3);
-    for change in merged(&[first, again]).changes {
+    for change in changes(&fused(&[first, again])) {
         assert!(matches!(change, Change::Joined { .. }), "{change:?}");
     }
 }
@@ -204,7 +225,7 @@ fn poses_that_are_off_are_found_again_by_the_planes() {
                 Vector3::new(0.01, -0.015, 0.02),
             );
             let seen = extract(scan, &(off * scan.X_WV), &Config::default()).unwrap();
-            let found = register(&known, &seen.surfaces).unwrap();
+            let found = register(&known, &seen.faces).unwrap();
             let left = found.X_W * off;
             let about = found.about_W;
             let shift = (left * about - about).norm();
@@ -236,31 +257,13 @@ fn poses_that_are_off_are_found_again_by_the_planes() {
 }
 
 #[test]
-fn a_set_of_clouds_is_merged_as_a_set_of_images_is() {
-    // The chain's surfaces have covariances too: the floor of two clouds is one.
+fn clouds_are_fused_as_images_are() {
     let world = world();
     let clouds: Vec<Scan> = scans(&world, 7)[..2].iter().map(unorganised).collect();
-    let mut several = ViewSet::default();
-    let config = Config::default();
-    let mut floors = 0;
-    for cloud in &clouds {
-        let found = extract(cloud, &cloud.X_WV, &config).unwrap();
-        floors += usize::from(found.surfaces[0].normal_W().z > 0.99);
-        let view = View {
-            surfaces: found.surfaces,
-            obstacles: found.obstacles,
-            sight: sight(cloud, &cloud.X_WV, config.range_max_m, 8),
-        };
-        assert!(several.add(view, &config.registration).is_none());
-    }
-    assert_eq!(floors, 2);
-    let all = several.merged(&Merging::default());
     let face = top(&world, &["floor"]);
-    let level = on_face(&all.surfaces, &face, &world);
-    let first = level[0];
-    assert!(
-        level
-            .iter()
-            .all(|s| s.id == first.id || s.face == first.face)
-    );
+    for cloud in &clouds {
+        assert!(!on_face(&alone(cloud), &face, &world).is_empty());
+    }
+    let all = fused(&clouds).terrain.faces;
+    assert!(one_face(&on_face(&all, &face, &world)));
 }

@@ -1,23 +1,23 @@
-//! Surfaces of simulated scans against the boxes that they were taken of.
+//! Faces of simulated scans against the boxes that they were taken of.
 
 use crate::support::{
-    against, block, camera, concave, lattice, on_face, scan, stairs, top, unorganised,
+    against, block, camera, concave, lattice, on_face, scan, stairs, top, unorganised, whole,
 };
 use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{Config, Method, Scan, extract};
-use surfaces::Surface;
+use surfaces::Face;
 
 fn pose() -> Isometry3<f64> {
     camera(1.45, 0.61)
 }
 
-fn surfaces_of(scan: &Scan, config: &Config) -> Vec<Surface> {
-    let found = extract(scan, &scan.X_WV, config).unwrap().surfaces;
-    for (i, surface) in found.iter().enumerate() {
-        surface.validate().unwrap();
-        assert_eq!(surface.id, format!("s{i}"));
+fn faces_of(scan: &Scan, config: &Config) -> Vec<Face> {
+    let found = extract(scan, &scan.X_WV, config).unwrap().faces;
+    for (i, face) in found.iter().enumerate() {
+        face.validate().unwrap();
+        assert_eq!(face.id, format!("f{i}").into());
         // Every normal faces the sensor.
-        assert!(surface.height_of(&Point3::from(scan.X_WV.translation.vector)) > 0.0);
+        assert!(face.height_of(&Point3::from(scan.X_WV.translation.vector)) > 0.0);
     }
     found
 }
@@ -27,7 +27,7 @@ fn every_tread_of_the_stairs_is_found_on_its_face() {
     let world = stairs();
     let mut rms_all = Vec::new();
     for seed in 1..=3 {
-        let found = surfaces_of(&scan(&world, &pose(), true, seed), &Config::default());
+        let found = faces_of(&scan(&world, &pose(), true, seed), &Config::default());
         // Area that is seen and left by erosion; what a step hides of the next one is not.
         for (name, least_m2) in [
             ("floor", 3.0),
@@ -40,7 +40,7 @@ fn every_tread_of_the_stairs_is_found_on_its_face() {
         ] {
             let face = top(&world, &[name]);
             let pieces = on_face(&found, &face, &world);
-            let (off, rms, area) = against(&pieces, &face, &world);
+            let (off, rms, area) = against(&pieces, whole, &face, &world);
             assert!(area > least_m2, "seed {seed}: {name}: {area} m² found");
             assert!(
                 off < 0.02,
@@ -68,13 +68,13 @@ fn plane_covariances_are_the_size_of_the_errors() {
     let world = stairs();
     let mut nees = Vec::new();
     for seed in 1..=12 {
-        let found = surfaces_of(&scan(&world, &pose(), true, seed), &Config::default());
+        let found = faces_of(&scan(&world, &pose(), true, seed), &Config::default());
         for name in ["floor", "step1", "step2", "step3", "step4", "table", "ramp"] {
             let face = top(&world, &[name]);
-            let Some(piece) = on_face(&found, &face, &world).first().copied() else {
+            let Some(found) = on_face(&found, &face, &world).first().copied() else {
                 continue;
             };
-            nees.push(crate::support::nees(piece, &face) / 3.0);
+            nees.push(crate::support::nees(found, &face) / 3.0);
         }
     }
     let mean = nees.iter().sum::<f64>() / nees.len() as f64;
@@ -86,32 +86,30 @@ fn plane_covariances_are_the_size_of_the_errors() {
 #[test]
 fn without_errors_planes_are_exact_to_a_fraction_of_a_millimetre() {
     let world = stairs();
-    let found = surfaces_of(&scan(&world, &pose(), false, 0), &Config::default());
+    let found = faces_of(&scan(&world, &pose(), false, 0), &Config::default());
     for name in ["floor", "step1", "step2", "step3", "step4", "table", "ramp"] {
         let face = top(&world, &[name]);
         let pieces = on_face(&found, &face, &world);
-        let (off, rms, _) = against(&pieces, &face, &world);
+        let (off, rms, _) = against(&pieces, whole, &face, &world);
         assert!(!pieces.is_empty(), "{name} is missing");
         assert!(rms < 3e-4, "{name}: {} mm", 1e3 * rms);
         assert_eq!(off, 0.0, "{name}");
     }
-    // A convex face in full view is one polygon, its corners within the erosion of the face's.
+    // A convex face in full view is one ring of few corners, within the erosion of the face.
     let face = top(&world, &["step1"]);
-    let pieces = on_face(&found, &face, &world);
-    assert_eq!(pieces.len(), 1);
-    assert!(pieces[0].polygon.vertices().len() <= 12);
-    assert!(
-        pieces[0].polygon.area() > 0.85 * 0.34 * 0.62,
-        "{}",
-        pieces[0].polygon.area()
-    );
+    let [step] = on_face(&found, &face, &world)[..] else {
+        panic!("more than one face")
+    };
+    assert!(step.region.segments().count() <= 12);
+    let area = step.region.area();
+    assert!(area > 0.85 * 0.34 * 0.62, "{area}");
 }
 
 #[test]
-fn polygons_of_concave_faces_hold_no_air() {
+fn concave_faces_hold_no_air() {
     let world = concave();
     let scan = scan(&world, &pose(), true, 5);
-    let found = surfaces_of(&scan, &Config::default());
+    let found = faces_of(&scan, &Config::default());
     // Areas: L 0.315 + 0.14, U 2 × 0.225 + 0.1, table 1.44 − 0.09, less what is hidden.
     for (names, least_m2) in [
         (&["l_long", "l_short"][..], 0.33),
@@ -120,15 +118,11 @@ fn polygons_of_concave_faces_hold_no_air() {
     ] {
         let face = top(&world, names);
         let pieces = on_face(&found, &face, &world);
-        let (off, _, area) = against(&pieces, &face, &world);
-        assert!(pieces.len() >= 2, "{names:?} is not convex");
+        let (off, _, area) = against(&pieces, whole, &face, &world);
+        assert_eq!(pieces.len(), 1, "{names:?}");
+        assert!(pieces[0].region.as_convex().is_none(), "{names:?}");
         assert!(off < 0.01, "{names:?}: {:.1} % air", 100.0 * off);
         assert!(area > least_m2, "{names:?}: {area} m²");
-        // All pieces name the same face, and that face only.
-        assert!(pieces[0].face.is_some());
-        assert!(pieces.iter().all(|p| p.face == pieces[0].face), "{names:?}");
-        let of_face = found.iter().filter(|s| s.face == pieces[0].face).count();
-        assert_eq!(of_face, pieces.len(), "{names:?}");
     }
 }
 
@@ -140,24 +134,19 @@ fn the_chain_finds_the_same_planes_in_a_bare_cloud() {
         method: Method::Brossette2013,
         ..Config::default()
     };
-    let found = surfaces_of(&scan, &chain);
+    let found = faces_of(&scan, &chain);
     for name in ["floor", "step1", "step2", "step3", "step4", "table", "ramp"] {
         let face = top(&world, &[name]);
-        // A hull's barycentre may lie off the face, so take what lies in its plane and over it.
-        let hulls: Vec<&Surface> = found
+        // Most of a hull may lie off the face, so take what lies in its plane and over it.
+        let on = |face: &&Face| lattice(face, &whole(face), 0.02);
+        let hulls: Vec<&Face> = found
             .iter()
             .filter(|s| s.normal_W().dot(&face.normal_W()) > 4.0_f64.to_radians().cos())
-            .filter(|s| {
-                lattice(s, 0.02)
-                    .iter()
-                    .filter(|p| face.holds(p, &world))
-                    .count()
-                    > 100
-            })
-            .filter(|s| lattice(s, 0.02).iter().all(|p| face.height(p).abs() < 0.06))
+            .filter(|s| on(s).iter().filter(|p| face.holds(p, &world)).count() > 100)
+            .filter(|s| on(s).iter().all(|p| face.height(p).abs() < 0.06))
             .collect();
         assert_eq!(hulls.len(), 1, "{name}");
-        assert!(hulls[0].inset_m > 0.0);
+        assert!(hulls[0].edge_insets_m(2.0)[0].iter().all(|m| *m > 0.0));
     }
     let organised = Config {
         method: Method::Organised,
@@ -184,9 +173,9 @@ fn a_leg_beside_the_floor_is_no_part_of_it() {
             method,
             ..Config::default()
         };
-        let found = surfaces_of(&scan, &config);
+        let found = faces_of(&scan, &config);
         let face = top(&world, &["floor"]);
-        let (_, rms, area) = against(&on_face(&found, &face, &world), &face, &world);
+        let (_, rms, area) = against(&on_face(&found, &face, &world), whole, &face, &world);
         assert!(rms < 0.012 && area > 4.0, "{method:?}: {rms} m, {area} m²");
     }
 }
@@ -208,14 +197,14 @@ fn results_are_the_same_on_any_number_of_threads() {
             pool.install(|| extract(&scan, &scan.X_WV, &config).unwrap())
         };
         let one = run(1);
-        assert!(!one.surfaces.is_empty());
+        assert!(!one.faces.is_empty());
         assert_eq!(one, run(2), "{method:?}");
         assert_eq!(one, run(4), "{method:?}");
     }
 }
 
 #[test]
-fn moving_the_sensor_moves_the_surfaces_only() {
+fn moving_the_sensor_moves_the_faces_only() {
     let world = stairs();
     let scan = scan(&world, &pose(), true, 1);
     let X = Isometry3::new(Vector3::new(0.3, -0.2, 0.7), Vector3::new(0.0, 0.0, 0.8));
@@ -224,15 +213,15 @@ fn moving_the_sensor_moves_the_surfaces_only() {
             method,
             ..Config::default()
         };
-        let here = extract(&scan, &scan.X_WV, &config).unwrap().surfaces;
-        let there = extract(&scan, &(X * scan.X_WV), &config).unwrap().surfaces;
+        let here = extract(&scan, &scan.X_WV, &config).unwrap().faces;
+        let there = extract(&scan, &(X * scan.X_WV), &config).unwrap().faces;
         assert_eq!(here.len(), there.len());
         for (a, b) in here.iter().zip(&there) {
             assert!((X.rotation * a.normal_W() - b.normal_W()).norm() < 1e-9);
-            assert!((a.polygon.area() - b.polygon.area()).abs() < 1e-3 * a.polygon.area());
-            let moved = X * Point3::from(a.X_WS.translation.vector);
+            assert!((a.region.area() - b.region.area()).abs() < 1e-3 * a.region.area());
+            let moved = X * Point3::from(a.X_WF.translation.vector);
             assert!(
-                (moved.coords - b.X_WS.translation.vector).norm() < 2e-3,
+                (moved.coords - b.X_WF.translation.vector).norm() < 2e-3,
                 "{}",
                 a.id
             );
@@ -241,7 +230,7 @@ fn moving_the_sensor_moves_the_surfaces_only() {
 }
 
 #[test]
-fn thin_input_gives_few_surfaces_and_never_a_panic() {
+fn thin_input_gives_few_faces_and_never_a_panic() {
     let world = stairs();
     let full = scan(&world, &pose(), true, 3);
     let depth = full.depth.clone().unwrap();
@@ -268,18 +257,18 @@ fn thin_input_gives_few_surfaces_and_never_a_panic() {
                 method,
                 ..Config::default()
             };
-            let found = extract(&scan, &scan.X_WV, &config).unwrap().surfaces;
-            assert!(found.len() <= most, "{method:?}: {} surfaces", found.len());
+            let found = extract(&scan, &scan.X_WV, &config).unwrap().faces;
+            assert!(found.len() <= most, "{method:?}: {} faces", found.len());
         }
     }
-    // A wall square to the view is one polygon with the image's area.
+    // A wall square to the view is one face with the image's area.
     let wall = extract(&with(vec![2.0; n]), &full.X_WV, &Config::default())
         .unwrap()
-        .surfaces;
+        .faces;
     let k = depth.intrinsics;
     let area = 4.0 * (639.0 / k.fx) * (479.0 / k.fy);
     assert_eq!(wall.len(), 1);
-    assert!((wall[0].polygon.area() / area - 1.0).abs() < 0.02);
+    assert!((wall[0].region.area() / area - 1.0).abs() < 0.02);
     let covariance = wall[0].plane_covariance.unwrap();
     // κ d = 8 mm for one wave of the slow error; the image holds fifteen.
     assert!(

@@ -2,8 +2,9 @@
 // Benches share this with the tests, and use only some of it.
 #![allow(dead_code, non_snake_case, clippy::unwrap_used)]
 
-use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use perception::{DepthImage, Intrinsics, PointCloud, Scan, Sensor};
+use surfaces::outline::Outline;
 
 /// A box with a pose: `half` are its half sizes along its own axes.
 #[derive(Clone)]
@@ -271,51 +272,71 @@ impl Face<'_> {
     }
 }
 
-/// Lattice points of a surface's polygon with the given pitch.
-pub fn lattice(surface: &surfaces::Surface, pitch: f64) -> Vec<Point3<f64>> {
-    let polygon = &surface.polygon;
-    let radius = polygon
-        .vertices()
-        .iter()
-        .map(|v| v.coords.norm())
-        .fold(0.0, f64::max);
-    let n = (radius / pitch).ceil() as i64;
+/// The whole region of a face, in F.
+pub fn whole(face: &surfaces::Face) -> Outline {
+    Outline::from(&face.region)
+}
+
+/// The part of a face that may be touched: inside of two standard deviations of its edges, in F.
+pub fn touchable(face: &surfaces::Face) -> Outline {
+    face.inset_region(2.0, 0.0)
+}
+
+/// Lattice points in W of a part of a face with the given pitch.
+pub fn lattice(face: &surfaces::Face, part: &Outline, pitch: f64) -> Vec<Point3<f64>> {
+    let Some((low, high)) = part.bounds() else {
+        return Vec::new();
+    };
+    let steps = |low: f64, high: f64| (low / pitch).ceil() as i64..=(high / pitch).floor() as i64;
     let mut points = Vec::new();
-    for i in -n..=n {
-        for j in -n..=n {
-            let p = nalgebra::Point2::new(i as f64 * pitch, j as f64 * pitch);
-            if polygon.contains(&p, 0.0) {
-                points.push(surface.point_W(&p));
+    for i in steps(low.x, high.x) {
+        for j in steps(low.y, high.y) {
+            let p = Point2::new(i as f64 * pitch, j as f64 * pitch);
+            if part.contains(&p) {
+                points.push(face.point_W(&p));
             }
         }
     }
     points
 }
 
-/// The surfaces that lie on the face: within 5° and, at their centroid, 3 cm of its plane, and
-/// with their centroid on it.
-pub fn on_face<'a>(
-    found: &'a [surfaces::Surface],
-    face: &Face,
-    world: &[Block],
-) -> Vec<&'a surfaces::Surface> {
-    let lies = |s: &&surfaces::Surface| {
-        let p = Point3::from(s.X_WS.translation.vector);
-        s.normal_W().dot(&face.normal_W()) > 5.0_f64.to_radians().cos()
-            && face.height(&p).abs() < 0.03
-            && face.holds(&p, world)
+/// Whether a face lies on a true one: within 5° and, at its centroid, 3 cm of its plane, and with most of
+/// its area on it.
+pub fn lies_on(found: &surfaces::Face, face: &Face, world: &[Block]) -> bool {
+    let points = || lattice(found, &whole(found), 0.03);
+    let near = |points: Vec<Point3<f64>>| {
+        let on = points.iter().filter(|p| face.holds(p, world)).count();
+        2 * on > points.len()
     };
-    found.iter().filter(lies).collect()
+    found.normal_W().dot(&face.normal_W()) > 5.0_f64.to_radians().cos()
+        && face.height(&found.point_W(&found.region.centroid())).abs() < 0.03
+        && near(points())
 }
 
-/// Ratio of the polygons' area off the face, root mean square distance of the polygons from its
-/// plane, and area of the union.
-pub fn against(pieces: &[&surfaces::Surface], face: &Face, world: &[Block]) -> (f64, f64, f64) {
+/// The faces that lie on the true one, the largest first.
+pub fn on_face<'a>(
+    found: &'a [surfaces::Face],
+    face: &Face,
+    world: &[Block],
+) -> Vec<&'a surfaces::Face> {
+    let mut on: Vec<_> = found.iter().filter(|f| lies_on(f, face, world)).collect();
+    on.sort_by(|a, b| b.region.area().total_cmp(&a.region.area()));
+    on
+}
+
+/// Ratio of the area of parts of faces that is off the true one, root mean square distance of the parts
+/// from its plane, and area of the union.
+pub fn against(
+    found: &[&surfaces::Face],
+    part: fn(&surfaces::Face) -> Outline,
+    face: &Face,
+    world: &[Block],
+) -> (f64, f64, f64) {
     let pitch = 0.01;
     let (mut off, mut square, mut count) = (0, 0.0, 0);
     let mut cells = std::collections::BTreeSet::new();
-    for piece in pieces {
-        for p in lattice(piece, pitch) {
+    for of in found {
+        for p in lattice(of, &part(of), pitch) {
             off += usize::from(!face.holds(&p, world));
             square += face.height(&p).powi(2);
             count += 1;
@@ -394,13 +415,13 @@ pub fn concave() -> Vec<Block> {
     ]
 }
 
-/// Squared error of a surface's (rotation about x_S, about y_S, offset along z_S), in units of its
+/// Squared error of a face's (rotation about x_F, about y_F, offset along z_F), in units of its
 /// covariance.
-pub fn nees(piece: &surfaces::Surface, face: &Face) -> f64 {
-    let n = piece.X_WS.rotation.inverse() * face.normal_W();
-    let height = face.height(&Point3::from(piece.X_WS.translation.vector));
+pub fn nees(found: &surfaces::Face, face: &Face) -> f64 {
+    let n = found.X_WF.rotation.inverse() * face.normal_W();
+    let height = face.height(&Point3::from(found.X_WF.translation.vector));
     let error = Vector3::new(-n.y / n.z, n.x / n.z, -height / n.z);
-    let rows = piece.plane_covariance.unwrap();
+    let rows = found.plane_covariance.unwrap();
     let covariance = nalgebra::Matrix3::from_fn(|i, j| rows[i][j]);
     error.dot(&(covariance.try_inverse().unwrap() * error))
 }

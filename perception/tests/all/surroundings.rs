@@ -52,8 +52,8 @@ fn walls_and_poles_are_covered_and_the_ramp_is_free() {
             // 1. The two walls, in their places: x = 6 and y = 4.5.
             for (axis, at) in [(0, 6.0), (1, 4.5)] {
                 let mut found = seen.around.walls.iter().filter(|wall| {
-                    let n = wall.surface.normal_W();
-                    let p = wall.surface.X_WS.translation.vector;
+                    let n = wall.face.normal_W();
+                    let p = wall.face.X_WF.translation.vector;
                     n[axis] < -0.999 && (p[axis] - at).abs() < 0.03
                 });
                 assert!(found.any(|wall| wall.width_m > 1.0), "axis {axis}");

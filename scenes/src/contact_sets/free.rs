@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point2, Point3, Translation3};
 use robot_model::collision::World;
-use surfaces::{ConvexPolygon, Surface};
+use surfaces::{ConvexPolygon, Face, Region};
 
 use super::draw::Draws;
 use super::place::{Touch, rows};
@@ -19,36 +19,34 @@ const LAYOUTS: usize = 12;
 
 pub(super) fn draw(maker: &Maker, draws: &mut Draws) -> Option<ProblemRecord> {
     let (q, touches, mu) = easy::witness(maker, draws)?;
-    let surfaces = (0..LAYOUTS).find_map(|_| {
-        let surfaces: Vec<Surface> = touches
+    let faces = (0..LAYOUTS).find_map(|_| {
+        let faces: Vec<Face> = touches
             .iter()
             .enumerate()
             .map(|(k, touch)| around(maker, touch, k, draws))
             .collect::<Option<_>>()?;
-        let bodies: Vec<Vec<Point3<f64>>> = surfaces
-            .iter()
-            .map(|s| s.thin_body(BODY_M).points_W)
-            .collect();
+        let bodies = faces.iter().flat_map(|face| face.bodies_W(BODY_M));
+        let bodies: Vec<Vec<Point3<f64>>> = bodies.collect();
         let world = World::new(&bodies).ok()?;
-        maker.is_clear_of(&world, &q, &touches).then_some(surfaces)
+        maker.is_clear_of(&world, &q, &touches).then_some(faces)
     })?;
     let mut problem = maker.fixed(&touches, mu);
-    for (contact, surface) in problem.contacts.iter_mut().zip(&surfaces) {
+    for (contact, face) in problem.contacts.iter_mut().zip(&faces) {
         *contact = ContactRecord {
             p: None,
             R: None,
             yaw_free: false,
-            surface: Some(surface.id.clone()),
+            surface: Some(face.id.to_string()),
             ..contact.clone()
         };
     }
-    problem.surfaces = surfaces.iter().map(record).collect();
+    problem.surfaces = faces.iter().map(record).collect();
     Some(maker.witnessed(problem, &q))
 }
 
-/// A surface through the touched place, larger than the patch, which lies anywhere in it. Its
+/// A convex face through the touched place, larger than the patch, which lies anywhere in it. Its
 /// axes are those of the patch.
-fn around(maker: &Maker, touch: &Touch, k: usize, draws: &mut Draws) -> Option<Surface> {
+fn around(maker: &Maker, touch: &Touch, k: usize, draws: &mut Draws) -> Option<Face> {
     let patch = &maker.robot.patches[touch.limb.patch];
     let radius = patch
         .polygon
@@ -72,31 +70,19 @@ fn around(maker: &Maker, touch: &Touch, k: usize, draws: &mut Draws) -> Option<S
     if !patch.polygon.iter().all(|v| inside.contains(v, 0.0)) {
         return None;
     }
-    // The origin moves to the polygon's centroid, as a surface's is.
+    // The origin moves to the polygon's centroid.
     let c = polygon.centroid();
-    let moved = polygon
-        .vertices()
-        .iter()
-        .map(|v| Point2::from(v - c))
-        .collect();
-    let X_WS = touch.X_WS * Translation3::new(c.x, c.y, 0.0);
-    Some(Surface::new(
-        format!("s{k}"),
-        X_WS,
-        ConvexPolygon::new(moved).ok()?,
-    ))
+    let X_WF = touch.X_WS * Translation3::new(c.x, c.y, 0.0);
+    let region = Region::from(&polygon).moved(&-c.coords);
+    Some(Face::new(format!("s{k}"), X_WF, region))
 }
 
-fn record(surface: &Surface) -> SurfaceRecord {
+fn record(face: &Face) -> SurfaceRecord {
+    let outer = &face.region.rings()[0].vertices;
     SurfaceRecord {
-        id: surface.id.clone(),
-        p: surface.X_WS.translation.vector.into(),
-        R: rows(&surface.X_WS.rotation.to_rotation_matrix()),
-        polygon_m: surface
-            .polygon
-            .vertices()
-            .iter()
-            .map(|v| [v.x, v.y])
-            .collect(),
+        id: face.id.to_string(),
+        p: face.X_WF.translation.vector.into(),
+        R: rows(&face.X_WF.rotation.to_rotation_matrix()),
+        polygon_m: outer.iter().map(|v| [v.x, v.y]).collect(),
     }
 }

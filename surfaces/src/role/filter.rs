@@ -1,11 +1,11 @@
-//! What a role asks of a surface, and the reason when a surface does not serve.
+//! What a role asks of a face, and the reason when a face does not serve.
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::{ConvexPolygon, Face, Surface};
+use crate::Face;
 
-/// What a surface must be like to serve a role; what is not set is not asked for.
+/// What a face must be like to serve a role; what is not set is not asked for.
 #[allow(non_snake_case)]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -14,9 +14,9 @@ pub struct Filter {
     pub tilt_min_rad: Option<f64>,
     /// Largest tilt from the horizontal, rad: for a foot the steepest slope to walk on.
     pub tilt_max_rad: Option<f64>,
-    /// The highest point of the surface must not be lower than this, m in W.
+    /// The highest point of the face must not be lower than this, m in W.
     pub height_min_m: Option<f64>,
-    /// The lowest point of the surface must not be higher than this, m in W.
+    /// The lowest point of the face must not be higher than this, m in W.
     pub height_max_m: Option<f64>,
     /// Direction in W to which the normal should point; need not be a unit vector.
     pub facing_W: Option<[f64; 3]>,
@@ -28,7 +28,7 @@ pub struct Filter {
     pub area_min_m2: Option<f64>,
 }
 
-/// Why a surface does not serve a role.
+/// Why a face does not serve a role.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -43,7 +43,7 @@ pub enum Rejection {
         /// Largest allowed, rad.
         max_rad: f64,
     },
-    /// The surface is too low.
+    /// The face is too low.
     #[error("its highest point is at {height_m:.3} m, below {min_m:.3} m")]
     TooLow {
         /// Height of its highest point, m.
@@ -51,7 +51,7 @@ pub enum Rejection {
         /// Smallest allowed, m.
         min_m: f64,
     },
-    /// The surface is too high.
+    /// The face is too high.
     #[error("its lowest point is at {height_m:.3} m, above {max_m:.3} m")]
     TooHigh {
         /// Height of its lowest point, m.
@@ -70,13 +70,13 @@ pub enum Rejection {
     /// Nothing is left of it that is surely there.
     #[error("nothing is left of it but for what its edges may be off")]
     Empty,
-    /// The surface is too narrow.
+    /// The face is too narrow.
     #[error("no circle with a radius of {min_m:.3} m fits in it")]
     TooNarrow {
         /// Smallest allowed radius, m.
         min_m: f64,
     },
-    /// The surface is too small.
+    /// The face is too small.
     #[error("its area is {area_m2:.4} m², less than {min_m2:.4}")]
     TooSmall {
         /// Its area, m².
@@ -87,7 +87,7 @@ pub enum Rejection {
 }
 
 impl Filter {
-    /// Surfaces to walk on: tilted by at most `tilt_max_rad` from the horizontal.
+    /// Faces to walk on: tilted by at most `tilt_max_rad` from the horizontal.
     pub fn walkable(tilt_max_rad: f64) -> Self {
         Self {
             tilt_max_rad: Some(tilt_max_rad),
@@ -103,24 +103,7 @@ impl Filter {
     pub fn serves(&self, face: &Face, k_sigma: f64) -> Result<(), Rejection> {
         self.check_normal(&face.normal_W())?;
         self.check_height(&face.vertices_W())?;
-        let left = face.inset_region(k_sigma, 0.0);
-        let fits = |radius_m| !face.inset_region(k_sigma, radius_m).is_empty();
-        self.check_size((!left.is_empty()).then(|| left.area()), fits)
-    }
-
-    /// Whether a surface serves.
-    ///
-    /// # Errors
-    /// As [`Self::serves`].
-    pub fn accepts(&self, surface: &Surface) -> Result<(), Rejection> {
-        self.check_normal(&surface.normal_W())?;
-        self.check_height(&surface.vertices_W())?;
-        let left = surface.effective_polygon();
-        let fits = |min_m| {
-            left.as_ref()
-                .is_some_and(|p| p.inscribed_circle().1 >= min_m)
-        };
-        self.check_size(left.as_ref().map(ConvexPolygon::area), fits)
+        self.check_size(face, k_sigma)
     }
 
     fn check_normal(&self, normal: &Vector3<f64>) -> Result<(), Rejection> {
@@ -162,16 +145,16 @@ impl Filter {
         }
     }
 
-    /// By the area of what is left of the shape, m², and whether a circle of a radius fits in that.
-    fn check_size(
-        &self,
-        area_m2: Option<f64>,
-        fits: impl Fn(f64) -> bool,
-    ) -> Result<(), Rejection> {
-        let area_m2 = area_m2.ok_or(Rejection::Empty)?;
-        if let Some(min_m) = self.radius_min_m.filter(|radius_m| !fits(*radius_m)) {
+    fn check_size(&self, face: &Face, k_sigma: f64) -> Result<(), Rejection> {
+        let left = face.inset_region(k_sigma, 0.0);
+        if left.is_empty() {
+            return Err(Rejection::Empty);
+        }
+        let narrow = |radius_m: &f64| face.inset_region(k_sigma, *radius_m).is_empty();
+        if let Some(min_m) = self.radius_min_m.filter(narrow) {
             return Err(Rejection::TooNarrow { min_m });
         }
+        let area_m2 = left.area();
         match self.area_min_m2 {
             Some(min_m2) if area_m2 < min_m2 => Err(Rejection::TooSmall { area_m2, min_m2 }),
             _ => Ok(()),

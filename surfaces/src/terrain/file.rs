@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Terrain, version_1};
-use crate::{Error, SurfaceSet};
+use crate::Error;
 
 /// The value of the field `format` that this version writes; it reads
 /// `scandent-surfaces/1` as well.
@@ -66,14 +66,6 @@ impl Terrain {
     }
 }
 
-impl TryFrom<SurfaceSet> for Terrain {
-    type Error = Error;
-
-    fn try_from(set: SurfaceSet) -> Result<Self, Error> {
-        Self::from_json(&set.to_json()?)
-    }
-}
-
 fn parse<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, Error> {
     serde_json::from_str(text).map_err(|e| json(&e))
 }
@@ -86,7 +78,7 @@ fn json(error: &serde_json::Error) -> Error {
 }
 
 /// Reads a list entry by entry; an error that does not name its entry yet is given the name.
-pub(crate) fn read_each<T: serde::de::DeserializeOwned>(
+pub(super) fn read_each<T: serde::de::DeserializeOwned>(
     what: &str,
     values: Vec<serde_json::Value>,
 ) -> Result<Vec<T>, Error> {

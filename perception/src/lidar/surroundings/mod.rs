@@ -11,7 +11,7 @@ mod obstacle_cluster;
 mod walls;
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use surfaces::{Obstacle, Surface};
+use surfaces::{ConvexPolygon, Face, Obstacle};
 
 use super::config::LidarConfig;
 use super::field::Field;
@@ -37,8 +37,8 @@ pub struct Surroundings {
 /// A wall, or the part of one between two openings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wall {
-    /// What was seen of it: x_S level, y_S up. Its name is `wall0`, …
-    pub surface: Surface,
+    /// What was seen of it, convex: x_F level, y_F up. Its name is `wall0`, …
+    pub face: Face,
     /// Distance of its plane from the sensor, m.
     pub distance_m: f64,
     /// Its width, m.
@@ -67,12 +67,12 @@ pub struct ObstacleCluster {
 }
 
 impl Surroundings {
-    /// The walls as surfaces.
-    pub fn surfaces(&self) -> impl Iterator<Item = &Surface> {
-        self.walls.iter().map(|wall| &wall.surface)
+    /// What was seen of the walls.
+    pub fn faces(&self) -> impl Iterator<Item = &Face> {
+        self.walls.iter().map(|wall| &wall.face)
     }
 
-    /// The bodies to keep away from beside those of the surfaces.
+    /// The bodies to keep away from beside those of the faces.
     pub fn obstacles(&self) -> impl Iterator<Item = &Obstacle> {
         let things = self.things.iter();
         let things = things.flat_map(|t| std::iter::once(&t.body).chain(&t.beyond));
@@ -109,8 +109,8 @@ struct View<'a> {
     /// Pose of V in W; the identity where there is no ground.
     X_WV: Isometry3<f64>,
     ground_V: Option<Plane>,
-    /// The slopes, wider by their border, and their planes.
-    slopes: Vec<(Surface, Plane)>,
+    /// The slopes: frame on each, where it is in that, wider by its border, and its plane.
+    slopes: Vec<(Isometry3<f64>, ConvexPolygon, Plane)>,
     /// The lowest and the uppermost ring.
     rings: Option<[u16; 2]>,
     /// Mean angle between neighbouring rings, rad.
@@ -120,13 +120,12 @@ struct View<'a> {
 impl<'a> View<'a> {
     fn new(field: &'a Field, scan: Option<&SlopeScan>) -> Self {
         let slopes = scan.map(|scan| {
-            let surfaces = scan.surfaces().into_iter().map(|mut surface| {
-                surface.polygon = surface.polygon.grown(BESIDE_M);
-                surface
-            });
-            // Slopes come first, in order.
-            let planes = scan.slopes.iter().map(|slope| slope.plane_V);
-            surfaces.zip(planes).collect()
+            let wider = |(k, slope)| {
+                let face = scan.slope_face(k, slope)?;
+                let polygon = face.region.as_convex()?.grown(BESIDE_M);
+                Some((face.X_WF, polygon, slope.plane_V))
+            };
+            scan.slopes.iter().enumerate().filter_map(wider).collect()
         });
         let mut view = Self {
             field,
@@ -186,11 +185,9 @@ impl<'a> View<'a> {
             ground
                 .clone()
                 .all(|plane| over(&p, plane, plane.distance(&p)))
-                && self.slopes.iter().all(|(surface, plane)| {
-                    let p_S = surface
-                        .X_WS
-                        .inverse_transform_point(&(self.X_WV * Point3::from(p)));
-                    over(&p, plane, p_S.z) || !surface.polygon.contains(&p_S.xy(), 0.0)
+                && self.slopes.iter().all(|(X_WF, polygon, plane)| {
+                    let p_F = X_WF.inverse_transform_point(&(self.X_WV * Point3::from(p)));
+                    over(&p, plane, p_F.z) || !polygon.contains(&p_F.xy(), 0.0)
                 })
         };
         (0..self.field.len()).map(free).collect()
@@ -261,7 +258,7 @@ fn obstacle(
 }
 
 /// Least and greatest of the values; (∞, −∞) of none.
-fn bounds(values: impl Iterator<Item = f64>) -> [f64; 2] {
+pub(super) fn bounds(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
         [low.min(x), high.max(x)]
     })

@@ -1,14 +1,15 @@
 //! Planes that are too steep for slopes.
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
-use surfaces::{ConvexPolygon, EdgeKind, Source, Surface};
+use surfaces::{ConvexPolygon, Face, Fit, Source, UNSEEN_DEPTH_M};
 
 use super::{BEYOND_M, CLEAR_M, Upright, View, Wall, bounds, obstacle};
+use crate::face::convex;
 use crate::lidar::config::LidarConfig;
 use crate::lidar::extract_planes::{TRIES, extended};
+use crate::lidar::faces::{EDGE_M, VERTICES_MAX, edge};
 use crate::lidar::plane::Plane;
 use crate::lidar::slopes::{Patch, PatchSearch, patches};
-use crate::lidar::surface::{EDGE_M, VERTICES_MAX};
 
 /// Most walls.
 const WALLS_MAX: usize = 24;
@@ -16,8 +17,6 @@ const WALLS_MAX: usize = 24;
 const WALL_POINTS_MIN: usize = 120;
 /// A wall ends where nothing of it is seen over this width, m.
 const WALL_GAP_M: f64 = 0.4;
-/// Depth of what is taken to be behind walls beside what was seen of them, m.
-const WALL_DEPTH_M: f64 = 0.2;
 /// Points of a part of a wall, as a share of the fewest of a wall.
 const PART: usize = 4;
 
@@ -46,15 +45,15 @@ pub(super) fn walls(view: &View, free: &mut [bool], config: &LidarConfig) -> Vec
     let mut walls = Vec::new();
     for patch in found {
         let members = extended(field, &patch.plane, |i| free[i]);
-        let Some(X_WS) = upright_frame(&patch.plane, view) else {
+        let Some(X_WF) = upright_frame(&patch.plane, view) else {
             continue;
         };
-        for part in parts(&X_WS, view, members, WALL_GAP_M) {
+        for part in parts(&X_WF, view, members, WALL_GAP_M) {
             if part.len() * PART < WALL_POINTS_MIN {
                 continue;
             }
             let number = walls.len();
-            if let Some((wall, body)) = wall(view, &patch.plane, &X_WS, &part, number) {
+            if let Some((wall, body)) = wall(view, &patch.plane, &X_WF, &part, number) {
                 walls.push(wall);
                 // What else is in its body is avoided with it.
                 for (i, free) in free.iter_mut().enumerate().filter(|(_, free)| **free) {
@@ -67,7 +66,7 @@ pub(super) fn walls(view: &View, free: &mut [bool], config: &LidarConfig) -> Vec
     walls
 }
 
-/// The frame of a steep plane: z_S its normal, x_S level, y_S up; the origin below the sensor.
+/// The frame of a steep plane: z_F its normal, x_F level, y_F up; the origin below the sensor.
 fn upright_frame(plane: &Plane, view: &View) -> Option<Isometry3<f64>> {
     let z = view.X_WV * plane.normal;
     let x = Vector3::z().cross(&z).try_normalize(1e-6)?;
@@ -77,10 +76,10 @@ fn upright_frame(plane: &Plane, view: &View) -> Option<Isometry3<f64>> {
     Some(Isometry3::from_parts(foot.into(), rotation))
 }
 
-/// The points of a plane, parted where none is seen over a width along it, from x_S = −∞ on.
-fn parts(X_WS: &Isometry3<f64>, view: &View, members: Vec<u32>, gap_m: f64) -> Vec<Vec<u32>> {
+/// The points of a plane, parted where none is seen over a width along it, from x_F = −∞ on.
+fn parts(X_WF: &Isometry3<f64>, view: &View, members: Vec<u32>, gap_m: f64) -> Vec<Vec<u32>> {
     let places = view.in_W(&members);
-    let across = places.iter().map(|p| X_WS.inverse_transform_point(p).x);
+    let across = places.iter().map(|p| X_WF.inverse_transform_point(p).x);
     let mut order: Vec<(f64, u32)> = across.zip(members).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut parts: Vec<Vec<u32>> = Vec::new();
@@ -99,14 +98,14 @@ fn parts(X_WS: &Isometry3<f64>, view: &View, members: Vec<u32>, gap_m: f64) -> V
 fn wall(
     view: &View,
     plane: &Plane,
-    X_WS: &Isometry3<f64>,
+    X_WF: &Isometry3<f64>,
     members: &[u32],
     number: usize,
 ) -> Option<(Wall, Upright)> {
     let places = view.in_W(members);
     let local: Vec<Point3<f64>> = places
         .iter()
-        .map(|p| X_WS.inverse_transform_point(p))
+        .map(|p| X_WF.inverse_transform_point(p))
         .collect();
     let flat: Vec<Point2<f64>> = local.iter().map(|p| p.xy()).collect();
     let n = flat.len() as f64;
@@ -119,15 +118,19 @@ fn wall(
     let polygon = ConvexPolygon::hull(&centred)
         .ok()?
         .simplified_inside(VERTICES_MAX);
-    let X_WM = X_WS * Isometry3::translation(middle.x, middle.y, 0.0);
+    let X_WM = X_WF * Isometry3::translation(middle.x, middle.y, 0.0);
     let squares: f64 = local.iter().map(|p| p.z * p.z).sum();
-    let surface = Surface {
-        polygon_edges: vec![EdgeKind::Unknown; polygon.vertices().len()],
-        inset_m: EDGE_M,
-        inliers: members.len(),
-        rms_m: (squares / n).sqrt(),
+    let face = Face {
+        fit: Some(Fit {
+            points: members.len(),
+            rms_m: (squares / n).sqrt(),
+        }),
         source: Source::Scan,
-        ..Surface::new(format!("wall{number}"), X_WM, polygon)
+        ..Face::new(
+            format!("wall{number}"),
+            X_WM,
+            convex(&polygon, edge(EDGE_M)),
+        )
     };
     let heights_m = bounds(places.iter().map(|p| view.height(p)));
 
@@ -140,24 +143,23 @@ fn wall(
     let on_ground = view.ground_V.is_some() && (lowest || heights_m[0] <= gap + CLEAR_M);
     let from = if on_ground { ground } else { low - gap };
     let to = high + if uppermost { BEYOND_M } else { gap };
-    let level =
-        Vector3::new(surface.normal_W().x, surface.normal_W().y, 0.0).try_normalize(1e-6)?;
+    let level = Vector3::new(face.normal_W().x, face.normal_W().y, 0.0).try_normalize(1e-6)?;
     let across = Vector3::z().cross(&level);
     let side = bounds(places.iter().map(|p| across.dot(&p.coords)));
     let front = bounds(places.iter().map(|p| level.dot(&p.coords)));
     let body = Upright {
         u: level,
-        along: [front[0].min(front[1] - WALL_DEPTH_M), front[1]],
+        along: [front[0].min(front[1] - UNSEEN_DEPTH_M), front[1]],
         across: [side[0] - EDGE_M, side[1] + EDGE_M],
         z: [from, to],
     };
     let id = format!("wall{number}/beyond");
     let wall = Wall {
-        beyond: obstacle(id, body.corners_W(), Some(surface.id.clone()), false),
+        beyond: obstacle(id, body.corners_W(), Some(face.id.to_string()), false),
         distance_m: plane.offset_m,
         width_m: side[1] - side[0],
         heights_m,
-        surface,
+        face,
     };
     Some((wall, body))
 }
