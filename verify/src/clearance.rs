@@ -19,27 +19,35 @@ pub(crate) struct Surroundings {
     bodies: Vec<Body>,
 }
 
+/// The hull of points in W, and all that is within the margin of it across the axis.
 struct Body {
     name: String,
     /// The face whose body it is.
     face: Option<String>,
     points: Vec<Vector3<f64>>,
+    axis: Vector3<f64>,
+    margin_m: f64,
     solid: Solid,
     bounds: Bounds,
 }
 
 impl Surroundings {
-    /// Prisms behind every face of the plan, and its obstacles.
+    /// What is behind every face of the plan: all points within [`Face::body_margin_m`] of the region
+    /// in its plane, as deep as the plan takes bodies to be or the face says; and the obstacles.
+    ///
+    /// The bodies that a solver kept away from hold all of that and may hold more.
     pub fn new(plan: &Plan) -> Self {
         let mut bodies = Vec::new();
-        let mut add = |name, face, frame: &Matrix4<f64>, points: Vec<Vector3<f64>>| {
-            let solid = Solid::hull(points.iter().copied(), 0.0);
+        let mut add = |name, face, frame: &Matrix4<f64>, points: Vec<Vector3<f64>>, margin_m| {
+            let axis = column(frame, 2);
             bodies.push(Body {
-                bounds: Bounds::new(frame, &points),
+                bounds: Bounds::new(frame, &points, margin_m),
                 name,
                 face,
+                solid: Solid::widened(points.iter().copied(), &axis, margin_m),
                 points,
-                solid,
+                axis,
+                margin_m,
             });
         };
         // A face of a mesh has the mesh itself behind it.
@@ -47,14 +55,18 @@ impl Surroundings {
         for face in plan.faces.iter().filter(has_own) {
             let pose = face.X_WF.to_homogeneous();
             let depth = plan.thin_body_m.max(face.depth_m);
-            for part in region::trapezoids(face) {
-                let at = |z: f64| part.map(|p| point(&pose, &Vector3::new(p.x, p.y, z)));
+            for part in region::convex_parts(face) {
+                let at = |z: f64| {
+                    let corners = part.iter().map(|p| point(&pose, &p.push(z)));
+                    corners.collect::<Vec<_>>()
+                };
                 let points = [at(0.0), at(-depth)].concat();
                 add(
                     format!("face {}", face.id),
                     Some(face.id.to_string()),
                     &pose,
                     points,
+                    face.body_margin_m(),
                 );
             }
         }
@@ -65,6 +77,7 @@ impl Surroundings {
                 obstacle.surface.clone(),
                 &Matrix4::identity(),
                 points,
+                0.0,
             );
         }
         Self { bodies }
@@ -83,7 +96,8 @@ impl Body {
             .points
             .iter()
             .map(|p| inverse_point(&plane, p).z)
-            .fold(f64::NEG_INFINITY, f64::max);
+            .fold(f64::NEG_INFINITY, f64::max)
+            + self.margin_m * self.axis.cross(&column(&plane, 2)).norm();
         (rise <= options.same_plane_m).then_some(rise.max(0.0))
     }
 }
@@ -282,14 +296,16 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn new(frame: &Matrix4<f64>, points: &[Vector3<f64>]) -> Self {
+    /// Of points and all that is within the margin of their hull across the frame's z axis.
+    fn new(frame: &Matrix4<f64>, points: &[Vector3<f64>], margin_m: f64) -> Self {
         let far = Vector3::repeat(f64::INFINITY);
         let inside = points.iter().map(|p| inverse_point(frame, p));
         let (low, high) = inside.fold((far, -far), |(low, high), p| (low.inf(&p), high.sup(&p)));
+        let beside = Vector3::new(margin_m, margin_m, 0.0);
         Self {
             frame: *frame,
-            low,
-            high,
+            low: low - beside,
+            high: high + beside,
         }
     }
 
@@ -314,12 +330,10 @@ fn solid(geometry: &ShapeGeometry, pose: &Matrix4<f64>) -> Solid {
         ShapeGeometry::Cylinder {
             half_length_m,
             radius_m,
-        } => Solid::cylinder(
-            &at(0.0, 0.0, 0.0),
-            &column(pose, 2),
-            *half_length_m,
-            *radius_m,
-        ),
+        } => {
+            let ends = [-1.0, 1.0].map(|end| at(0.0, 0.0, end * half_length_m));
+            Solid::widened(ends, &column(pose, 2), *radius_m)
+        }
         ShapeGeometry::Box { half_extents_m: h } => {
             let corners = [-1.0, 1.0].into_iter().flat_map(|i| {
                 [-1.0, 1.0]

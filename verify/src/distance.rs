@@ -24,85 +24,61 @@ pub(crate) struct Solid {
     radius: f64,
 }
 
-/// The hull of points, or a cylinder.
-enum Core {
-    Points(Vec<Vector>),
-    Cylinder {
-        centre: Vector,
-        axis: Vector,
-        half_length: f64,
-        radius: f64,
-    },
+/// All points of discs of one radius and axis about the points of a hull.
+struct Core {
+    points: Vec<Vector>,
+    axis: Vector,
+    disc: f64,
 }
 
 impl SupportMap for Core {
     fn local_support_point(&self, direction: Vector) -> Vector {
-        match self {
-            Core::Points(points) => {
-                let mut best = Vector::ZERO;
-                let mut most = f64::NEG_INFINITY;
-                for &p in points {
-                    let along = p.dot(direction);
-                    if along > most {
-                        (best, most) = (p, along);
-                    }
-                }
-                best
-            }
-            Core::Cylinder {
-                centre,
-                axis,
-                half_length,
-                radius,
-            } => {
-                let along = axis.dot(direction);
-                // Along the axis, what is left across it is rounding, and not even across it.
-                let across = direction - *axis * along;
-                let across = if across.length() > 1e-9 * direction.length() {
-                    across.normalize()
-                } else {
-                    Vector::ZERO
-                };
-                *centre + *axis * half_length.copysign(along) + across * *radius
+        let mut best = Vector::ZERO;
+        let mut most = f64::NEG_INFINITY;
+        for &p in &self.points {
+            let along = p.dot(direction);
+            if along > most {
+                (best, most) = (p, along);
             }
         }
+        if self.disc == 0.0 {
+            return best;
+        }
+        // Along the axis, what is left across it is rounding, and not even across it.
+        let across = direction - self.axis * self.axis.dot(direction);
+        if across.length() > 1e-9 * direction.length() {
+            best += across.normalize() * self.disc;
+        }
+        best
     }
 }
 
 impl Solid {
     /// The hull of points inflated by a radius: a ball of one, a capsule of two; m.
     pub fn hull(points: impl IntoIterator<Item = Vector3<f64>>, radius: f64) -> Self {
-        let points = points.into_iter().map(|p| vector(&p)).collect();
-        Self {
-            core: Core::Points(points),
-            radius,
-        }
+        let no_disc = Self::widened(points, &Vector3::z(), 0.0);
+        Self { radius, ..no_disc }
     }
 
-    /// A cylinder about a unit axis; m.
-    pub fn cylinder(
-        centre: &Vector3<f64>,
+    /// The hull of points, with all that is within a radius of it across a unit axis: a cylinder of
+    /// two; m.
+    pub fn widened(
+        points: impl IntoIterator<Item = Vector3<f64>>,
         axis: &Vector3<f64>,
-        half_length: f64,
         radius: f64,
     ) -> Self {
-        let core = Core::Cylinder {
-            centre: vector(centre),
+        let core = Core {
+            points: points.into_iter().map(|p| vector(&p)).collect(),
             axis: vector(axis),
-            half_length,
-            radius,
+            disc: radius,
         };
         Self { core, radius: 0.0 }
     }
 
     /// A centre to start the search from.
     fn middle(&self) -> Vector {
-        match &self.core {
-            Core::Points(points) => {
-                points.iter().copied().sum::<Vector>() / points.len().max(1) as f64
-            }
-            Core::Cylinder { centre, .. } => *centre,
-        }
+        let points = &self.core.points;
+        points.iter().copied().sum::<Vector>() / points.len().max(1) as f64
     }
 }
 
@@ -211,9 +187,22 @@ mod tests {
 
     #[test]
     fn a_cylinder_is_flat_at_its_ends() {
-        let c = Solid::cylinder(&Vector3::zeros(), &Vector3::z(), 1.0, 0.5);
+        let c = Solid::widened([-1.0, 1.0].map(|z| Vector3::z() * z), &Vector3::z(), 0.5);
         apart(&c, &cube([0.0, 0.0, 2.0], 0.5), 0.5);
         apart(&c, &cube([1.5, 0.0, 0.0], 0.5), 0.5);
+    }
+
+    #[test]
+    fn a_widened_plate_is_round_at_its_corners_and_flat_above() {
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let corners = corners.map(|[x, y]| Vector3::new(x, y, 0.0));
+        let points = corners.into_iter().flat_map(|p| [p, p - Vector3::z()]);
+        let plate = Solid::widened(points, &Vector3::z(), 0.2);
+        let point = |x: f64, y: f64, z: f64| Solid::hull([Vector3::new(x, y, z)], 0.0);
+        apart(&plate, &point(1.5, 0.3, -0.5), 0.3);
+        apart(&plate, &point(1.3, 1.4, -0.5), 0.3);
+        apart(&plate, &point(1.1, 0.0, 0.4), 0.4);
+        apart(&plate, &point(1.3, 1.4, 0.4), 0.5);
     }
 
     #[test]

@@ -84,8 +84,6 @@ pub struct Options {
     pub motion_stride: usize,
     /// Every how many samples forces are looked for by linear programming.
     pub motion_lp_stride: usize,
-    /// How far a stated margin may be better than the one found: part, rad or m.
-    pub stated: f64,
 }
 
 impl Default for Options {
@@ -119,7 +117,6 @@ impl Default for Options {
             motion_touch_m: 0.03,
             motion_stride: 10,
             motion_lp_stride: 50,
-            stated: 2e-3,
         }
     }
 }

@@ -206,25 +206,28 @@ fn stated_margins(
         .zip(joints)
         .map(|(body, q)| (q - body.lower).min(body.upper - q))
         .fold(f64::INFINITY, f64::min);
-    // How much better than found, for each.
+    // How much better than found, and how much of that is arithmetic, for each. A margin that is
+    // better than stated is no flaw: the bodies that it was measured from may be larger.
+    let options = scene.options;
+    let clearance = stated.clearance_m.map_or(0.0, |s| s - nearest.environment);
+    let own = stated.self_clearance_m.map_or(0.0, |s| s - nearest.own);
     let better = [
-        ("friction_use", used.friction - stated.friction_use),
-        ("torque_use", used.torque - stated.torque_use),
-        ("joint_rad", stated.joint_rad - joint),
         (
-            "clearance_m",
-            stated.clearance_m.map_or(0.0, |s| s - nearest.environment),
+            "friction_use",
+            used.friction - stated.friction_use,
+            options.part,
         ),
-        (
-            "self_clearance_m",
-            stated.self_clearance_m.map_or(0.0, |s| s - nearest.own),
-        ),
+        ("torque_use", used.torque - stated.torque_use, options.part),
+        ("joint_rad", stated.joint_rad - joint, options.joint_rad),
+        ("clearance_m", clearance, options.distance_m),
+        ("self_clearance_m", own, options.distance_m),
     ];
-    let worst = better
-        .into_iter()
-        .max_by(|a, b| a.1.is_nan().cmp(&b.1.is_nan()).then(a.1.total_cmp(&b.1)));
-    if let Some((margin, value)) = worst {
-        let most = scene.options.stated;
+    let over = |(_, value, most): &(&str, f64, f64)| value - most;
+    let worst = better.into_iter().max_by(|a, b| {
+        let nan = a.1.is_nan().cmp(&b.1.is_nan());
+        nan.then(over(a).total_cmp(&over(b)))
+    });
+    if let Some((margin, value, most)) = worst {
         findings.value(Some(index), Check::StatedMargin, margin, value, most);
     }
 }

@@ -135,7 +135,7 @@ impl Boundary {
 }
 
 /// The half planes of a convex ring's edges.
-fn sides(ring: &[Point2<f64>]) -> Vec<HalfPlane> {
+pub(super) fn sides(ring: &[Point2<f64>]) -> Vec<HalfPlane> {
     let edges = ring.iter().zip(ring.iter().cycle().skip(1));
     let long = edges.filter(|(p, q)| (*q - *p).norm() >= APART_M);
     long.map(|(p, q)| HalfPlane::left_of(p, q)).collect()
