@@ -22,6 +22,26 @@
 //! Frames: R the robot's (x forward, y left, z up), V the sensor's optical frame (x right, y down,
 //! z forward), G the ground's (z up, its plane z = 0). Units: m, rad. Robots are not known here:
 //! feet come in as points.
+//!
+//! ```
+//! # #![allow(non_snake_case)]
+//! use calibration::GroundPlane;
+//! use calibration::camera::{CameraConfig, PlanePair, identify};
+//! use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+//!
+//! // A sensor 0.3 m over the body that looks down, and a body that leans four ways.
+//! let mount = Isometry3::new(Vector3::new(0.1, 0.0, 0.3), Vector3::new(-2.2, 0.0, 0.0));
+//! let pairs = [(0.1, 0.0), (-0.1, 0.0), (0.0, 0.1), (0.0, -0.1)].map(|(roll, pitch)| {
+//!     let lean = UnitQuaternion::from_euler_angles(roll, pitch, 0.0);
+//!     let X_GR = Isometry3::from_parts(Vector3::new(0.0, 0.0, 0.8 + roll).into(), lean);
+//!     let ground = GroundPlane::ground(&X_GR, 1e-6 * Matrix3::identity());
+//!     PlanePair::new(ground, ground.seen_from(&mount))
+//! });
+//! let found = identify(&pairs, &CameraConfig::default())?;
+//! let off_m = (found.X_RV.translation.vector - mount.translation.vector).norm();
+//! assert!(off_m < 1e-6);
+//! # Ok::<(), calibration::Error>(())
+//! ```
 
 pub mod camera;
 mod config;

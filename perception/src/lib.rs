@@ -2,19 +2,31 @@
 //!
 //! A depth image takes the *organised* path ([`Method::Organised`]): inverse depth is linear in the
 //! pixel on a plane, so sums over cells of pixels give its planes without a nearest neighbour. Any other
-//! cloud takes the same growth
-//! over hashed voxels ([`Method::Voxels`]), or, where [`Method::Brossette2013`] asks for it, the chain of that paper
+//! cloud takes the same growth over hashed voxels ([`Method::Voxels`]), or, where [`Method::Brossette2013`] asks for it, the chain of that paper
 //! ([`Brossette2013Config`]): crop, voxel grid, region growing on normals, planes per cluster, projection,
 //! convex hull, re-orientation.
 //!
-//! ```no_run
-//! use perception::{Config, SensorOptions, extract, read_scan};
+//! ```
+//! use nalgebra::Isometry3;
+//! use perception::{Config, DepthImage, PointCloud, Scan, Sensor, extract};
 //!
-//! let scan = read_scan("stairs_depth.png".as_ref(), &SensorOptions::default())?;
-//! let extraction = extract(&scan, &scan.X_WV, &Config::default())?;
-//! for face in &extraction.faces {
-//!     println!("{}: {:.2} m²", face.id, face.region.area());
-//! }
+//! // A camera 1 m over a floor that looks down by 45°: z = 1 / (sin 45° + y cos 45°) on the ray (x, y, 1).
+//! let sensor = Sensor::named("xtion")?;
+//! let (width, height) = (320, 240);
+//! let intrinsics = sensor.intrinsics_for(width, height).expect("it scales");
+//! let down = std::f64::consts::FRAC_1_SQRT_2;
+//! let z_of_row = |v: usize| 1.0 / (down * (1.0 + (v as f64 - intrinsics.cy) / intrinsics.fy));
+//! let z_m = (0..width * height).map(|pixel| z_of_row(pixel / width) as f32).collect();
+//! let scan = Scan {
+//!     cloud: PointCloud::default(),
+//!     depth: Some(DepthImage { width, height, z_m, intrinsics }),
+//!     X_WV: Isometry3::identity(),
+//!     eye_V: nalgebra::Vector3::zeros(),
+//!     noise: sensor.noise,
+//! };
+//! let found = extract(&scan, &scan.X_WV, &Config::default())?;
+//! assert_eq!(found.faces.len(), 1);
+//! assert!((found.faces[0].normal_W().y + down).abs() < 1e-3);
 //! # Ok::<(), perception::Error>(())
 //! ```
 //!

@@ -7,6 +7,14 @@
 //! |---|---|
 //! | [`Plan`] | `plan.json`: where from, which robot, which faces, the [stances](Stance) |
 //! | [`Motion`] | `motion.json`: [phases](Phase) and [samples](Sample) of the whole body in time |
+//!
+//! ```
+//! let text = r#"{ "patch": "left_foot", "link": "LLEG_LINK6", "face": "floor", "friction": 0.5, "loaded": true,
+//!     "X_WC": { "p": [0.0, 0.1, 0.0], "quat_xyzw": [0.0, 0.0, 0.0, 1.0] } }"#;
+//! let contact: plan::Contact = serde_json::from_str(text)?;
+//! assert_eq!(contact.face.as_str(), "floor");
+//! # Ok::<(), serde_json::Error>(())
+//! ```
 
 mod contact;
 mod error;

@@ -16,6 +16,17 @@
 //! | `clearance` | distances to the environment, between parts, and how deep contacts sink |
 //!
 //! A plan that fails is told where: stance, contact or joint or pair, check, and by how much.
+//!
+//! ```no_run
+//! let robot = scenes::builtin_robot("hrp2").expect("it ships");
+//! let robot = robot.load(&robot_model::Config::default())?;
+//! let plan: plan::Plan = serde_json::from_slice(&std::fs::read("plan.json")?)?;
+//! let certificate = verify::verify(&plan, &robot, &verify::Options::default());
+//! for row in certificate.failures() {
+//!     println!("{}", row.sentence());
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod balance;
 pub mod certificate;
