@@ -7,7 +7,7 @@ use serde::Serialize;
 use surfaces::Face;
 
 /// The value of the field `format`.
-pub const SLOPE_FORMAT: &str = "scandent-slope/1";
+pub const SLOPE_FORMAT: &str = "scandent-slope/2";
 
 /// The file. SI units; vectors in W, whose origin is on the ground below the sensor, z up.
 #[derive(Debug, Serialize)]

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Face, FaceId, Terrain};
+use crate::Error;
 pub use filter::{Filter, Rejection};
 
 /// The filter of each role, by name.
@@ -61,17 +61,6 @@ impl From<Config> for BTreeMap<String, Filter> {
     }
 }
 
-/// A face that serves a role, or the reason why not.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Verdict {
-    /// The role.
-    pub role: String,
-    /// The face.
-    pub face: FaceId,
-    /// None when the face serves.
-    pub rejection: Option<Rejection>,
-}
-
 impl Config {
     /// The filter of a role.
     ///
@@ -83,29 +72,6 @@ impl Config {
             name: role.into(),
             candidates: self.roles.keys().cloned().collect(),
         })
-    }
-
-    /// Sets the filter of a role.
-    pub fn set(&mut self, role: impl Into<String>, filter: Filter) {
-        self.roles.insert(role.into(), filter);
-    }
-
-    /// The names of the roles, sorted.
-    pub fn roles(&self) -> impl Iterator<Item = &str> {
-        self.roles.keys().map(String::as_str)
-    }
-
-    /// Every role with every face of a terrain, roles sorted, faces in the terrain's order.
-    pub fn verdicts(&self, terrain: &Terrain, k_sigma: f64) -> Vec<Verdict> {
-        let of_role = |(role, filter): (&String, &Filter)| {
-            let verdict = |face: &Face| Verdict {
-                role: role.clone(),
-                face: face.id.clone(),
-                rejection: filter.serves(face, k_sigma).err(),
-            };
-            terrain.faces.iter().map(verdict).collect::<Vec<_>>()
-        };
-        self.roles.iter().flat_map(of_role).collect()
     }
 }
 

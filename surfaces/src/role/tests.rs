@@ -3,7 +3,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Isometry3, Point2, Vector3};
 
 use super::*;
-use crate::Region;
+use crate::{Face, Region};
 
 fn tilted(tilt_rad: f64, height_m: f64) -> Face {
     let corners = [[-0.2, -0.1], [0.2, -0.1], [0.2, 0.1], [-0.2, 0.1]];
@@ -144,19 +144,4 @@ fn a_file_changes_what_it_names_and_nothing_else() {
     );
     let unknown = config.filter("elbow").unwrap_err().to_string();
     assert_eq!(unknown, "no role `elbow`; there are: foot, hand, knee");
-}
-
-#[test]
-fn verdicts_name_every_pair() {
-    let mut wall = tilted(FRAC_PI_2, 0.9);
-    wall.id = "wall".into();
-    let terrain = Terrain::new(vec![tilted(0.0, 0.0), wall], vec![]).unwrap();
-    let verdicts = Config::default().verdicts(&terrain, 2.0);
-    let serving: Vec<_> = verdicts
-        .iter()
-        .filter(|v| v.rejection.is_none())
-        .map(|v| (v.role.as_str(), v.face.as_str()))
-        .collect();
-    assert_eq!(verdicts.len(), 4);
-    assert_eq!(serving, [("foot", "s"), ("hand", "wall")]);
 }
