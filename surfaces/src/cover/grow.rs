@@ -58,6 +58,12 @@ impl Boundary {
         Self { edges, hull }
     }
 
+    /// Whether an edge of the region runs through the interior of a convex ring.
+    pub fn enters(&self, ring: &[Point2<f64>]) -> bool {
+        let sides = sides(ring);
+        self.edges.iter().any(|edge| edge.enters(&sides))
+    }
+
     /// A convex ring around the seed (a convex counter-clockwise ring in the region) that no edge
     /// of the region enters.
     pub fn grow(&self, seed: &[Point2<f64>]) -> Vec<Point2<f64>> {
