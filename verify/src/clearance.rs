@@ -4,103 +4,14 @@
 use nalgebra::{Matrix4, Vector3};
 use plan::Plan;
 use robot_model::collision::{Shape, ShapeGeometry};
-use surfaces::{Face, Source};
 
 use crate::distance::{Solid, signed_distance};
 use crate::findings::Findings;
 use crate::motion::Extremes;
-use crate::posture::{Posture, column, inverse_point, point};
-use crate::region;
-use crate::stance::{Scene, Touch};
+use crate::posture::{Posture, column, point};
+use crate::scene::{Scene, Touch};
+use crate::surroundings::{Ball, Surroundings};
 use crate::{Check, Options};
-
-/// Everything that is not the robot, in W.
-pub(crate) struct Surroundings {
-    bodies: Vec<Body>,
-}
-
-/// The hull of points in W, and all that is within the margin of it across the axis.
-struct Body {
-    name: String,
-    /// The face whose body it is.
-    face: Option<String>,
-    points: Vec<Vector3<f64>>,
-    axis: Vector3<f64>,
-    margin_m: f64,
-    solid: Solid,
-    bounds: Bounds,
-}
-
-impl Surroundings {
-    /// What is behind every face of the plan: all points within [`Face::body_margin_m`] of the region
-    /// in its plane, as deep as the plan takes bodies to be or the face says; and the obstacles.
-    ///
-    /// The bodies that a solver kept away from hold all of that and may hold more.
-    pub fn new(plan: &Plan) -> Self {
-        let mut bodies = Vec::new();
-        let mut add = |name, face, frame: &Matrix4<f64>, points: Vec<Vector3<f64>>, margin_m| {
-            let axis = column(frame, 2);
-            bodies.push(Body {
-                bounds: Bounds::new(frame, &points, margin_m),
-                name,
-                face,
-                solid: Solid::widened(points.iter().copied(), &axis, margin_m),
-                points,
-                axis,
-                margin_m,
-            });
-        };
-        // A face of a mesh has the mesh itself behind it.
-        let has_own = |face: &&Face| face.source != Source::Mesh || plan.obstacles.is_empty();
-        for face in plan.faces.iter().filter(has_own) {
-            let pose = face.X_WF.to_homogeneous();
-            let depth = plan.thin_body_m.max(face.depth_m);
-            for part in region::convex_parts(face) {
-                let at = |z: f64| {
-                    let corners = part.iter().map(|p| point(&pose, &p.push(z)));
-                    corners.collect::<Vec<_>>()
-                };
-                let points = [at(0.0), at(-depth)].concat();
-                add(
-                    format!("face {}", face.id),
-                    Some(face.id.to_string()),
-                    &pose,
-                    points,
-                    face.body_margin_m(),
-                );
-            }
-        }
-        for obstacle in &plan.obstacles {
-            let points = obstacle.points_W.iter().map(|p| p.coords).collect();
-            add(
-                format!("obstacle {}", obstacle.id),
-                obstacle.surface.clone(),
-                &Matrix4::identity(),
-                points,
-                0.0,
-            );
-        }
-        Self { bodies }
-    }
-}
-
-impl Body {
-    /// Whether the link of the contact may touch this body, and how far the body rises over the
-    /// contact's plane, m: the touched face's own body, and what lies wholly behind its plane.
-    fn rise_over(&self, touch: &Touch, options: &Options) -> Option<f64> {
-        if self.face.as_deref() == Some(touch.face.id.as_str()) {
-            return Some(0.0);
-        }
-        let plane = touch.face.X_WF.to_homogeneous();
-        let rise = self
-            .points
-            .iter()
-            .map(|p| inverse_point(&plane, p).z)
-            .fold(f64::NEG_INFINITY, f64::max)
-            + self.margin_m * self.axis.cross(&column(&plane, 2)).norm();
-        (rise <= options.same_plane_m).then_some(rise.max(0.0))
-    }
-}
 
 /// The worst of some values against their bounds.
 struct Worst {
@@ -177,7 +88,7 @@ pub(crate) fn check(
             let rise = touches
                 .iter()
                 .filter(|touch| touch.patch.body == shape.body)
-                .filter_map(|touch| Some((body.rise_over(touch, options)?, touch)))
+                .filter_map(|touch| Some((body.rise_over(touch.face, options)?, touch)))
                 .max_by(|a, b| a.0.total_cmp(&b.0));
             let subject = || format!("{} / {}", shape.link, body.name);
             match rise {
@@ -250,7 +161,7 @@ pub(crate) fn along(
             let rise = touches
                 .iter()
                 .filter(|touch| touch.patch.body == shape.body)
-                .filter_map(|touch| Some((body.rise_over(touch, options)?, touch)))
+                .filter_map(|touch| Some((body.rise_over(touch.face, options)?, touch)))
                 .max_by(|a, b| a.0.total_cmp(&b.0));
             match rise {
                 Some((rise, touch)) => {
@@ -278,43 +189,11 @@ pub(crate) fn along(
     }
 }
 
-/// Centre and radius of a ball around a body, m.
-type Ball = (Vector3<f64>, f64);
-
 /// A ball around a shape of the robot, in W.
 fn ball_around(posture: &Posture, shape: &Shape) -> Option<Ball> {
     let pose = posture.X_WB.get(shape.body)? * shape.X_BG.to_homogeneous();
     let (centre, half) = shape.geometry.bounds();
     Some((point(&pose, &centre.coords), half.norm()))
-}
-
-/// A box around a body, along the axes of a frame.
-struct Bounds {
-    frame: Matrix4<f64>,
-    low: Vector3<f64>,
-    high: Vector3<f64>,
-}
-
-impl Bounds {
-    /// Of points and all that is within the margin of their hull across the frame's z axis.
-    fn new(frame: &Matrix4<f64>, points: &[Vector3<f64>], margin_m: f64) -> Self {
-        let far = Vector3::repeat(f64::INFINITY);
-        let inside = points.iter().map(|p| inverse_point(frame, p));
-        let (low, high) = inside.fold((far, -far), |(low, high), p| (low.inf(&p), high.sup(&p)));
-        let beside = Vector3::new(margin_m, margin_m, 0.0);
-        Self {
-            frame: *frame,
-            low: low - beside,
-            high: high + beside,
-        }
-    }
-
-    /// A distance that the body has from a ball at least, m.
-    fn least_m(&self, (centre, radius): &Ball) -> f64 {
-        let p = inverse_point(&self.frame, centre);
-        let beside = (self.low - p).sup(&(p - self.high)).sup(&Vector3::zeros());
-        beside.norm() - radius
-    }
 }
 
 /// A shape of the robot in W; round ones, cylinders and boxes are centred in their frame, with

@@ -9,7 +9,7 @@ use crate::balance::{self, Failure, Support};
 use crate::findings::{Findings, exceeds};
 use crate::polygon;
 use crate::posture::{Load, Posture, column, inverse_point};
-use crate::stance::{Scene, Touch, Used};
+use crate::scene::{Scene, Touch};
 use crate::{Check, Options};
 
 /// Number of horizontal directions in which the centre of mass is moved.
@@ -17,6 +17,12 @@ const DIRECTIONS: usize = 8;
 
 /// Smallest upward part of the normals under balls of which a margin is promised.
 const UPWARD_MIN: f64 = 0.71;
+
+/// The parts of friction and torque that the stated forces use.
+pub(crate) struct Used {
+    pub friction: f64,
+    pub torque: f64,
+}
 
 /// Everything about the forces of one stance.
 pub(crate) fn check(

@@ -41,9 +41,11 @@ mod options;
 mod polygon;
 mod posture;
 mod region;
+mod scene;
 mod sequence;
 mod stance;
 mod structure;
+mod surroundings;
 mod well_formed;
 
 pub use certificate::{Certificate, Row, Summary};
@@ -53,8 +55,9 @@ pub use options::Options;
 use plan::{Motion, Plan};
 use robot_model::Robot;
 
-use clearance::Surroundings;
 use findings::Findings;
+use scene::Scene;
+use surroundings::Surroundings;
 
 /// Checks a plan against a robot; never fails, and passes only what holds.
 ///
@@ -98,8 +101,8 @@ pub fn verify_stances(plan: &Plan, robot: &Robot, options: &Options) -> Certific
     findings.certify(&plan.scene, &robot.name, plan.stances.len(), options)
 }
 
-fn scene<'a>(plan: &'a Plan, robot: &'a Robot, options: &'a Options) -> stance::Scene<'a> {
-    stance::Scene {
+fn scene<'a>(plan: &'a Plan, robot: &'a Robot, options: &'a Options) -> Scene<'a> {
+    Scene {
         plan,
         robot,
         options,
@@ -107,7 +110,7 @@ fn scene<'a>(plan: &'a Plan, robot: &'a Robot, options: &'a Options) -> stance::
     }
 }
 
-fn each_stance(scene: &stance::Scene, findings: &mut Findings) {
+fn each_stance(scene: &Scene, findings: &mut Findings) {
     for (index, stance) in scene.plan.stances.iter().enumerate() {
         stance::check(scene, index, stance, findings);
     }

@@ -1,37 +1,16 @@
 //! One stance: is what it says whole, is it where it says, does it hold.
 #![allow(non_snake_case)]
 
-use nalgebra::{Matrix4, Vector3};
-use plan::{Contact, Plan, Stance};
-use robot_model::{ContactPatch, Robot};
-use surfaces::Face;
+use nalgebra::Vector3;
+use plan::Stance;
 
-use crate::clearance::{self, Surroundings};
+use crate::clearance::{self, Nearest};
 use crate::findings::Findings;
-use crate::forces;
+use crate::forces::{self, Used};
 use crate::posture::{Posture, angle_between, column, inverse_point, point, pose};
 use crate::region;
-use crate::{Check, Options, well_formed};
-
-/// A contact of a stance, with what it refers to and where the posture puts it.
-pub(crate) struct Touch<'a> {
-    pub stated: &'a Contact,
-    pub patch: &'a ContactPatch,
-    pub face: &'a Face,
-    /// Pose of the patch frame in W, by the posture; of a ball its centre, with the face's axes.
-    pub X_WC: Matrix4<f64>,
-    /// The patch's vertices in W, by the posture; of a ball the point that is nearest to the
-    /// face's plane on the outer side.
-    pub vertices_W: Vec<Vector3<f64>>,
-}
-
-/// What all stances share.
-pub(crate) struct Scene<'a> {
-    pub plan: &'a Plan,
-    pub robot: &'a Robot,
-    pub options: &'a Options,
-    pub surroundings: Surroundings,
-}
+use crate::scene::{Scene, Touch};
+use crate::{Check, well_formed};
 
 /// Goes through one stance.
 pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
@@ -181,19 +160,13 @@ fn contact(scene: &Scene, index: usize, touch: &Touch, findings: &mut Findings) 
     findings.value(at, Check::Inclusion, name, inside, -options.inclusion_m);
 }
 
-/// The parts of friction and torque that the stated forces use.
-pub(crate) struct Used {
-    pub friction: f64,
-    pub torque: f64,
-}
-
 /// The plan may not say that its margins are better than they are.
 fn stated_margins(
     scene: &Scene,
     index: usize,
     stance: &Stance,
     used: &Used,
-    nearest: &clearance::Nearest,
+    nearest: &Nearest,
     findings: &mut Findings,
 ) {
     let stated = &stance.margins;

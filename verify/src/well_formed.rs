@@ -5,7 +5,7 @@ use plan::Stance;
 
 use crate::Check;
 use crate::findings::Findings;
-use crate::stance::Scene;
+use crate::scene::Scene;
 
 /// Whether the stance can be gone through at all: lengths, finite numbers, known names.
 pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) -> bool {

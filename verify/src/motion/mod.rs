@@ -16,7 +16,7 @@ use plan::Motion;
 use rayon::prelude::*;
 
 use crate::findings::Findings;
-use crate::stance::Scene;
+use crate::scene::Scene;
 use crate::{Check, Sense};
 
 /// Goes through a motion.

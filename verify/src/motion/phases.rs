@@ -9,7 +9,7 @@ use surfaces::FaceId;
 use crate::Check;
 use crate::findings::Findings;
 use crate::posture::{angle_between, column, pose};
-use crate::stance::Scene;
+use crate::scene::Scene;
 
 /// Checks the phases; whether the samples can be gone through.
 pub(super) fn check(scene: &Scene, motion: &Motion, findings: &mut Findings) -> bool {

@@ -11,7 +11,7 @@ use crate::Check;
 use crate::balance::{self, Support};
 use crate::clearance;
 use crate::posture::{Load, Posture, column, inverse_point, point, pose};
-use crate::stance::{Scene, Touch};
+use crate::scene::{Scene, Touch};
 
 /// A closed contact of the phase, with what it refers to.
 struct Closed<'a> {

@@ -1,0 +1,30 @@
+//! What all checks of stances and motions share.
+#![allow(non_snake_case)]
+
+use nalgebra::{Matrix4, Vector3};
+use plan::{Contact, Plan};
+use robot_model::{ContactPatch, Robot};
+use surfaces::Face;
+
+use crate::Options;
+use crate::surroundings::Surroundings;
+
+/// A contact of a stance, with what it refers to and where the posture puts it.
+pub(crate) struct Touch<'a> {
+    pub stated: &'a Contact,
+    pub patch: &'a ContactPatch,
+    pub face: &'a Face,
+    /// Pose of the patch frame in W, by the posture; of a ball its centre, with the face's axes.
+    pub X_WC: Matrix4<f64>,
+    /// The patch's vertices in W, by the posture; of a ball the point that is nearest to the
+    /// face's plane on the outer side.
+    pub vertices_W: Vec<Vector3<f64>>,
+}
+
+/// What all stances share.
+pub(crate) struct Scene<'a> {
+    pub plan: &'a Plan,
+    pub robot: &'a Robot,
+    pub options: &'a Options,
+    pub surroundings: Surroundings,
+}
