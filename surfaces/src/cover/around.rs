@@ -4,7 +4,7 @@ use nalgebra::Point2;
 
 use super::fragments::Fragments;
 use super::grow::{Boundary, sides};
-use super::{Piece, core, drop_redundant};
+use super::{Piece, drop_redundant};
 use crate::outline::Outline;
 use crate::polygon::clip_ring;
 use crate::{ConvexPolygon, Region};
@@ -28,28 +28,22 @@ pub fn around(region: &Region, slack_m: f64) -> Vec<ConvexPolygon> {
     let triangles = region.triangles();
     let mut bare = Fragments::new(triangles.iter().map(|t| t.to_vec()));
     let mut pieces = Vec::new();
-    while let Some(seed) = bare.largest() {
-        // The core of a seed leaves the piece free to turn.
-        let grown = [core(&seed), seed.clone()].map(|from| {
-            let sides = sides(&boundary.grow(&from));
-            let held = |triangle: &[Point2<f64>; 3]| {
-                let whole = triangle.to_vec();
-                sides
-                    .iter()
-                    .fold(whole, |ring, side| clip_ring(&ring, side))
-            };
-            let points: Vec<Point2<f64>> = triangles.iter().flat_map(held).chain(from).collect();
-            let polygon = ConvexPolygon::hull(&points).ok()?;
-            let gain_m2 = bare.area_in(&polygon);
-            Some(Piece { polygon, gain_m2 })
-        });
-        let larger = |a: Piece, b: Piece| if a.gain_m2 > b.gain_m2 { a } else { b };
-        // A seed too narrow for a polygon is narrower than a micrometre.
-        let Some(piece) = grown.into_iter().flatten().reduce(larger) else {
-            break;
+    // Each part is a seed once, so that rounding cannot bring one back.
+    while let Some(seed) = bare.take_largest(0.0) {
+        let sides = sides(&boundary.grow(&seed));
+        let held = |triangle: &[Point2<f64>; 3]| {
+            let whole = triangle.to_vec();
+            sides
+                .iter()
+                .fold(whole, |ring, side| clip_ring(&ring, side))
         };
-        bare.subtract(&piece.polygon);
-        pieces.push(piece);
+        let points: Vec<Point2<f64>> = triangles.iter().flat_map(held).chain(seed).collect();
+        // A seed too narrow for a polygon is narrower than a micrometre.
+        if let Ok(polygon) = ConvexPolygon::hull(&points) {
+            let gain_m2 = bare.area_in(&polygon);
+            bare.subtract(&polygon);
+            pieces.push(Piece { polygon, gain_m2 });
+        }
     }
     drop_redundant(&mut pieces, 0.0);
     pieces.into_iter().map(|piece| piece.polygon).collect()

@@ -47,13 +47,6 @@ impl Fragments {
         Some(largest.ring.clone())
     }
 
-    /// The largest fragment.
-    pub fn largest(&self) -> Option<Vec<Point2<f64>>> {
-        let large = self.list.iter().filter(|f| f.area() > AREA_MIN_M2);
-        let largest = large.max_by(|a, b| a.area().total_cmp(&b.area()))?;
-        Some(largest.ring.clone())
-    }
-
     /// The area of the fragments inside a polygon, m².
     pub fn area_in(&self, polygon: &ConvexPolygon) -> f64 {
         let edges = polygon.half_planes();
