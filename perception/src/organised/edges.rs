@@ -4,7 +4,7 @@ use nalgebra::Point2;
 use surfaces::EdgeKind;
 
 use super::image::InverseImage;
-use super::mask::EDGE_SEEN_PX;
+use super::mask::EDGE_UNSEEN_PX;
 use super::plane::Plane;
 use crate::edges::{self, Picture, Shown};
 use crate::scan::DepthImage;
@@ -136,10 +136,10 @@ pub(super) struct Edges {
     pub inside_rad: Vec<Vec<f64>>,
 }
 
-/// More than this no outline is surely inside the true edge, px: that much is taken off where a face
-/// meets another. What its label covers beyond may be the other's, within the noise of its plane, such as
+/// More than this no outline is surely inside the true edge, px: that much is taken off everywhere. What
+/// its label covers beyond may be the other's, within the noise of its plane, such as
 /// the front of a board or the floor at a ramp's foot.
-const INSIDE_MAX_PX: f64 = EDGE_SEEN_PX as f64;
+const INSIDE_MAX_PX: f64 = EDGE_UNSEEN_PX as f64;
 
 impl Edges {
     /// Of rings that have the face on their left where v is up.
