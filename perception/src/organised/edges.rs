@@ -4,6 +4,7 @@ use nalgebra::Point2;
 use surfaces::EdgeKind;
 
 use super::image::InverseImage;
+use super::mask::EDGE_UNSEEN_PX;
 use super::plane::Plane;
 use crate::edges::{self, Picture, Shown};
 use crate::scan::DepthImage;
@@ -135,13 +136,20 @@ pub(super) struct Edges {
     pub inside_rad: Vec<Vec<f64>>,
 }
 
+/// More than this no outline is surely inside the true edge, px: that much is taken off everywhere. What
+/// its label covers beyond may be the other's, within the noise of its plane, such as
+/// the front of a board or the floor at a ramp's foot.
+const INSIDE_MAX_PX: f64 = EDGE_UNSEEN_PX as f64;
+
 impl Edges {
     /// Of rings that have the face on their left where v is up.
     pub fn new(seen: &Seen, label: u16, rings: &[Vec<Point2<f64>>]) -> Self {
         let pixel_rad = seen.pixel_rad();
         let of_ring = |ring: &Vec<_>| -> (Vec<_>, Vec<_>) {
             let found = edges::kinds(seen, label, ring, true);
-            found.map(|(kind, px)| (kind, px * pixel_rad)).unzip()
+            found
+                .map(|(kind, px)| (kind, px.min(INSIDE_MAX_PX) * pixel_rad))
+                .unzip()
         };
         let (kinds, inside_rad) = rings.iter().map(of_ring).unzip();
         Self { kinds, inside_rad }

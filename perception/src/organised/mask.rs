@@ -13,7 +13,7 @@ use crate::sensor::Noise;
 const GAP_PX: usize = 4;
 /// How far edges are taken back where a face ends at unmeasured pixels (an edge in the air:
 /// the drop-outs have taken some of it), px.
-const EDGE_UNSEEN_PX: usize = 1;
+pub(super) const EDGE_UNSEEN_PX: usize = 1;
 /// How far edges are taken back where a face meets another surface, px; by one at least.
 pub(super) const EDGE_SEEN_PX: usize = 2;
 /// Parts narrower than twice this and one pixel are taken off, px.

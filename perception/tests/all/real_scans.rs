@@ -267,7 +267,7 @@ fn lidar_clouds_of_tilted_blocks_show_the_blocks() {
             "lidar/planeseg_tilted-steps.pcd",
             [0.248, 0.012, 1.806],
             Method::Voxels,
-            6,
+            5,
         ),
         (
             "lidar/planeseg_terrain_close_rect.pcd",
@@ -279,7 +279,7 @@ fn lidar_clouds_of_tilted_blocks_show_the_blocks() {
             "lidar/planeseg_terrain_close_rect.pcd",
             [-0.029, -0.006, 0.088],
             Method::Voxels,
-            10,
+            9,
         ),
     ] {
         let Some(path) = shared(name) else { return };

@@ -73,11 +73,15 @@ fn alone(scan: &Scan) -> Vec<Face> {
     extract(scan, &scan.X_WV, &Config::default()).unwrap().faces
 }
 
-/// Whether all are parts of one face, which go by its name and a number.
-fn one_face(parts: &[&Face]) -> bool {
-    let names = || parts.iter().map(|face| face.id.as_str());
-    let shortest = names().min_by_key(|name| name.len()).unwrap_or_default();
-    names().all(|name| name == shortest || name.starts_with(&format!("{shortest}.")))
+/// Whether nothing is there twice, and the first has all but islands of what was seen.
+fn one_face(found: &[&Face]) -> bool {
+    let area: f64 = found.iter().map(|face| face.region.area()).sum();
+    let apart = |a: &Face, b: &Face| {
+        let X_AB = a.X_WF.inverse() * b.X_WF;
+        whole(a).common(&whole(b).moved(&X_AB)).area() < 0.001
+    };
+    let mut others = (0..found.len()).flat_map(|i| found[..i].iter().map(move |b| (i, b)));
+    found[0].region.area() > 0.9 * area && others.all(|(i, b)| apart(found[i], b))
 }
 
 #[test]

@@ -95,12 +95,12 @@ fn without_errors_planes_are_exact_to_a_fraction_of_a_millimetre() {
         assert!(rms < 3e-4, "{name}: {} mm", 1e3 * rms);
         assert_eq!(off, 0.0, "{name}");
     }
-    // A convex face in full view is one ring of few corners, within the erosion of the face.
+    // A face in full view is one ring within the erosion of the face.
     let face = top(&world, &["step1"]);
     let [step] = on_face(&found, &face, &world)[..] else {
         panic!("more than one face")
     };
-    assert!(step.region.segments().count() <= 12);
+    assert_eq!(step.region.rings().len(), 1);
     let area = step.region.area();
     assert!(area > 0.85 * 0.34 * 0.62, "{area}");
 }
@@ -109,20 +109,28 @@ fn without_errors_planes_are_exact_to_a_fraction_of_a_millimetre() {
 fn concave_faces_hold_no_air() {
     let world = concave();
     let scan = scan(&world, &pose(), true, 5);
-    let found = faces_of(&scan, &Config::default());
-    // Areas: L 0.315 + 0.14, U 2 × 0.225 + 0.1, table 1.44 − 0.09, less what is hidden.
-    for (names, least_m2) in [
-        (&["l_long", "l_short"][..], 0.33),
-        (&["u_right", "u_far", "u_left"], 0.35),
-        (&["table"], 0.9),
+    let all = extract(&scan, &scan.X_WV, &Config::default()).unwrap();
+    let planes = all.segmentation.unwrap().plane_of_face;
+    let plane = |face: &Face| planes[all.faces.iter().position(|f| f.id == face.id).unwrap()];
+    // Areas: L 0.315 + 0.14, U 2 × 0.225 + 0.1, table 1.44 − 0.09, less what is hidden. The box comes so
+    // near to the table's front that it parts what is surely seen of it.
+    for (names, least_m2, parts) in [
+        (&["l_long", "l_short"][..], 0.33, 1),
+        (&["u_right", "u_far", "u_left"], 0.35, 1),
+        (&["table"], 0.9, 2),
     ] {
         let face = top(&world, names);
-        let pieces = on_face(&found, &face, &world);
-        let (off, _, area) = against(&pieces, whole, &face, &world);
-        assert_eq!(pieces.len(), 1, "{names:?}");
-        assert!(pieces[0].region.as_convex().is_none(), "{names:?}");
+        let found = on_face(&all.faces, &face, &world);
+        let (off, _, area) = against(&found, whole, &face, &world);
+        assert!((1..=parts).contains(&found.len()), "{names:?}");
+        assert!(found[0].region.as_convex().is_none(), "{names:?}");
         assert!(off < 0.01, "{names:?}: {:.1} % air", 100.0 * off);
         assert!(area > least_m2, "{names:?}: {area} m²");
+        // One plane, and nothing else is of it.
+        let own = plane(found[0]);
+        assert!(found.iter().all(|face| plane(face) == own), "{names:?}");
+        let of_plane = planes.iter().filter(|plane| **plane == own).count();
+        assert_eq!(of_plane, found.len(), "{names:?}");
     }
 }
 
