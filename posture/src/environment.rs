@@ -4,11 +4,11 @@
 use std::ops::Index;
 use std::sync::OnceLock;
 
-use nalgebra::{Point2, Point3, Translation3, Vector2, Vector3};
+use nalgebra::{Point2, Point3, Translation3, Vector2};
 use robot_model::collision::World;
 use robot_model::{PatchId, Robot};
 use surfaces::outline::Outline;
-use surfaces::{ConvexPolygon, Face, Region, Terrain};
+use surfaces::{Face, Region, Terrain};
 
 use crate::Error;
 use crate::contact::{Area, Contact, Freedom};
@@ -104,12 +104,10 @@ impl Environment {
         })
     }
 
-    /// The connected parts of a face where points may be that stay `margin_m` inside what its
-    /// insets leave, in its frame.
-    pub fn regions(&self, face: FaceIndex, margin_m: f64) -> Vec<Region> {
-        self[face]
-            .inset_region(self.edge_sigmas, margin_m)
-            .regions()
+    /// Where on a face points may be that stay `margin_m` inside what its insets leave, in its
+    /// frame.
+    pub fn outline(&self, face: FaceIndex, margin_m: f64) -> Outline {
+        self[face].inset_region(self.edge_sigmas, margin_m)
     }
 
     /// The distance of a point of W from what a face's insets leave of it, m: beside the edge (0
@@ -119,20 +117,6 @@ impl Environment {
         let beside = |region: &Region| (region.nearest(&p_F.xy()) - p_F.xy()).norm();
         let nearest = self.inset(face).regions.iter().map(beside);
         Some((nearest.min_by(f64::total_cmp)?, p_F.z))
-    }
-
-    /// A large convex part of what a face's insets leave, in the face's frame: about the part's
-    /// point nearest to one of W, long along a direction of W where it can be.
-    pub fn area_around(
-        &self,
-        face: FaceIndex,
-        p_W: &Point3<f64>,
-        direction_W: &Vector3<f64>,
-    ) -> Option<ConvexPolygon> {
-        let X_FW = self[face].X_WF.inverse();
-        let (p_F, along_F) = (X_FW * p_W, X_FW * direction_W);
-        let outline = &self.inset(face).outline;
-        outline.convex_around(&p_F.xy(), &along_F.xy())
     }
 
     /// A contact of a patch anywhere on a face, with the friction of the patch: within a large

@@ -133,7 +133,10 @@ mod tests {
         let key = |key: &str| lines.iter().position(|l| l.starts_with(key)).unwrap();
         assert!(lines[key("torque_use = ") - 1].contains("torque limits"));
         let controller = key("controller = ");
-        let comment = lines[..controller].iter().rev().take_while(|l| l.starts_with('#'));
+        let comment = lines[..controller]
+            .iter()
+            .rev()
+            .take_while(|l| l.starts_with('#'));
         assert!(comment.into_iter().any(|l| l.starts_with("# \"servo\": ")));
         assert!(lines[key("# robot = ") - 1].contains("Name of the robot"));
         for (number, line) in lines.iter().enumerate().skip(1) {

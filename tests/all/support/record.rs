@@ -1,7 +1,8 @@
 //! Plans as records, of stances that were not made by the program.
 
 use plan::{
-    Change, GoalRecord, PLAN_FORMAT, Plan, Program, RequiredMargins, RobotSummary, SearchSummary, Stance,
+    Change, GoalRecord, PLAN_FORMAT, Plan, Program, RequiredMargins, RobotSummary, SearchSummary,
+    Stance,
 };
 use robot_model::Robot;
 use surfaces::Terrain;
