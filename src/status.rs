@@ -9,12 +9,13 @@ pub enum Status {
     Done,
     /// The command ran, and what it checked did not hold: exit code 1.
     Failed,
-    /// The search ended without a plan: exit code 3.
+    /// There is no plan, and that is proved: exit code 3.
     NoPlan,
     /// A stance or motion misses a criterion in the simulation: exit code 3.
     NotExecuted,
-    /// The search used up its budget, or was interrupted, before it found a plan: exit code 4.
-    BudgetSpent,
+    /// The search ended before it found a plan, and none is excluded: its budget is spent, everything
+    /// was tried, or it was interrupted. Exit code 4.
+    Undecided,
 }
 
 /// Exit code of an error: a file that is not there, a scan that is broken.
@@ -28,7 +29,7 @@ impl From<Status> for ExitCode {
             Status::Done => 0,
             Status::Failed => ERROR,
             Status::NoPlan | Status::NotExecuted => 3,
-            Status::BudgetSpent => 4,
+            Status::Undecided => 4,
         })
     }
 }

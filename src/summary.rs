@@ -88,7 +88,11 @@ pub fn faces(faces: &[Face], edge_sigmas: f64, out: &mut dyn Write) -> std::io::
 fn stances(plan: &Plan, status: Status, out: &mut dyn Write) -> std::io::Result<()> {
     match status {
         Status::Found => writeln!(out, "a plan of {} stances:", plan.stances.len())?,
-        Status::NoPlan => writeln!(out, "no plan; the nearest that the robot comes:")?,
+        Status::NoPlan => writeln!(out, "there is no plan; the nearest that the robot comes:")?,
+        Status::Exhausted => writeln!(
+            out,
+            "no plan was found where everything was tried, and none is excluded; the nearest so far:"
+        )?,
         Status::BudgetSpent => writeln!(out, "the budget is spent; the nearest so far:")?,
         Status::Interrupted => writeln!(out, "interrupted; the nearest so far:")?,
     }

@@ -11,13 +11,14 @@ use posture::{Contact, Outcome};
 use robot_model::PatchId;
 
 use crate::Error;
-use crate::context::{FootState, SearchContext};
+use crate::context::{Footing, SearchContext};
 use crate::foothold_proposal::{Foothold, propose};
 use crate::node::{Node, SAME_PLACE_M};
 use crate::nominal_posture::nominal_posture;
 
-/// Attempts from other seeds at a child whose posture was not found from its parent's.
-const RETRY_RESTARTS: usize = 1;
+/// Attempts from other seeds at a child, each time that it is tried: a posture that was not found
+/// from its parent's is no proof that there is none.
+const RESTARTS: [usize; 3] = [0, 1, 4];
 /// How near to the nominal one the postures of the tree are brought: what is left to gain is carried
 /// on to the children ([`posture::Solver::optimality`]).
 const OPTIMALITY: f64 = 5e-3;
@@ -32,10 +33,15 @@ pub(crate) struct Candidate {
     pub change: Move,
     /// Contacts made plus contacts still to be made, as far as one can tell before solving.
     pub priority: f64,
-    /// Whether it failed at the first attempt and is tried again, from other seeds.
-    pub retry: bool,
-    /// Whether its place is an alternative to one that no motion leads to.
-    pub alternative: bool,
+    /// How often it was tried already.
+    pub tries: usize,
+}
+
+impl Candidate {
+    /// Whether nothing more is to be tried at it.
+    pub fn is_spent(&self) -> bool {
+        self.tries + 1 >= RESTARTS.len()
+    }
 }
 
 /// One contact more or one less.
@@ -64,7 +70,7 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
     // With a foot in the air that stood before, only that foot: nothing else is done on fewer feet
     // than must be.
     let aloft = |patch: PatchId| {
-        let stood = context.foot(patch).is_some() && node.last[patch.index()].is_some();
+        let stood = context.foot(patch).is_some() && node.footing[patch.index()].is_some();
         stood && !node.holds(patch)
     };
     let any_aloft = context.feet.iter().any(|&p| aloft(p));
@@ -87,8 +93,7 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
             node: index,
             change: Move::Remove(patch),
             priority: priority(context, node, &after, stay()),
-            retry: false,
-            alternative: false,
+            tries: 0,
         });
     }
 
@@ -99,7 +104,7 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
         }
         let mut offered: Vec<(Vector3<f64>, Point3<f64>)> = Vec::new();
         for &face in &context.request.usable[patch.index()] {
-            let Some(foothold) = propose(context, node, &feet, patch, face) else {
+            let Some(foothold) = propose(context, node, &feet, patch, face, 0) else {
                 continue;
             };
             // Faces of one plane may overlap, as the ground under the feet and the floor do.
@@ -127,25 +132,24 @@ pub(crate) fn touch(
 ) -> Candidate {
     let (patch, place) = (foothold.patch, foothold.place.coords);
     let mut feet = node.feet(context);
+    let footing = context.footing(patch, &place, foothold.yaw_rad, Some(foothold.along_m));
     let mut beyond_m = 0.0;
     if let Some(foot) = context.foot(patch) {
-        let (along_m, lateral_m) = context.progress(patch, &place);
         // More than a stride is worth no more than a stride.
-        beyond_m = (along_m - foothold.along_m).max(0.0);
-        feet[foot] = FootState {
-            along_m: along_m - beyond_m,
-            lateral_m,
-            in_air: false,
+        beyond_m = (footing.along_m - foothold.along_m).max(0.0);
+        feet[foot] = Footing {
+            along_m: footing.along_m - beyond_m,
+            ..footing
         };
     }
     Candidate {
         node: index,
         priority: priority(context, node, &feet, node.contacts.iter())
-            + extra(context, patch, &place)
+            + extra(context, patch, Some(&footing))
+            + foothold.price()
             + context.config.lateral_deviation_price_per_m * beyond_m,
         change: Move::Add(foothold),
-        retry: false,
-        alternative: false,
+        tries: 0,
     }
 }
 
@@ -154,24 +158,39 @@ pub(crate) fn touch(
 fn priority<'c>(
     context: &SearchContext,
     node: &Node,
-    feet: &[FootState],
+    feet: &[Footing],
     contacts: impl Iterator<Item = &'c Contact>,
 ) -> f64 {
     let extras: f64 = contacts
-        .map(|c| extra(context, c.patch, &context.place_W(c)))
+        .map(|c| extra(context, c.patch, node.footing[c.patch.index()].as_ref()))
         .sum();
     (node.depth + 1) as f64 + context.config.heuristic_weight * context.estimate(feet) + extras
 }
 
 /// The price of a contact with a patch that is not among the start's: that of any, and of its
 /// distance from where the limb usually is.
-fn extra(context: &SearchContext, patch: PatchId, place: &Vector3<f64>) -> f64 {
+fn extra(context: &SearchContext, patch: PatchId, footing: Option<&Footing>) -> f64 {
     if context.foot(patch).is_some() {
         return 0.0;
     }
-    let (_, lateral_m) = context.progress(patch, place);
+    let lateral_m = footing.map_or(0.0, |f| f.lateral_m);
     let config = context.config;
     config.extra_contact_price + config.lateral_deviation_price_per_m * lateral_m
+}
+
+/// The next place on the face that a candidate touches, if there is another one.
+pub(crate) fn next_place(
+    context: &SearchContext,
+    node: &Node,
+    candidate: &Candidate,
+) -> Option<Candidate> {
+    let Move::Add(foothold) = &candidate.change else {
+        return None;
+    };
+    let (patch, face) = (foothold.patch, foothold.face);
+    let from = foothold.variation + 1;
+    let next = propose(context, node, &node.feet(context), patch, face, from)?;
+    Some(touch(context, candidate.node, node, next))
 }
 
 /// What came of a candidate.
@@ -183,31 +202,43 @@ pub(crate) struct Solved {
     pub lift_off_blocked: Option<String>,
 }
 
-/// Solves the posture problem of a candidate; a pure function of the node and the candidate.
+/// Solves the posture problem of a candidate, if its face has room for it; a pure function of the
+/// node and the candidate.
 pub(crate) fn solve(
     context: &SearchContext,
     motion: &MotionContext,
     node: &Node,
     candidate: &Candidate,
-) -> Result<Solved, Error> {
+) -> Result<Option<Solved>, Error> {
     let config = &posture::Config {
-        restarts: if candidate.retry { RETRY_RESTARTS } else { 0 },
+        restarts: RESTARTS[candidate.tries.min(RESTARTS.len() - 1)],
         solver: posture::Solver {
             optimality: OPTIMALITY,
+            tilt_max_rad: Some(context.config.tilt_max_rad),
             ..motion.posture.solver
         },
         ..motion.posture.clone()
     };
     let mut contacts = node.contacts.clone();
+    let mut along_m = node.along_m(context);
     match &candidate.change {
         Move::Remove(patch) => {
             for contact in contacts.iter_mut().filter(|c| c.patch == *patch) {
                 contact.loaded = false;
             }
         }
-        Move::Add(foothold) => contacts.push(foothold.contact(context)),
+        Move::Add(foothold) => {
+            let Some(contact) = foothold.contact(context) else {
+                return Ok(None);
+            };
+            contacts.push(contact);
+            if let Some(foot) = context.foot(foothold.patch) {
+                let last = node.feet(context)[foot].along_m;
+                along_m += (foothold.along_m - last) / context.feet.len() as f64;
+            }
+        }
     }
-    let reference = nominal_posture(context, &contacts);
+    let reference = nominal_posture(context, &contacts, along_m);
     let problem = context.problem(contacts, &reference, &node.posture.q);
     let outcome = posture::solve(&problem, config)?;
     let lift_off_blocked = match &outcome {
@@ -224,9 +255,9 @@ pub(crate) fn solve(
         }
         _ => None,
     };
-    Ok(Solved {
+    Ok(Some(Solved {
         contacts: problem.contacts,
         outcome,
         lift_off_blocked,
-    })
+    }))
 }

@@ -7,9 +7,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// Largest number of contact sets in the tree.
+    /// Largest number of contact sets in the tree on a way of up to ten strides; on longer ones in
+    /// proportion.
     pub nodes_max: usize,
-    /// Largest number of posture problems solved.
+    /// Largest number of posture problems solved, in the same way.
     pub candidates_max: usize,
     /// How far a foot is put ahead of the others along the guide path, m; at most half the distance
     /// of feet that follow each other, so that legs one behind the other do not meet.
@@ -21,6 +22,9 @@ pub struct Config {
     pub extra_contact_price: f64,
     /// Price of a metre beside the guide path, of a foot's place or an extra contact's, in contacts.
     pub lateral_deviation_price_per_m: f64,
+    /// Largest tilt of the base from upright (of a robot on three feet or more: from the mean of
+    /// what it stands on), rad, less than π/2.
+    pub tilt_max_rad: f64,
     /// Patches that are not used, by name or role.
     pub exclude: Vec<String>,
 }
@@ -34,6 +38,7 @@ impl Default for Config {
             heuristic_weight: 2.0,
             extra_contact_price: 2.0,
             lateral_deviation_price_per_m: 2.0,
+            tilt_max_rad: 0.5,
             exclude: Vec::new(),
         }
     }
@@ -50,6 +55,7 @@ impl Config {
             ("candidates_max", self.candidates_max as f64, false),
             ("stride_m", self.stride_m, false),
             ("heuristic_weight", self.heuristic_weight, false),
+            ("tilt_max_rad", self.tilt_max_rad, false),
             ("extra_contact_price", self.extra_contact_price, true),
             (
                 "lateral_deviation_price_per_m",
@@ -58,6 +64,7 @@ impl Config {
             ),
         ] {
             let fine = value.is_finite() && (value > 0.0 || zero_allowed && value == 0.0);
+            let fine = fine && (field != "tilt_max_rad" || value < std::f64::consts::FRAC_PI_2);
             if !fine {
                 return Err(crate::Error::Config {
                     field,

@@ -4,14 +4,22 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 use posture::{Contact, FaceIndex, Problem};
 use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
-use surfaces::Region;
 
+use crate::landing::{Footprint, Landing};
+use crate::node::heading;
 use crate::nominal_posture::LEANING_MIN;
 use crate::request::Request;
+use crate::route::Route;
+use crate::way;
 use crate::{Config, Error};
+
+/// Angle by which a foot turns in one stride, rad.
+const TURN_RAD: f64 = 0.5;
+/// Strides of the way that the budgets are meant for; longer ways get more in proportion.
+const BUDGET_STRIDES: f64 = 10.0;
 
 /// What follows from a request once for the whole search.
 pub(crate) struct SearchContext<'a> {
@@ -25,19 +33,26 @@ pub(crate) struct SearchContext<'a> {
     pub feet: Vec<PatchId>,
     /// How far a foot is put ahead of the others on level ground, m.
     pub stride_m: f64,
-    /// For each patch, the radius of the largest circle about its middle that it contains, of a
-    /// ball its own, m.
-    half_width_m: Vec<f64>,
+    /// The way of the base.
+    pub route: Route,
+    /// Smallest distance between two parts of the robot, m.
+    pub self_clearance_m: f64,
+    /// What each patch needs about the place where it lands.
+    footprint: Vec<Footprint>,
     /// For each patch, the leg that carries it.
     leg: Vec<Leg>,
     /// Patches that are used at all.
     used: Vec<bool>,
-    /// For each patch and face, where on the face the patch's middle may be.
-    room: Vec<BTreeMap<FaceIndex, OnceLock<Vec<Region>>>>,
+    /// For each patch and face, where on the face it may land.
+    landing: Vec<BTreeMap<FaceIndex, OnceLock<Landing>>>,
 }
 
 impl<'a> SearchContext<'a> {
-    pub fn new(request: &'a Request<'a>, config: &'a Config) -> Result<Self, Error> {
+    pub fn new(
+        request: &'a Request<'a>,
+        config: &'a Config,
+        posture: &posture::Config,
+    ) -> Result<Self, Error> {
         config.validate()?;
         let robot = request.robot;
         for name in &config.exclude {
@@ -106,33 +121,66 @@ impl<'a> SearchContext<'a> {
             .iter()
             .map(|p| Leg::new(robot, &kinematics, p));
         let leg = leg.collect();
-        Ok(Self {
+        let apart_m = feet.iter().map(|foot| offset[foot.index()].xy().norm());
+        let turn_m = apart_m.fold(stride_m / TURN_RAD, f64::max);
+        let from = heading(&(request.start.configuration.R_WB * Vector3::x()));
+        let route = Route::new(&request.guide, from, request.goal.base.yaw_rad, turn_m);
+        let (clearance_m, margin_m) = (posture.clearance_m, posture.patch_margin_m);
+        let footprint = |id| Footprint::new(robot, id, clearance_m, margin_m);
+        let unknown = |faces: &Vec<FaceIndex>| {
+            let faces = faces.iter();
+            faces.map(|&face| (face, OnceLock::new())).collect()
+        };
+        let mut context = Self {
             request,
             config,
             leg,
             offset,
             reach_m,
-            half_width_m: robot.patches.iter().map(half_width_m).collect(),
+            route,
+            self_clearance_m: posture.self_clearance_m,
+            footprint: robot.patch_ids().map(footprint).collect(),
             stride_m,
             feet,
             used,
-            room: request
-                .usable
-                .iter()
-                .map(|faces| faces.iter().map(|&face| (face, OnceLock::new())).collect())
-                .collect(),
-        })
+            landing: request.usable.iter().map(unknown).collect(),
+        };
+        if let Some(poses) = way::find(&context, turn_m) {
+            context.route = Route::through(&poses, turn_m);
+        }
+        Ok(context)
     }
 
-    /// Where on a face the middle of a patch may be, in the face's frame: at least its half width
-    /// inside what the face's insets leave.
-    pub fn room(&self, patch: PatchId, face: FaceIndex) -> &[Region] {
-        let of_patch = self.room.get(patch.index());
-        let Some(room) = of_patch.and_then(|faces| faces.get(&face)) else {
-            return &[];
-        };
-        let half_width_m = self.half_width_m[patch.index()];
-        room.get_or_init(|| self.request.environment.regions(face, half_width_m))
+    /// Where on a face a patch may land; nothing on faces that it may not touch.
+    pub fn landing(&self, patch: PatchId, face: FaceIndex) -> Option<&Landing> {
+        let landing = self.landing.get(patch.index())?.get(&face)?;
+        let footprint = &self.footprint[patch.index()];
+        let environment = self.request.environment;
+        Some(landing.get_or_init(|| Landing::new(environment, face, footprint)))
+    }
+
+    /// Whether two patches may land in the same places.
+    pub fn land_alike(&self, a: PatchId, b: PatchId) -> bool {
+        let usable = &self.request.usable;
+        self.footprint[a.index()] == self.footprint[b.index()]
+            && usable[a.index()] == usable[b.index()]
+    }
+
+    /// The heading of a sole that stands, rad.
+    pub fn yaw(&self, contact: &Contact) -> Option<f64> {
+        let sole = self.request.robot.patches[contact.patch]
+            .point_radius_m()
+            .is_none();
+        let settled = contact.area().is_none();
+        let foot = self.foot(contact.patch).is_some();
+        (sole && settled && foot).then(|| heading(&(contact.X_WC.rotation * Vector3::x())))
+    }
+
+    /// How far along the route the search may go on in proportion: the budgets are for
+    /// [`BUDGET_STRIDES`] strides, and for each that the way has more there is as much more.
+    pub fn budget(&self, budget: usize) -> usize {
+        let strides = self.route.length_m() / self.stride_m.max(1e-6);
+        (budget as f64 * (strides / BUDGET_STRIDES).max(1.0)).ceil() as usize
     }
 
     /// Where a patch (of a ball its lowest point) is relative to the base in the nominal posture,
@@ -161,15 +209,25 @@ impl<'a> SearchContext<'a> {
         self.request.robot.patches[contact.patch].touched_W(&contact.X_WC)
     }
 
-    /// Where on the guide path a foot belongs that touches at a place, and how far it is from there
-    /// sideways beyond half its usual offset, m. Height beside the path is the faces' business, not
-    /// a detour.
-    pub fn progress(&self, patch: PatchId, place_W: &Vector3<f64>) -> (f64, f64) {
-        let (guide, offset) = (&self.request.guide, self.offset(patch));
-        let along_m = guide.foot_progress(place_W, offset).along_m;
-        let usual = guide.foot_at(along_m, offset);
+    /// Where on the route a patch stands that touches at a place, with a heading where it has one;
+    /// about `near_m` where that is known. Sideways counts what is beyond half its usual offset, and
+    /// height beside the route is the faces' business, not a detour.
+    pub fn footing(
+        &self,
+        patch: PatchId,
+        place_W: &Vector3<f64>,
+        yaw: Option<f64>,
+        near_m: Option<f64>,
+    ) -> Footing {
+        let (route, offset) = (&self.route, self.offset(patch));
+        let along_m = route.progress(offset, place_W, yaw, near_m);
+        let usual = route.foot_at(along_m, offset);
         let lateral_m = ((place_W - usual).xy().norm() - 0.5 * offset.y.abs()).max(0.0);
-        (along_m, lateral_m)
+        Footing {
+            along_m,
+            lateral_m,
+            in_air: false,
+        }
     }
 
     /// The posture problem of a contact set from a guess, with the nominal posture over it.
@@ -192,12 +250,12 @@ impl<'a> SearchContext<'a> {
     /// How far a foot is put ahead of the others on a face, m: where it leans along the way by δ, as
     /// much less as the legs that are left behind on it reach less far down,
     ///
-    ///   s(δ) / s(0) = range(δ) / range(0),   tan δ = |n·h| / n_z   with the heading h.
+    ///   s(δ) / s(0) = range(δ) / range(0),   tan δ = |n·h| / n_z   with the direction h of the route.
     ///
     /// Friction limits where one can stand, not how far one steps: forces are plumb. A robot on two
     /// feet strides as it is set to.
-    pub fn stride_on(&self, patch: PatchId, normal: &Vector3<f64>, heading: f64) -> f64 {
-        let along = normal.x * heading.cos() + normal.y * heading.sin();
+    pub fn stride_on(&self, patch: PatchId, normal: &Vector3<f64>, along_m: f64) -> f64 {
+        let along = normal.dot(&self.route.direction(along_m));
         let level = self.leg[patch.index()].range_m(0.0);
         if self.feet.len() < LEANING_MIN || along.abs() < 1e-6 || normal.z <= 0.0 || level <= 0.0 {
             return self.stride_m;
@@ -212,8 +270,8 @@ impl<'a> SearchContext<'a> {
     /// A foot in the air lands a stride ahead of the hindmost of the others. Of two feet each then
     /// passes the other, and one on the ground must leave and land once for every two strides that
     /// it is behind; more feet catch up with each other, once for every stride.
-    pub fn estimate(&self, feet: &[FootState]) -> f64 {
-        let end = self.request.guide.length_m();
+    pub fn estimate(&self, feet: &[Footing]) -> f64 {
+        let end = self.route.length_m();
         let stride = self.stride_m;
         let advance = if feet.len() > 2 { stride } else { 2.0 * stride };
         let tolerance = 0.5 * self.request.goal.base.tolerance_m;
@@ -284,7 +342,7 @@ fn following_m(offset: &[Vector3<f64>], feet: &[PatchId]) -> f64 {
 
 /// Progress of the hindmost foot beside the one of that index, m: of those in the air, too, which
 /// would otherwise be left behind without a price.
-pub(crate) fn hindmost(feet: &[FootState], but: usize) -> f64 {
+pub(crate) fn hindmost(feet: &[Footing], but: usize) -> f64 {
     let others = feet.iter().enumerate().filter(|(i, _)| *i != but);
     others
         .map(|(_, foot)| foot.along_m)
@@ -292,24 +350,13 @@ pub(crate) fn hindmost(feet: &[FootState], but: usize) -> f64 {
         .unwrap_or(f64::NEG_INFINITY)
 }
 
-/// A foot as the estimate sees it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FootState {
+/// Where on the route a foot stands.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Footing {
+    /// Progress along the route, m.
     pub along_m: f64,
+    /// Distance beside it, m.
     pub lateral_m: f64,
+    /// Whether it is in the air, and this is where it stood last.
     pub in_air: bool,
-}
-
-/// Radius of the largest circle about the middle of a patch that it contains, of a ball its own, m.
-fn half_width_m(patch: &ContactPatch) -> f64 {
-    let polygon = &patch.polygon;
-    let middle =
-        polygon.iter().map(|p| p.coords).sum::<Vector2<f64>>() / polygon.len().max(1) as f64;
-    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
-    let to_edges = edges.map(|(a, b)| {
-        let edge = b - a;
-        edge.perp(&(middle - a.coords)).abs() / edge.norm().max(1e-12)
-    });
-    let radius_m = patch.point_radius_m();
-    radius_m.unwrap_or_else(|| to_edges.fold(f64::INFINITY, f64::min))
 }

@@ -27,7 +27,7 @@ pub enum Error {
         /// Why.
         reason: String,
     },
-    /// The guide path has less than two points, or no length.
+    /// The guide path has less than two points, or one that is not finite.
     #[error("the guide path: {reason}")]
     Guide {
         /// Why.

@@ -13,9 +13,6 @@ use crate::search::Search;
 use crate::shorten::shorten;
 use plan::Change;
 
-/// Part of a swing from where on a failure is one of the place where it lands.
-const LANDING: f64 = 0.75;
-
 impl Search<'_> {
     /// The plan by way of a node that has the goal's posture; nothing where a motion is missing on
     /// the way, which is then cut there.
@@ -108,14 +105,7 @@ impl Search<'_> {
             .map_or(Change::Goal, |&i| self.nodes[i].change.clone());
         self.block(parent, change, format!("no motion: {}", failure.describe()));
         match way.get(stance) {
-            Some(&node) => {
-                self.cut(node);
-                // Where it is the place that is hard to come to, an alternative may do.
-                if failure.at > LANDING {
-                    let node = self.nodes[node].clone();
-                    self.add_alternatives(&node, parent);
-                }
-            }
+            Some(&node) => self.cut(node),
             // The contact set stands; the goal is to be reached from those after it.
             None => self.branch(parent),
         }

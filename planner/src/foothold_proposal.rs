@@ -1,13 +1,13 @@
-//! Where a patch should touch a face.
+//! Where a patch should touch a face: first the place a stride ahead, then others, one at a time.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Point3, Rotation3, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Rotation2, Rotation3, Vector2, Vector3};
 use posture::{Area, Contact, FaceIndex, Freedom};
 use robot_model::PatchId;
-use surfaces::ConvexPolygon;
 
-use crate::context::{FootState, SearchContext, hindmost};
+use crate::context::{Footing, SearchContext, hindmost};
 use crate::node::{Node, SAME_PLACE_M};
+use crate::route::wrap;
 
 /// A place where a patch should touch a face, and how far it may be moved from there.
 #[derive(Clone, Debug)]
@@ -18,47 +18,135 @@ pub(crate) struct Foothold {
     pub place: Point3<f64>,
     /// Heading of a foot.
     pub yaw_rad: Option<f64>,
-    /// Progress along the guide path that was aimed at, m.
+    /// Progress along the route that was aimed at, m.
     pub along_m: f64,
-    /// The convex part of the face about the place in which the patch may be, in the face's frame.
-    area: ConvexPolygon,
+    /// Which of [`VARIATIONS`] it is.
+    pub variation: usize,
 }
 
 impl Foothold {
-    /// The contact that is asked for, not loaded yet.
-    pub fn contact(&self, context: &SearchContext) -> Contact {
+    /// The contact that is asked for, not loaded yet; nothing where the face has no room for it.
+    pub fn contact(&self, context: &SearchContext) -> Option<Contact> {
         let request = context.request;
         let X_WF = request.environment[self.face].X_WF;
         let at = Isometry3::from_parts(self.place.into(), X_WF.rotation);
         let at = request.robot.patches[self.patch].touching(&at);
+        let heading = context.route.at(self.along_m).heading;
+        let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
+        let p_F = X_WF.inverse_transform_point(&self.place).xy();
+        let along_F = X_WF.inverse_transform_vector(&ahead).xy();
         let area = Area {
             X_WF,
-            polygon: self.area.clone(),
+            polygon: context
+                .landing(self.patch, self.face)?
+                .area(&p_F, &along_F)?,
             toward: Some(self.place),
             yaw_rad: self.yaw_rad,
         };
-        Contact {
+        Some(Contact {
             freedom: Freedom::Within(Box::new(area)),
             ..Contact::at(request.robot, self.patch, at)
                 .on(self.face)
                 .loaded(false)
-        }
+        })
     }
 }
 
-/// The place on a face that a patch would like best, if it is within reach at all: a stride ahead of
-/// the hindmost of the other feet (for a hand, of the foremost that stands), along the guide path,
-/// at the patch's usual offset, moved onto the face.
+/// How a place differs from the one that is wanted most.
+struct Variation {
+    /// Part of a stride ahead of the others.
+    stride: f64,
+    /// Further shift along the heading and to the left, m.
+    shift: [f64; 2],
+    /// Further turn to the left, rad; of soles.
+    turn: f64,
+}
+
+const fn vary(stride: f64, shift: [f64; 2], turn: f64) -> Variation {
+    Variation {
+        stride,
+        shift,
+        turn,
+    }
+}
+
+/// The order in which places on a face are tried.
+const VARIATIONS: [Variation; 12] = [
+    vary(1.0, [0.0, 0.0], 0.0),
+    vary(1.0, [-SAME_PLACE_M, 0.0], 0.0),
+    vary(1.0, [0.0, -SAME_PLACE_M], 0.0),
+    vary(1.0, [0.0, SAME_PLACE_M], 0.0),
+    vary(1.0, [SAME_PLACE_M, 0.0], 0.0),
+    vary(0.5, [0.0, 0.0], 0.0),
+    vary(1.0, [0.0, 0.0], 0.3),
+    vary(1.0, [0.0, 0.0], -0.3),
+    vary(0.0, [0.0, 0.0], 0.0),
+    vary(1.4, [0.0, 0.0], 0.0),
+    vary(0.5, [0.0, -2.0 * SAME_PLACE_M], 0.0),
+    vary(0.5, [0.0, 2.0 * SAME_PLACE_M], 0.0),
+];
+/// Price of each place after the first, in contacts.
+const VARIATION_PRICE: f64 = 0.25;
+
+impl Foothold {
+    /// What it costs not to be at the place that is wanted most, in contacts.
+    pub fn price(&self) -> f64 {
+        VARIATION_PRICE * self.variation as f64
+    }
+}
+
+/// The first place on a face, from variation number `from` on, that is within reach, clear of the
+/// feet that stand and none of those before it: a stride ahead of the hindmost of the other feet
+/// (for a hand, of the foremost that stands), at the patch's usual offset, moved onto the face.
 pub(crate) fn propose(
     context: &SearchContext,
     node: &Node,
-    feet: &[FootState],
+    feet: &[Footing],
     patch: PatchId,
     face: FaceIndex,
+    from: usize,
 ) -> Option<Foothold> {
-    let request = context.request;
-    let guide = &request.guide;
-    let support = match context.foot(patch) {
+    let landing = context.landing(patch, face)?;
+    let offered = |variation| {
+        let foothold = place(context, node, feet, patch, face, variation)?;
+        let p_F = context.request.environment[face].X_WF;
+        let p_F = p_F.inverse_transform_point(&foothold.place).xy();
+        let place = landing.nearest(&p_F)?;
+        let place = context.request.environment[face].point_W(&place);
+        Some(Foothold { place, ..foothold })
+    };
+    let same = |a: &Foothold, b: &Foothold| {
+        let turned = match (a.yaw_rad, b.yaw_rad) {
+            (Some(a), Some(b)) => wrap(a - b).abs(),
+            _ => 0.0,
+        };
+        (a.place - b.place).norm() < 0.5 * SAME_PLACE_M && turned < 0.1
+    };
+    (from..VARIATIONS.len()).find_map(|variation| {
+        let foothold = offered(variation)?;
+        let new = !(0..variation).any(|k| offered(k).is_some_and(|other| same(&other, &foothold)));
+        let fits =
+            new && within_reach(context, node, &foothold) && steps_clear(context, node, &foothold);
+        fits.then_some(foothold)
+    })
+}
+
+/// A wanted place over a face, not yet moved onto it.
+fn place(
+    context: &SearchContext,
+    node: &Node,
+    feet: &[Footing],
+    patch: PatchId,
+    face: FaceIndex,
+    variation: usize,
+) -> Option<Foothold> {
+    let route = &context.route;
+    let vary = &VARIATIONS[variation];
+    let foot = context.foot(patch);
+    if foot.is_none() && variation > 4 {
+        return None;
+    }
+    let support = match foot {
         Some(foot) => hindmost(feet, foot),
         None => feet
             .iter()
@@ -67,13 +155,77 @@ pub(crate) fn propose(
             .max_by(f64::total_cmp)
             .unwrap_or(f64::NEG_INFINITY),
     };
-    let (_, heading) = guide.at(support);
-    let normal = request.environment[face].normal_W();
-    let stride_m = context.stride_on(patch, &normal, heading);
-    let along_m = (support + stride_m).min(guide.length_m());
-    let wanted = guide.foot_at(along_m, context.offset(patch)).into();
-    let foothold = onto(context, patch, face, &wanted, along_m)?;
-    within_reach(context, node, &foothold).then_some(foothold)
+    let normal = context.request.environment[face].normal_W();
+    let stride_m = vary.stride * context.stride_on(patch, &normal, support);
+    let mut along_m = (support + stride_m).min(route.length_m());
+    let wanted = |along_m: f64| {
+        let heading = route.at(along_m).heading;
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), heading);
+        let shift = turn * Vector3::new(vary.shift[0], vary.shift[1], 0.0);
+        let place = route.foot_at(along_m, context.offset(patch)) + shift;
+        Foothold {
+            patch,
+            face,
+            place: place.into(),
+            yaw_rad: foot.map(|_| heading + vary.turn),
+            along_m,
+            variation,
+        }
+    };
+    // As far ahead as it goes without standing on another foot.
+    while foot.is_some() && along_m > support && !steps_clear(context, node, &wanted(along_m)) {
+        along_m = (along_m - BACK_M).max(support);
+    }
+    Some(wanted(along_m))
+}
+
+/// Steps in which a place is taken back to where no other foot stands, m.
+const BACK_M: f64 = 0.04;
+/// Feet farther apart in height than this do not meet, m.
+const LEVEL_M: f64 = 0.1;
+
+/// Whether a foot lands clear of those that stand, by what two parts of the robot keep.
+fn steps_clear(context: &SearchContext, node: &Node, foothold: &Foothold) -> bool {
+    let robot = context.request.robot;
+    let shape = &robot.patches[foothold.patch];
+    if context.foot(foothold.patch).is_none() || shape.point_radius_m().is_some() {
+        return true;
+    }
+    let turn = Rotation2::new(foothold.yaw_rad.unwrap_or(0.0));
+    let lands: Vec<Point2<f64>> = shape
+        .polygon
+        .iter()
+        .map(|p| foothold.place.xy() + turn * p.coords)
+        .collect();
+    node.contacts.iter().all(|held| {
+        let other = &robot.patches[held.patch];
+        if context.foot(held.patch).is_none() || other.point_radius_m().is_some() {
+            return true;
+        }
+        let stands: Vec<Point3<f64>> = other
+            .polygon
+            .iter()
+            .map(|p| held.X_WC * Point3::new(p.x, p.y, 0.0))
+            .collect();
+        (held.X_WC.translation.vector.z - foothold.place.z).abs() > LEVEL_M
+            || apart_m(&lands, &stands.iter().map(Point3::xy).collect::<Vec<_>>())
+                > context.self_clearance_m
+    })
+}
+
+/// A distance that two convex polygons are apart at least, m; negative where they overlap.
+fn apart_m(a: &[Point2<f64>], b: &[Point2<f64>]) -> f64 {
+    let beyond = |a: &[Point2<f64>], b: &[Point2<f64>]| {
+        let edges = a.iter().zip(a.iter().cycle().skip(1));
+        let apart = edges.filter_map(|(p, q)| {
+            let edge = (q - p).try_normalize(1e-12)?;
+            let out = Vector2::new(edge.y, -edge.x);
+            let nearest = b.iter().map(|v| out.dot(&(v - p)));
+            nearest.min_by(f64::total_cmp)
+        });
+        apart.fold(f64::NEG_INFINITY, f64::max)
+    };
+    beyond(a, b).max(beyond(b, a))
 }
 
 /// Whether a contact could be within reach of every one that stays: two limbs and what is between
@@ -84,61 +236,8 @@ fn within_reach(context: &SearchContext, node: &Node, foothold: &Foothold) -> bo
     // A ball's centre is over the place that it touches.
     let over = request.robot.patches[foothold.patch].touching(&Isometry3::identity());
     let centre = foothold.place + X_WF.rotation * over.translation.vector;
-    let X_over = X_WF * over;
     node.contacts.iter().all(|held| {
         let reach = context.reach_m(foothold.patch) + context.reach_m(held.patch);
-        let p = Point3::from(held.X_WC.translation.vector);
-        let p_F = X_over.inverse_transform_point(&p);
-        let beside = foothold.area.signed_distance(&p_F.xy()).max(0.0);
-        (centre - p).norm() <= reach || beside.hypot(p_F.z) <= reach
-    })
-}
-
-/// Places on the face about one where the patch does touch, [`SAME_PLACE_M`] away from it along the
-/// path and across: for where no motion leads to that one.
-pub(crate) fn alternatives(context: &SearchContext, held: &Contact) -> Vec<Foothold> {
-    let Some(face) = held.face else {
-        return Vec::new();
-    };
-    let place = context.place_W(held);
-    let (along_m, _) = context.progress(held.patch, &place);
-    let heading = context.request.guide.at(along_m).1;
-    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), heading);
-    [-Vector3::x(), -Vector3::y(), Vector3::y(), Vector3::x()]
-        .iter()
-        .filter_map(|way| {
-            let wanted = Point3::from(place + turn * way * SAME_PLACE_M);
-            let beside = onto(context, held.patch, face, &wanted, along_m)?;
-            let moved = (beside.place.coords - place).norm() > 0.5 * SAME_PLACE_M;
-            moved.then_some(beside)
-        })
-        .collect()
-}
-
-/// The nearest place on a face to a point, the patch's middle at least its half width from the
-/// edge; none on a face that is smaller. A foot looks along the path; how a hand lies does not
-/// matter.
-fn onto(
-    context: &SearchContext,
-    patch: PatchId,
-    face: FaceIndex,
-    wanted: &Point3<f64>,
-    along_m: f64,
-) -> Option<Foothold> {
-    let request = context.request;
-    let environment = request.environment;
-    let p_F = environment[face].X_WF.inverse_transform_point(wanted).xy();
-    let places = context.room(patch, face).iter().map(|r| r.nearest(&p_F));
-    let nearest = places.min_by(|a, b| (a - p_F).norm().total_cmp(&(b - p_F).norm()))?;
-    let place = environment[face].point_W(&nearest);
-    let heading = request.guide.at(along_m).1;
-    let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
-    Some(Foothold {
-        patch,
-        face,
-        place,
-        yaw_rad: context.foot(patch).map(|_| heading),
-        along_m,
-        area: environment.area_around(face, &place, &ahead)?,
+        (centre.coords - held.X_WC.translation.vector).norm() <= reach
     })
 }

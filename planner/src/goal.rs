@@ -40,12 +40,14 @@ pub(crate) fn try_goal(
         contacts.any(|c| c.patch == patch && c.face == Some(face))
     };
     let has_contacts = goal.contacts.iter().all(|&(patch, face)| has(patch, face));
-    // The feet have to come along: a body that leans over to its goal is not there.
-    let behind = node.distance_m(context) > 0.5 * context.stride_m + goal.base.tolerance_m;
+    // Every foot has to come along: a body that leans over to its goal is not there.
+    let end = context.route.length_m();
+    let near_m = context.stride_m.max(goal.base.tolerance_m);
+    let behind = node.feet(context).iter().any(|f| end - f.along_m > near_m);
     if !has_patches || !has_contacts || behind || !near_goal(context, node, &goal.base) {
         return Ok(Attempt::TooEarly);
     }
-    let reference = nominal_posture(context, &node.contacts);
+    let reference = nominal_posture(context, &node.contacts, node.along_m(context));
     let problem = Problem {
         base_goal: Some(goal.base.clone()),
         ..context.problem(node.contacts.clone(), &reference, &node.posture.q)
@@ -53,6 +55,10 @@ pub(crate) fn try_goal(
     // The node's posture is near: what other seeds would find is another way to the goal.
     let config = posture::Config {
         restarts: 0,
+        solver: posture::Solver {
+            tilt_max_rad: Some(context.config.tilt_max_rad),
+            ..config.solver
+        },
         ..config.clone()
     };
     let outcome = posture::solve(&problem, &config)?;
@@ -63,6 +69,8 @@ pub(crate) fn try_goal(
             held: node.describe(context),
             reason,
             distance_m: node.distance_m(context),
+            amount: None,
+            proof: false,
         }),
     })
 }

@@ -10,9 +10,11 @@
 //! |---|---|
 //! | what is asked | [`request`] |
 //! | what follows from it once | `context` |
-//! | how far along the guide path | [`guide`] |
+//! | which places to pass, and the base's way through them | [`guide`], `route` |
 //! | which contact changes could be made, and at what price | `candidate` |
-//! | where a patch should touch a face, and the alternatives | `foothold_proposal` |
+//! | the way of the base round what it cannot walk over | `way`, over `ground` |
+//! | where on a face a patch may land | `landing` |
+//! | where it should land, and where else | `foothold_proposal` |
 //! | the posture that a stance would like best | `nominal_posture` |
 //! | ways that nothing can hold the robot on | `steepness` |
 //! | nodes from solved candidates | `node_construction` |
@@ -29,7 +31,9 @@ mod error;
 mod finalize;
 mod foothold_proposal;
 mod goal;
+mod ground;
 pub mod guide;
+mod landing;
 mod motions;
 mod node;
 mod node_construction;
@@ -37,9 +41,11 @@ mod nominal_posture;
 pub mod record;
 pub mod request;
 pub mod result;
+mod route;
 pub mod search;
 mod shorten;
 mod steepness;
+mod way;
 
 pub use config::Config;
 pub use error::Error;

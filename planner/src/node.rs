@@ -7,7 +7,7 @@ use plan::Change;
 use posture::{Contact, FaceIndex, Posture};
 use robot_model::PatchId;
 
-use crate::context::{FootState, SearchContext};
+use crate::context::{Footing, SearchContext};
 
 /// A contact set with its posture.
 #[derive(Clone, Debug)]
@@ -16,15 +16,15 @@ pub(crate) struct Node {
     /// Contact changes from the root.
     pub depth: usize,
     pub change: Change,
-    /// Whether the contact is an alternative to one that no motion leads to.
-    pub alternative: bool,
     /// The contact set, at fixed places and loaded, in the order of the patches.
     pub contacts: Vec<Contact>,
     /// The contacts of the posture problem: the set, and the one just released, if any.
     pub touching: Vec<Contact>,
     pub posture: Arc<Posture>,
-    /// Last place of every patch in W, whether it still touches or not.
-    pub last: Vec<Option<Vector3<f64>>>,
+    /// Where on the route every patch stands, or stood last.
+    pub footing: Vec<Option<Footing>>,
+    /// Whether there is a motion to it from its parent, as far as is known.
+    pub settled: bool,
 }
 
 impl Node {
@@ -32,24 +32,25 @@ impl Node {
         self.contacts.iter().any(|c| c.patch == patch)
     }
 
-    /// Distance along the guide path that the feet still have to go, on the mean, m.
+    /// Distance along the route that the feet still have to go, on the mean, m.
     pub fn distance_m(&self, context: &SearchContext) -> f64 {
-        let end = context.request.guide.length_m();
+        let end = context.route.length_m();
         let feet = self.feet(context);
         let behind: f64 = feet.iter().map(|f| (end - f.along_m).max(0.0)).sum();
         behind / feet.len().max(1) as f64
     }
 
+    /// Where on the route the feet are on the mean, m.
+    pub fn along_m(&self, context: &SearchContext) -> f64 {
+        let feet = self.feet(context);
+        feet.iter().map(|f| f.along_m).sum::<f64>() / feet.len().max(1) as f64
+    }
+
     /// The feet as the estimate sees them.
-    pub fn feet(&self, context: &SearchContext) -> Vec<FootState> {
-        let foot = |&patch: &PatchId| {
-            let place = self.last[patch.index()].unwrap_or_else(Vector3::zeros);
-            let (along_m, lateral_m) = context.progress(patch, &place);
-            FootState {
-                along_m,
-                lateral_m,
-                in_air: !self.holds(patch),
-            }
+    pub fn feet(&self, context: &SearchContext) -> Vec<Footing> {
+        let foot = |&patch: &PatchId| Footing {
+            in_air: !self.holds(patch),
+            ..self.footing[patch.index()].unwrap_or_default()
         };
         context.feet.iter().map(foot).collect()
     }
@@ -64,17 +65,29 @@ impl Node {
 }
 
 /// Contacts of one patch on one face nearer than this count as the same, m; alternatives to one
-/// that no motion leads to are this far from it.
+/// are this far from it.
 pub(crate) const SAME_PLACE_M: f64 = 0.06;
+/// Headings of a sole nearer than this count as the same, rad.
+const SAME_HEADING_RAD: f64 = 0.2;
 
-/// What tells one contact set from another: patches, faces and places, to the cell.
-pub(crate) type Key = Vec<(PatchId, Option<FaceIndex>, [i64; 3])>;
+/// What tells one contact set from another: patches, faces, places and headings, to the cell.
+pub(crate) type Key = Vec<(PatchId, Option<FaceIndex>, [i64; 4])>;
 
 /// The key of contacts in the order of the patches.
-pub(crate) fn key(contacts: &[Contact]) -> Key {
+pub(crate) fn key(context: &SearchContext, contacts: &[Contact]) -> Key {
     let of_contact = |c: &Contact| {
         let p = c.X_WC.translation.vector / SAME_PLACE_M;
-        (c.patch, c.face, [p.x, p.y, p.z].map(|x| x.round() as i64))
+        let yaw = context.yaw(c).unwrap_or(0.0) / SAME_HEADING_RAD;
+        (
+            c.patch,
+            c.face,
+            [p.x, p.y, p.z, yaw].map(|x| x.round() as i64),
+        )
     };
     contacts.iter().map(of_contact).collect()
+}
+
+/// The heading of a direction, rad.
+pub(crate) fn heading(direction: &Vector3<f64>) -> f64 {
+    direction.y.atan2(direction.x)
 }

@@ -37,19 +37,21 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
         .map_err(|reason| Error::Start { reason })?;
     let posture = feasible(posture::solve(&problem, config)?, &problem)
         .map_err(|reason| Error::Start { reason })?;
-    let mut last = vec![None; robot.patches.len()];
+    let mut footing = vec![None; robot.patches.len()];
     for contact in &contacts {
-        last[contact.patch.index()] = Some(context.place_W(contact));
+        let (place, yaw) = (context.place_W(contact), context.yaw(contact));
+        let standing = context.footing(contact.patch, &place, yaw, Some(0.0));
+        footing[contact.patch.index()] = Some(standing);
     }
     Ok(Node {
         parent: None,
         depth: 0,
         change: Change::Start,
-        alternative: false,
         touching: contacts.clone(),
         contacts,
         posture,
-        last,
+        footing,
+        settled: true,
     })
 }
 
@@ -91,19 +93,23 @@ pub(crate) fn child(
     parent: &Node,
     asked: Vec<Contact>,
     outcome: Outcome,
-) -> Result<Node, Blocked> {
+) -> Result<Node, Box<Blocked>> {
     let change = describe(context, parent, &candidate.change);
     let reference = &context.request.reference;
     let problem = context.problem(asked, reference, reference);
+    let proof = matches!(outcome, Outcome::Infeasible(_));
+    let amount = outcome.violation().map(|v| v.amount);
     let posture = match feasible(outcome, &problem) {
         Ok(posture) => posture,
         Err(reason) => {
-            return Err(Blocked {
+            return Err(Box::new(Blocked {
                 change,
                 held: parent.describe(context),
                 reason,
                 distance_m: parent.distance_m(context),
-            });
+                amount,
+                proof,
+            }));
         }
     };
     let touching: Vec<Contact> = problem
@@ -124,19 +130,25 @@ pub(crate) fn child(
     let stay = touching.iter().filter(|c| !removed(c)).cloned();
     let mut contacts: Vec<Contact> = stay.map(|c| c.loaded(true)).collect();
     contacts.sort_by_key(|c| c.patch);
-    let mut last = parent.last.clone();
-    for contact in &contacts {
-        last[contact.patch.index()] = Some(context.place_W(contact));
+    let mut footing = parent.footing.clone();
+    if let Move::Add(foothold) = &candidate.change {
+        let made = contacts.iter().filter(|c| c.patch == foothold.patch);
+        for contact in made {
+            let (place, yaw) = (context.place_W(contact), context.yaw(contact));
+            let near = Some(foothold.along_m);
+            let standing = context.footing(contact.patch, &place, yaw, near);
+            footing[contact.patch.index()] = Some(standing);
+        }
     }
     Ok(Node {
         parent: Some(candidate.node),
         depth: parent.depth + 1,
         change,
-        alternative: candidate.alternative,
         contacts,
         touching,
         posture,
-        last,
+        footing,
+        settled: false,
     })
 }
 

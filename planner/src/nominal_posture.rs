@@ -1,6 +1,6 @@
 //! The nominal posture over the contacts of a stance.
 //!
-//! Its base is where the feet would have it, and looks along the guide path. A robot on three feet
+//! Its base is where the feet would have it, and heads as the route does. A robot on three feet
 //! or more leans with what it stands on: its up is the mean normal n of the faces under its feet,
 //! so that it pitches by the stepping angle and rolls by the slope to its side, and each foot is
 //! plumb below its usual place:
@@ -29,8 +29,12 @@ const PLACED_M: f64 = 1e-4;
 const DAMPING: f64 = 0.02;
 
 /// The nominal posture with its base where the contacts would have it: the mean of the
-/// places less the usual offsets, heading along the guide path.
-pub(crate) fn nominal_posture(context: &SearchContext, contacts: &[Contact]) -> Configuration {
+/// places less the usual offsets, heading as the route does after `along_m`.
+pub(crate) fn nominal_posture(
+    context: &SearchContext,
+    contacts: &[Contact],
+    along_m: f64,
+) -> Configuration {
     let request = context.request;
     let mut up = Vector3::zeros();
     let mut places: Vec<(PatchId, Vector3<f64>)> = Vec::new();
@@ -39,11 +43,8 @@ pub(crate) fn nominal_posture(context: &SearchContext, contacts: &[Contact]) -> 
         places.push((contact.patch, context.place_W(contact)));
     }
     let n = places.len().max(1) as f64;
-    let along = places
-        .iter()
-        .map(|(patch, p)| context.progress(*patch, p).0);
-    let along = along.sum::<f64>() / n;
-    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), request.guide.at(along).1);
+    let heading = context.route.at(along_m).heading;
+    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading);
     let base = places
         .iter()
         .map(|(patch, p)| p - heading * context.offset(*patch))

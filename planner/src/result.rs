@@ -12,8 +12,10 @@ use plan::{Change, SearchSummary};
 pub enum Status {
     /// A sequence of stances to the goal.
     Found,
-    /// Every contact set within reach was tried.
+    /// There is none: every refusal was a proof.
     NoPlan,
+    /// Everything was tried; what was refused without a proof leaves open whether there is one.
+    Exhausted,
     /// A budget was spent first.
     BudgetSpent,
     /// The user stopped it.
@@ -51,8 +53,13 @@ pub struct Blocked {
     pub held: String,
     /// The constraint that fails, by how much.
     pub reason: String,
-    /// How far from the goal it was along the guide path, m.
+    /// By how much it fails where that is a constraint of a posture, scaled as
+    /// [`posture::Violation::amount`] is.
+    pub amount: Option<f64>,
+    /// How far from the goal it was along the route, m.
     pub distance_m: f64,
+    /// Whether it is proved that it cannot be made.
+    pub proof: bool,
 }
 
 /// A stance on the way, with the contacts of its posture.

@@ -13,15 +13,14 @@ use motion::MotionContext;
 use posture::Posture;
 use rayon::prelude::*;
 
-use crate::candidate::{self, Candidate, touch};
+use crate::candidate::{self, Candidate};
 use crate::context::SearchContext;
-use crate::foothold_proposal::alternatives;
 use crate::goal::{Attempt, try_goal};
 use crate::motions::Motions;
 use crate::node::{Key, Node, key};
 use crate::node_construction;
 use crate::request::Request;
-use crate::result::{Blocked, Progress, SearchResult, Stage, Status};
+use crate::result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
 use crate::steepness::too_steep;
 use crate::{Config, Error};
 use plan::{Change, SearchSummary};
@@ -37,10 +36,17 @@ impl Rank {
     }
 }
 
-/// Price of a second try at a candidate, from other seeds, in contacts.
+/// Price of another try at a candidate, from other seeds, in contacts, where the first came nowhere
+/// near; less where it fails by less than so much.
 const RETRY_PRICE: f64 = 3.0;
+const FAR: f64 = 0.02;
+/// Price of another place of a foot on a face where the one before has a posture, in contacts.
+const SECOND_PRICE: f64 = 1.0;
+/// A contact change is given its motion once the search has gone on by as many from there: what has
+/// none is cut before much grows on it, and not every leaf is given one.
+const SETTLED_BEHIND: usize = 2;
 
-type Solved = Result<candidate::Solved, Error>;
+type Solved = Result<Option<candidate::Solved>, Error>;
 
 pub(crate) struct Search<'a> {
     pub context: SearchContext<'a>,
@@ -75,7 +81,7 @@ pub fn search(
     progress: &(dyn Fn(Progress) + Sync),
     cancel: &AtomicBool,
 ) -> Result<SearchResult, Error> {
-    let context = SearchContext::new(request, config)?;
+    let context = SearchContext::new(request, config, posture_config)?;
     motion_config.validate()?;
     let mut search = Search {
         context,
@@ -106,31 +112,52 @@ pub fn search(
     {
         return Ok(answer);
     }
+    let nodes_max = search.context.budget(config.nodes_max);
+    let solved_max = search.context.budget(config.candidates_max);
     loop {
         if cancel.load(Ordering::Relaxed) {
             return Ok(search.give_up(Status::Interrupted));
         }
-        if search.nodes.len() >= config.nodes_max || search.solved >= config.candidates_max {
+        if search.nodes.len() >= nodes_max || search.solved >= solved_max {
             return Ok(search.give_up(Status::BudgetSpent));
         }
         let Some((candidate, solved)) = search.next() else {
-            return Ok(search.give_up(Status::NoPlan));
+            let proved = search.blocked.iter().all(|blocked| blocked.proof);
+            let status = if proved {
+                Status::NoPlan
+            } else {
+                Status::Exhausted
+            };
+            return Ok(search.give_up(status));
         };
         search.solved += 1;
         search.expanded.insert(candidate.node);
         let solved = solved?;
+        if !search.settle(candidate.node)? {
+            continue;
+        }
         let parent = &search.nodes[candidate.node];
-        let child = node_construction::child(
-            &search.context,
-            &candidate,
-            parent,
-            solved.contacts,
-            solved.outcome,
-        );
+        let next = match candidate.tries {
+            0 => candidate::next_place(&search.context, parent, &candidate),
+            _ => None,
+        };
+        let Some(solved) = solved else {
+            next.into_iter().for_each(|next| search.put(next));
+            continue;
+        };
+        let (contacts, outcome) = (solved.contacts, solved.outcome);
+        let child =
+            node_construction::child(&search.context, &candidate, parent, contacts, outcome);
+        if let Some(mut next) = next {
+            let is_foot = search.context.foot(next.change.patch()).is_some();
+            if is_foot && child.is_ok() && solved.lift_off_blocked.is_none() {
+                next.priority += SECOND_PRICE;
+            }
+            search.put(next);
+        }
         match (child, solved.lift_off_blocked) {
             (Ok(node), Some(reason)) => {
                 search.block(candidate.node, node.change.clone(), reason);
-                search.add_alternatives(&node, candidate.node);
             }
             (Ok(node), None) if search.is_new(&node) => {
                 tracing::debug!(
@@ -147,15 +174,6 @@ pub fn search(
                 }
             }
             (Ok(_), None) => {}
-            (Err(blocked), _) if !candidate.retry => {
-                // The reason so far, should its second turn never come.
-                search.blocked.push(blocked);
-                search.put(Candidate {
-                    priority: candidate.priority + RETRY_PRICE,
-                    retry: true,
-                    ..candidate
-                });
-            }
             (Err(blocked), _) => {
                 tracing::debug!(
                     "node {}: {:?}: {}",
@@ -163,7 +181,17 @@ pub fn search(
                     blocked.change,
                     blocked.reason
                 );
-                search.blocked.push(blocked);
+                let open = !blocked.proof && !candidate.is_spent();
+                let missed = blocked.amount.map_or(1.0, |m| (m / FAR).min(1.0));
+                // The reason so far, should its next turn never come.
+                search.blocked.push(*blocked);
+                if open {
+                    search.put(Candidate {
+                        priority: candidate.priority + RETRY_PRICE * missed,
+                        tries: candidate.tries + 1,
+                        ..candidate
+                    });
+                }
             }
         }
         progress(search.progress(Stage::Search));
@@ -206,14 +234,14 @@ impl<'a> Search<'a> {
 
     /// Whether the contact set was not reached before, to the cell.
     fn is_new(&mut self, node: &Node) -> bool {
-        self.seen.insert(key(&node.contacts))
+        self.seen.insert(key(&self.context, &node.contacts))
     }
 
     /// Adds a node and its candidates; the goal's posture if the node fulfils it.
     fn admit(&mut self, node: Node) -> Result<Option<Arc<Posture>>, Error> {
         let index = self.nodes.len();
         if index == 0 {
-            self.seen.insert(key(&node.contacts));
+            self.seen.insert(key(&self.context, &node.contacts));
         }
         match try_goal(&self.context, self.posture_config, &node)? {
             Attempt::TooEarly => {}
@@ -241,26 +269,31 @@ impl<'a> Search<'a> {
             held: self.nodes[node].describe(&self.context),
             reason,
             distance_m: self.nodes[node].distance_m(&self.context),
+            amount: None,
+            proof: false,
         });
     }
 
-    /// Adds candidates of the parent that touch beside where `node` does, which no motion leads to.
-    pub fn add_alternatives(&mut self, node: &Node, parent: usize) {
-        let before = &self.nodes[parent];
-        let made = node.contacts.iter().find(|c| !before.holds(c.patch));
-        let Some(made) = made.filter(|_| !node.alternative) else {
-            return;
-        };
-        let places = alternatives(&self.context, made).into_iter();
-        let candidates: Vec<Candidate> = places
-            .map(|foothold| Candidate {
-                alternative: true,
-                ..touch(&self.context, parent, before, foothold)
-            })
-            .collect();
-        for candidate in candidates {
-            self.put(candidate);
+    /// Gives the contact changes on the way to a node their motions, but for the last few; whether
+    /// all have one. One that has none is cut.
+    fn settle(&mut self, node: usize) -> Result<bool, Error> {
+        let ancestors = std::iter::successors(Some(node), |&i| self.nodes[i].parent);
+        let open = ancestors.skip(SETTLED_BEHIND);
+        let mut open: Vec<usize> = open.take_while(|&i| !self.nodes[i].settled).collect();
+        while let Some(index) = open.pop() {
+            let Some(parent) = self.nodes[index].parent else {
+                continue;
+            };
+            let pair = [parent, index].map(|i| PathStance::from(&self.nodes[i]));
+            if let Some((_, failure)) = self.motions.along(&pair)? {
+                let change = self.nodes[index].change.clone();
+                self.block(parent, change, format!("no motion: {}", failure.describe()));
+                self.cut(index);
+                return Ok(false);
+            }
+            self.nodes[index].settled = true;
         }
+        Ok(true)
     }
 
     /// Adds a node's candidates to the frontier.
@@ -280,7 +313,8 @@ impl<'a> Search<'a> {
                 self.dead.insert(i);
             }
             if self.dead.contains(&i) {
-                self.seen.remove(&key(&self.nodes[i].contacts));
+                self.seen
+                    .remove(&key(&self.context, &self.nodes[i].contacts));
             }
         }
         let dead = &self.dead;

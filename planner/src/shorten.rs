@@ -80,7 +80,7 @@ fn without(
         let Some(last) = shorter.last().filter(|_| touching.iter().any(|c| c.loaded)) else {
             return Ok((None, tried));
         };
-        let reference = nominal_posture(context, &touching);
+        let reference = nominal_posture(context, &touching, node.along_m(context));
         let problem = context.problem(touching.clone(), &reference, &last.posture.q);
         let Outcome::Feasible(posture) = posture::solve(&problem, config)? else {
             return Ok((None, tried + 1));

@@ -50,14 +50,14 @@ impl Hold {
     }
 }
 
-/// Where on the guide path nothing can hold the robot, and why.
+/// Where on the route nothing can hold the robot, and why.
 pub(crate) fn too_steep(context: &SearchContext, friction_use: f64) -> Option<Blocked> {
-    let guide = &context.request.guide;
-    let length = guide.length_m();
+    let route = &context.route;
+    let length = route.length_m();
     let parts = (length / context.stride_m).ceil().max(1.0) as usize;
     (0..=parts).find_map(|i| {
         let along = length * i as f64 / parts as f64;
-        let holds = in_reach(context, &guide.at(along).0, friction_use);
+        let holds = in_reach(context, &route.at(along).p, friction_use);
         if holds.is_empty() || carries(holds.values()) {
             return None;
         }
@@ -78,11 +78,13 @@ pub(crate) fn too_steep(context: &SearchContext, friction_use: f64) -> Option<Bl
                 allowed.to_degrees()
             ),
             distance_m: length - along,
+            amount: None,
+            proof: true,
         })
     })
 }
 
-/// The faces that the robot may touch with its base at a place of the guide path.
+/// The faces that the robot may touch with its base at a place of the route.
 fn in_reach(
     context: &SearchContext,
     base: &Vector3<f64>,

@@ -50,6 +50,9 @@ pub struct Solver {
     /// Part of the largest step that an iteration may take; next to nothing leaves the
     /// configuration at the guess and seeks the forces alone.
     pub step_scale: f64,
+    /// Largest angle between the base's z axis and the reference's, rad, where there is one; less
+    /// than π/2.
+    pub tilt_max_rad: Option<f64>,
 }
 
 /// Which solver takes the quadratic programs.
@@ -87,6 +90,7 @@ impl Default for Solver {
             engine: Engine::ActiveSet,
             optimality: 5e-2,
             step_scale: 1.0,
+            tilt_max_rad: None,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A contact: which patch of the robot touches which face, where, and what it may bear.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector2, Vector3};
 use robot_model::{PatchId, Robot};
 use surfaces::ConvexPolygon;
 
@@ -87,8 +87,9 @@ impl Contact {
     ) -> Result<Self, Error> {
         let touched = &environment[face];
         let (X_WF, middle_F) = (touched.X_WF, touched.region.centroid());
-        let ahead_W = X_WF * Vector3::x();
-        let polygon = environment.area_around(face, &touched.point_W(&middle_F), &ahead_W);
+        let polygon = environment
+            .outline(face, 0.0)
+            .convex_around(&middle_F, &Vector2::x());
         let polygon = polygon.ok_or_else(|| Error::EmptyFace {
             face: touched.id.to_string(),
         })?;

@@ -4,10 +4,10 @@
 use std::ops::Index;
 use std::sync::OnceLock;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use robot_model::collision::World;
 use surfaces::outline::Outline;
-use surfaces::{ConvexPolygon, Face, Region, Terrain};
+use surfaces::{Face, Region, Terrain};
 
 use crate::Error;
 
@@ -24,19 +24,12 @@ pub struct Environment {
     /// Standard deviations by which faces are taken back at their edges.
     edge_sigmas: f64,
     /// For each face what that leaves of it, computed when it is first asked for.
-    inset: Vec<OnceLock<Inset>>,
+    inset: Vec<OnceLock<Vec<Region>>>,
     /// Convex bodies to keep away from.
     world: World,
     body_names: Vec<String>,
     /// `behind[face][body]`: whether the body lies wholly behind the face's plane.
     behind: Vec<Vec<bool>>,
-}
-
-/// What is left of a face.
-struct Inset {
-    outline: Outline,
-    /// The connected parts of the outline.
-    regions: Vec<Region>,
 }
 
 /// How far a body may rise over a plane and still count as behind it, m: two scanned planes of one
@@ -94,20 +87,15 @@ impl Environment {
         (0..self.faces.len()).map(FaceIndex)
     }
 
-    fn inset(&self, face: FaceIndex) -> &Inset {
-        self.inset[face.0].get_or_init(|| {
-            let outline = self[face].inset_region(self.edge_sigmas, 0.0);
-            let regions = outline.regions();
-            Inset { outline, regions }
-        })
+    /// The connected parts of what a face's insets leave.
+    fn inset(&self, face: FaceIndex) -> &[Region] {
+        self.inset[face.0].get_or_init(|| self.outline(face, 0.0).regions())
     }
 
-    /// The connected parts of a face where points may be that stay `margin_m` inside what its
-    /// insets leave, in its frame.
-    pub fn regions(&self, face: FaceIndex, margin_m: f64) -> Vec<Region> {
-        self[face]
-            .inset_region(self.edge_sigmas, margin_m)
-            .regions()
+    /// Where on a face points may be that stay `margin_m` inside what its insets leave, in its
+    /// frame.
+    pub fn outline(&self, face: FaceIndex, margin_m: f64) -> Outline {
+        self[face].inset_region(self.edge_sigmas, margin_m)
     }
 
     /// The distance of a point of W from what a face's insets leave of it, m: beside the edge (0
@@ -115,22 +103,8 @@ impl Environment {
     pub fn distances_m(&self, face: FaceIndex, p_W: &Point3<f64>) -> Option<(f64, f64)> {
         let p_F = self[face].X_WF.inverse_transform_point(p_W);
         let beside = |region: &Region| (region.nearest(&p_F.xy()) - p_F.xy()).norm();
-        let nearest = self.inset(face).regions.iter().map(beside);
+        let nearest = self.inset(face).iter().map(beside);
         Some((nearest.min_by(f64::total_cmp)?, p_F.z))
-    }
-
-    /// A large convex part of what a face's insets leave, in the face's frame: about the part's
-    /// point nearest to one of W, long along a direction of W where it can be.
-    pub fn area_around(
-        &self,
-        face: FaceIndex,
-        p_W: &Point3<f64>,
-        direction_W: &Vector3<f64>,
-    ) -> Option<ConvexPolygon> {
-        let X_FW = self[face].X_WF.inverse();
-        let (p_F, along_F) = (X_FW * p_W, X_FW * direction_W);
-        let outline = &self.inset(face).outline;
-        outline.convex_around(&p_F.xy(), &along_F.xy())
     }
 
     /// The convex bodies to keep away from.

@@ -10,7 +10,7 @@ use crate::environment::Environment;
 use crate::iterate::{Context, Iterate, Relaxed};
 use crate::problem::{BaseGoal, Problem};
 use crate::rows::{Rows, Tag};
-use crate::{Config, cost};
+use crate::{Config, Solver, cost};
 
 /// The humanoid that ships, read from its files.
 pub(crate) fn humanoid() -> Robot {
@@ -137,7 +137,13 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
         reference: &reference,
         guess: &q,
     };
-    let config = Config::default();
+    let config = Config {
+        solver: Solver {
+            tilt_max_rad: Some(0.1),
+            ..Solver::default()
+        },
+        ..Config::default()
+    };
     let ctx = Context::new(&problem, &config, Relaxed::default());
     let mut it = ctx.start(&q);
     for f in &mut it.force {
@@ -196,7 +202,7 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
         }
     }
     assert!(
-        kinds.len() >= 7,
+        kinds.len() >= 8,
         "only {} kinds of constraint had rows",
         kinds.len()
     );

@@ -104,6 +104,7 @@ impl<'a> Context<'a> {
                 Constraint::Clearance(link(a), self.problem.environment.body_name(b).to_owned())
             }
             Tag::BaseGoal => Constraint::BaseGoal,
+            Tag::BaseTilt => Constraint::BaseTilt,
         }
     }
 

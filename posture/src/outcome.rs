@@ -144,6 +144,7 @@ impl Violation {
                 format!("{a} is too near to {b} by {mm:.1} mm")
             }
             Constraint::BaseGoal => format!("the base misses the goal by {mm:.1} mm"),
+            Constraint::BaseTilt => "the base would tilt too far".to_owned(),
         }
     }
 }

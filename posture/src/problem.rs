@@ -11,7 +11,7 @@ use crate::environment::Environment;
 pub struct BaseGoal {
     /// Position in W, m; a coordinate without a value is free.
     pub position_m: [Option<f64>; 3],
-    /// Largest distance from it, coordinate by coordinate, m.
+    /// Largest distance from it, over the coordinates that have a value, m.
     pub tolerance_m: f64,
     /// Heading, rad.
     pub yaw_rad: Option<f64>,

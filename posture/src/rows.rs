@@ -23,6 +23,8 @@ pub enum Constraint {
     Clearance(String, String),
     /// The base is where the goal wants it.
     BaseGoal,
+    /// The base stays upright.
+    BaseTilt,
 }
 
 /// What a row speaks of, by indices; [`Constraint`] has the names.
@@ -39,6 +41,7 @@ pub(crate) enum Tag {
     /// A shape of the robot and a body of the environment.
     Clearance(usize, usize),
     BaseGoal,
+    BaseTilt,
 }
 
 /// Rows `lower ≤ value + a·δ ≤ upper` over the step δ, with what they speak of.

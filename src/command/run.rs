@@ -79,7 +79,7 @@ pub fn plan_and_write(
 fn verdict(planned: &PlanOutcome, out: &mut dyn Write) -> Result<Status> {
     match planned.status {
         Ended::NoPlan => Ok(Status::NoPlan),
-        Ended::BudgetSpent | Ended::Interrupted => Ok(Status::BudgetSpent),
+        Ended::Exhausted | Ended::BudgetSpent | Ended::Interrupted => Ok(Status::Undecided),
         Ended::Found if planned.certificate.pass => {
             let rows: usize = planned.certificate.summary.iter().map(|s| s.rows).sum();
             writeln!(out, "verified: all of {rows} checks pass")?;

@@ -156,12 +156,13 @@ fn goal(plan: &Plan, held: &Held, options: &Options, findings: &mut Findings) {
         return;
     };
     if let Some(wanted) = &goal.base_position_m {
-        // Coordinate by coordinate, as the tolerance is meant.
+        // Over the coordinates that are wanted.
         let off = wanted
             .iter()
             .zip([x, y, z])
-            .filter_map(|(wanted, is)| wanted.map(|w| (w - is).abs()))
-            .fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
+            .filter_map(|(wanted, is)| wanted.map(|w| (w - is).powi(2)))
+            .sum::<f64>()
+            .sqrt();
         let bound = goal.tolerance_m + options.distance_m;
         findings.value(at, Check::Goal, "base position", off, bound);
     }

@@ -1,6 +1,7 @@
 //! The base is where the goal wants it:
 //!
-//!   |p_WB,k − p*_k| ≤ tolerance,   |ψ − ψ*| ≤ tolerance        (ψ the heading of the base's x)
+//!   ‖p_WB − p*‖ ≤ tolerance over the coordinates that are wanted,   |ψ − ψ*| ≤ tolerance
+//!   (ψ the heading of the base's x)
 
 use nalgebra::Vector3;
 
@@ -8,17 +9,25 @@ use super::ANGLE_ARM_M;
 use crate::iterate::{Context, Iterate};
 use crate::rows::{Rows, Tag};
 
+/// Nearer than this the base is at its goal, m.
+const AT_GOAL_M: f64 = 1e-9;
+
 pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
     let Some(goal) = &ctx.problem.base_goal else {
         return;
     };
+    let mut error = Vector3::zeros();
     for (k, wanted) in goal.position_m.iter().enumerate() {
-        let Some(wanted) = wanted else { continue };
-        let tolerance = goal.tolerance_m;
-        let error = it.q.p_WB[k] - wanted;
-        let row = rows.push(Tag::BaseGoal, error, -tolerance, tolerance);
-        if !row.is_empty() {
-            row[k] = 1.0;
+        error[k] = wanted.map_or(0.0, |wanted| it.q.p_WB[k] - wanted);
+    }
+    if goal.position_m.iter().any(Option::is_some) {
+        let distance = error.norm();
+        let row = rows.push(Tag::BaseGoal, distance, f64::NEG_INFINITY, goal.tolerance_m);
+        // At the goal itself the distance has no gradient, and the row needs none.
+        if !row.is_empty() && distance > AT_GOAL_M {
+            for k in 0..3 {
+                row[k] = error[k] / distance;
+            }
         }
     }
     if let Some(wanted) = goal.yaw_rad {

@@ -1,6 +1,7 @@
 //! The constraints, one a file; each writes its rows at an iterate.
 
 mod base_goal;
+mod base_tilt;
 mod clearance;
 mod closure;
 mod equilibrium;
@@ -39,6 +40,7 @@ pub(crate) fn all(ctx: &Context, it: &Iterate, scratch: &mut Scratch, rows: &mut
     }
     scratch.torques.rows(ctx, it, rows);
     scratch.clearances.rows(ctx, it, rows);
+    base_tilt::rows(ctx, it, rows);
     base_goal::rows(ctx, it, rows);
 }
 

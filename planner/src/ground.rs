@@ -1,0 +1,127 @@
+//! Where feet may land, as heights on a raster of the level plane, computed tile by tile.
+#![allow(non_snake_case)]
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use nalgebra::{Point3, Vector2};
+use posture::FaceIndex;
+use robot_model::PatchId;
+
+use crate::context::SearchContext;
+
+/// Something by tile of the level plane, 1 m wide.
+pub(crate) type Tiles<T> = BTreeMap<(i64, i64), T>;
+
+/// The tiles that the box about some points touches, widened by `wider_m`.
+pub(crate) fn tiles_about(
+    points: impl Iterator<Item = Vector2<f64>>,
+    wider_m: f64,
+) -> impl Iterator<Item = (i64, i64)> {
+    let (low, high) = points.fold(
+        (
+            Vector2::repeat(f64::INFINITY),
+            Vector2::repeat(f64::NEG_INFINITY),
+        ),
+        |(low, high), p| (low.inf(&p), high.sup(&p)),
+    );
+    let low = low.map(|x| (x - wider_m).floor() as i64);
+    let high = high.map(|x| (x + wider_m).floor() as i64);
+    (low.x..=high.x).flat_map(move |x| (low.y..=high.y).map(move |y| (x, y)))
+}
+
+/// Cells of a tile along each side.
+const SIDE: usize = 20;
+
+/// The heights of one tile's cells.
+type Heights = Rc<Vec<Vec<f64>>>;
+
+/// The tiles that are known, by patch and place.
+type Rasters = BTreeMap<(PatchId, (i64, i64)), Heights>;
+
+/// Where feet may land.
+pub(crate) struct Ground<'a> {
+    context: &'a SearchContext<'a>,
+    /// For each patch the one whose raster it shares.
+    like: Vec<PatchId>,
+    /// Faces by tile, for each patch that has a raster of its own.
+    faces: BTreeMap<PatchId, Tiles<Vec<FaceIndex>>>,
+    known: RefCell<Rasters>,
+}
+
+impl<'a> Ground<'a> {
+    /// Width of a cell, m.
+    pub const CELL_M: f64 = 1.0 / SIDE as f64;
+
+    pub fn new(context: &'a SearchContext<'a>) -> Self {
+        let robot = context.request.robot;
+        let mut faces: BTreeMap<PatchId, Tiles<Vec<FaceIndex>>> = BTreeMap::new();
+        let mut like: Vec<PatchId> = robot.patch_ids().collect();
+        for &foot in &context.feet {
+            let twin = faces.keys().find(|other| context.land_alike(**other, foot));
+            if let Some(&twin) = twin {
+                like[foot.index()] = twin;
+                continue;
+            }
+            let mut tiles: Tiles<Vec<FaceIndex>> = Tiles::default();
+            for &face in &context.request.usable[foot.index()] {
+                let corners = context.request.environment[face].vertices_W();
+                let points = corners.iter().map(|p| p.xy().coords);
+                for tile in tiles_about(points, 0.0) {
+                    tiles.entry(tile).or_default().push(face);
+                }
+            }
+            faces.insert(foot, tiles);
+        }
+        Self {
+            context,
+            like,
+            faces,
+            known: RefCell::default(),
+        }
+    }
+
+    /// The heights at which a foot may land at a place, m.
+    pub fn heights(&self, foot: PatchId, p: &Vector2<f64>) -> Vec<f64> {
+        let tile = (p.x.floor() as i64, p.y.floor() as i64);
+        let foot = self.like[foot.index()];
+        let key = (foot, tile);
+        let known = self.known.borrow().get(&key).cloned();
+        let heights = known.unwrap_or_else(|| {
+            let heights = Rc::new(self.raster(foot, tile));
+            self.known.borrow_mut().insert(key, heights.clone());
+            heights
+        });
+        let cell = |x: f64| (((x - x.floor()) * SIDE as f64) as usize).min(SIDE - 1);
+        heights[cell(p.x) * SIDE + cell(p.y)].clone()
+    }
+
+    fn raster(&self, foot: PatchId, tile: (i64, i64)) -> Vec<Vec<f64>> {
+        let mut heights = vec![Vec::new(); SIDE * SIDE];
+        let faces = self.faces.get(&foot).and_then(|tiles| tiles.get(&tile));
+        for &face in faces.into_iter().flatten() {
+            let Some(landing) = self.context.landing(foot, face) else {
+                continue;
+            };
+            let X_WF = self.context.request.environment[face].X_WF;
+            let (o, n) = (
+                X_WF.translation.vector,
+                X_WF.rotation * nalgebra::Vector3::z(),
+            );
+            if n.z < 1e-3 {
+                continue;
+            }
+            for (k, cell) in heights.iter_mut().enumerate() {
+                let at = |k: usize| (k as f64 + 0.5) * Self::CELL_M;
+                let (x, y) = (tile.0 as f64 + at(k / SIDE), tile.1 as f64 + at(k % SIDE));
+                let z = o.z - (n.x * (x - o.x) + n.y * (y - o.y)) / n.z;
+                let p_F = X_WF.inverse_transform_point(&Point3::new(x, y, z)).xy();
+                if landing.contains(&p_F) {
+                    cell.push(z);
+                }
+            }
+        }
+        heights
+    }
+}

@@ -1,0 +1,526 @@
+//! The way of the base over the terrain: a shortest path on a coarse lattice of places, levels and
+//! headings.
+//!
+//! The base may be where every foot finds a landing near its usual place below it and nothing
+//! stands where the trunk is. It moves to the eight places around, or turns by an eighth; sideways
+//! and backward cost more, and so do feet far from their usual places. What the lattice finds is
+//! drawn straight where that costs no more.
+#![allow(non_snake_case)]
+
+use std::cell::RefCell;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+use std::f64::consts::TAU;
+
+use nalgebra::{Isometry3, Point3, Rotation2, Vector2, Vector3};
+use robot_model::collision::{ShapeGeometry, closest};
+use robot_model::{Configuration, Kinematics};
+
+use crate::context::SearchContext;
+use crate::ground::{Ground, Tiles, tiles_about};
+use crate::route::{Pose, wrap};
+
+/// Distance of neighbouring places, m, and number of headings.
+const CELL_M: f64 = 0.1;
+const HEADINGS: i64 = 8;
+/// Levels nearer than this are one, m.
+const LEVEL_M: f64 = 0.15;
+/// A metre sideways or backward costs as much as this many ahead.
+const ASIDE: f64 = 2.0;
+/// What a metre of a foot's distance from its usual place adds to the price of a metre.
+const OFF_PLACE: f64 = 5.0;
+/// A metre without room for all of the robot costs as much as this many.
+const TIGHT: f64 = 4.0;
+/// Price of a metre up or down.
+const CLIMB: f64 = 2.0;
+/// A foot is put so far ahead of or behind its usual place, as a part of a stride, and so far
+/// sideways, m.
+const REACH_STRIDES: f64 = 0.85;
+const REACH_ASIDE_M: f64 = 0.1;
+/// Height of a step as a part of the legs' height.
+const CLIMB_LEGS: f64 = 0.45;
+/// What stands no higher over the ground than this part of the legs' height is stepped over.
+const OVER_LEGS: f64 = 0.4;
+/// States that are looked at before the search for a way ends without one.
+const STATES_MAX: usize = 200_000;
+
+/// A place of the lattice: cell, heading, level.
+type State = (i64, i64, i64, i64);
+
+/// What the lattice asks of the world.
+struct Lattice<'a> {
+    context: &'a SearchContext<'a>,
+    ground: Ground<'a>,
+    /// Bodies by tile, and how much room there is, by cell and level.
+    bodies: Tiles<Vec<usize>>,
+    known: RefCell<BTreeMap<(i64, i64, i64), Room>>,
+    /// Height of the base over the ground, m.
+    legs_m: f64,
+    trunk: Trunk,
+    turn_m: f64,
+    /// Where a foot may be from its usual place (ahead, left), the nearest first.
+    spread: Vec<Vector2<f64>>,
+}
+
+/// How much room there is about the base.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Room {
+    /// Less than the trunk takes.
+    None,
+    /// Enough for the trunk, not for the limbs as they are carried usually.
+    Tight,
+    /// Enough for all of the robot.
+    Wide,
+}
+
+/// What is over the feet, in the posture that is usual, m.
+struct Trunk {
+    /// Half the width of the base's own shapes, and of all of the robot.
+    half_m: f64,
+    wide_m: f64,
+    /// Top over the base's origin.
+    top_m: f64,
+}
+
+/// How well a state is founded.
+#[derive(Clone, Copy, Debug)]
+struct Footed {
+    /// Mean height of the ground under the feet, m.
+    ground_m: f64,
+    /// Mean distance of the feet from their usual places, m.
+    off_m: f64,
+    /// Whether there is room for all of the robot.
+    is_wide: bool,
+}
+
+/// The poses of the base from the start through the guide's points; nothing where the straight
+/// lines do, or where none is found.
+pub(crate) fn find(context: &SearchContext, turn_m: f64) -> Option<Vec<Pose>> {
+    let lattice = Lattice::new(context, turn_m)?;
+    let goal_heading = context.request.goal.base.yaw_rad;
+    let points = context.request.guide.points();
+    let first = context.route.at(0.0);
+    let start = lattice.founded(&first.p.xy(), first.heading, first.p.z - lattice.legs_m)?;
+    let mut poses = vec![(first, start)];
+    let mut straight = true;
+    for (i, to) in points.iter().enumerate().skip(1) {
+        let last = i + 1 == points.len();
+        let (from, footed) = *poses.last()?;
+        let heading = goal_heading.filter(|_| last);
+        let level = (to - from.p).z.abs() > 1e-6;
+        let leg = lattice.straight(&from, footed.ground_m, to, heading);
+        if let Some(leg) = leg {
+            poses.extend(leg);
+            continue;
+        }
+        straight = false;
+        let to_level = level.then_some(to.z - lattice.legs_m);
+        let leg = lattice.shortest(&from, footed.ground_m, to, to_level, heading)?;
+        poses.extend(lattice.drawn_straight(&poses[poses.len() - 1], leg));
+    }
+    if straight {
+        return None;
+    }
+    Some(smooth(poses.into_iter().map(|(pose, _)| pose).collect()))
+}
+
+impl<'a> Lattice<'a> {
+    fn new(context: &'a SearchContext<'a>, turn_m: f64) -> Option<Self> {
+        let feet = &context.feet;
+        let legs = feet.iter().map(|f| -context.offset(*f).z);
+        let legs_m = legs.sum::<f64>() / feet.len().max(1) as f64;
+        if legs_m <= 0.0 {
+            return None;
+        }
+        let trunk = Trunk::new(context, legs_m);
+        let world = context.request.environment.world().obstacles();
+        let mut bodies: Tiles<Vec<usize>> = Tiles::default();
+        for (k, body) in world.iter().enumerate() {
+            let corners = body.geometry().vertices();
+            let points = corners.iter().map(|p| (body.pose() * p).xy().coords);
+            for tile in tiles_about(points, trunk.wide_m) {
+                bodies.entry(tile).or_default().push(k);
+            }
+        }
+        let ahead_m = REACH_STRIDES * context.stride_m;
+        let step = |most: f64| (most / Ground::CELL_M) as i64;
+        let mut spread: Vec<Vector2<f64>> = Vec::new();
+        for i in -step(ahead_m)..=step(ahead_m) {
+            for j in -step(REACH_ASIDE_M)..=step(REACH_ASIDE_M) {
+                spread.push(Vector2::new(i as f64, j as f64) * Ground::CELL_M);
+            }
+        }
+        spread.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+        Some(Self {
+            context,
+            ground: Ground::new(context),
+            bodies,
+            known: RefCell::default(),
+            legs_m,
+            trunk,
+            turn_m,
+            spread,
+        })
+    }
+
+    /// How the feet stand with the base at a place, about a level of the ground; nothing where one
+    /// finds no landing or the trunk no room.
+    fn founded(&self, p: &Vector2<f64>, heading: f64, level_m: f64) -> Option<Footed> {
+        let climb_m = CLIMB_LEGS * self.legs_m;
+        let turn = Rotation2::new(heading);
+        let (mut ground_m, mut off_m) = (0.0, 0.0);
+        for &foot in &self.context.feet {
+            let usual = p + turn * self.context.offset(foot).xy();
+            let found = self.spread.iter().find_map(|off| {
+                let heights = self.ground.heights(foot, &(usual + turn * off));
+                let nearest = heights
+                    .iter()
+                    .min_by(|a, b| (*a - level_m).abs().total_cmp(&(*b - level_m).abs()))?;
+                ((nearest - level_m).abs() <= climb_m).then_some((*nearest, off.norm()))
+            });
+            let (height_m, apart_m) = found?;
+            ground_m += height_m;
+            off_m += apart_m;
+        }
+        let count = self.context.feet.len() as f64;
+        let ground_m = ground_m / count;
+        let room = self.room(p, ground_m);
+        (room != Room::None).then_some(Footed {
+            ground_m,
+            off_m: off_m / count,
+            is_wide: room == Room::Wide,
+        })
+    }
+
+    /// How much room there is about the base at a place.
+    fn room(&self, p: &Vector2<f64>, ground_m: f64) -> Room {
+        let round = |x: f64, cell: f64| (x / cell).round() as i64;
+        let key = (
+            round(p.x, 0.5 * CELL_M),
+            round(p.y, 0.5 * CELL_M),
+            round(ground_m, 0.3 * LEVEL_M),
+        );
+        if let Some(&room) = self.known.borrow().get(&key) {
+            return room;
+        }
+        let low = ground_m + OVER_LEGS * self.legs_m;
+        let high = (ground_m + self.legs_m + self.trunk.top_m).max(low + 0.02);
+        let at = Point3::new(p.x, p.y, 0.5 * (low + high));
+        let X_WP = Isometry3::translation(at.x, at.y, at.z);
+        let world = self.context.request.environment.world().obstacles();
+        let is_free = |half_m: f64| {
+            let half = Vector3::new(half_m, half_m, 0.5 * (high - low));
+            let probe = ShapeGeometry::Box {
+                half_extents_m: half,
+            };
+            tiles_about([*p].into_iter(), 0.0)
+                .filter_map(|tile| self.bodies.get(&tile))
+                .flatten()
+                .all(|&k| {
+                    let body = &world[k];
+                    body.is_beyond(&at, half.norm())
+                        || closest(&probe, &X_WP, body.geometry(), body.pose(), 0.0)
+                            .is_none_or(|found| found.distance > 0.0)
+                })
+        };
+        let room = if is_free(self.trunk.wide_m) {
+            Room::Wide
+        } else if is_free(self.trunk.half_m) {
+            Room::Tight
+        } else {
+            Room::None
+        };
+        self.known.borrow_mut().insert(key, room);
+        room
+    }
+
+    /// The price of a move between founded places.
+    fn price(
+        &self,
+        step: &Vector2<f64>,
+        heading: f64,
+        turn: f64,
+        from: &Footed,
+        to: &Footed,
+    ) -> f64 {
+        let length = step.norm();
+        let ahead = if length > 0.0 {
+            step.dot(&Vector2::new(heading.cos(), heading.sin())) / length
+        } else {
+            1.0
+        };
+        let aside = 1.0 + (ASIDE - 1.0) * (1.0 - ahead).min(1.0);
+        let tight = if to.is_wide { 1.0 } else { TIGHT };
+        length * aside * tight * (1.0 + OFF_PLACE * to.off_m)
+            + self.turn_m * turn.abs()
+            + CLIMB * (to.ground_m - from.ground_m).abs()
+    }
+
+    /// The poses of a straight line that is walked looking ahead, with what it costs; nothing
+    /// where the way is not free.
+    fn line(
+        &self,
+        from: &Pose,
+        footed: Footed,
+        to: &Vector2<f64>,
+        heading: Option<f64>,
+    ) -> Option<(Vec<(Pose, Footed)>, f64)> {
+        let step = to - from.p.xy();
+        let length = step.norm();
+        let mut poses = vec![(*from, footed)];
+        let mut price = 0.0;
+        let mut go = |p: Vector2<f64>, heading: f64| -> Option<()> {
+            let (last, before) = *poses.last()?;
+            let now = self.founded(&p, heading, before.ground_m)?;
+            price += self.price(
+                &(p - last.p.xy()),
+                heading,
+                heading - last.heading,
+                &before,
+                &now,
+            );
+            let z = now.ground_m + self.legs_m;
+            poses.push((
+                Pose {
+                    p: Vector3::new(p.x, p.y, z),
+                    heading,
+                },
+                now,
+            ));
+            Some(())
+        };
+        let turn_to = |from: f64,
+                       to: f64,
+                       p: Vector2<f64>,
+                       go: &mut dyn FnMut(Vector2<f64>, f64) -> Option<()>|
+         -> Option<f64> {
+            let turn = wrap(to - from);
+            let parts = (turn.abs() / (0.5 * TAU / HEADINGS as f64)).ceil();
+            for k in 1..=parts as usize {
+                go(p, from + turn * k as f64 / parts)?;
+            }
+            Some(from + turn)
+        };
+        let mut facing = from.heading;
+        if length > 1e-6 {
+            facing = turn_to(facing, step.y.atan2(step.x), from.p.xy(), &mut go)?;
+            let parts = (length / CELL_M).ceil();
+            for k in 1..=parts as usize {
+                go(from.p.xy() + step * (k as f64 / parts), facing)?;
+            }
+        }
+        if let Some(heading) = heading {
+            turn_to(facing, heading, *to, &mut go)?;
+        }
+        poses.remove(0);
+        Some((poses, price))
+    }
+
+    /// The straight line to a point of the guide, where it costs little more than its length.
+    fn straight(
+        &self,
+        from: &Pose,
+        level_m: f64,
+        to: &Vector3<f64>,
+        heading: Option<f64>,
+    ) -> Option<Vec<(Pose, Footed)>> {
+        let footed = self.founded(&from.p.xy(), from.heading, level_m)?;
+        let (poses, _) = self.line(from, footed, &to.xy(), heading)?;
+        let (_, last) = poses.last()?;
+        // On the level that is wanted, with room and never far from where feet are usually.
+        let wanted = to.z - self.legs_m;
+        let off_m = poses.iter().map(|(_, f)| f.off_m).fold(0.0, f64::max);
+        let arrives = (last.ground_m - wanted).abs() <= CLIMB_LEGS * self.legs_m;
+        let is_wide = poses.iter().all(|(_, f)| f.is_wide);
+        let is_usual = is_wide && off_m <= 0.5 * REACH_STRIDES * self.context.stride_m;
+        (arrives && is_usual).then_some(poses)
+    }
+
+    /// The shortest way on the lattice to a point, in a heading where one is wanted.
+    fn shortest(
+        &self,
+        from: &Pose,
+        level_m: f64,
+        to: &Vector3<f64>,
+        to_level_m: Option<f64>,
+        heading: Option<f64>,
+    ) -> Option<Vec<(Pose, Footed)>> {
+        let angle = |h: i64| h as f64 * TAU / HEADINGS as f64;
+        let nearest = |heading: f64| (heading / angle(1)).round() as i64;
+        let origin = from.p.xy();
+        let at = |s: &State| origin + Vector2::new(s.0 as f64, s.1 as f64) * CELL_M;
+        let level = |ground_m: f64| (ground_m / LEVEL_M).round() as i64;
+        let footed = self.founded(&origin, from.heading, level_m)?;
+        let h0 = nearest(from.heading).rem_euclid(HEADINGS);
+        let first: State = (0, 0, h0, level(footed.ground_m));
+        let wanted_heading = heading.map(|h| nearest(h).rem_euclid(HEADINGS));
+        let is_there = |s: &State, f: &Footed| {
+            (at(s) - to.xy()).norm() <= 0.75 * CELL_M
+                && wanted_heading.is_none_or(|h| h == s.2)
+                && to_level_m.is_none_or(|l| (f.ground_m - l).abs() <= CLIMB_LEGS * self.legs_m)
+        };
+        let rest = |s: &State| (at(s) - to.xy()).norm();
+        let mut known: BTreeMap<State, (f64, State, Footed)> = BTreeMap::new();
+        known.insert(first, (0.0, first, footed));
+        let mut open = BinaryHeap::new();
+        let bits = |x: f64| x.max(0.0).to_bits();
+        open.push(Reverse((bits(rest(&first)), first)));
+        let mut looked = 0;
+        let mut done: BTreeMap<State, ()> = BTreeMap::new();
+        let end = loop {
+            let Reverse((_, state)) = open.pop()?;
+            if done.insert(state, ()).is_some() {
+                continue;
+            }
+            looked += 1;
+            if looked > STATES_MAX {
+                return None;
+            }
+            let (price, _, footed) = known[&state];
+            if is_there(&state, &footed) {
+                break state;
+            }
+            let (x, y, h, _) = state;
+            let moves = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy, 0)));
+            let moves = moves.filter(|m| *m != (0, 0, 0));
+            for (dx, dy, dh) in moves.chain([(0, 0, 1), (0, 0, -1)]) {
+                let h = (h + dh).rem_euclid(HEADINGS);
+                let mut next: State = (x + dx, y + dy, h, 0);
+                let Some(there) = self.founded(&at(&next), angle(h), footed.ground_m) else {
+                    continue;
+                };
+                next.3 = level(there.ground_m);
+                let step = Vector2::new(dx as f64, dy as f64) * CELL_M;
+                let turn = dh as f64 * angle(1);
+                let price = price + self.price(&step, angle(h), turn, &footed, &there);
+                if known.get(&next).is_none_or(|(best, _, _)| price < *best) {
+                    known.insert(next, (price, state, there));
+                    open.push(Reverse((bits(price + rest(&next)), next)));
+                }
+            }
+        };
+        let mut states = vec![end];
+        while let Some(&last) = states.last().filter(|s| **s != first) {
+            states.push(known[&last].1);
+        }
+        states.reverse();
+        let mut facing = from.heading;
+        let mut poses = Vec::new();
+        for state in states.iter().skip(1) {
+            facing += wrap(angle(state.2) - facing);
+            let footed = known[state].2;
+            let p = at(state);
+            poses.push((
+                Pose {
+                    p: Vector3::new(p.x, p.y, footed.ground_m + self.legs_m),
+                    heading: facing,
+                },
+                footed,
+            ));
+        }
+        // The last place is the point itself, where it is founded as well.
+        if let Some((pose, before)) = poses.last_mut()
+            && let Some(footed) =
+                self.founded(&to.xy(), heading.unwrap_or(pose.heading), before.ground_m)
+        {
+            pose.p = Vector3::new(to.x, to.y, footed.ground_m + self.legs_m);
+            if let Some(heading) = heading {
+                pose.heading += wrap(heading - pose.heading);
+            }
+            *before = footed;
+        }
+        Some(poses)
+    }
+
+    /// A way with straight lines where they cost no more.
+    fn drawn_straight(
+        &self,
+        from: &(Pose, Footed),
+        way: Vec<(Pose, Footed)>,
+    ) -> Vec<(Pose, Footed)> {
+        let all: Vec<(Pose, Footed)> = std::iter::once(*from).chain(way).collect();
+        // What the way costs up to each pose.
+        let mut spent = vec![0.0];
+        for pair in all.windows(2) {
+            let ((a, before), (b, now)) = (&pair[0], &pair[1]);
+            let step = (b.p - a.p).xy();
+            let price = self.price(&step, b.heading, wrap(b.heading - a.heading), before, now);
+            spent.push(spent[spent.len() - 1] + price);
+        }
+        let mut drawn: Vec<(Pose, Footed)> = Vec::new();
+        let (mut i, mut here) = (0, *from);
+        while i + 1 < all.len() {
+            let straight = (i + 2..all.len()).rev().find_map(|j| {
+                let (to, _) = &all[j];
+                let heading = (j + 1 == all.len()).then_some(to.heading);
+                let (poses, price) = self.line(&here.0, here.1, &to.p.xy(), heading)?;
+                (price <= spent[j] - spent[i] + 1e-9).then_some((j, poses))
+            });
+            let (j, poses) = straight.unwrap_or_else(|| (i + 1, vec![all[i + 1]]));
+            drawn.extend(poses);
+            let Some(&last) = drawn.last() else { break };
+            (i, here) = (j, last);
+        }
+        // Headings go on from one pose to the next.
+        let mut facing = from.0.heading;
+        for (pose, _) in &mut drawn {
+            facing += wrap(pose.heading - facing);
+            pose.heading = facing;
+        }
+        drawn
+    }
+}
+
+impl Trunk {
+    fn new(context: &SearchContext, legs_m: f64) -> Self {
+        let request = context.request;
+        let mut upright = Configuration::zero(request.robot.nj());
+        upright.joints.copy_from(&request.reference.joints);
+        let kinematics = Kinematics::new(request.robot, &upright);
+        let (mut half_m, mut wide_m, mut top_m) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+        let collision = &request.robot.collision;
+        for (i, shape) in collision.shapes().iter().enumerate() {
+            let X_WG = collision.X_WG(&kinematics, i);
+            let most = |direction: Vector3<f64>| {
+                let support = shape
+                    .geometry
+                    .support(&(X_WG.rotation.inverse() * direction));
+                (X_WG * support).coords.dot(&direction)
+            };
+            let top = most(Vector3::z());
+            if shape.body == 0 {
+                half_m = half_m.min(most(Vector3::y()).max(most(-Vector3::y())));
+                top_m = top_m.max(top);
+            }
+            if top > (OVER_LEGS - 1.0) * legs_m {
+                let axes = [Vector3::x(), Vector3::y()].into_iter();
+                wide_m = axes.fold(wide_m, |m, d| m.max(most(d)).max(most(-d)));
+            }
+        }
+        let feet = context.feet.iter();
+        let apart_m = feet.fold(0.05, |m: f64, f| m.max(context.offset(*f).y.abs()));
+        Self {
+            half_m: half_m.clamp(0.0, apart_m),
+            wide_m: wide_m.max(apart_m),
+            top_m,
+        }
+    }
+}
+
+/// Poses with their headings and heights evened out over their neighbours, but for the ends.
+fn smooth(poses: Vec<Pose>) -> Vec<Pose> {
+    /// Neighbours on each side.
+    const SIDE: usize = 2;
+    let last = poses.len() - 1;
+    (0..=last)
+        .map(|i| {
+            let side = SIDE.min(i).min(last - i);
+            let near = &poses[i - side..=i + side];
+            let mean = |of: fn(&Pose) -> f64| near.iter().map(of).sum::<f64>() / near.len() as f64;
+            Pose {
+                p: Vector3::new(poses[i].p.x, poses[i].p.y, mean(|pose| pose.p.z)),
+                heading: mean(|pose| pose.heading),
+            }
+        })
+        .collect()
+}

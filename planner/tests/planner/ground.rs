@@ -1,0 +1,145 @@
+//! A floor with things on it, turns, and ways that are not straight.
+#![allow(non_snake_case)]
+
+use std::sync::atomic::AtomicBool;
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+use planner::{Config, Request, SearchResult, Status};
+use posture::Environment;
+use surfaces::{Face, Obstacle, Terrain};
+
+use crate::support::{face, humanoid, request};
+
+/// A rectangle in the level plane of that height.
+fn level(id: &str, [x, y, z]: [f64; 3], half: [f64; 2]) -> Face {
+    face(id, Vector3::new(x, y, z), Vector3::x(), Vector3::y(), half)
+}
+
+/// A box between two corners.
+fn block(id: &str, low: [f64; 3], high: [f64; 3]) -> Obstacle {
+    let corner = |i: usize| {
+        let pick = |axis: usize| {
+            if i >> axis & 1 == 1 {
+                high[axis]
+            } else {
+                low[axis]
+            }
+        };
+        Point3::new(pick(0), pick(1), pick(2))
+    };
+    Obstacle {
+        id: id.to_owned(),
+        points_W: (0..8).map(corner).collect(),
+        surface: None,
+        assumed: false,
+    }
+}
+
+fn world(faces: Vec<Face>, obstacles: Vec<Obstacle>) -> Environment {
+    let terrain = Terrain::new(faces, obstacles).unwrap();
+    Environment::new(terrain, 0.05, 2.0).unwrap()
+}
+
+fn floor() -> Face {
+    level("floor", [0.0; 3], [4.0, 4.0])
+}
+
+fn plan(request: &Request) -> SearchResult {
+    planner::search(
+        request,
+        &Config::default(),
+        &posture::Config::default(),
+        &motion::Config::default(),
+        &|_| {},
+        &AtomicBool::new(false),
+    )
+    .unwrap()
+}
+
+/// Found, upright all the way, every foot clear of the bodies, with few nodes for each stance.
+fn check(found: &SearchResult) {
+    assert_eq!(found.status, Status::Found, "{:?}", found.blocked.first());
+    for stance in &found.path {
+        let up = stance.posture.q.R_WB * Vector3::z();
+        let tilt_rad = up.z.clamp(-1.0, 1.0).acos();
+        assert!(
+            tilt_rad < Config::default().tilt_max_rad + 0.02,
+            "{tilt_rad}"
+        );
+        let clearance_m = stance.posture.margins.clearance_m;
+        assert!(clearance_m.is_none_or(|m| m > 0.019), "{clearance_m:?}");
+    }
+    assert!(found.motion.is_some());
+    let nodes = found.summary.nodes_generated as f64 / found.path.len() as f64;
+    assert!(nodes < 3.0, "{nodes} nodes a stance");
+}
+
+#[test]
+fn what_lies_on_a_floor_is_stepped_over() {
+    let robot = humanoid();
+    for things in [
+        vec![block("rib", [0.67, -1.0, 0.0], [0.73, 1.0, 0.03])],
+        vec![block("box", [0.55, 0.01, 0.0], [0.65, 0.15, 0.10])],
+    ] {
+        let environment = world(vec![floor()], things);
+        let found = plan(&request(&robot, &environment, Vector3::new(1.5, 0.0, 0.0)));
+        check(&found);
+    }
+}
+
+#[test]
+fn a_heading_is_reached_by_stepping() {
+    let robot = humanoid();
+    let environment = world(vec![floor()], Vec::new());
+    for (yaw, steps) in [(1.57, 3), (3.1, 6)] {
+        let mut request = request(&robot, &environment, Vector3::zeros());
+        request.goal.base.yaw_rad = Some(yaw);
+        let found = plan(&request);
+        check(&found);
+        let last = &found.path[found.path.len() - 1];
+        // The feet have turned with the base, to half of what a stride turns them by.
+        for contact in &last.contacts {
+            let x = contact.X_WC.rotation * Vector3::x();
+            let off = x.y.atan2(x.x) - yaw;
+            assert!(off.sin().atan2(off.cos()).abs() < 0.6, "{off}");
+        }
+        assert!(found.path.len() > 2 * steps, "{} stances", found.path.len());
+    }
+}
+
+#[test]
+fn a_start_that_faces_away_turns_and_walks() {
+    let robot = humanoid();
+    let environment = world(vec![floor()], Vec::new());
+    let mut request = request(&robot, &environment, Vector3::new(3.0, 0.0, 0.0));
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 2.8);
+    let base = &mut request.start.configuration;
+    base.p_WB = turn * base.p_WB;
+    base.R_WB = turn;
+    let found = plan(&request);
+    check(&found);
+    let ahead = found.path[found.path.len() - 1].posture.q.R_WB * Vector3::x();
+    assert!(ahead.x > 0.8, "{ahead}");
+}
+
+#[test]
+fn the_way_goes_round_a_wall_and_over_a_bridge() {
+    let robot = humanoid();
+    // Open beyond y = −0.9 only.
+    let wall = block("wall", [1.1, -0.9, 0.0], [1.25, 3.9, 1.0]);
+    let environment = world(vec![floor()], vec![wall]);
+    let found = plan(&request(&robot, &environment, Vector3::new(2.4, 0.4, 0.0)));
+    check(&found);
+
+    let banks = [
+        level("floor", [-0.5, 0.0, 0.0], [1.0, 2.0]),
+        level("other", [2.6, 0.0, 0.0], [1.0, 2.0]),
+        level("bridge", [1.05, 1.2, 0.0], [0.6, 0.25]),
+    ];
+    let environment = world(banks.to_vec(), Vec::new());
+    let found = plan(&request(&robot, &environment, Vector3::new(2.4, -0.3, 0.0)));
+    check(&found);
+    let bridge = environment.face("bridge").unwrap();
+    let mut contacts = found.path.iter().flat_map(|stance| &stance.contacts);
+    assert!(contacts.any(|c| c.face == Some(bridge)));
+}
