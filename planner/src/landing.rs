@@ -79,11 +79,15 @@ impl Landing {
         let things = standing_on(environment, face, footprint.height_m);
         let left = |inside_m: f64| {
             let outline = environment.outline(face, inside_m);
-            if things.is_empty() {
-                return outline;
-            }
-            let grown = |thing: &ConvexPolygon| thing.grown(footprint.beside_m + inside_m);
-            outline.minus_all(things.iter().map(|t| grown(t).vertices().to_vec()))
+            let grown = things
+                .iter()
+                .map(|t| t.grown(footprint.beside_m + inside_m));
+            // One after the other: hundreds of pieces of bodies that overlap take an overlay of all
+            // of them minutes.
+            grown.fold(outline, |left, thing| match is_near(&left, &thing) {
+                true => left.minus(&Outline::from_polygon(&thing)),
+                false => left,
+            })
         };
         Self {
             outline: left(0.0),
@@ -106,6 +110,18 @@ impl Landing {
     pub fn area(&self, p_F: &Point2<f64>, along_F: &Vector2<f64>) -> Option<ConvexPolygon> {
         self.outline.convex_around(p_F, along_F)
     }
+}
+
+/// Whether the boxes around an outline and a polygon meet.
+fn is_near(outline: &Outline, polygon: &ConvexPolygon) -> bool {
+    outline.bounds().is_some_and(|(low, high)| {
+        let beyond = |axis: usize| {
+            let of = |p: &Point2<f64>| p[axis];
+            polygon.vertices().iter().all(|p| of(p) < low[axis])
+                || polygon.vertices().iter().all(|p| of(p) > high[axis])
+        };
+        !beyond(0) && !beyond(1)
+    })
 }
 
 /// The outlines in a face's plane of the bodies that rise over it, from the plane up to a height.
