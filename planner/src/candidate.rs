@@ -5,9 +5,11 @@
 //! equilibrium without c while c still touches. One posture then belongs to both contact sets.
 //! Source: [escande2013]; design: transitions.
 
+use std::sync::Arc;
+
 use motion::{MotionContext, StanceRef};
 use nalgebra::{Point3, Vector3};
-use posture::{Contact, Outcome};
+use posture::{Contact, Outcome, Posture};
 use robot_model::PatchId;
 
 use crate::Error;
@@ -35,6 +37,11 @@ pub(crate) struct Candidate {
     pub priority: f64,
     /// How often it was tried already.
     pub tries: usize,
+    /// Failures of motions from its node that its priority has been charged for.
+    pub charged: usize,
+    /// A posture to stay near to in the place of the nominal one: the next one on a way that no
+    /// motion takes off for.
+    pub near: Option<Arc<Posture>>,
 }
 
 impl Candidate {
@@ -94,6 +101,8 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
             change: Move::Remove(patch),
             priority: priority(context, node, &after, stay()),
             tries: 0,
+            charged: 0,
+            near: None,
         });
     }
 
@@ -150,6 +159,8 @@ pub(crate) fn touch(
             + context.config.lateral_deviation_price_per_m * beyond_m,
         change: Move::Add(foothold),
         tries: 0,
+        charged: 0,
+        near: None,
     }
 }
 
@@ -238,7 +249,10 @@ pub(crate) fn solve(
             }
         }
     }
-    let reference = nominal_posture(context, &contacts, along_m);
+    let reference = match &candidate.near {
+        Some(posture) => posture.q.clone(),
+        None => nominal_posture(context, &contacts, along_m),
+    };
     let problem = context.problem(contacts, &reference, &node.posture.q);
     let outcome = posture::solve(&problem, config)?;
     let lift_off_blocked = match &outcome {

@@ -82,6 +82,15 @@ struct Trunk {
     top_m: f64,
 }
 
+/// What a search on the lattice finds.
+enum Found {
+    Way(Vec<(Pose, Footed)>),
+    /// No way, and the place that comes nearest.
+    Nearest(Vector2<f64>),
+    /// Its budget is spent.
+    Unknown,
+}
+
 /// How well a state is founded.
 #[derive(Clone, Copy, Debug)]
 struct Footed {
@@ -93,19 +102,49 @@ struct Footed {
     is_wide: bool,
 }
 
-/// The poses of the base from the start through the guide's points; nothing where the straight
-/// lines do, or where none is found.
-pub(crate) fn find(context: &SearchContext, turn_m: f64) -> Option<Vec<Pose>> {
-    let lattice = Lattice::new(context, turn_m)?;
+/// What came of looking for a way.
+pub(crate) enum Way {
+    /// Straight from each point of the guide to the next, or not known to be otherwise.
+    Straight,
+    /// Through these poses.
+    Round(Vec<Pose>),
+    /// None on the lattice: where the base comes nearest to the point that it should pass next.
+    None {
+        nearest: Vector2<f64>,
+        to: Vector2<f64>,
+    },
+}
+
+/// The way of the base from the start through the guide's points.
+pub(crate) fn find(context: &SearchContext, turn_m: f64) -> Way {
+    let Some(lattice) = Lattice::new(context, turn_m) else {
+        return Way::Straight;
+    };
+    match through(context, &lattice) {
+        Ok(Some(poses)) => Way::Round(poses),
+        Ok(None) => Way::Straight,
+        Err([nearest, to]) => Way::None { nearest, to },
+    }
+}
+
+/// The poses, where the way is not straight; where the base comes nearest to which point, where
+/// there is none.
+fn through(
+    context: &SearchContext,
+    lattice: &Lattice,
+) -> Result<Option<Vec<Pose>>, [Vector2<f64>; 2]> {
     let goal_heading = context.request.goal.base.yaw_rad;
     let points = context.request.guide.points();
     let first = context.route.at(0.0);
-    let start = lattice.founded(&first.p.xy(), first.heading, first.p.z - lattice.legs_m)?;
+    let ground_m = first.p.z - lattice.legs_m;
+    let Some(start) = lattice.founded(&first.p.xy(), first.heading, ground_m) else {
+        return Ok(None);
+    };
     let mut poses = vec![(first, start)];
     let mut straight = true;
     for (i, to) in points.iter().enumerate().skip(1) {
         let last = i + 1 == points.len();
-        let (from, footed) = *poses.last()?;
+        let (from, footed) = poses[poses.len() - 1];
         let heading = goal_heading.filter(|_| last);
         let level = (to - from.p).z.abs() > 1e-6;
         let leg = lattice.straight(&from, footed.ground_m, to, heading);
@@ -115,13 +154,18 @@ pub(crate) fn find(context: &SearchContext, turn_m: f64) -> Option<Vec<Pose>> {
         }
         straight = false;
         let to_level = level.then_some(to.z - lattice.legs_m);
-        let leg = lattice.shortest(&from, footed.ground_m, to, to_level, heading)?;
+        let leg = match lattice.shortest(&from, footed.ground_m, to, to_level, heading) {
+            Found::Way(leg) => leg,
+            Found::Nearest(nearest) => return Err([nearest, to.xy()]),
+            Found::Unknown => return Ok(None),
+        };
         poses.extend(lattice.drawn_straight(&poses[poses.len() - 1], leg));
     }
     if straight {
-        return None;
+        return Ok(None);
     }
-    Some(smooth(poses.into_iter().map(|(pose, _)| pose).collect()))
+    let poses = poses.into_iter().map(|(pose, _)| pose).collect();
+    Ok(Some(smooth(poses)))
 }
 
 impl<'a> Lattice<'a> {
@@ -344,13 +388,15 @@ impl<'a> Lattice<'a> {
         to: &Vector3<f64>,
         to_level_m: Option<f64>,
         heading: Option<f64>,
-    ) -> Option<Vec<(Pose, Footed)>> {
+    ) -> Found {
         let angle = |h: i64| h as f64 * TAU / HEADINGS as f64;
         let nearest = |heading: f64| (heading / angle(1)).round() as i64;
         let origin = from.p.xy();
         let at = |s: &State| origin + Vector2::new(s.0 as f64, s.1 as f64) * CELL_M;
         let level = |ground_m: f64| (ground_m / LEVEL_M).round() as i64;
-        let footed = self.founded(&origin, from.heading, level_m)?;
+        let Some(footed) = self.founded(&origin, from.heading, level_m) else {
+            return Found::Unknown;
+        };
         let h0 = nearest(from.heading).rem_euclid(HEADINGS);
         let first: State = (0, 0, h0, level(footed.ground_m));
         let wanted_heading = heading.map(|h| nearest(h).rem_euclid(HEADINGS));
@@ -368,13 +414,16 @@ impl<'a> Lattice<'a> {
         let mut looked = 0;
         let mut done: BTreeMap<State, ()> = BTreeMap::new();
         let end = loop {
-            let Reverse((_, state)) = open.pop()?;
+            let Some(Reverse((_, state))) = open.pop() else {
+                let nearest = done.keys().min_by(|a, b| rest(a).total_cmp(&rest(b)));
+                return nearest.map_or(Found::Unknown, |state| Found::Nearest(at(state)));
+            };
             if done.insert(state, ()).is_some() {
                 continue;
             }
             looked += 1;
             if looked > STATES_MAX {
-                return None;
+                return Found::Unknown;
             }
             let (price, _, footed) = known[&state];
             if is_there(&state, &footed) {
@@ -429,7 +478,7 @@ impl<'a> Lattice<'a> {
             }
             *before = footed;
         }
-        Some(poses)
+        Found::Way(poses)
     }
 
     /// A way with straight lines where they cost no more.
