@@ -8,7 +8,7 @@ use planner::{Config, Request, SearchResult, Status};
 use posture::Environment;
 use surfaces::{Face, Obstacle, Terrain};
 
-use crate::support::{face, humanoid, request};
+use crate::support::{face, humanoid, request, robot};
 
 /// A rectangle in the level plane of that height.
 fn level(id: &str, [x, y, z]: [f64; 3], half: [f64; 2]) -> Face {
@@ -105,6 +105,17 @@ fn a_heading_is_reached_by_stepping() {
         }
         assert!(found.path.len() > 2 * steps, "{} stances", found.path.len());
     }
+}
+
+/// A leg on a ball turns about it: its neighbours' swings go by where it is, not where its contact's
+/// axes would have it.
+#[test]
+fn six_legs_turn_on_the_spot() {
+    let robot = robot("hexapod");
+    let environment = world(vec![floor()], Vec::new());
+    let mut request = request(&robot, &environment, Vector3::zeros());
+    request.goal.base.yaw_rad = Some(1.57);
+    check(&plan(&request));
 }
 
 #[test]
