@@ -25,6 +25,10 @@ const RESTARTS: [usize; 3] = [0, 1, 4];
 /// on to the children ([`posture::Solver::optimality`]).
 const OPTIMALITY: f64 = 5e-3;
 
+/// Price of a metre by which a foot lands farther ahead than a stride, in contacts: long steps are the
+/// ones that legs cannot leave again.
+const BEYOND_PRICE: f64 = 5.0;
+
 /// Normals whose cosine is larger are those of one plane, up to a tenth of a degree.
 const ONE_PLANE: f64 = 1.0 - 2e-6;
 
@@ -156,7 +160,7 @@ pub(crate) fn touch(
         priority: priority(context, node, &feet, node.contacts.iter())
             + extra(context, patch, Some(&footing))
             + foothold.price()
-            + context.config.lateral_deviation_price_per_m * beyond_m,
+            + BEYOND_PRICE * beyond_m,
         change: Move::Add(foothold),
         tries: 0,
         charged: 0,
