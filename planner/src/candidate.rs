@@ -203,7 +203,7 @@ pub(crate) fn next_place(
         return None;
     };
     let (patch, face) = (foothold.patch, foothold.face);
-    let from = foothold.variation + 1;
+    let from = foothold.next();
     let next = propose(context, node, &node.feet(context), patch, face, from)?;
     Some(touch(context, candidate.node, node, next))
 }
