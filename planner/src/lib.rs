@@ -16,7 +16,7 @@
 //! | where on a face a patch may land | `landing` |
 //! | where it should land, and where else | `foothold_proposal` |
 //! | the posture that a stance would like best | `nominal_posture` |
-//! | ways that nothing can hold the robot on | `steepness` |
+//! | ways that nothing can hold the robot on, goals that lengths exclude | `steepness`, `out_of_reach` |
 //! | nodes from solved candidates | `node_construction` |
 //! | the tree and its order | [`search`](mod@search) |
 //! | which contacts the way can do without | `shorten` |
@@ -38,6 +38,7 @@ mod motions;
 mod node;
 mod node_construction;
 mod nominal_posture;
+mod out_of_reach;
 pub mod record;
 pub mod request;
 pub mod result;

@@ -19,6 +19,7 @@ use crate::goal::{Attempt, try_goal};
 use crate::motions::Motions;
 use crate::node::{Key, Node, key};
 use crate::node_construction;
+use crate::out_of_reach::out_of_reach;
 use crate::request::Request;
 use crate::result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
 use crate::steepness::too_steep;
@@ -107,8 +108,11 @@ pub fn search(
     };
     search.blocked.extend(search.context.no_way());
     let root = node_construction::root(&search.context, posture_config)?;
-    if let Some(blocked) = too_steep(&search.context, posture_config.friction_use) {
+    let proof = out_of_reach(&search.context)
+        .or_else(|| too_steep(&search.context, posture_config.friction_use));
+    if let Some(blocked) = proof {
         search.nodes.push(root);
+        search.blocked.clear();
         search.blocked.push(blocked);
         return Ok(search.give_up(Status::NoPlan));
     }

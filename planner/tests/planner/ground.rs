@@ -154,3 +154,53 @@ fn the_way_goes_round_a_wall_and_over_a_bridge() {
     let mut contacts = found.path.iter().flat_map(|stance| &stance.contacts);
     assert!(contacts.any(|c| c.face == Some(bridge)));
 }
+
+#[test]
+fn what_lengths_exclude_is_refused_with_the_place() {
+    let robot = humanoid();
+    let floor = level("floor", [0.0; 3], [1.0, 1.0]);
+    let island = level("island", [5.0, 0.0, 0.0], [1.0, 1.0]);
+    let environment = world(vec![floor, island], Vec::new());
+    for (x, word) in [
+        (5.0, "island is 3.00 m from floor"),
+        (3.0, "no face is within"),
+    ] {
+        let refused = plan(&request(&robot, &environment, Vector3::new(x, 0.0, 0.0)));
+        assert_eq!(refused.status, Status::NoPlan, "{:?}", refused.blocked);
+        assert!(
+            refused.blocked[0].reason.contains(word),
+            "{:?}",
+            refused.blocked
+        );
+        assert_eq!(refused.summary.candidates_solved, 0);
+    }
+    // A gap that is too wide for steps and not for lengths is none that is proved.
+    let near = level("near", [2.2, 0.0, 0.0], [0.5, 1.0]);
+    let environment = world(vec![level("floor", [0.0; 3], [1.0, 1.0]), near], Vec::new());
+    let mut request = request(&robot, &environment, Vector3::new(2.2, 0.0, 0.0));
+    request.goal.base.tolerance_m = 0.1;
+    let config = Config {
+        nodes_max: 30,
+        ..Config::default()
+    };
+    let settings = (posture::Config::default(), motion::Config::default());
+    let cancel = AtomicBool::new(false);
+    let open = planner::search(
+        &request,
+        &config,
+        &settings.0,
+        &settings.1,
+        &|_| {},
+        &cancel,
+    );
+    let open = open.unwrap();
+    assert!(matches!(
+        open.status,
+        Status::BudgetSpent | Status::Exhausted
+    ));
+    assert!(
+        open.blocked[0].reason.contains("no way was found"),
+        "{:?}",
+        open.blocked[0]
+    );
+}
