@@ -24,7 +24,7 @@ pub struct Cli {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done (a plan was found), 1 error, 2 usage, \
-    3 no plan, or a simulated plan misses a criterion (the reason is printed), 4 budget spent or interrupted before a plan was found.\n\
+    3 there is no plan, or a simulated plan misses a criterion (the reason is printed), 4 no plan was found and none is excluded.\n\
     RUST_LOG=info (or debug, scandent=debug, …) logs to stderr.";
 
 /// Flags that every command understands.

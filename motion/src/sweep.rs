@@ -56,7 +56,8 @@ pub(crate) fn shortfall(
             (centre, half.norm())
         })
         .collect();
-    // Links that closed contacts hold in place do not move: obstacles like the environment's.
+    // Links that closed contacts hold in place do not move: obstacles like the environment's. A link
+    // on a ball turns about it, and the contact's axes are not its own.
     let collision = &robot.collision;
     let watched = |a: usize, b: usize| {
         let pair = (a.min(b), a.max(b));
@@ -65,6 +66,9 @@ pub(crate) fn shortfall(
     let mut standing = Vec::new();
     for closed in &task.closed {
         let patch = &robot.patches[closed.patch];
+        if patch.point_radius_m().is_some() {
+            continue;
+        }
         let X_WB = closed.X_WC * patch.X_BC.inverse();
         for (b, shape) in collision.shapes().iter().enumerate() {
             let meets = |a: &(usize, &Shape)| watched(a.0, b);

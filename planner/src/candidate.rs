@@ -5,9 +5,11 @@
 //! equilibrium without c while c still touches. One posture then belongs to both contact sets.
 //! Source: [escande2013]; design: transitions.
 
+use std::sync::Arc;
+
 use motion::{MotionContext, StanceRef};
 use nalgebra::{Point3, Vector3};
-use posture::{Contact, Outcome};
+use posture::{Contact, Outcome, Posture};
 use robot_model::PatchId;
 
 use crate::Error;
@@ -23,6 +25,10 @@ const RESTARTS: [usize; 3] = [0, 1, 4];
 /// on to the children ([`posture::Solver::optimality`]).
 const OPTIMALITY: f64 = 5e-3;
 
+/// Price of a metre by which a foot lands farther ahead than a stride, in contacts: long steps are the
+/// ones that legs cannot leave again.
+const BEYOND_PRICE: f64 = 5.0;
+
 /// Normals whose cosine is larger are those of one plane, up to a tenth of a degree.
 const ONE_PLANE: f64 = 1.0 - 2e-6;
 
@@ -35,6 +41,11 @@ pub(crate) struct Candidate {
     pub priority: f64,
     /// How often it was tried already.
     pub tries: usize,
+    /// Failures of motions from its node that its priority has been charged for.
+    pub charged: usize,
+    /// A posture to stay near to in the place of the nominal one: the next one on a way that no
+    /// motion takes off for.
+    pub near: Option<Arc<Posture>>,
 }
 
 impl Candidate {
@@ -94,6 +105,8 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
             change: Move::Remove(patch),
             priority: priority(context, node, &after, stay()),
             tries: 0,
+            charged: 0,
+            near: None,
         });
     }
 
@@ -147,9 +160,11 @@ pub(crate) fn touch(
         priority: priority(context, node, &feet, node.contacts.iter())
             + extra(context, patch, Some(&footing))
             + foothold.price()
-            + context.config.lateral_deviation_price_per_m * beyond_m,
+            + BEYOND_PRICE * beyond_m,
         change: Move::Add(foothold),
         tries: 0,
+        charged: 0,
+        near: None,
     }
 }
 
@@ -188,7 +203,7 @@ pub(crate) fn next_place(
         return None;
     };
     let (patch, face) = (foothold.patch, foothold.face);
-    let from = foothold.variation + 1;
+    let from = foothold.next();
     let next = propose(context, node, &node.feet(context), patch, face, from)?;
     Some(touch(context, candidate.node, node, next))
 }
@@ -238,7 +253,10 @@ pub(crate) fn solve(
             }
         }
     }
-    let reference = nominal_posture(context, &contacts, along_m);
+    let reference = match &candidate.near {
+        Some(posture) => posture.q.clone(),
+        None => nominal_posture(context, &contacts, along_m),
+    };
     let problem = context.problem(contacts, &reference, &node.posture.q);
     let outcome = posture::solve(&problem, config)?;
     let lift_off_blocked = match &outcome {

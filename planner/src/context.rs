@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 use posture::{Contact, FaceIndex, Problem};
 use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
 
@@ -12,9 +12,11 @@ use crate::landing::{Footprint, Landing};
 use crate::node::heading;
 use crate::nominal_posture::LEANING_MIN;
 use crate::request::Request;
+use crate::result::Blocked;
 use crate::route::Route;
-use crate::way;
+use crate::way::{self, Way};
 use crate::{Config, Error};
+use plan::Change;
 
 /// Angle by which a foot turns in one stride, rad.
 const TURN_RAD: f64 = 0.5;
@@ -35,6 +37,9 @@ pub(crate) struct SearchContext<'a> {
     pub stride_m: f64,
     /// The way of the base.
     pub route: Route,
+    /// Where no way over the terrain was found: the place that comes nearest to the point that the
+    /// base should come to, and that point.
+    gap: Option<[Vector2<f64>; 2]>,
     /// Smallest distance between two parts of the robot, m.
     pub self_clearance_m: f64,
     /// What each patch needs about the place where it lands.
@@ -138,6 +143,7 @@ impl<'a> SearchContext<'a> {
             offset,
             reach_m,
             route,
+            gap: None,
             self_clearance_m: posture.self_clearance_m,
             footprint: robot.patch_ids().map(footprint).collect(),
             stride_m,
@@ -145,8 +151,10 @@ impl<'a> SearchContext<'a> {
             used,
             landing: request.usable.iter().map(unknown).collect(),
         };
-        if let Some(poses) = way::find(&context, turn_m) {
-            context.route = Route::through(&poses, turn_m);
+        match way::find(&context, turn_m) {
+            Way::Straight => {}
+            Way::Round(poses) => context.route = Route::through(&poses, turn_m),
+            Way::None { nearest, to } => context.gap = Some([nearest, to]),
         }
         Ok(context)
     }
@@ -157,6 +165,30 @@ impl<'a> SearchContext<'a> {
         let footprint = &self.footprint[patch.index()];
         let environment = self.request.environment;
         Some(landing.get_or_init(|| Landing::new(environment, face, footprint)))
+    }
+
+    /// Why the base has no way over the terrain, as far as the lattice can tell.
+    pub fn no_way(&self) -> Option<Blocked> {
+        let [nearest, to] = self.gap?;
+        let reason = format!(
+            "no way was found for the base over the terrain: from where it is it comes to \
+             ({:.2}, {:.2}), {:.2} m from ({:.2}, {:.2}); what lies between is too wide, too high or too \
+             narrow for steps of {:.2} m",
+            nearest.x,
+            nearest.y,
+            (to - nearest).norm(),
+            to.x,
+            to.y,
+            self.stride_m
+        );
+        Some(Blocked {
+            change: Change::Goal,
+            held: String::new(),
+            reason,
+            amount: None,
+            distance_m: 0.0,
+            proof: false,
+        })
     }
 
     /// Whether two patches may land in the same places.

@@ -105,7 +105,10 @@ impl Search<'_> {
             .map_or(Change::Goal, |&i| self.nodes[i].change.clone());
         self.block(parent, change, format!("no motion: {}", failure.describe()));
         match way.get(stance) {
-            Some(&node) => self.cut(node),
+            Some(&node) => {
+                self.mend(node, failure);
+                self.cut(node);
+            }
             // The contact set stands; the goal is to be reached from those after it.
             None => self.branch(parent),
         }

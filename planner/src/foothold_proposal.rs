@@ -20,8 +20,10 @@ pub(crate) struct Foothold {
     pub yaw_rad: Option<f64>,
     /// Progress along the route that was aimed at, m.
     pub along_m: f64,
+    /// How far across the route the face's room moved it from there, m.
+    moved_m: f64,
     /// Which of [`VARIATIONS`] it is.
-    pub variation: usize,
+    variation: usize,
 }
 
 impl Foothold {
@@ -87,11 +89,19 @@ const VARIATIONS: [Variation; 12] = [
 ];
 /// Price of each place after the first, in contacts.
 const VARIATION_PRICE: f64 = 0.25;
+/// Price of a metre across the route from the place that is wanted, in contacts: a foot steps onto what is
+/// under it rather than beside it.
+const MOVED_PRICE: f64 = 2.0;
 
 impl Foothold {
     /// What it costs not to be at the place that is wanted most, in contacts.
     pub fn price(&self) -> f64 {
-        VARIATION_PRICE * self.variation as f64
+        VARIATION_PRICE * self.variation as f64 + MOVED_PRICE * self.moved_m
+    }
+
+    /// The number of the variation after this one.
+    pub fn next(&self) -> usize {
+        self.variation + 1
     }
 }
 
@@ -113,7 +123,14 @@ pub(crate) fn propose(
         let p_F = p_F.inverse_transform_point(&foothold.place).xy();
         let place = landing.nearest(&p_F)?;
         let place = context.request.environment[face].point_W(&place);
-        Some(Foothold { place, ..foothold })
+        let ahead = context.route.direction(foothold.along_m);
+        let moved = place - foothold.place;
+        let moved_m = ahead.xy().perp(&moved.xy()).abs();
+        Some(Foothold {
+            place,
+            moved_m,
+            ..foothold
+        })
     };
     let same = |a: &Foothold, b: &Foothold| {
         let turned = match (a.yaw_rad, b.yaw_rad) {
@@ -169,6 +186,7 @@ fn place(
             place: place.into(),
             yaw_rad: foot.map(|_| heading + vary.turn),
             along_m,
+            moved_m: 0.0,
             variation,
         }
     };

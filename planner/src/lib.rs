@@ -12,11 +12,11 @@
 //! | what follows from it once | `context` |
 //! | which places to pass, and the base's way through them | [`guide`], `route` |
 //! | which contact changes could be made, and at what price | `candidate` |
-//! | the way of the base round what it cannot walk over | `way`, over `ground` |
+//! | the way of the base round what it cannot walk over | `way`, over `lattice` and `ground` |
 //! | where on a face a patch may land | `landing` |
 //! | where it should land, and where else | `foothold_proposal` |
 //! | the posture that a stance would like best | `nominal_posture` |
-//! | ways that nothing can hold the robot on | `steepness` |
+//! | ways that nothing can hold the robot on, goals that lengths exclude | `steepness`, `out_of_reach` |
 //! | nodes from solved candidates | `node_construction` |
 //! | the tree and its order | [`search`](mod@search) |
 //! | which contacts the way can do without | `shorten` |
@@ -34,10 +34,12 @@ mod goal;
 mod ground;
 pub mod guide;
 mod landing;
+mod lattice;
 mod motions;
 mod node;
 mod node_construction;
 mod nominal_posture;
+mod out_of_reach;
 pub mod record;
 pub mod request;
 pub mod result;

@@ -7,6 +7,7 @@ use plan::Change;
 use posture::{Contact, FaceIndex, Posture};
 use robot_model::PatchId;
 
+use crate::candidate::Candidate;
 use crate::context::{Footing, SearchContext};
 
 /// A contact set with its posture.
@@ -23,6 +24,10 @@ pub(crate) struct Node {
     pub posture: Arc<Posture>,
     /// Where on the route every patch stands, or stood last.
     pub footing: Vec<Option<Footing>>,
+    /// The candidate that it came of.
+    pub origin: Option<Candidate>,
+    /// Motions from it that failed.
+    pub failures: usize,
     /// Whether there is a motion to it from its parent, as far as is known.
     pub settled: bool,
 }

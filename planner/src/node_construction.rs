@@ -51,6 +51,8 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
         contacts,
         posture,
         footing,
+        origin: None,
+        failures: 0,
         settled: true,
     })
 }
@@ -148,6 +150,8 @@ pub(crate) fn child(
         touching,
         posture,
         footing,
+        origin: Some(candidate.clone()),
+        failures: 0,
         settled: false,
     })
 }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use motion::MotionContext;
+use motion::{Failure, MotionContext};
 use posture::Posture;
 use rayon::prelude::*;
 
@@ -19,6 +19,7 @@ use crate::goal::{Attempt, try_goal};
 use crate::motions::Motions;
 use crate::node::{Key, Node, key};
 use crate::node_construction;
+use crate::out_of_reach::out_of_reach;
 use crate::request::Request;
 use crate::result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
 use crate::steepness::too_steep;
@@ -42,6 +43,10 @@ const RETRY_PRICE: f64 = 3.0;
 const FAR: f64 = 0.02;
 /// Price of another place of a foot on a face where the one before has a posture, in contacts.
 const SECOND_PRICE: f64 = 1.0;
+/// Price of a change from where the motion of another failed, in contacts.
+const FAILURE_PRICE: f64 = 1.0;
+/// Part of a motion up to which a failure is one of taking off.
+const TAKE_OFF: f64 = 0.2;
 /// A contact change is given its motion once the search has gone on by as many from there: what has
 /// none is cut before much grows on it, and not every leaf is given one.
 const SETTLED_BEHIND: usize = 2;
@@ -101,9 +106,13 @@ pub fn search(
         expanded: BTreeSet::new(),
         solved: 0,
     };
+    search.blocked.extend(search.context.no_way());
     let root = node_construction::root(&search.context, posture_config)?;
-    if let Some(blocked) = too_steep(&search.context, posture_config.friction_use) {
+    let proof = out_of_reach(&search.context)
+        .or_else(|| too_steep(&search.context, posture_config.friction_use));
+    if let Some(blocked) = proof {
         search.nodes.push(root);
+        search.blocked.clear();
         search.blocked.push(blocked);
         return Ok(search.give_up(Status::NoPlan));
     }
@@ -130,6 +139,20 @@ pub fn search(
             };
             return Ok(search.give_up(status));
         };
+        // Where motions failed, others wait.
+        let failures = search.nodes[candidate.node].failures;
+        if candidate.charged < failures {
+            let charge = (failures - candidate.charged) as f64 * FAILURE_PRICE;
+            let priority = candidate.priority + charge;
+            let (rank, solved) = (search.rank(priority), Some(solved));
+            let candidate = Candidate {
+                priority,
+                charged: failures,
+                ..candidate
+            };
+            search.frontier.insert(rank, (candidate, solved));
+            continue;
+        }
         search.solved += 1;
         search.expanded.insert(candidate.node);
         let solved = solved?;
@@ -137,10 +160,8 @@ pub fn search(
             continue;
         }
         let parent = &search.nodes[candidate.node];
-        let next = match candidate.tries {
-            0 => candidate::next_place(&search.context, parent, &candidate),
-            _ => None,
-        };
+        let is_first = candidate.tries == 0 && candidate.near.is_none();
+        let next = candidate::next_place(&search.context, parent, &candidate).filter(|_| is_first);
         let Some(solved) = solved else {
             next.into_iter().for_each(|next| search.put(next));
             continue;
@@ -159,7 +180,7 @@ pub fn search(
             (Ok(node), Some(reason)) => {
                 search.block(candidate.node, node.change.clone(), reason);
             }
-            (Ok(node), None) if search.is_new(&node) => {
+            (Ok(node), None) if search.is_new(&node) || candidate.near.is_some() => {
                 tracing::debug!(
                     "node {} from {}: {:?}",
                     search.nodes.len(),
@@ -288,12 +309,34 @@ impl<'a> Search<'a> {
             if let Some((_, failure)) = self.motions.along(&pair)? {
                 let change = self.nodes[index].change.clone();
                 self.block(parent, change, format!("no motion: {}", failure.describe()));
+                self.mend(index, &failure);
                 self.cut(index);
                 return Ok(false);
             }
             self.nodes[index].settled = true;
         }
         Ok(true)
+    }
+
+    /// Learns from a node that has no motion from its parent: what else is tried from there comes
+    /// later, and where the patch cannot take off, the parent's own posture is sought once more, near
+    /// to the one that it should lead to.
+    pub fn mend(&mut self, index: usize, failure: &Failure) {
+        let Some(parent) = self.nodes[index].parent else {
+            return;
+        };
+        self.nodes[parent].failures += 1;
+        if failure.at > TAKE_OFF {
+            return;
+        }
+        let posture = self.nodes[index].posture.clone();
+        let origin = self.nodes[parent].origin.take();
+        if let Some(origin) = origin.filter(|origin| origin.near.is_none()) {
+            self.put(Candidate {
+                near: Some(posture),
+                ..origin
+            });
+        }
     }
 
     /// Adds a node's candidates to the frontier.
@@ -334,9 +377,14 @@ impl<'a> Search<'a> {
 
     /// Puts a candidate on the frontier.
     fn put(&mut self, candidate: Candidate) {
-        let rank = Rank::new(candidate.priority, self.counted);
-        self.counted += 1;
+        let rank = self.rank(candidate.priority);
         self.frontier.insert(rank, (candidate, None));
+    }
+
+    /// The rank of the next candidate.
+    fn rank(&mut self, priority: f64) -> Rank {
+        self.counted += 1;
+        Rank::new(priority, self.counted)
     }
 
     /// The node that is nearest to the goal.

@@ -8,7 +8,7 @@ use planner::{Config, Request, SearchResult, Status};
 use posture::Environment;
 use surfaces::{Face, Obstacle, Terrain};
 
-use crate::support::{face, humanoid, request};
+use crate::support::{face, humanoid, request, robot};
 
 /// A rectangle in the level plane of that height.
 fn level(id: &str, [x, y, z]: [f64; 3], half: [f64; 2]) -> Face {
@@ -107,6 +107,17 @@ fn a_heading_is_reached_by_stepping() {
     }
 }
 
+/// A leg on a ball turns about it: its neighbours' swings go by where it is, not where its contact's
+/// axes would have it.
+#[test]
+fn six_legs_turn_on_the_spot() {
+    let robot = robot("hexapod");
+    let environment = world(vec![floor()], Vec::new());
+    let mut request = request(&robot, &environment, Vector3::zeros());
+    request.goal.base.yaw_rad = Some(1.57);
+    check(&plan(&request));
+}
+
 #[test]
 fn a_start_that_faces_away_turns_and_walks() {
     let robot = humanoid();
@@ -142,4 +153,54 @@ fn the_way_goes_round_a_wall_and_over_a_bridge() {
     let bridge = environment.face("bridge").unwrap();
     let mut contacts = found.path.iter().flat_map(|stance| &stance.contacts);
     assert!(contacts.any(|c| c.face == Some(bridge)));
+}
+
+#[test]
+fn what_lengths_exclude_is_refused_with_the_place() {
+    let robot = humanoid();
+    let floor = level("floor", [0.0; 3], [1.0, 1.0]);
+    let island = level("island", [5.0, 0.0, 0.0], [1.0, 1.0]);
+    let environment = world(vec![floor, island], Vec::new());
+    for (x, word) in [
+        (5.0, "island is 3.00 m from floor"),
+        (3.0, "no face is within"),
+    ] {
+        let refused = plan(&request(&robot, &environment, Vector3::new(x, 0.0, 0.0)));
+        assert_eq!(refused.status, Status::NoPlan, "{:?}", refused.blocked);
+        assert!(
+            refused.blocked[0].reason.contains(word),
+            "{:?}",
+            refused.blocked
+        );
+        assert_eq!(refused.summary.candidates_solved, 0);
+    }
+    // A gap that is too wide for steps and not for lengths is none that is proved.
+    let near = level("near", [2.2, 0.0, 0.0], [0.5, 1.0]);
+    let environment = world(vec![level("floor", [0.0; 3], [1.0, 1.0]), near], Vec::new());
+    let mut request = request(&robot, &environment, Vector3::new(2.2, 0.0, 0.0));
+    request.goal.base.tolerance_m = 0.1;
+    let config = Config {
+        nodes_max: 30,
+        ..Config::default()
+    };
+    let settings = (posture::Config::default(), motion::Config::default());
+    let cancel = AtomicBool::new(false);
+    let open = planner::search(
+        &request,
+        &config,
+        &settings.0,
+        &settings.1,
+        &|_| {},
+        &cancel,
+    );
+    let open = open.unwrap();
+    assert!(matches!(
+        open.status,
+        Status::BudgetSpent | Status::Exhausted
+    ));
+    assert!(
+        open.blocked[0].reason.contains("no way was found"),
+        "{:?}",
+        open.blocked[0]
+    );
 }

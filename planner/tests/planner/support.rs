@@ -2,12 +2,16 @@
 
 use nalgebra::{Isometry3, Point2, Rotation3, Translation3, UnitQuaternion, Vector3};
 use planner::{Goal, Guide, Request, Start};
-use posture::{BaseGoal, Environment, FaceIndex};
-use robot_model::{Configuration, Robot};
+use posture::{BaseGoal, Environment, FaceIndex, stand};
+use robot_model::{PatchId, Robot};
 use surfaces::{Face, Region};
 
 pub fn humanoid() -> Robot {
-    scenes::builtin_robot("hrp2")
+    robot("hrp2")
+}
+
+pub fn robot(name: &str) -> Robot {
+    scenes::builtin_robot(name)
         .unwrap()
         .load(&robot_model::Config::default())
         .unwrap()
@@ -25,22 +29,15 @@ pub fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [
     Face::new(id, pose, Region::new([corners.to_vec()]).unwrap())
 }
 
-/// The humanoid over the origin of the face "floor", on its way to a place.
+/// A robot on its feet over the origin of the face "floor", on its way to a place.
 pub fn request<'a>(
     robot: &'a Robot,
     environment: &'a Environment,
     to: Vector3<f64>,
 ) -> Request<'a> {
-    let mut configuration: Configuration = robot.posture("half_sitting").unwrap();
-    configuration.p_WB = Vector3::new(0.0, 0.0, 0.6487);
-    let kinematics = robot_model::Kinematics::new(robot, &configuration);
-    let foot = |name: &str| robot.patch_id(name).unwrap();
-    let sole = kinematics
-        .X_WC(&robot.patches[foot("left_foot")])
-        .translation
-        .vector
-        .z;
-    configuration.p_WB.z -= sole;
+    let is_foot = |id: &PatchId| robot.patches[*id].has_role("foot");
+    let feet: Vec<PatchId> = robot.patch_ids().filter(is_foot).collect();
+    let configuration = stand::on_level_ground(robot, &robot.resting(), &feet);
     let level = |face: &FaceIndex| environment[*face].normal_W().z > 0.8;
     let walkable: Vec<FaceIndex> = environment.faces().filter(level).collect();
     let floor = environment.face("floor").unwrap();
@@ -50,7 +47,7 @@ pub fn request<'a>(
         environment,
         start: Start {
             configuration: configuration.clone(),
-            contacts: vec![(foot("left_foot"), floor), (foot("right_foot"), floor)],
+            contacts: feet.iter().map(|&foot| (foot, floor)).collect(),
         },
         goal: Goal {
             base: BaseGoal {
@@ -59,7 +56,7 @@ pub fn request<'a>(
                 yaw_rad: None,
                 yaw_tolerance_rad: 0.2,
             },
-            patches: vec![foot("left_foot"), foot("right_foot")],
+            patches: feet,
             contacts: Vec::new(),
         },
         guide: Guide::new(vec![from, from + to]).unwrap(),
