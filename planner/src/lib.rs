@@ -12,7 +12,7 @@
 //! | what follows from it once | `context` |
 //! | which places to pass, and the base's way through them | [`guide`], `route` |
 //! | which contact changes could be made, and at what price | `candidate` |
-//! | the way of the base round what it cannot walk over | `way`, over `ground` |
+//! | the way of the base round what it cannot walk over | `way`, over `lattice` and `ground` |
 //! | where on a face a patch may land | `landing` |
 //! | where it should land, and where else | `foothold_proposal` |
 //! | the posture that a stance would like best | `nominal_posture` |
@@ -34,6 +34,7 @@ mod goal;
 mod ground;
 pub mod guide;
 mod landing;
+mod lattice;
 mod motions;
 mod node;
 mod node_construction;

@@ -43,8 +43,8 @@ impl Extent {
         gap.map(|x| x.max(0.0)).norm()
     }
 
-    /// Its distance from a place, over the coordinates that the place has, m.
-    fn from_m(&self, place: &[Option<f64>; 3]) -> f64 {
+    /// Its distance from a place, m, over the coordinates that the place has.
+    fn distance_m(&self, place: &[Option<f64>; 3]) -> f64 {
         let gap =
             |k: usize| place[k].map_or(0.0, |x| (self.low[k] - x).max(x - self.high[k]).max(0.0));
         Vector3::new(gap(0), gap(1), gap(2)).norm()
@@ -124,7 +124,7 @@ pub(crate) fn out_of_reach(context: &SearchContext) -> Option<Blocked> {
     let place = &goal.base.position_m;
     let by_place = goal.patches.iter().find_map(|&patch| {
         let near_m = context.reach_m(patch) + goal.base.tolerance_m;
-        blocked(patch, near_m, &|i| extents[i].from_m(place))
+        blocked(patch, near_m, &|i| extents[i].distance_m(place))
     });
     by_place.or_else(|| {
         goal.contacts.iter().find_map(|&(patch, face)| {

@@ -5,82 +5,22 @@
 //! stands where the trunk is. It moves to the eight places around, or turns by an eighth; sideways
 //! and backward cost more, and so do feet far from their usual places. What the lattice finds is
 //! drawn straight where that costs no more.
-#![allow(non_snake_case)]
 
-use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::f64::consts::TAU;
 
-use nalgebra::{Isometry3, Point3, Rotation2, Vector2, Vector3};
-use robot_model::collision::{ShapeGeometry, closest};
-use robot_model::{Configuration, Kinematics};
+use nalgebra::{Vector2, Vector3};
 
 use crate::context::SearchContext;
-use crate::ground::{Ground, Tiles, tiles_about};
+use crate::lattice::{CELL_M, CLIMB_LEGS, Footed, HEADINGS, LEVEL_M, Lattice, REACH_STRIDES};
 use crate::route::{Pose, wrap};
 
-/// Distance of neighbouring places, m, and number of headings.
-const CELL_M: f64 = 0.1;
-const HEADINGS: i64 = 8;
-/// Levels nearer than this are one, m.
-const LEVEL_M: f64 = 0.15;
-/// A metre sideways or backward costs as much as this many ahead.
-const ASIDE: f64 = 2.0;
-/// What a metre of a foot's distance from its usual place adds to the price of a metre.
-const OFF_PLACE: f64 = 5.0;
-/// A metre without room for all of the robot costs as much as this many.
-const TIGHT: f64 = 4.0;
-/// Price of a metre up or down.
-const CLIMB: f64 = 2.0;
-/// A foot is put so far ahead of or behind its usual place, as a part of a stride, and so far
-/// sideways, m.
-const REACH_STRIDES: f64 = 0.85;
-const REACH_ASIDE_M: f64 = 0.1;
-/// Height of a step as a part of the legs' height.
-const CLIMB_LEGS: f64 = 0.45;
-/// What stands no higher over the ground than this part of the legs' height is stepped over.
-const OVER_LEGS: f64 = 0.4;
 /// States that are looked at before the search for a way ends without one.
 const STATES_MAX: usize = 200_000;
 
 /// A place of the lattice: cell, heading, level.
 type State = (i64, i64, i64, i64);
-
-/// What the lattice asks of the world.
-struct Lattice<'a> {
-    context: &'a SearchContext<'a>,
-    ground: Ground<'a>,
-    /// Bodies by tile, and how much room there is, by cell and level.
-    bodies: Tiles<Vec<usize>>,
-    known: RefCell<BTreeMap<(i64, i64, i64), Room>>,
-    /// Height of the base over the ground, m.
-    legs_m: f64,
-    trunk: Trunk,
-    turn_m: f64,
-    /// Where a foot may be from its usual place (ahead, left), the nearest first.
-    spread: Vec<Vector2<f64>>,
-}
-
-/// How much room there is about the base.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Room {
-    /// Less than the trunk takes.
-    None,
-    /// Enough for the trunk, not for the limbs as they are carried usually.
-    Tight,
-    /// Enough for all of the robot.
-    Wide,
-}
-
-/// What is over the feet, in the posture that is usual, m.
-struct Trunk {
-    /// Half the width of the base's own shapes, and of all of the robot.
-    half_m: f64,
-    wide_m: f64,
-    /// Top over the base's origin.
-    top_m: f64,
-}
 
 /// What a search on the lattice finds.
 enum Found {
@@ -89,17 +29,6 @@ enum Found {
     Nearest(Vector2<f64>),
     /// Its budget is spent.
     Unknown,
-}
-
-/// How well a state is founded.
-#[derive(Clone, Copy, Debug)]
-struct Footed {
-    /// Mean height of the ground under the feet, m.
-    ground_m: f64,
-    /// Mean distance of the feet from their usual places, m.
-    off_m: f64,
-    /// Whether there is room for all of the robot.
-    is_wide: bool,
 }
 
 /// What came of looking for a way.
@@ -168,138 +97,7 @@ fn through(
     Ok(Some(smooth(poses)))
 }
 
-impl<'a> Lattice<'a> {
-    fn new(context: &'a SearchContext<'a>, turn_m: f64) -> Option<Self> {
-        let feet = &context.feet;
-        let legs = feet.iter().map(|f| -context.offset(*f).z);
-        let legs_m = legs.sum::<f64>() / feet.len().max(1) as f64;
-        if legs_m <= 0.0 {
-            return None;
-        }
-        let trunk = Trunk::new(context, legs_m);
-        let world = context.request.environment.world().obstacles();
-        let mut bodies: Tiles<Vec<usize>> = Tiles::default();
-        for (k, body) in world.iter().enumerate() {
-            let corners = body.geometry().vertices();
-            let points = corners.iter().map(|p| (body.pose() * p).xy().coords);
-            for tile in tiles_about(points, trunk.wide_m) {
-                bodies.entry(tile).or_default().push(k);
-            }
-        }
-        let ahead_m = REACH_STRIDES * context.stride_m;
-        let step = |most: f64| (most / Ground::CELL_M) as i64;
-        let mut spread: Vec<Vector2<f64>> = Vec::new();
-        for i in -step(ahead_m)..=step(ahead_m) {
-            for j in -step(REACH_ASIDE_M)..=step(REACH_ASIDE_M) {
-                spread.push(Vector2::new(i as f64, j as f64) * Ground::CELL_M);
-            }
-        }
-        spread.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
-        Some(Self {
-            context,
-            ground: Ground::new(context),
-            bodies,
-            known: RefCell::default(),
-            legs_m,
-            trunk,
-            turn_m,
-            spread,
-        })
-    }
-
-    /// How the feet stand with the base at a place, about a level of the ground; nothing where one
-    /// finds no landing or the trunk no room.
-    fn founded(&self, p: &Vector2<f64>, heading: f64, level_m: f64) -> Option<Footed> {
-        let climb_m = CLIMB_LEGS * self.legs_m;
-        let turn = Rotation2::new(heading);
-        let (mut ground_m, mut off_m) = (0.0, 0.0);
-        for &foot in &self.context.feet {
-            let usual = p + turn * self.context.offset(foot).xy();
-            let found = self.spread.iter().find_map(|off| {
-                let heights = self.ground.heights(foot, &(usual + turn * off));
-                let nearest = heights
-                    .iter()
-                    .min_by(|a, b| (*a - level_m).abs().total_cmp(&(*b - level_m).abs()))?;
-                ((nearest - level_m).abs() <= climb_m).then_some((*nearest, off.norm()))
-            });
-            let (height_m, apart_m) = found?;
-            ground_m += height_m;
-            off_m += apart_m;
-        }
-        let count = self.context.feet.len() as f64;
-        let ground_m = ground_m / count;
-        let room = self.room(p, ground_m);
-        (room != Room::None).then_some(Footed {
-            ground_m,
-            off_m: off_m / count,
-            is_wide: room == Room::Wide,
-        })
-    }
-
-    /// How much room there is about the base at a place.
-    fn room(&self, p: &Vector2<f64>, ground_m: f64) -> Room {
-        let round = |x: f64, cell: f64| (x / cell).round() as i64;
-        let key = (
-            round(p.x, 0.5 * CELL_M),
-            round(p.y, 0.5 * CELL_M),
-            round(ground_m, 0.3 * LEVEL_M),
-        );
-        if let Some(&room) = self.known.borrow().get(&key) {
-            return room;
-        }
-        let low = ground_m + OVER_LEGS * self.legs_m;
-        let high = (ground_m + self.legs_m + self.trunk.top_m).max(low + 0.02);
-        let at = Point3::new(p.x, p.y, 0.5 * (low + high));
-        let X_WP = Isometry3::translation(at.x, at.y, at.z);
-        let world = self.context.request.environment.world().obstacles();
-        let is_free = |half_m: f64| {
-            let half = Vector3::new(half_m, half_m, 0.5 * (high - low));
-            let probe = ShapeGeometry::Box {
-                half_extents_m: half,
-            };
-            tiles_about([*p].into_iter(), 0.0)
-                .filter_map(|tile| self.bodies.get(&tile))
-                .flatten()
-                .all(|&k| {
-                    let body = &world[k];
-                    body.is_beyond(&at, half.norm())
-                        || closest(&probe, &X_WP, body.geometry(), body.pose(), 0.0)
-                            .is_none_or(|found| found.distance > 0.0)
-                })
-        };
-        let room = if is_free(self.trunk.wide_m) {
-            Room::Wide
-        } else if is_free(self.trunk.half_m) {
-            Room::Tight
-        } else {
-            Room::None
-        };
-        self.known.borrow_mut().insert(key, room);
-        room
-    }
-
-    /// The price of a move between founded places.
-    fn price(
-        &self,
-        step: &Vector2<f64>,
-        heading: f64,
-        turn: f64,
-        from: &Footed,
-        to: &Footed,
-    ) -> f64 {
-        let length = step.norm();
-        let ahead = if length > 0.0 {
-            step.dot(&Vector2::new(heading.cos(), heading.sin())) / length
-        } else {
-            1.0
-        };
-        let aside = 1.0 + (ASIDE - 1.0) * (1.0 - ahead).min(1.0);
-        let tight = if to.is_wide { 1.0 } else { TIGHT };
-        length * aside * tight * (1.0 + OFF_PLACE * to.off_m)
-            + self.turn_m * turn.abs()
-            + CLIMB * (to.ground_m - from.ground_m).abs()
-    }
-
+impl Lattice<'_> {
     /// The poses of a straight line that is walked looking ahead, with what it costs; nothing
     /// where the way is not free.
     fn line(
@@ -517,42 +315,6 @@ impl<'a> Lattice<'a> {
             pose.heading = facing;
         }
         drawn
-    }
-}
-
-impl Trunk {
-    fn new(context: &SearchContext, legs_m: f64) -> Self {
-        let request = context.request;
-        let mut upright = Configuration::zero(request.robot.nj());
-        upright.joints.copy_from(&request.reference.joints);
-        let kinematics = Kinematics::new(request.robot, &upright);
-        let (mut half_m, mut wide_m, mut top_m) = (f64::INFINITY, 0.0_f64, 0.0_f64);
-        let collision = &request.robot.collision;
-        for (i, shape) in collision.shapes().iter().enumerate() {
-            let X_WG = collision.X_WG(&kinematics, i);
-            let most = |direction: Vector3<f64>| {
-                let support = shape
-                    .geometry
-                    .support(&(X_WG.rotation.inverse() * direction));
-                (X_WG * support).coords.dot(&direction)
-            };
-            let top = most(Vector3::z());
-            if shape.body == 0 {
-                half_m = half_m.min(most(Vector3::y()).max(most(-Vector3::y())));
-                top_m = top_m.max(top);
-            }
-            if top > (OVER_LEGS - 1.0) * legs_m {
-                let axes = [Vector3::x(), Vector3::y()].into_iter();
-                wide_m = axes.fold(wide_m, |m, d| m.max(most(d)).max(most(-d)));
-            }
-        }
-        let feet = context.feet.iter();
-        let apart_m = feet.fold(0.05, |m: f64, f| m.max(context.offset(*f).y.abs()));
-        Self {
-            half_m: half_m.clamp(0.0, apart_m),
-            wide_m: wide_m.max(apart_m),
-            top_m,
-        }
     }
 }
 
