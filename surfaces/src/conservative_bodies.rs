@@ -49,10 +49,20 @@ impl Face {
     /// Shapes: of each body the n corners of its front, then the same n moved against the normal.
     /// Source: `brossette2013` section IV-B, widened by what the edges of a scanned face may be off.
     pub fn bodies_W(&self, thickness_m: f64) -> Vec<Vec<Point3<f64>>> {
+        self.prisms_W(thickness_m, self.body_margin_m())
+    }
+
+    /// The bodies of [`Self::bodies_W`], one by one, before they are widened by
+    /// [`Self::body_margin_m`].
+    pub fn cores_W(&self, thickness_m: f64) -> Vec<Vec<Point3<f64>>> {
+        self.prisms_W(thickness_m, 0.0)
+    }
+
+    fn prisms_W(&self, thickness_m: f64, margin_m: f64) -> Vec<Vec<Point3<f64>>> {
         if self.source == Source::Mesh {
             return Vec::new();
         }
-        let (margin_m, depth_m) = (self.body_margin_m(), thickness_m.max(self.depth_m));
+        let depth_m = thickness_m.max(self.depth_m);
         let fronts = self.pieces_around();
         let widened = fronts.iter().map(|front| front.grown(margin_m));
         widened.map(|front| self.prism_W(&front, depth_m)).collect()
