@@ -52,21 +52,9 @@ impl Environment {
         let (body_names, bodies): (Vec<String>, Vec<Vec<Point3<f64>>>) = behind_faces
             .chain(obstacles.map(|body| (body.id, body.points_W)))
             .unzip();
-        // Where the pieces of a body have corners, they reach farther than the body itself.
-        let cores = terrain.faces.iter().flat_map(|face| {
-            let cores = face.cores_W(thickness_m).into_iter();
-            cores.map(move |core| (core, face.normal_W(), face.body_margin_m()))
-        });
-        let cores: Vec<_> = cores.collect();
         let behind = |face: &Face| {
-            let of_faces = cores.iter().map(|(core, normal_W, margin_m)| {
-                let beside_m = margin_m * face.normal_W().cross(normal_W).norm();
-                face.is_behind(core, BEHIND_M - beside_m)
-            });
-            let of_obstacles = bodies.iter().skip(cores.len());
-            of_faces
-                .chain(of_obstacles.map(|body| face.is_behind(body, BEHIND_M)))
-                .collect()
+            let bodies = bodies.iter();
+            bodies.map(|b| face.is_behind(b, BEHIND_M)).collect()
         };
         let world = World::new(&bodies).map_err(|(i, cause)| Error::Body {
             body: body_names[i].clone(),

@@ -9,25 +9,18 @@ use crate::{ConvexPolygon, HalfPlane, Region};
 /// The part holds what lies on both sides of the point along the wanted direction up to this, m: two
 /// lengths of a foot.
 const REACH_M: f64 = 0.3;
-/// The part holds a circle about the point as wide as the region leaves there, up to this radius, m:
-/// half the width of a foot and what it keeps of edges. A part that only held the point might be too narrow at it for a patch,
-/// which would then be moved to wherever the part is wide.
-const RADIUS_M: f64 = 0.08;
 /// The part along the direction is taken unless the largest one is this many times as large.
 const PREFERENCE: f64 = 4.0;
-/// Parts of the stretch that are tried in turn.
-const PARTS: [f64; 3] = [1.0, 0.5, 0.25];
 /// A point nearer to the border than this is taken so far inside, m: on the border itself there is no
 /// telling on which side of it the part shall lie.
 const INSIDE_M: f64 = 1e-4;
 
 impl Outline {
-    /// A large convex part that holds what the outline leaves about the point, or about its point
-    /// nearest to it, and is long along `direction` where it can be; None where the outline is empty.
+    /// A large convex part that holds the point, or the outline's point nearest to it, and is long
+    /// along `direction` where it can be; None where the outline is empty.
     ///
-    /// It is grown from a circle about the point and the stretch of the line through it that lies in
-    /// the region together with the circle, by the lines that keep each nearest edge out in turn and
-    /// leave the most area ([`crate::cover`]).
+    /// It is grown from the stretch of the line through the point that lies in the region, by the
+    /// lines that keep each nearest edge out in turn and leave the most area ([`crate::cover`]).
     /// It does not leave the region by more than a micrometre, and of a point on the border holds one
     /// 0.1 mm inside. Units: m.
     pub fn convex_around(
@@ -42,19 +35,12 @@ impl Outline {
         let point = inside(&region, point);
         let boundary = Boundary::new(region.rings().iter().map(|ring| &ring.vertices[..]));
         let grown = |seed: &[Point2<f64>]| ConvexPolygon::from_ring(boundary.grow(seed));
-        let circle = circle(&point, on_border(&region, &point).0.min(RADIUS_M));
-        let around = grown(&circle);
-        let stretch = direction.try_normalize(0.0).and_then(|along| {
-            let reach = [-along, along].map(|along| along * reach_m(&region, &point, along));
-            // As much of the stretch as the circle's hull with it leaves free.
-            PARTS.iter().find_map(|part| {
-                let ends = reach.map(|reach| point + reach * *part);
-                let points: Vec<_> = circle.iter().copied().chain(ends).collect();
-                let hull = ConvexPolygon::hull(&points).ok()?;
-                (!boundary.enters(hull.vertices())).then(|| hull.vertices().to_vec())
-            })
+        let around = grown(&[point]);
+        let stretch = direction.try_normalize(0.0).map(|along| {
+            let reach = |along| reach_m(&region, &point, along);
+            [point - along * reach(-along), point + along * reach(along)]
         });
-        let along = stretch.and_then(|seed| grown(&seed));
+        let along = stretch.and_then(|[a, b]| if a == b { None } else { grown(&[a, b]) });
         match (along, around) {
             (Some(along), Some(around)) if around.area() > PREFERENCE * along.area() => {
                 Some(around)
@@ -112,15 +98,6 @@ fn inside(region: &Region, point: Point2<f64>) -> Point2<f64> {
     let measured = placed.map(|p| (gap_m(&p), p));
     let farther = |a: (f64, _), b: (f64, _)| if b.0 > a.0 { b } else { a };
     measured.reduce(farther).map_or(point, |(_, p)| p)
-}
-
-/// The corners of an octagon in a circle, counter-clockwise.
-fn circle(centre: &Point2<f64>, radius_m: f64) -> Vec<Point2<f64>> {
-    let corner = |k: u32| {
-        let (sin, cos) = (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos();
-        centre + Vector2::new(cos, sin) * radius_m
-    };
-    (0..8).map(corner).collect()
 }
 
 /// How far one can go from a point inside the region along a unit vector without leaving it, up to

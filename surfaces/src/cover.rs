@@ -4,7 +4,6 @@
 //! is as large as it can be made: it is grown from a part of the region until edges of the region
 //! stop it, and of all pieces grown the one that adds the most area is taken, again and again.
 
-mod around;
 mod fragments;
 mod grow;
 
@@ -14,7 +13,6 @@ use serde::{Deserialize, Serialize};
 use crate::ConvexPolygon;
 pub use crate::Region;
 use crate::polygon::ring_area;
-pub use around::around;
 use fragments::Fragments;
 pub(crate) use grow::{Boundary, distance_to_segment};
 
@@ -118,8 +116,7 @@ pub fn cover(region: &Region, config: &Config) -> Cover {
         };
         candidates.push(boundary.grow(&seed), vertices_max);
     }
-    // A millionth of a piece is rounding.
-    drop_redundant(&mut pieces, 1e-6);
+    drop_redundant(&mut pieces);
     Cover {
         pieces,
         coverage: (1.0 - uncovered.area() / area).clamp(0.0, 1.0),
@@ -140,15 +137,18 @@ fn seeds(triangles: &[[Point2<f64>; 3]], most: usize) -> Vec<Vec<Point2<f64>>> {
     let mut largest: Vec<_> = triangles.iter().collect();
     largest.sort_by(|a, b| ring_area(&b[..]).total_cmp(&ring_area(&a[..])));
     largest.truncate(most);
-    let both = largest.iter().flat_map(|t| [t.to_vec(), core(&t[..])]);
+    let both = largest.iter().flat_map(|triangle| {
+        let centre = Point2::from(
+            triangle
+                .iter()
+                .map(|v| v.coords)
+                .sum::<nalgebra::Vector2<_>>()
+                / 3.0,
+        );
+        let core = triangle.map(|v| centre + (v - centre) * 0.01);
+        [triangle.to_vec(), core.to_vec()]
+    });
     both.collect()
-}
-
-/// A convex ring shrunk to a hundredth about its middle.
-fn core(ring: &[Point2<f64>]) -> Vec<Point2<f64>> {
-    let sum: nalgebra::Vector2<f64> = ring.iter().map(|v| v.coords).sum();
-    let centre = Point2::from(sum / ring.len() as f64);
-    ring.iter().map(|v| centre + (v - centre) * 0.01).collect()
 }
 
 /// Pieces to choose from, each with an upper bound of what it adds.
@@ -201,8 +201,8 @@ impl Candidates {
     }
 }
 
-/// Drops pieces of which the others leave no more bare than this part, the smallest first.
-fn drop_redundant(pieces: &mut Vec<Piece>, part: f64) {
+/// Drops pieces that later ones have made superfluous, the smallest first.
+fn drop_redundant(pieces: &mut Vec<Piece>) {
     let mut order: Vec<usize> = (0..pieces.len()).collect();
     order.sort_by(|a, b| {
         let area = |i: &usize| pieces[*i].polygon.area();
@@ -216,7 +216,8 @@ fn drop_redundant(pieces: &mut Vec<Piece>, part: f64) {
                 rest.subtract(&other.polygon);
             }
         }
-        dropped[i] = rest.area() <= part * pieces[i].polygon.area();
+        // A millionth of a piece is rounding.
+        dropped[i] = rest.area() <= 1e-6 * pieces[i].polygon.area();
     }
     let mut keep = dropped.iter().map(|d| !d);
     pieces.retain(|_| keep.next().unwrap_or(true));

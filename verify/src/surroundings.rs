@@ -5,7 +5,7 @@ use plan::Plan;
 use surfaces::{Face, Source};
 
 use crate::distance::Solid;
-use crate::posture::{column, inverse_point, point};
+use crate::posture::{inverse_point, point};
 use crate::{Options, region};
 
 /// Everything that is not the robot, in W.
@@ -13,35 +13,31 @@ pub(crate) struct Surroundings {
     pub bodies: Vec<Body>,
 }
 
-/// The hull of points in W, and all that is within the margin of it across the axis.
+/// The hull of points in W.
 pub(crate) struct Body {
     pub name: String,
     /// The face whose body it is.
     face: Option<String>,
     points: Vec<Vector3<f64>>,
-    axis: Vector3<f64>,
-    margin_m: f64,
     pub solid: Solid,
     pub bounds: Bounds,
 }
 
 impl Surroundings {
-    /// What is behind every face of the plan: all points within [`Face::body_margin_m`] of the region
-    /// in its plane, as deep as the plan takes bodies to be or the face says; and the obstacles.
+    /// What is behind every face of the plan, as deep as the plan takes bodies to be or the face
+    /// says; and the obstacles.
     ///
-    /// The bodies that a solver kept away from hold all of that and may hold more.
+    /// The bodies that a solver keeps away from hold all of that and reach farther, by what the edges
+    /// of a scanned face may be off.
     pub fn new(plan: &Plan) -> Self {
         let mut bodies = Vec::new();
-        let mut add = |name, face, frame: &Matrix4<f64>, points: Vec<Vector3<f64>>, margin_m| {
-            let axis = column(frame, 2);
+        let mut add = |name, face, frame: &Matrix4<f64>, points: Vec<Vector3<f64>>| {
             bodies.push(Body {
-                bounds: Bounds::new(frame, &points, margin_m),
+                bounds: Bounds::new(frame, &points),
                 name,
                 face,
-                solid: Solid::widened(points.iter().copied(), &axis, margin_m),
+                solid: Solid::hull(points.iter().copied(), 0.0),
                 points,
-                axis,
-                margin_m,
             });
         };
         // A face of a mesh has the mesh itself behind it.
@@ -60,7 +56,6 @@ impl Surroundings {
                     Some(face.id.to_string()),
                     &pose,
                     points,
-                    face.body_margin_m(),
                 );
             }
         }
@@ -71,7 +66,6 @@ impl Surroundings {
                 obstacle.surface.clone(),
                 &Matrix4::identity(),
                 points,
-                0.0,
             );
         }
         Self { bodies }
@@ -90,8 +84,7 @@ impl Body {
             .points
             .iter()
             .map(|p| inverse_point(&plane, p).z)
-            .fold(f64::NEG_INFINITY, f64::max)
-            + self.margin_m * self.axis.cross(&column(&plane, 2)).norm();
+            .fold(f64::NEG_INFINITY, f64::max);
         (rise <= options.same_plane_m).then_some(rise.max(0.0))
     }
 }
@@ -107,16 +100,15 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Of points and all that is within the margin of their hull across the frame's z axis.
-    fn new(frame: &Matrix4<f64>, points: &[Vector3<f64>], margin_m: f64) -> Self {
+    /// Of points.
+    fn new(frame: &Matrix4<f64>, points: &[Vector3<f64>]) -> Self {
         let far = Vector3::repeat(f64::INFINITY);
         let inside = points.iter().map(|p| inverse_point(frame, p));
         let (low, high) = inside.fold((far, -far), |(low, high), p| (low.inf(&p), high.sup(&p)));
-        let beside = Vector3::new(margin_m, margin_m, 0.0);
         Self {
             frame: *frame,
-            low: low - beside,
-            high: high + beside,
+            low,
+            high,
         }
     }
 

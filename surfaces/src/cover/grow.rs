@@ -58,12 +58,6 @@ impl Boundary {
         Self { edges, hull }
     }
 
-    /// Whether an edge of the region runs through the interior of a convex ring.
-    pub fn enters(&self, ring: &[Point2<f64>]) -> bool {
-        let sides = sides(ring);
-        self.edges.iter().any(|edge| edge.enters(&sides))
-    }
-
     /// A convex ring around the seed (a convex counter-clockwise ring in the region) that no edge
     /// of the region enters.
     pub fn grow(&self, seed: &[Point2<f64>]) -> Vec<Point2<f64>> {
@@ -141,7 +135,7 @@ impl Boundary {
 }
 
 /// The half planes of a convex ring's edges.
-pub(super) fn sides(ring: &[Point2<f64>]) -> Vec<HalfPlane> {
+fn sides(ring: &[Point2<f64>]) -> Vec<HalfPlane> {
     let edges = ring.iter().zip(ring.iter().cycle().skip(1));
     let long = edges.filter(|(p, q)| (*q - *p).norm() >= APART_M);
     long.map(|(p, q)| HalfPlane::left_of(p, q)).collect()

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaterni
 use super::growing::GrowingFace;
 use super::{TILT_MAX_RAD, TOLERANCE_M};
 use crate::config::FACE_AREA_MIN_M2;
-use crate::cover::around;
+use crate::cover::{self, cover};
 use crate::free_space::FreeSpace;
 use crate::outline::Outline;
 use crate::{ConvexPolygon, Obstacle};
@@ -49,7 +49,7 @@ pub(super) fn refuted(
         let regions = rest.regions();
         let pieces = regions
             .iter()
-            .flat_map(|region| around(region, TOLERANCE_M));
+            .flat_map(|region| cover(region, &cover::BODIES).pieces);
         for (number, piece) in pieces.enumerate() {
             let id = match number {
                 0 => body.id.clone(),
@@ -57,7 +57,7 @@ pub(super) fn refuted(
             };
             left.push(Obstacle {
                 id,
-                points_W: prism.extruded(&piece),
+                points_W: prism.extruded(&piece.polygon),
                 surface: None,
                 assumed: true,
             });

@@ -4,16 +4,14 @@ use nalgebra::{Point2, Vector2};
 
 use super::ConvexPolygon;
 
-/// Corners whose widened tip would be farther than this many times the distance are cut off: those
-/// sharper than a right angle.
-const TIP_MAX: f64 = std::f64::consts::SQRT_2;
+/// Corners whose widened tip would be farther than this many times the distance are cut off.
+const TIP_MAX: f64 = 2.0;
 
 impl ConvexPolygon {
     /// A polygon that holds every point within `d_m` of this one; the polygon itself where `d_m`
     /// is not positive or not finite.
     ///
-    /// Edges move out by `d_m`; corners sharper than a right angle are cut off outside that distance,
-    /// so that no point is farther than √2 `d_m` from this polygon.
+    /// Edges move out by `d_m`; sharp corners are cut off outside that distance.
     pub fn grown(&self, d_m: f64) -> Self {
         if !(d_m > 0.0 && d_m.is_finite()) {
             return self.clone();
