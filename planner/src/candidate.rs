@@ -5,22 +5,18 @@
 //! equilibrium without c while c still touches. One posture then belongs to both contact sets.
 //! Source: [escande2013]; design: transitions.
 
-use std::sync::Arc;
-
 use motion::{MotionContext, StanceRef};
 use nalgebra::{Point3, Vector3};
-use posture::{Contact, Outcome, Posture};
+use posture::{Contact, Outcome};
 use robot_model::PatchId;
 
 use crate::Error;
+use crate::change::{Candidate, Move, RESTARTS};
 use crate::context::{Footing, SearchContext};
 use crate::foothold_proposal::{Foothold, propose};
 use crate::node::{Node, SAME_PLACE_M};
 use crate::nominal_posture::nominal_posture;
 
-/// Attempts from other seeds at a child, each time that it is tried: a posture that was not found
-/// from its parent's is no proof that there is none.
-const RESTARTS: [usize; 3] = [0, 1, 4];
 /// How near to the nominal one the postures of the tree are brought: what is left to gain is carried
 /// on to the children ([`posture::Solver::optimality`]).
 const OPTIMALITY: f64 = 5e-3;
@@ -31,48 +27,6 @@ const BEYOND_PRICE: f64 = 5.0;
 
 /// Normals whose cosine is larger are those of one plane, up to a tenth of a degree.
 const ONE_PLANE: f64 = 1.0 - 2e-6;
-
-/// A change to a node's contact set that has passed the cheap tests.
-#[derive(Clone, Debug)]
-pub(crate) struct Candidate {
-    pub node: usize,
-    pub change: Move,
-    /// Contacts made plus contacts still to be made, as far as one can tell before solving.
-    pub priority: f64,
-    /// How often it was tried already.
-    pub tries: usize,
-    /// Failures of motions from its node that its priority has been charged for.
-    pub charged: usize,
-    /// A posture to stay near to in the place of the nominal one: the next one on a way that no
-    /// motion takes off for.
-    pub near: Option<Arc<Posture>>,
-}
-
-impl Candidate {
-    /// Whether nothing more is to be tried at it.
-    pub fn is_spent(&self) -> bool {
-        self.tries + 1 >= RESTARTS.len()
-    }
-}
-
-/// One contact more or one less.
-#[derive(Clone, Debug)]
-pub(crate) enum Move {
-    /// Release the contact of this patch.
-    Remove(PatchId),
-    /// Touch with a patch, as near as possible to the proposed place.
-    Add(Foothold),
-}
-
-impl Move {
-    /// The patch that leaves or lands.
-    pub fn patch(&self) -> PatchId {
-        match self {
-            Move::Remove(patch) => *patch,
-            Move::Add(foothold) => foothold.patch,
-        }
-    }
-}
 
 /// Every child of a node that passes the cheap tests.
 pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Vec<Candidate> {

@@ -9,15 +9,14 @@ use posture::{Contact, FaceIndex, Problem};
 use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
 
 use crate::landing::{Footprint, Landing};
-use crate::node::heading;
-use crate::nominal_posture::LEANING_MIN;
 use crate::request::Request;
 use crate::result::Blocked;
 use crate::route::Route;
-use crate::way::{self, Way};
 use crate::{Config, Error};
 use plan::Change;
 
+/// Fewer feet than these keep a robot upright.
+pub(crate) const LEANING_MIN: usize = 3;
 /// Angle by which a foot turns in one stride, rad.
 const TURN_RAD: f64 = 0.5;
 /// Strides of the way that the budgets are meant for; longer ways get more in proportion.
@@ -39,7 +38,9 @@ pub(crate) struct SearchContext<'a> {
     pub route: Route,
     /// Where no way over the terrain was found: the place that comes nearest to the point that the
     /// base should come to, and that point.
-    gap: Option<[Vector2<f64>; 2]>,
+    pub gap: Option<[Vector2<f64>; 2]>,
+    /// Length that a turn by one radian counts for on the route, m.
+    pub turn_m: f64,
     /// Smallest distance between two parts of the robot, m.
     pub self_clearance_m: f64,
     /// What each patch needs about the place where it lands.
@@ -136,7 +137,7 @@ impl<'a> SearchContext<'a> {
             let faces = faces.iter();
             faces.map(|&face| (face, OnceLock::new())).collect()
         };
-        let mut context = Self {
+        let context = Self {
             request,
             config,
             leg,
@@ -144,6 +145,7 @@ impl<'a> SearchContext<'a> {
             reach_m,
             route,
             gap: None,
+            turn_m,
             self_clearance_m: posture.self_clearance_m,
             footprint: robot.patch_ids().map(footprint).collect(),
             stride_m,
@@ -151,11 +153,6 @@ impl<'a> SearchContext<'a> {
             used,
             landing: request.usable.iter().map(unknown).collect(),
         };
-        match way::find(&context, turn_m) {
-            Way::Straight => {}
-            Way::Round(poses) => context.route = Route::through(&poses, turn_m),
-            Way::None { nearest, to } => context.gap = Some([nearest, to]),
-        }
         Ok(context)
     }
 
@@ -391,4 +388,9 @@ pub(crate) struct Footing {
     pub lateral_m: f64,
     /// Whether it is in the air, and this is where it stood last.
     pub in_air: bool,
+}
+
+/// The heading of a direction, rad.
+fn heading(direction: &Vector3<f64>) -> f64 {
+    direction.y.atan2(direction.x)
 }

@@ -11,7 +11,7 @@
 //! | what is asked | [`request`] |
 //! | what follows from it once | `context` |
 //! | which places to pass, and the base's way through them | [`guide`], `route` |
-//! | which contact changes could be made, and at what price | `candidate` |
+//! | which contact changes could be made, and at what price | `candidate`, `change` |
 //! | the way of the base round what it cannot walk over | `way`, over `lattice` and `ground` |
 //! | where on a face a patch may land | `landing` |
 //! | where it should land, and where else | `foothold_proposal` |
@@ -25,6 +25,7 @@
 //! | what comes back, and as it is written | [`result`], [`record`] |
 
 mod candidate;
+mod change;
 mod config;
 mod context;
 mod error;

@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
 use plan::Change;
 use posture::{Contact, FaceIndex, Posture};
 use robot_model::PatchId;
 
-use crate::candidate::Candidate;
+use crate::change::Candidate;
 use crate::context::{Footing, SearchContext};
 
 /// A contact set with its posture.
@@ -90,9 +89,4 @@ pub(crate) fn key(context: &SearchContext, contacts: &[Contact]) -> Key {
         )
     };
     contacts.iter().map(of_contact).collect()
-}
-
-/// The heading of a direction, rad.
-pub(crate) fn heading(direction: &Vector3<f64>) -> f64 {
-    direction.y.atan2(direction.x)
 }

@@ -8,7 +8,7 @@ use posture::{Contact, Freedom, Outcome, Posture, Problem};
 use robot_model::Kinematics;
 
 use crate::Error;
-use crate::candidate::{Candidate, Move};
+use crate::change::{Candidate, Move};
 use crate::context::SearchContext;
 use crate::node::Node;
 use crate::result::Blocked;

@@ -16,10 +16,8 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 use posture::Contact;
 use robot_model::{Configuration, Kinematics, PatchId};
 
-use crate::context::SearchContext;
+use crate::context::{LEANING_MIN, SearchContext};
 
-/// Fewer feet than these keep a robot upright.
-pub(crate) const LEANING_MIN: usize = 3;
 /// Faces nearer to level than this are level, 1 − cos of the angle.
 const LEVEL: f64 = 1e-6;
 /// Steps that put the feet in their places, and the distance that is left, m.

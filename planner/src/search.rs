@@ -13,7 +13,8 @@ use motion::{Failure, MotionContext};
 use posture::Posture;
 use rayon::prelude::*;
 
-use crate::candidate::{self, Candidate};
+use crate::candidate;
+use crate::change::Candidate;
 use crate::context::SearchContext;
 use crate::goal::{Attempt, try_goal};
 use crate::motions::Motions;
@@ -23,6 +24,7 @@ use crate::out_of_reach::out_of_reach;
 use crate::request::Request;
 use crate::result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
 use crate::steepness::too_steep;
+use crate::way;
 use crate::{Config, Error};
 use plan::{Change, SearchSummary};
 
@@ -86,7 +88,7 @@ pub fn search(
     progress: &(dyn Fn(Progress) + Sync),
     cancel: &AtomicBool,
 ) -> Result<SearchResult, Error> {
-    let context = SearchContext::new(request, config, posture_config)?;
+    let context = way::laid(SearchContext::new(request, config, posture_config)?);
     motion_config.validate()?;
     let mut search = Search {
         context,

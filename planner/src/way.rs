@@ -14,6 +14,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::context::SearchContext;
 use crate::lattice::{CELL_M, CLIMB_LEGS, Footed, HEADINGS, LEVEL_M, Lattice, REACH_STRIDES};
+use crate::route::Route;
 use crate::route::{Pose, wrap};
 
 /// States that are looked at before the search for a way ends without one.
@@ -32,7 +33,7 @@ enum Found {
 }
 
 /// What came of looking for a way.
-pub(crate) enum Way {
+enum Way {
     /// Straight from each point of the guide to the next, or not known to be otherwise.
     Straight,
     /// Through these poses.
@@ -44,9 +45,19 @@ pub(crate) enum Way {
     },
 }
 
+/// The context with its route on the way of the base, or with the gap where there is none.
+pub(crate) fn laid(mut context: SearchContext) -> SearchContext {
+    match find(&context) {
+        Way::Straight => {}
+        Way::Round(poses) => context.route = Route::through(&poses, context.turn_m),
+        Way::None { nearest, to } => context.gap = Some([nearest, to]),
+    }
+    context
+}
+
 /// The way of the base from the start through the guide's points.
-pub(crate) fn find(context: &SearchContext, turn_m: f64) -> Way {
-    let Some(lattice) = Lattice::new(context, turn_m) else {
+fn find(context: &SearchContext) -> Way {
+    let Some(lattice) = Lattice::new(context, context.turn_m) else {
         return Way::Straight;
     };
     match through(context, &lattice) {

@@ -1,0 +1,54 @@
+//! A change to a contact set, as it waits in the frontier.
+
+use std::sync::Arc;
+
+use posture::Posture;
+use robot_model::PatchId;
+
+use crate::foothold_proposal::Foothold;
+
+/// Attempts from other seeds at a child, each time that it is tried: a posture that was not found
+/// from its parent's is no proof that there is none.
+pub(crate) const RESTARTS: [usize; 3] = [0, 1, 4];
+
+/// A change to a node's contact set that has passed the cheap tests.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidate {
+    pub node: usize,
+    pub change: Move,
+    /// Contacts made plus contacts still to be made, as far as one can tell before solving.
+    pub priority: f64,
+    /// How often it was tried already.
+    pub tries: usize,
+    /// Failures of motions from its node that its priority has been charged for.
+    pub charged: usize,
+    /// A posture to stay near to in the place of the nominal one: the next one on a way that no
+    /// motion takes off for.
+    pub near: Option<Arc<Posture>>,
+}
+
+impl Candidate {
+    /// Whether nothing more is to be tried at it.
+    pub fn is_spent(&self) -> bool {
+        self.tries + 1 >= RESTARTS.len()
+    }
+}
+
+/// One contact more or one less.
+#[derive(Clone, Debug)]
+pub(crate) enum Move {
+    /// Release the contact of this patch.
+    Remove(PatchId),
+    /// Touch with a patch, as near as possible to the proposed place.
+    Add(Foothold),
+}
+
+impl Move {
+    /// The patch that leaves or lands.
+    pub fn patch(&self) -> PatchId {
+        match self {
+            Move::Remove(patch) => *patch,
+            Move::Add(foothold) => foothold.patch,
+        }
+    }
+}
