@@ -10,12 +10,13 @@ use crate::support::program::{assert_ended, command, text};
 fn an_interrupted_search_writes_the_way_so_far() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out = folder.path().join("results");
-    // 40 m away there is nothing to step on, and the budget is far beyond what can be searched.
+    // Beside the stairs there is nothing to stand on, which no length proves; the budget is far beyond
+    // what can be searched.
     let child = command(&[
         "plan",
         "irregular-stairs",
         "--goal",
-        "40,0",
+        "1.5,0.8",
         "-o",
         text(&out),
     ])
