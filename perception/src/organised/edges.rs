@@ -136,10 +136,10 @@ pub(super) struct Edges {
     pub inside_rad: Vec<Vec<f64>>,
 }
 
-/// More than this no outline is surely inside the true edge, px: that much is taken off everywhere. What
-/// its label covers beyond may be the other's, within the noise of its plane, such as
-/// the front of a board or the floor at a ramp's foot.
-const INSIDE_MAX_PX: f64 = EDGE_UNSEEN_PX as f64;
+/// More than this no outline is surely inside the true edge, px: rings run along pixels' centres, half a
+/// pixel inside, and that many pixels are taken off everywhere. What its label covers beyond may be
+/// another's, within the noise of its plane: the front of a board, the floor at a ramp's foot.
+const INSIDE_MAX_PX: f64 = EDGE_UNSEEN_PX as f64 + 0.5;
 
 impl Edges {
     /// Of rings that have the face on their left where v is up.
