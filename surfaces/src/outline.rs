@@ -4,7 +4,7 @@
 //! (Boolean operations of the `geo` crate, on a lattice of 2⁻³¹ of their extent).
 
 use geo::{Area, BooleanOps, Coord, LineString, MultiPolygon, Polygon, Simplify};
-use nalgebra::{Isometry3, Point2, Point3, Vector2};
+use nalgebra::{Isometry3, Point2, Point3};
 
 use crate::cover::distance_to_segment;
 use crate::{ConvexPolygon, Region};
@@ -117,29 +117,6 @@ impl Outline {
             self.0
                 .boolean_op_with_fill_rule(&others, OpType::Difference, FillRule::NonZero),
         )
-    }
-
-    /// Every point within `d_m` of it, and none that is farther than 1.09 `d_m`; the outline itself
-    /// where `d_m` is not positive.
-    #[must_use]
-    pub fn widened(&self, d_m: f64) -> Self {
-        if d_m.is_nan() || d_m <= 0.0 {
-            return self.clone();
-        }
-        let rings = self.0.iter().flat_map(|part| {
-            let rings = std::iter::once(part.exterior()).chain(part.interiors());
-            rings.map(open)
-        });
-        let strips = rings.flat_map(|ring| {
-            let ends = ring
-                .clone()
-                .into_iter()
-                .zip(ring.into_iter().cycle().skip(1));
-            ends.map(|(a, b)| strip([&a.into(), &b.into()], d_m))
-                .collect::<Vec<_>>()
-        });
-        let strips: Vec<_> = strips.map(|s| Polygon::new(line(&s), Vec::new())).collect();
-        Self(self.0.union(&geo::unary_union(&strips)))
     }
 
     /// The centroid of its area.
@@ -266,21 +243,6 @@ impl From<&Region> for Outline {
 
 fn line(ring: &[Point2<f64>]) -> LineString<f64> {
     ring.iter().map(|p| Coord { x: p.x, y: p.y }).collect()
-}
-
-/// An octagon's half at either end: a ring around all points within `d_m` of the segment, counter-
-/// clockwise, nowhere farther from it than 1.09 `d_m`.
-pub(crate) fn strip([a, b]: [&Point2<f64>; 2], d_m: f64) -> Vec<Point2<f64>> {
-    let along = (b - a).normalize();
-    let left = Vector2::new(-along.y, along.x);
-    // Corners of a regular octagon around a circle of radius 1.
-    let tip = std::f64::consts::FRAC_PI_8.tan();
-    let corners = [[tip, -1.0], [1.0, -tip], [1.0, tip], [tip, 1.0]];
-    let at = |end: &Point2<f64>, turn: f64, [x, y]: [f64; 2]| {
-        end + (along * x + left * y) * (turn * d_m)
-    };
-    let of_end = |(end, turn)| corners.map(|corner| at(end, turn, corner));
-    [(b, 1.0), (a, -1.0)].into_iter().flat_map(of_end).collect()
 }
 
 /// A ring without its last point, which repeats the first, and without corners that are none.

@@ -13,11 +13,11 @@
 //!   σ_e = |n · d_xy / d_z| σ(p),   u = |d| |d × e| / |d_z|   (e the edge's direction),
 //!   inset_e = max(0, √((k σ_e)² + (k u σ_α)² + f²) − u ε),   the largest of both ends and the middle.
 
-use nalgebra::{Point2, Point3};
+use nalgebra::{Point2, Point3, Vector2};
 
 use super::{EdgeView, Face};
 use crate::covariance::sigma_at;
-use crate::outline::{Outline, strip};
+use crate::outline::Outline;
 use crate::{Edge, EdgeKind};
 
 /// An eye nearer to the plane than this sees nothing of its edges, m.
@@ -78,6 +78,21 @@ impl Face {
             .map(|((_, ends), d_m)| strip(ends, *d_m));
         Outline::from(&self.region).minus_all(strips)
     }
+}
+
+/// An octagon's half at either end: a ring around all points within `d_m` of the segment, counter-
+/// clockwise, nowhere farther from it than 1.09 `d_m`.
+fn strip([a, b]: [&Point2<f64>; 2], d_m: f64) -> Vec<Point2<f64>> {
+    let along = (b - a).normalize();
+    let left = Vector2::new(-along.y, along.x);
+    // Corners of a regular octagon around a circle of radius 1.
+    let tip = std::f64::consts::FRAC_PI_8.tan();
+    let corners = [[tip, -1.0], [1.0, -tip], [1.0, tip], [tip, 1.0]];
+    let at = |end: &Point2<f64>, turn: f64, [x, y]: [f64; 2]| {
+        end + (along * x + left * y) * (turn * d_m)
+    };
+    let of_end = |(end, turn)| corners.map(|corner| at(end, turn, corner));
+    [(b, 1.0), (a, -1.0)].into_iter().flat_map(of_end).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Vector2, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 
 use super::*;
