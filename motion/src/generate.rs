@@ -8,7 +8,7 @@ use posture::{Contact, Outcome, Problem};
 use crate::Error;
 use crate::airborne::Airborne;
 use crate::failure::{Failure, Reason};
-use crate::problem::{Keyframe, MotionContext, Task};
+use crate::problem::{Keyframe, MotionContext, Swing, Task};
 use crate::route::Router;
 use crate::sampling::{SampledTrajectory, sample};
 use crate::sweep::{self, Hit};
@@ -23,7 +23,8 @@ const WAYPOINTS_MAX: usize = 2;
 /// passed with a jerk.
 const APART_MIN: f64 = 0.12;
 
-/// Give up after this many paths without a posture in the first or last part: all paths share it.
+/// Give up after this many paths that failed for what all paths share: no posture in the first or last
+/// part, or something that the limb in the air has no part in.
 const STUCK_MAX: usize = 2;
 /// Length of that part, as a part of the path.
 const STRAIGHT: f64 = 0.15;
@@ -74,15 +75,28 @@ pub(crate) fn solve(
             Ok(trajectory) => return Ok(Ok(trajectory)),
             Err(failure) => {
                 tracing::debug!("{shape:?}: {}", failure.describe());
-                let closure = matches!(failure.reason, Reason::Closure { .. });
-                stuck +=
-                    usize::from(closure && (failure.at < STRAIGHT || failure.at > 1.0 - STRAIGHT));
+                stuck += usize::from(is_shared(context, swing, &failure));
                 keep_least(&mut nearest, failure);
             }
         }
     }
     let none = context.failure(task, Reason::Equilibrium, 0.0, 0.0);
     Ok(Err(nearest.unwrap_or(none)))
+}
+
+/// Whether another path of the patch would fail in the same way.
+fn is_shared(context: &MotionContext, swing: &Swing, failure: &Failure) -> bool {
+    let robot = context.robot;
+    let of_limb = |link: &String| {
+        let body = robot.bodies.iter().position(|body| body.name == *link);
+        body.is_some_and(|body| robot.supports(body, robot.patches[swing.patch].body))
+    };
+    match &failure.reason {
+        Reason::Closure { .. } => failure.at < STRAIGHT || failure.at > 1.0 - STRAIGHT,
+        Reason::Clearance { link, .. } => !of_limb(link),
+        Reason::SelfClearance { link, other } => !of_limb(link) && !of_limb(other),
+        _ => false,
+    }
 }
 
 fn keep_least(nearest: &mut Option<Failure>, failure: Failure) {
@@ -108,6 +122,10 @@ fn follow(
             Ok(trajectory) => return Ok(Ok(trajectory)),
             Err(failure) => failure,
         };
+        tracing::trace!(
+            "evades {evades}, {waypoints} waypoints: {}",
+            failure.describe()
+        );
         // First let the body move out of the way of what it would touch.
         let touches = matches!(
             failure.reason,
@@ -206,7 +224,12 @@ fn waypoint(
         reference: &reference,
         guess: &reference,
     };
-    let outcome = posture::solve(&problem, context.posture)?;
+    // It must be near to the postures around it: what other seeds would find is not.
+    let config = posture::Config {
+        restarts: 0,
+        ..context.posture.clone()
+    };
+    let outcome = posture::solve(&problem, &config)?;
     if let Some(violation) = outcome.violation() {
         tracing::debug!("no waypoint at {u:.2}: {}", violation.describe(&problem));
     }

@@ -167,7 +167,7 @@ impl<'a> Router<'a> {
     }
 
     /// Inverse square roots of the coordinates' weights; 0 for joints that carry no patch of the phase:
-    /// they keep to the reference.
+    /// they keep to the reference unless they must evade.
     fn weights(&self) -> Vec<f64> {
         let robot = self.context.robot;
         let mut weight = vec![0.0; robot.nv()];
@@ -181,7 +181,7 @@ impl<'a> Router<'a> {
             let carries = patches
                 .iter()
                 .any(|p| robot.supports(b, robot.patches[*p].body));
-            if carries {
+            if carries || self.evades {
                 weight[5 + b] = 1.0;
             }
         }
