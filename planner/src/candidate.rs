@@ -162,6 +162,28 @@ pub(crate) fn next_place(
     Some(touch(context, candidate.node, node, next))
 }
 
+/// What a posture keeps beyond the margins that are asked for.
+struct Reserve {
+    /// Part of the torques.
+    torque: f64,
+    joint_rad: f64,
+    clearance_m: f64,
+}
+
+/// The motion between two postures strays from what both keep: of postures on their bounds it is beyond
+/// them by a hair somewhere.
+const RESERVE: Reserve = Reserve {
+    torque: 0.96,
+    joint_rad: 3e-3,
+    clearance_m: 2e-3,
+};
+/// Where no posture has it, none is asked for.
+const NO_RESERVE: Reserve = Reserve {
+    torque: 1.0,
+    joint_rad: 0.0,
+    clearance_m: 0.0,
+};
+
 /// What came of a candidate.
 pub(crate) struct Solved {
     /// The contacts that were asked for.
@@ -179,14 +201,24 @@ pub(crate) fn solve(
     node: &Node,
     candidate: &Candidate,
 ) -> Result<Option<Solved>, Error> {
+    let reserve = if candidate.tries == 0 {
+        &RESERVE
+    } else {
+        &NO_RESERVE
+    };
+    let plain = motion.posture;
     let config = &posture::Config {
         restarts: RESTARTS[candidate.tries.min(RESTARTS.len() - 1)],
+        torque_use: plain.torque_use * reserve.torque,
+        joint_margin_rad: plain.joint_margin_rad + reserve.joint_rad,
+        clearance_m: plain.clearance_m + reserve.clearance_m,
+        self_clearance_m: plain.self_clearance_m + reserve.clearance_m,
         solver: posture::Solver {
             optimality: OPTIMALITY,
             tilt_max_rad: Some(context.config.tilt_max_rad),
-            ..motion.posture.solver
+            ..plain.solver
         },
-        ..motion.posture.clone()
+        ..plain.clone()
     };
     let mut contacts = node.contacts.clone();
     let mut along_m = node.along_m(context);
@@ -215,15 +247,11 @@ pub(crate) fn solve(
     let outcome = posture::solve(&problem, config)?;
     let lift_off_blocked = match &outcome {
         Outcome::Feasible(posture) => {
-            let motion = MotionContext {
-                posture: config,
-                ..*motion
-            };
             let stance = StanceRef {
                 contacts: &problem.contacts,
                 posture,
             };
-            motion::raised(&motion, stance, candidate.change.patch())?
+            motion::raised(motion, stance, candidate.change.patch())?
         }
         _ => None,
     };

@@ -26,8 +26,10 @@ const DEPTH_MIN_M: f64 = 1e-3;
 /// A piece that adds no more than this to those before it is left out, m²; of a body, what that leaves
 /// bare is covered by triangles.
 const REST_MAX_M2: f64 = 0.002;
+/// What is left bare is widened by this at least, m: it must be a body.
+const SLIVER_M: f64 = 5e-5;
 /// What is smaller is left bare, m²: what rounding leaves between pieces.
-const SPECK_M2: f64 = 1e-6;
+const SPECK_M2: f64 = 1e-8;
 
 impl Face {
     /// The corners of convex bodies that cover what is behind the face, in W, m: prisms behind convex
@@ -45,7 +47,7 @@ impl Face {
         let depth_m = thickness_m.max(self.depth_m);
         let mut fronts = fronts(self, edge_m);
         let bare = bare(&self.region, &fronts);
-        fronts.extend(bare.iter().map(|part| part.grown(edge_m)));
+        fronts.extend(bare.iter().map(|part| part.grown(edge_m.max(SLIVER_M))));
         fronts
             .iter()
             .map(|front| self.prism_W(front, depth_m))
@@ -272,7 +274,7 @@ mod tests {
             let left = region.minus(&fronts).area();
             prop_assert!(left <= 1e-5 * (1.0 + region.area()), "{left} m² bare");
             if !scanned {
-                prop_assert!(fronts.minus(&region).area() < 1e-5 * (1.0 + region.area()));
+                prop_assert!(fronts.minus(&region).area() < 1e-3 * (1.0 + region.area()));
             }
             face.source = Source::Mesh;
             prop_assert!(face.bodies_W(thickness).is_empty());
