@@ -71,6 +71,8 @@ pub enum Command {
     PostureSets(command::posture_sets::Args),
     /// Plan from surfaces, scans or a mesh given on the command line, or from a scene.toml
     Plan(Box<command::plan::Args>),
+    /// Plan in worlds drawn from seeds, and in given scenes, and tabulate what came of it
+    Bench(command::bench::Args),
     /// Recompute everything that a plan promises and print the margins
     Verify(command::verify::Args),
     /// Hold the stances of a plan and execute its motion in a physics simulation
@@ -124,6 +126,7 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::Posture(args)) => command::posture::run(args, global, out),
         Some(Command::PostureSets(args)) => command::posture_sets::run(args, global, out),
         Some(Command::Plan(args)) => command::plan::run(args, global, out),
+        Some(Command::Bench(args)) => command::bench::run(args, global, out),
         Some(Command::Verify(args)) => command::verify::run(args, out),
         Some(Command::Simulate(args)) => command::simulate::run(args, global, out),
         Some(Command::Export(args)) => command::export::run(args, global, out),

@@ -4,6 +4,7 @@
 //! the crate `verify` proves a plan by code that shares nothing with the solver.
 
 pub mod argument;
+pub mod bench;
 pub mod cli;
 pub mod command;
 pub mod config;

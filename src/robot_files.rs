@@ -38,6 +38,11 @@ impl RobotFiles {
         }
     }
 
+    /// Whether the robot ships.
+    pub fn is_builtin(&self) -> bool {
+        self.urdf.starts_with(BUILTIN)
+    }
+
     /// Reads the robot and notes its files among the inputs.
     ///
     /// # Errors

@@ -32,7 +32,9 @@ pub struct SceneFile {
     pub mesh_file: Option<String>,
     /// The robot.
     pub robot: RobotSource,
-    /// Where and how the robot starts.
+    /// Where and how the robot starts; in its resting posture over the origin, its soles on z = 0,
+    /// where nothing is said.
+    #[serde(default)]
     pub start: Start,
     /// Where it should go.
     pub goal: Goal,
@@ -280,7 +282,7 @@ impl Start {
                 }
                 Ok(())
             }
-            (None, None) if !self.contact.is_empty() && self.contacts.is_empty() => Ok(()),
+            (None, None) if self.contact.is_empty() || self.contacts.is_empty() => Ok(()),
             _ => {
                 let reason =
                     "needs posture, base_position_m and contacts, or `contact` in their place";

@@ -7,6 +7,7 @@
 mod support;
 
 mod architecture;
+mod bench;
 mod calibrate_camera;
 mod cli;
 mod export_formats;
@@ -21,6 +22,7 @@ mod way_of_a_scan;
 
 mod slow {
     mod broken_pages;
+    mod drawn_worlds;
     mod executed_scenes;
     mod hexapod_blocks;
     mod hexapod_obstacles;

@@ -1,5 +1,6 @@
 //! The true geometry of the scenes that ship, each built from the numbers at the top of its file.
 
+pub mod families;
 pub mod ground;
 pub mod hexapod_obstacles;
 pub mod irregular_stairs;

@@ -1,0 +1,160 @@
+//! Worlds planned one after the other, for `scandent bench`.
+
+pub mod table;
+pub mod world;
+
+use std::time::Instant;
+
+use planner::Status;
+use serde::Serialize;
+
+use crate::cli::Global;
+use crate::config::Config;
+use crate::interrupt;
+use crate::pipeline::{self, PlanOutcome, RunOptions};
+use crate::provenance::Inputs;
+use crate::scene::Scene;
+
+/// A world to plan in.
+#[derive(Clone, Debug)]
+pub struct Item {
+    /// What it is called; unique in a run.
+    pub name: String,
+    /// Its family, or the scene's name.
+    pub family: String,
+    /// The robot.
+    pub robot: String,
+    /// Seed of the world; nothing where it was not drawn.
+    pub seed: Option<u64>,
+    /// The scene file.
+    pub scene: String,
+}
+
+/// How the planning of a world ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ended {
+    /// A plan that the verifier passes.
+    Solved,
+    /// A plan that the verifier does not pass.
+    Refused,
+    /// A proof that there is none.
+    NoPlan,
+    /// All was tried, or the budget is spent, or the user stopped it.
+    GivenUp,
+    /// The scene could not be used.
+    Error,
+}
+
+/// One line of the results.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Name of the world.
+    pub world: String,
+    /// Its family, or the scene's name.
+    pub family: String,
+    /// The robot.
+    pub robot: String,
+    /// Seed of the world.
+    pub seed: Option<u64>,
+    /// How it ended.
+    pub ended: Ended,
+    /// What blocks the way, or the error.
+    pub reason: Option<String>,
+    /// Contact sets in the tree.
+    pub nodes: usize,
+    /// Posture problems solved.
+    pub problems: usize,
+    /// Stances of the plan.
+    pub stances: usize,
+    /// How long its motion takes, s.
+    pub motion_s: f64,
+    /// Time of search and motion, ms.
+    pub planning_ms: f64,
+    /// Time of verification, ms.
+    pub verify_ms: f64,
+    /// Time of everything, ms.
+    pub total_ms: f64,
+    /// Smallest distance from the environment over all stances, m.
+    pub clearance_m: Option<f64>,
+    /// Largest used part of the torque limits over all stances.
+    pub torque_use: f64,
+    /// Largest used part of the friction over all stances.
+    pub friction_use: f64,
+}
+
+/// Plans in a world.
+pub fn run(item: &Item, global: &Global) -> Row {
+    let begin = Instant::now();
+    let planned = plan(item, global);
+    let total_ms = begin.elapsed().as_secs_f64() * 1e3;
+    let row = Row {
+        world: item.name.clone(),
+        family: item.family.clone(),
+        robot: item.robot.clone(),
+        seed: item.seed,
+        ended: Ended::Error,
+        reason: None,
+        nodes: 0,
+        problems: 0,
+        stances: 0,
+        motion_s: 0.0,
+        planning_ms: 0.0,
+        verify_ms: 0.0,
+        total_ms,
+        clearance_m: None,
+        torque_use: 0.0,
+        friction_use: 0.0,
+    };
+    match planned {
+        Ok(planned) => of_outcome(row, &planned),
+        Err(error) => Row {
+            reason: Some(format!("{error:#}")),
+            ..row
+        },
+    }
+}
+
+fn plan(item: &Item, global: &Global) -> anyhow::Result<PlanOutcome> {
+    let mut inputs = Inputs::default();
+    let scene = Scene::open(&item.scene, &mut inputs)?;
+    let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
+    let options = RunOptions {
+        threads: global.threads,
+        progress: &|_| {},
+        cancel: interrupt::listen(),
+    };
+    pipeline::plan(&scene, &config, &options, inputs)
+}
+
+fn of_outcome(row: Row, planned: &PlanOutcome) -> Row {
+    let ended = match planned.status {
+        Status::Found if planned.certificate.pass => Ended::Solved,
+        Status::Found => Ended::Refused,
+        Status::NoPlan => Ended::NoPlan,
+        Status::Exhausted | Status::BudgetSpent | Status::Interrupted => Ended::GivenUp,
+    };
+    let reason = match ended {
+        Ended::Refused => planned.certificate.failures().next().map(|r| r.sentence()),
+        Ended::Solved => None,
+        _ => planned.blocked.first().map(|b| b.reason.clone()),
+    };
+    let (report, plan) = (&planned.report, &planned.plan);
+    let found = planned.status == Status::Found;
+    let stances = || plan.stances.iter().filter(|_| found).map(|s| &s.margins);
+    let ms = |stage: &str| report.stages_ms.get(stage).copied().unwrap_or(0.0);
+    Row {
+        ended,
+        reason,
+        nodes: report.nodes_generated,
+        problems: plan.search.candidates_solved,
+        stances: report.path_stances,
+        motion_s: report.motion_s,
+        planning_ms: ms("planning") + ms("motion"),
+        verify_ms: ms("verify"),
+        clearance_m: stances().filter_map(|m| m.clearance_m).reduce(f64::min),
+        torque_use: stances().map(|m| m.torque_use).fold(0.0, f64::max),
+        friction_use: stances().map(|m| m.friction_use).fold(0.0, f64::max),
+        ..row
+    }
+}

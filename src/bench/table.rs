@@ -1,0 +1,82 @@
+//! The results of a benchmark as a table: a line for each family and robot.
+
+use std::io::Write;
+
+use super::{Ended, Row};
+
+/// Prints the table.
+///
+/// # Errors
+/// When it cannot be printed.
+pub fn print(rows: &[Row], out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "| family | robot | worlds | solved | no plan | given up | refused | error | nodes | per stance | ms | 95 % | worst ms |"
+    )?;
+    writeln!(out, "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|")?;
+    let mut groups: Vec<(&str, &str)> = Vec::new();
+    for row in rows {
+        let group = (row.robot.as_str(), row.family.as_str());
+        if !groups.contains(&group) {
+            groups.push(group);
+        }
+    }
+    for (robot, family) in &groups {
+        let of_group = |row: &&Row| row.robot == *robot && row.family == *family;
+        let group: Vec<&Row> = rows.iter().filter(of_group).collect();
+        line(family, robot, &group, out)?;
+    }
+    let mut robots: Vec<&str> = groups.iter().map(|g| g.0).collect();
+    robots.dedup();
+    for robot in robots {
+        let group: Vec<&Row> = rows.iter().filter(|row| row.robot == robot).collect();
+        line("**all**", robot, &group, out)?;
+    }
+    Ok(())
+}
+
+fn line(family: &str, robot: &str, rows: &[&Row], out: &mut dyn Write) -> std::io::Result<()> {
+    let ended = |ended: Ended| rows.iter().filter(|row| row.ended == ended).count();
+    let solved = || rows.iter().filter(|row| row.ended == Ended::Solved);
+    let nodes: Vec<f64> = solved().map(|row| row.nodes as f64).collect();
+    let each = |row: &&Row| row.nodes as f64 / row.stances.max(1) as f64;
+    let per_stance: Vec<f64> = solved().map(|row| each(row)).collect();
+    let ms: Vec<f64> = rows.iter().map(|row| row.planning_ms).collect();
+    writeln!(
+        out,
+        "| {family} | {robot} | {} | {} | {} | {} | {} | {} | {:.0} | {:.1} | {:.0} | {:.0} | {:.0} |",
+        rows.len(),
+        ended(Ended::Solved),
+        ended(Ended::NoPlan),
+        ended(Ended::GivenUp),
+        ended(Ended::Refused),
+        ended(Ended::Error),
+        quantile(nodes, 0.5),
+        quantile(per_stance, 0.5),
+        quantile(ms.clone(), 0.5),
+        quantile(ms.clone(), 0.95),
+        quantile(ms, 1.0)
+    )
+}
+
+/// The least value that at least so much of the values do not exceed; 0 of none.
+fn quantile(mut values: Vec<f64>, part: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let rank = (part * values.len() as f64).ceil() as usize;
+    values.get(rank.max(1) - 1).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_of_the_values() {
+        let values = || vec![4.0, 1.0, 3.0, 2.0];
+        assert_eq!(
+            [0.5, 0.95, 1.0].map(|p| quantile(values(), p)),
+            [2.0, 4.0, 4.0]
+        );
+        assert_eq!(quantile(Vec::new(), 0.5), 0.0);
+    }
+}
