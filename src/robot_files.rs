@@ -75,10 +75,8 @@ impl RobotFiles {
     ) -> Result<Robot> {
         let robot = scenes::builtin_robot(name).ok_or_else(|| {
             let known: Vec<&str> = scenes::robot_names().collect();
-            anyhow!(
-                "no robot {name:?} ships; those that do: {}",
-                known.join(", ")
-            )
+            let known = known.join(", ");
+            anyhow!("no robot {name:?} ships; those that do: {known}")
         })?;
         inputs.note("urdf", &self.urdf, robot.urdf.as_bytes());
         let mut text = |role: &str, path: &Option<PathBuf>, shipped: &str| -> Result<String> {

@@ -100,11 +100,8 @@ fn on_contacts(
             patches,
         }),
         other => {
-            let reason = other
-                .violation()
-                .map(|v| v.describe(&problem))
-                .unwrap_or_default();
-            bail!("the start is no stance: {reason}")
+            let reason = other.violation().map(|v| v.describe(&problem));
+            bail!("the start is no stance: {}", reason.unwrap_or_default())
         }
     }
 }
