@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use perception::{Intrinsics, SensorOptions};
+use scenes::scene_file::GoalContact;
 
 /// How far a quaternion's length may be from 1: written decimals.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -158,26 +159,15 @@ pub fn goal(text: &str) -> Result<GoalFlag, String> {
 }
 
 /// A contact that the goal must have: `PATCH=SURFACE` or `PATCH=x,y,z`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GoalContactFlag {
-    /// The patch.
-    pub patch: String,
-    /// The surface's id.
-    pub surface: Option<String>,
-    /// A point on it, m.
-    pub point_m: Option<[f64; 3]>,
-}
-
-/// A [`GoalContactFlag`].
 ///
 /// # Errors
 /// Text without `=`; as [`numbers`].
-pub fn goal_contact(text: &str) -> Result<GoalContactFlag, String> {
+pub fn goal_contact(text: &str) -> Result<GoalContact, String> {
     let (patch, place) = text
         .split_once('=')
         .ok_or("the form is PATCH=SURFACE or PATCH=x,y,z")?;
     let point = place.contains(',');
-    Ok(GoalContactFlag {
+    Ok(GoalContact {
         patch: patch.trim().to_owned(),
         surface: (!point).then(|| place.trim().to_owned()),
         point_m: point.then(|| self::place(place)).transpose()?,

@@ -44,6 +44,15 @@ impl Stages {
         result
     }
 
+    /// The times in words.
+    pub fn text(&self) -> String {
+        let times = self.ms.iter();
+        let times: Vec<String> = times
+            .map(|(stage, ms)| format!("{stage} {ms:.1} ms"))
+            .collect();
+        times.join(", ")
+    }
+
     /// Takes a part of a stage's time out of it and gives it to another.
     pub fn split(&mut self, whole: &str, part: &str, ms: f64) {
         *self.ms.entry(whole.to_owned()).or_default() -= ms;

@@ -12,7 +12,7 @@ use crate::provenance::Inputs;
 const BUILTIN: &str = "builtin:";
 
 /// Where a robot's files are.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RobotFiles {
     /// A path, or `builtin:NAME`.
     pub urdf: String,
@@ -23,6 +23,14 @@ pub struct RobotFiles {
 }
 
 impl RobotFiles {
+    /// A robot that ships, or the URDF alone.
+    pub fn named(urdf: &str) -> Self {
+        Self {
+            urdf: urdf.to_owned(),
+            ..Self::default()
+        }
+    }
+
     /// The files that a scene file in `folder` names.
     pub fn in_folder(folder: &Path, source: &RobotSource) -> Self {
         let urdf = if source.urdf.starts_with(BUILTIN) {

@@ -15,7 +15,7 @@ const REFUSED: &[(&str, i32, &[&str])] = &[
     ("run --seed minus-one", 2, &["--seed"]),
     ("plan --goal 1,far", 2, &["far", "not a finite number"]),
     ("plan --goal 1,2,3,4,5", 2, &["5 numbers given"]),
-    ("export plan.json --format smoke", 2, &["mcc-yaml"]),
+    ("export plan.json --format yaml", 2, &["mcc-yaml, json, csv, motion-csv"]),
     ("plan --mesh a.stl --surfaces b.json", 2, &["cannot be used with"]),
     // An unknown setting lists the known ones.
     ("config --set planner.nodez_max=1", 2, &["nodez_max", "`nodes_max`"]),
