@@ -57,7 +57,11 @@ fn named_posture(robot: &Robot, name: Option<&str>) -> Result<Configuration> {
     }
 }
 
-fn patches(robot: &Robot, names: &[String]) -> Result<Vec<PatchId>> {
+/// The patches of these names; all with the role of a foot where there is none.
+///
+/// # Errors
+/// An unknown patch, with those that there are; a robot without feet.
+pub fn patches(robot: &Robot, names: &[String]) -> Result<Vec<PatchId>> {
     if !names.is_empty() {
         return names.iter().map(|name| Ok(robot.patch_id(name)?)).collect();
     }

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use plan::{Contact, Plan, Pose, Stance};
 
 /// A plan's pose as an isometry.
-pub(super) fn isometry(pose: &Pose) -> Isometry3<f64> {
+pub(crate) fn isometry(pose: &Pose) -> Isometry3<f64> {
     let [x, y, z, w] = pose.quat_xyzw;
     Isometry3::from_parts(
         Translation3::from(Vector3::from(pose.p)),

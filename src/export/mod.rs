@@ -11,7 +11,7 @@
 
 mod config;
 mod csv;
-mod frames;
+pub(crate) mod frames;
 mod json;
 mod limbs;
 mod mcc_yaml;

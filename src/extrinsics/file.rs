@@ -27,19 +27,14 @@ pub struct Extrinsics {
     /// Orientation of V in R.
     pub quat_xyzw: [f64; 4],
     /// Covariance of (δθ, δp) in R, R_RV = exp(δθ) R̂, p_RV = p̂ + δp: rad², rad·m, m².
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<[[f64; 6]; 6]>,
     /// Standard deviations of (δθ, δp): rad, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<[f64; 6]>,
     /// The same in the paper's convention.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paper: Option<Paper>,
     /// How well the stances determine it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quality: Option<Quality>,
     /// The program that wrote it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<Program>,
     /// What it was computed from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
