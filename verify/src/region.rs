@@ -86,12 +86,11 @@ fn inset_m(face: &Face, edge: &Edge, ends: [Point; 2], sigmas: f64) -> f64 {
     };
     let middle = (ends[0] + ends[1]) / 2.0;
     let at = |p: &Point| seen_inset_m(face, edge, view, ends, p, sigmas);
-    [ends[0], middle, ends[1]]
-        .iter()
-        .map(at)
-        .fold(0.0, f64::max)
+    let places = [ends[0], middle, ends[1]];
+    places.iter().map(at).fold(0.0, f64::max)
 }
 
+/// As [`inset_m`], at a point of the edge between `a` and `b`.
 fn seen_inset_m(
     face: &Face,
     edge: &Edge,
@@ -114,13 +113,13 @@ fn seen_inset_m(
     let by_plane_m = sigmas * plane_sigma_m * n.dot(&ray).abs() / height;
     let per_rad = ray.norm() * ray.cross(&e).norm() / height;
     // The border of the view is known: only the plane moves an edge there.
-    let seen = edge.kind != EdgeKind::FieldOfView;
-    let by_image_m = if seen {
-        sigmas * view.sigma_rad * per_rad
-    } else {
+    let per_rad = if edge.kind == EdgeKind::FieldOfView {
         0.0
+    } else {
+        per_rad
     };
-    let inside_m = if seen { edge.inside_rad * per_rad } else { 0.0 };
+    let by_image_m = sigmas * view.sigma_rad * per_rad;
+    let inside_m = edge.inside_rad * per_rad;
     let squares = [by_plane_m, by_image_m, edge.further_m].map(|x| x * x);
     squares.iter().sum::<f64>().sqrt() - inside_m
 }
@@ -167,9 +166,8 @@ pub(crate) fn convex_parts(face: &Face) -> Vec<Vec<Point>> {
         let middle = 0.5 * (low + high);
         let height =
             |(_, a, b): &(&Edge, Point, Point), x: f64| a.y + (b.y - a.y) * (x - a.x) / (b.x - a.x);
-        let mut across: Vec<_> = edges(face)
-            .filter(|(_, a, b)| (a.x < middle) != (b.x < middle))
-            .collect();
+        let crosses = |(_, a, b): &(&Edge, Point, Point)| (a.x < middle) != (b.x < middle);
+        let mut across: Vec<_> = edges(face).filter(crosses).collect();
         across.sort_by(|a, b| height(a, middle).total_cmp(&height(b, middle)));
         let mut left = found.split_off(open);
         open = found.len();
@@ -237,10 +235,8 @@ mod tests {
     #[test]
     fn an_error_of_an_edge_takes_it_back() {
         let mut face = frame();
-        face.region
-            .edges_mut()
-            .flatten()
-            .for_each(|edge| edge.further_m = 0.05);
+        let edges_mut = face.region.edges_mut().flatten();
+        edges_mut.for_each(|edge| edge.further_m = 0.05);
         let found = inside_m(&face, 2.0, &patch(1.5, 0.0, 0.2));
         assert!((found - 0.25).abs() < 1e-9, "{found}");
         // The insets of the library are other code.
@@ -257,10 +253,8 @@ mod tests {
         let theirs: Vec<f64> = face.edge_insets_m(2.0).concat();
         let mine = edges(&face).map(|(edge, a, b)| inset_m(&face, edge, [a, b], 2.0));
         for (mine, theirs) in mine.zip(theirs) {
-            assert!(
-                (mine - theirs).abs() < 1e-12 && mine > 0.04,
-                "{mine} {theirs}"
-            );
+            let agree = (mine - theirs).abs() < 1e-12;
+            assert!(agree && mine > 0.04, "{mine} {theirs}");
         }
     }
 

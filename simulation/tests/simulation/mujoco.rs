@@ -1,6 +1,6 @@
 //! Stances and motions in MuJoCo.
 
-use nalgebra::{DVector, Isometry3, Vector3};
+use nalgebra::{DVector, Vector3};
 use robot_model::{GRAVITY_M_S2, Kinematics};
 
 use simulation::config::{Config, Controller};
@@ -24,7 +24,7 @@ fn floor(end_x_m: f64) -> Vec<WorldBody> {
     vec![WorldBody {
         name: "floor".to_owned(),
         shape: WorldShape::Box {
-            X_WO: Isometry3::translation(centre.x, centre.y, centre.z),
+            X_WO: centre.into(),
             half_m: Vector3::new(10.0, 10.0, 0.25),
         },
     }]
