@@ -75,8 +75,8 @@ pub(crate) fn solve(
             Err(failure) => {
                 tracing::debug!("{shape:?}: {}", failure.describe());
                 let closure = matches!(failure.reason, Reason::Closure { .. });
-                stuck +=
-                    usize::from(closure && (failure.at < STRAIGHT || failure.at > 1.0 - STRAIGHT));
+                let at_end = failure.at.min(1.0 - failure.at) < STRAIGHT;
+                stuck += usize::from(closure && at_end);
                 keep_least(&mut nearest, failure);
             }
         }
@@ -86,10 +86,8 @@ pub(crate) fn solve(
 }
 
 fn keep_least(nearest: &mut Option<Failure>, failure: Failure) {
-    if nearest
-        .as_ref()
-        .is_none_or(|n| failure.severity() < n.severity())
-    {
+    let before = nearest.as_ref().map(Failure::severity);
+    if before.is_none_or(|before| failure.severity() < before) {
         *nearest = Some(failure);
     }
 }
@@ -178,13 +176,9 @@ fn waypoint(
     path: Option<&SwingPath>,
     u: f64,
 ) -> Result<Option<Keyframe>, Error> {
-    let (low, high) = (APART_MIN, 1.0 - APART_MIN);
-    let u = u.clamp(low, high);
-    if task
-        .keyframes
-        .iter()
-        .any(|k| (k.u - u).abs() < 0.9 * APART_MIN)
-    {
+    let u = u.clamp(APART_MIN, 1.0 - APART_MIN);
+    let near = |keyframe: &Keyframe| (keyframe.u - u).abs() < 0.9 * APART_MIN;
+    if task.keyframes.iter().any(near) {
         return Ok(None);
     }
     let robot = context.robot;
@@ -213,14 +207,11 @@ fn waypoint(
     let Outcome::Feasible(posture) = outcome else {
         return Ok(None);
     };
-    let forces_W = posture.contacts[..task.closed.len()]
-        .iter()
-        .map(|contact| contact.forces_W.clone())
-        .collect();
+    let closed = posture.contacts.iter().take(task.closed.len());
     Ok(Some(Keyframe {
         u,
+        forces_W: closed.map(|contact| contact.forces_W.clone()).collect(),
         q: posture.q,
         com_W: posture.com_W,
-        forces_W,
     }))
 }

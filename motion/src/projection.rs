@@ -10,11 +10,12 @@
 
 use crate::dense::{cholesky, cholesky_solve, dot};
 use crate::inequalities::Inequalities;
+use crate::near::Near;
 use nalgebra::{DMatrixViewMut, DVector, Isometry3, Point3, Vector3};
 use robot_model::{Configuration, Kinematics, PatchId, PatchKind, Robot};
 
 /// Lever arm that turns an angle into a length, m.
-pub(crate) const ANGLE_ARM_M: f64 = 0.1;
+const ANGLE_ARM_M: f64 = 0.1;
 /// Largest change of a coordinate in one step, rad or m.
 const STEP_MAX: f64 = 0.5;
 /// Iterations at most.
@@ -56,18 +57,6 @@ pub(crate) struct Bounds<'a> {
 /// Appends the distances that are to be kept near a configuration.
 pub(crate) type Look<'a> = dyn Fn(&Kinematics, &mut Vec<Near>) + 'a;
 
-/// A distance to keep.
-pub(crate) struct Near {
-    /// What is asked, m.
-    pub required_m: f64,
-    /// From b toward a.
-    pub normal_W: Vector3<f64>,
-    /// Body and the nearest point on it, in its frame.
-    pub a: (usize, Point3<f64>),
-    /// The same of the other body; a point of W where it is the environment's.
-    pub b: (Option<usize>, Point3<f64>),
-}
-
 /// Working memory.
 #[derive(Default)]
 pub(crate) struct Projection {
@@ -94,11 +83,19 @@ pub(crate) fn is_point(robot: &Robot, patch: PatchId) -> bool {
     robot.patches[patch].kind != PatchKind::Area
 }
 
+/// How far two poses of a patch are apart, m: angles times an arm, but for a patch that may turn.
+pub(crate) fn apart(a: &Isometry3<f64>, b: &Isometry3<f64>, turns: bool) -> f64 {
+    let apart = (a.translation.vector - b.translation.vector).norm();
+    if turns {
+        return apart;
+    }
+    apart.max(ANGLE_ARM_M * a.rotation.angle_to(&b.rotation))
+}
+
 impl Projection {
     /// Moves `q` to the solution near it; the residual of the equations that is left.
     ///
     /// `weight` is √W: how readily each coordinate moves.
-    #[allow(clippy::too_many_arguments)]
     pub fn solve(
         &mut self,
         robot: &Robot,
@@ -106,8 +103,7 @@ impl Projection {
         bounds: &Bounds,
         weight: &[f64],
         reference: &Configuration,
-        q: &mut Configuration,
-        kinematics: &mut Kinematics,
+        (q, kinematics): (&mut Configuration, &mut Kinematics),
     ) -> f64 {
         let mut moved = f64::INFINITY;
         // Part of the distance from the reference that is left as it is; 0 converges fastest.
@@ -167,9 +163,8 @@ impl Projection {
         for _ in 0..CLOSING {
             kinematics.update(robot, q);
             let residual = self.residual(robot, target, kinematics);
-            if residual < CLOSED
-                || !self.quadratic(robot, target, &free, weight, q, &here, kinematics)
-            {
+            let closed = residual < CLOSED;
+            if closed || !self.quadratic(robot, target, &free, weight, q, &here, kinematics) {
                 return;
             }
             q.integrate_in_place(&self.step);
@@ -198,11 +193,9 @@ impl Projection {
         let c = kinematics.com_W - target.com_W;
         self.r.extend([c.x, c.y]);
         self.freedom.extend([0.0; 2]);
-        self.r
-            .iter()
-            .zip(&self.freedom)
-            .filter(|(_, freedom)| **freedom == 0.0)
-            .fold(0.0, |worst, (r, _)| r.abs().max(worst))
+        let rows = self.r.iter().zip(&self.freedom);
+        let held = rows.filter(|(_, freedom)| **freedom == 0.0);
+        held.fold(0.0, |worst, (r, _)| r.abs().max(worst))
     }
 
     /// Writes the step to the solution of the problem linearised at `q`, which is `delta` away from
