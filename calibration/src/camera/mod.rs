@@ -101,11 +101,8 @@ pub fn identify(pairs: &[PlanePair], config: &CameraConfig) -> Result<Identifica
     let refined = refine::refine(pairs, &start, config)?;
     let observability = observability.at(pairs, &refined.X_RV);
     // 3. What is left over.
-    let agreement: Vec<Agreement> = pairs
-        .iter()
-        .zip(&refined.weights)
-        .map(|(pair, weight)| Agreement::of(pair, &refined.X_RV, *weight))
-        .collect();
+    let weighed = pairs.iter().zip(&refined.weights);
+    let agreement = weighed.map(|(pair, weight)| Agreement::of(pair, &refined.X_RV, *weight));
     let freedom = (3 * pairs.len()).saturating_sub(6).max(1) as f64;
     let noise_factor = (refined.chi2 / freedom).sqrt();
     Ok(Identification {
@@ -113,7 +110,7 @@ pub fn identify(pairs: &[PlanePair], config: &CameraConfig) -> Result<Identifica
         covariance: refined.covariance * noise_factor.max(1.0).powi(2),
         noise_factor,
         observability,
-        agreement,
+        agreement: agreement.collect(),
         iterations: refined.iterations,
     })
 }

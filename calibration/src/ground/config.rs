@@ -76,12 +76,7 @@ impl GroundConfig {
     /// # Errors
     /// [`Error::Config`] naming it.
     pub fn check(&self) -> Result<(), Error> {
-        let ratio = self.distortion_ratio.unwrap_or(0.0);
-        within(
-            "distortion_ratio",
-            ratio,
-            [0.0, 1.0],
-            "must be a ratio below 1",
-        )
+        let (ratio, cause) = (self.distortion_ratio, "must be a ratio below 1");
+        within("distortion_ratio", ratio.unwrap_or(0.0), [0.0, 1.0], cause)
     }
 }

@@ -79,13 +79,12 @@ fn plane_of(m: &Vector3<f64>) -> Option<(GroundPlane, Matrix3<f64>)> {
     let distance_m = 1.0 / m.norm();
     let normal = Unit::try_new(-m, 1e-12)?;
     let mut J = Matrix3::zeros();
-    J.fixed_rows_mut::<2>(0)
-        .copy_from(&(tangents(&normal).transpose() * -distance_m));
-    J.fixed_rows_mut::<1>(2)
-        .copy_from(&(normal.transpose() * (distance_m * distance_m)));
-    distance_m
-        .is_finite()
-        .then(|| (GroundPlane::exact(normal, distance_m), J))
+    let turn = tangents(&normal).transpose() * -distance_m;
+    J.fixed_rows_mut::<2>(0).copy_from(&turn);
+    let shift = normal.transpose() * (distance_m * distance_m);
+    J.fixed_rows_mut::<1>(2).copy_from(&shift);
+    let plane = GroundPlane::exact(normal, distance_m);
+    distance_m.is_finite().then_some((plane, J))
 }
 
 /// The two parts of a symmetric matrix that rounding has made different, as one.
