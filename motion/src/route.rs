@@ -10,10 +10,11 @@ use nalgebra::Isometry3;
 use robot_model::{Configuration, Kinematics, PatchId, Robot};
 
 use crate::blend::{self, Blend};
+use crate::equations::{Target, apart};
 use crate::failure::{Failure, Reason};
 use crate::near::{self, Near};
 use crate::problem::{Keyframe, MotionContext, Task};
-use crate::projection::{Bounds, Projection, Target, apart};
+use crate::projection::{Ask, Bounds, Projection};
 use crate::spline::{Ends, Order, Spline};
 use crate::swing_path::SwingPath;
 use crate::time_scaling::quintic;
@@ -94,8 +95,13 @@ impl<'a> Router<'a> {
                 joints: &joints,
                 near: if self.evades { Some(&near) } else { None },
             };
-            let state = (&mut q, &mut kinematics);
-            let left = projection.solve(robot, &target, &bounds, &weight, &reference, state);
+            let ask = Ask {
+                robot,
+                target: &target,
+                bounds: &bounds,
+                weight: &weight,
+            };
+            let left = projection.solve(&ask, &reference, &mut q, &mut kinematics);
             if left.is_nan() || left > LEFT {
                 return Err(self.missed(&target, &kinematics, u));
             }
@@ -212,9 +218,13 @@ impl Route<'_> {
         self.configuration(u, out);
         let closed = self.closed.iter().copied();
         closed_target(self.keyframes, closed, &self.ends, u, &mut self.target);
-        let (target, weight) = (&self.target, &self.weight);
-        self.projection
-            .close(robot, target, weight, out, kinematics);
+        let ask = Ask {
+            robot,
+            target: &self.target,
+            bounds: &Bounds::NONE,
+            weight: &self.weight,
+        };
+        self.projection.close(&ask, out, kinematics);
     }
 }
 

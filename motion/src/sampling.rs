@@ -6,9 +6,9 @@ use robot_model::Kinematics;
 
 use crate::blend;
 use crate::clearance::ClearanceMonitor;
+use crate::equations::{apart, is_point};
 use crate::failure::{Failure, Reason, keep_worst};
 use crate::problem::{MotionContext, Task};
-use crate::projection::{apart, is_point};
 use crate::route::Route;
 use crate::statics::Statics;
 use crate::swing_path::SwingPath;

@@ -6,10 +6,11 @@ use posture::{Contact, Freedom};
 use robot_model::{Configuration, Kinematics, PatchId};
 
 use crate::Error;
+use crate::equations::{Target, apart, is_point};
 use crate::failure::Failure;
 use crate::generate;
 use crate::problem::{Keyframe, MotionContext, StanceRef, Swing, Task};
-use crate::projection::{Bounds, Projection, Target, apart, is_point};
+use crate::projection::{Ask, Bounds, Projection};
 use crate::route::joint_bounds;
 use crate::sampling::Instance;
 use crate::swing_path::STRAIGHT_M;
@@ -226,8 +227,13 @@ fn lift(
         near: None,
     };
     let mut q = first.q.clone();
-    let (mut projection, state) = (Projection::default(), (&mut q, &mut *kinematics));
-    let left = projection.solve(robot, &target, &bounds, &weight, &first.q, state);
+    let ask = Ask {
+        robot,
+        target: &target,
+        bounds: &bounds,
+        weight: &weight,
+    };
+    let left = Projection::default().solve(&ask, &first.q, &mut q, kinematics);
     let mut task = Task {
         closed: parts.closed.clone(),
         swing: Some(Swing {

@@ -40,6 +40,7 @@ mod balance;
 pub mod certificate;
 mod check;
 mod clearance;
+mod convex_parts;
 mod distance;
 mod extremes;
 mod findings;

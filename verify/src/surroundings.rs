@@ -4,9 +4,10 @@ use nalgebra::{Matrix4, Vector3};
 use plan::Plan;
 use surfaces::{Face, Source};
 
+use crate::Options;
+use crate::convex_parts::convex_parts;
 use crate::distance::Solid;
 use crate::posture::{inverse_point, point};
-use crate::{Options, region};
 
 /// Everything that is not the robot, in W.
 pub(crate) struct Surroundings {
@@ -45,7 +46,7 @@ impl Surroundings {
         for face in plan.faces.iter().filter(has_own) {
             let pose = face.X_WF.to_homogeneous();
             let depth = plan.thin_body_m.max(face.depth_m);
-            for part in region::convex_parts(face) {
+            for part in convex_parts(face) {
                 let at = |z: f64| {
                     let corners = part.iter().map(|p| point(&pose, &p.push(z)));
                     corners.collect::<Vec<_>>()

@@ -28,16 +28,10 @@ impl Mutation {
     /// What is wrong with the verdict on the broken plan: that the check did not notice, or that
     /// an unrelated one failed.
     fn objection(&self, failed: &[Check]) -> Option<String> {
-        let unrelated = failed
-            .iter()
-            .any(|check| *check != self.expected && !self.may_also.contains(check));
-        let noticed = failed.contains(&self.expected);
-        (!noticed || unrelated).then(|| {
-            format!(
-                "{}: {} expected, failed: {failed:?}",
-                self.name, self.expected
-            )
-        })
+        let (name, expected) = (self.name, self.expected);
+        let related = |check: &Check| *check == expected || self.may_also.contains(check);
+        let right = failed.contains(&expected) && failed.iter().all(related);
+        (!right).then(|| format!("{name}: {expected} expected, failed: {failed:?}"))
     }
 }
 
@@ -134,10 +128,8 @@ const MUTATIONS: &[Mutation] = table! {
 /// The first stance that adds a contact.
 fn adding(plan: &mut Plan) -> &mut Stance {
     let adds = |s: &&mut Stance| matches!(s.change, Change::Add { .. });
-    plan.stances
-        .iter_mut()
-        .find(adds)
-        .expect("it adds a contact")
+    let stance = plan.stances.iter_mut().find(adds);
+    stance.expect("it adds a contact")
 }
 
 fn contacts(plan: &mut Plan) -> impl Iterator<Item = &mut Contact> {
@@ -154,9 +146,8 @@ fn unloaded(stance: &mut Stance) -> &mut Contact {
 fn largest(plan: &mut Plan) -> &mut [f64; 3] {
     let contacts = plan.stances[0].contacts.iter_mut();
     let forces = contacts.flat_map(|c| &mut c.forces_W);
-    forces
-        .max_by(|a, b| a[2].total_cmp(&b[2]))
-        .expect("a force")
+    let largest = forces.max_by(|a, b| a[2].total_cmp(&b[2]));
+    largest.expect("a force")
 }
 
 fn last_joint(plan: &mut Plan) -> &mut f64 {
@@ -194,9 +185,8 @@ fn translate(stance: &mut Stance, by: [f64; 3]) {
     for contact in &mut stance.contacts {
         add(&mut contact.X_WC.p);
         let points = contact.vertices_W.iter_mut();
-        points
-            .chain(&mut contact.force_points_W)
-            .for_each(|p| add(p));
+        let points = points.chain(&mut contact.force_points_W);
+        points.for_each(|p| add(p));
     }
 }
 
@@ -208,9 +198,8 @@ fn surface_cut(plan: &mut Plan) {
     let beyond = [(x, -100.0), (far, -100.0), (far, 100.0), (x, 100.0)];
     let beyond = beyond.map(|(x, y)| Point2::new(x, y)).to_vec();
     let rest = Outline::from(&face.region).minus_all([beyond]).regions();
-    let largest = rest
-        .into_iter()
-        .max_by(|a, b| a.area().total_cmp(&b.area()));
+    let rest = rest.into_iter();
+    let largest = rest.max_by(|a, b| a.area().total_cmp(&b.area()));
     face.region = largest.expect("a rest");
 }
 
