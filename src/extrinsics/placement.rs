@@ -1,4 +1,4 @@
-//! A mount → the pose of a scene's scans: the robot stands as at the start.
+//! Extrinsics → the pose of a scene's scans: the robot stands as at the start.
 #![allow(non_snake_case)]
 
 use std::path::Path;

@@ -5,7 +5,8 @@
 //! | frame, style and script | `viewer/` (three.js bundled in) |
 //! | the scan | `cloud` |
 //! | the robot's shapes and where its bodies are in every stance | `robot` |
-//! | the surfaces | `surface` |
+//! | the faces | `face` |
+//! | the motion | `motion` |
 //! | the stances with their forces | `stance` |
 //! | where the centre of mass may stand | `support` |
 //!
