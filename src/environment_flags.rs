@@ -12,7 +12,7 @@ use crate::status::UsageError;
 /// How scans were taken.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct ScanFlags {
-    /// Sensor of the scans: NAME, fx,fy,cx,cy[,depth_scale_m] or NAME:fx,fy,cx,cy[,depth_scale_m]
+    /// Sensor of the scans: NAME, fx,fy,cx,cy or NAME:fx,fy,cx,cy, which may end in ,depth_scale_m
     #[arg(long, value_name = "SENSOR", value_parser = argument::sensor, allow_hyphen_values = true)]
     pub sensor: Option<SensorFlag>,
     /// Pose of each scan's optical frame (x right, y down, z forward) in the world, in the order of

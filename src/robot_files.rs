@@ -49,7 +49,7 @@ impl RobotFiles {
     /// Reads the robot and notes its files among the inputs.
     ///
     /// # Errors
-    /// A robot that does not ship, with those that do; else as [`robot_model::load`].
+    /// A robot that does not ship, with those that do; else as [`robot_model::load()`].
     pub fn load(&self, config: &robot_model::Config, inputs: &mut Inputs) -> Result<Robot> {
         match self.urdf.strip_prefix(BUILTIN) {
             Some(name) => self.load_builtin(name, config, inputs),

@@ -35,7 +35,7 @@ pub(crate) fn pairs(
     let collision = &robot.collision;
     let mut found: Vec<Proximity> = Vec::new();
     let own = context.posture.self_clearance_m + extra_m;
-    collision.self_proximities(robot, kinematics, own + LOOK_M, &mut found);
+    collision.self_proximities(kinematics, own + LOOK_M, &mut found);
     out.extend(found.iter().map(|pair| near(pair, kinematics, own)));
 
     found.clear();
@@ -52,7 +52,7 @@ pub(crate) fn pairs(
     let beside = context.posture.clearance_m;
     let most = beside.max(context.config.swing_clearance_m) + extra_m + LOOK_M;
     let world = context.environment.world();
-    collision.world_proximities(robot, kinematics, world, most, &skip, &mut found);
+    collision.world_proximities(kinematics, world, most, &skip, &mut found);
     out.extend(found.iter().map(|pair| {
         let required = match &air {
             Some((body, air)) if *body == pair.a.body => air.required_m(context, &pair.normal_W),

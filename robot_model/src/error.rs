@@ -114,9 +114,10 @@ const CANDIDATES: usize = 8;
 /// The existing names nearest to `name` in edit distance (letter case ignored), ties in alphabetical
 /// order.
 fn nearest<'a>(name: &str, existing: impl IntoIterator<Item = &'a str>) -> Vec<String> {
-    let distance =
-        |candidate: &str| strsim::levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
-    let mut scored: Vec<(usize, &str)> = existing.into_iter().map(|n| (distance(n), n)).collect();
+    let asked = name.to_lowercase();
+    let scored = existing.into_iter();
+    let scored = scored.map(|n| (strsim::levenshtein(&asked, &n.to_lowercase()), n));
+    let mut scored: Vec<(usize, &str)> = scored.collect();
     scored.sort_unstable();
     scored.dedup();
     let nearest = scored.into_iter().take(CANDIDATES);
@@ -129,12 +130,8 @@ mod tests {
 
     #[test]
     fn an_unknown_name_lists_the_nearest_first() {
-        let error = Error::unknown(
-            None,
-            "joint",
-            "LLEG_JOINT8",
-            ["RARM", "LLEG_JOINT5", "HEAD"],
-        );
+        let names = ["RARM", "LLEG_JOINT5", "HEAD"];
+        let error = Error::unknown(None, "joint", "LLEG_JOINT8", names);
         let text = error.to_string();
         assert!(text.contains("unknown joint \"LLEG_JOINT8\""), "{text}");
         assert!(text.contains("candidates: LLEG_JOINT5"), "{text}");

@@ -27,7 +27,7 @@ pub struct PoseNoise {
 }
 
 impl PoseNoise {
-    /// What the residuals of [chai2015] match: 0.17° about each axis, 1 mm.
+    /// What the residuals of \[chai2015\] match: 0.17° about each axis, 1 mm.
     pub fn published() -> Self {
         Self {
             tilt_sigma_rad: 0.17_f64.to_radians(),
@@ -55,7 +55,7 @@ impl PoseNoise {
     }
 }
 
-/// The mount of [chai2015] Eq. 32, as X_RV: optical frame V in the robot's body R.
+/// The mount of \[chai2015\] Eq. 32, as X_RV: optical frame V in the robot's body R.
 pub fn published_extrinsics() -> Isometry3<f64> {
     let [alpha, beta, gamma] = [-0.4398_f64, -37.4072, -3.0471].map(f64::to_radians);
     // The paper's axes turn as in `stances`; V's optical axes are x right, y down, z forward.

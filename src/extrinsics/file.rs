@@ -41,7 +41,7 @@ pub struct Extrinsics {
     pub input: Vec<Input>,
 }
 
-/// The six parameters of [chai2015]: α, β, γ about Y, Z, X; y up.
+/// The six parameters of \[chai2015\]: α, β, γ about Y, Z, X; y up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Paper {

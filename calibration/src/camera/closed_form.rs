@@ -12,7 +12,7 @@ use crate::{Error, nearest_rotation};
 /// # Errors
 /// [`Error::Collinear`] when the normals do not determine them; poses that pass
 /// [`Observability`](super::Observability) do.
-/// Source: [chai2015] Eq. 31, of which these are the two halves.
+/// Source: \[chai2015\] Eq. 31, of which these are the two halves.
 pub fn closed_form(pairs: &[PlanePair]) -> Result<Isometry3<f64>, Error> {
     let what = "normals of the ground";
     let normals = pairs.iter();

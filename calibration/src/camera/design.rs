@@ -62,7 +62,7 @@ fn criterion(information: &Matrix6<f64>) -> f64 {
 /// The candidate after which a point seen at [`REACH_M`] is known best; `None` without
 /// candidates.
 ///
-/// Source: [pukelsheim2006], the A-criterion.
+/// Source: \[pukelsheim2006\], the A-criterion.
 pub fn next_pose(
     pairs: &[PlanePair],
     X_RV: &Isometry3<f64>,

@@ -11,11 +11,11 @@
 //! distortion, which all frames share, is estimated along: unknowns c of unit variance that move
 //! eᵢ by Cᵢ c.
 //!
-//! * [`paper`]: the six parameters as [chai2015] writes them.
+//! * [`paper`]: the six parameters as \[chai2015\] writes them.
 //! * [`observability`]: what a set of poses can tell, and the names of those that cannot.
 //! * [`design`]: which posture to add.
 //!
-//! Source: [chai2015] Section 4.3; deviation: Eq. 31 weighs direction cosines and metres alike and
+//! Source: \[chai2015\] Section 4.3; deviation: Eq. 31 weighs direction cosines and metres alike and
 //! takes the robot's pose for exact. Its two halves decouple, which gives the start: the rotation
 //! by the nearest rotation of the normals, the position by linear least squares.
 #![allow(non_snake_case)]

@@ -121,7 +121,7 @@ impl Observability {
 
     /// The same with rank and condition at a mount.
     ///
-    ///   J = [ R_RVᵀ [n_R]×   0 ;   0   n_Rᵀ ] · ∂(δθ, δp)/∂(α, β, γ, p), all poses stacked
+    ///   J = [ R_RVᵀ \[n_R\]×   0 ;   0   n_Rᵀ ] · ∂(δθ, δp)/∂(α, β, γ, p), all poses stacked
     #[must_use]
     pub fn at(mut self, pairs: &[PlanePair], X_RV: &Isometry3<f64>) -> Self {
         let to_step = PaperParameters::of_mount(X_RV).to_step();

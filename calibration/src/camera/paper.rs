@@ -1,4 +1,4 @@
-//! Poses as [chai2015] writes them: three fixed angles and a position, y up.
+//! Poses as \[chai2015\] writes them: three fixed angles and a position, y up.
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 ///
 ///   R = R_Y(α) R_Z(β) R_X(γ)
 ///
-/// Source: [chai2015] Eqs. 1–3 and 17–19.
+/// Source: \[chai2015\] Eqs. 1–3 and 17–19.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PaperParameters {
     /// α, β, γ, rad.

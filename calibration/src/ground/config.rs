@@ -39,7 +39,7 @@ pub struct GroundConfig {
     /// Which distances are trimmed.
     #[serde(skip)]
     pub form: GroundForm,
-    /// Standard deviations beyond which a point is trimmed ([chai2015] has 2); at 1.73 and below,
+    /// Standard deviations beyond which a point is trimmed (\[chai2015\] has 2); at 1.73 and below,
     /// uniform distances are trimmed to nothing.
     #[serde(skip)]
     pub trim_sigmas: f64,

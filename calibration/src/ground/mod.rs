@@ -15,8 +15,8 @@
 //! kept apart ([`Ground::common`]).
 //!
 //! * [`samples`](Samples): the rays, from an image or a cloud.
-//! * [`consensus`]: where to start when not all that is seen is ground.
-//! * [`trimming`]: the iterations, in the converging form and as [chai2015] prints them.
+//! * `consensus`: where to start when not all that is seen is ground.
+//! * `trimming`: the iterations, in the converging form and as \[chai2015\] prints them.
 
 mod config;
 mod consensus;
@@ -60,7 +60,7 @@ pub struct Ground {
 ///
 /// # Errors
 /// [`Error::NoGround`] when too few points lie on one plane; [`Error::Config`].
-/// Source: [chai2015] Section 4.1; deviations: distances are weighed by their noise and trimmed
+/// Source: \[chai2015\] Section 4.1; deviations: distances are weighed by their noise and trimmed
 /// with their sign, and the start does not need most points to be ground.
 pub fn ground(scan: &Scan, config: &GroundConfig) -> Result<Ground, Error> {
     config.check()?;

@@ -13,7 +13,7 @@ use crate::{Error, nearest_rotation};
 ///
 /// # Errors
 /// [`Error::Feet`] where no point has these distances; [`Error::Collinear`].
-/// Source: [chai2015] Eqs. 21–25; deviation: the matrix of Eq. 25 is not a rotation as soon as
+/// Source: \[chai2015\] Eqs. 21–25; deviation: the matrix of Eq. 25 is not a rotation as soon as
 /// there is noise.
 pub fn trilateration(
     feet_R: &[Point3<f64>; 3],

@@ -35,7 +35,7 @@ impl Clearances {
         self.own.clear();
         self.world.clear();
         let (collision, kin, within) = (&robot.collision, &it.kinematics, PREDICTION_M);
-        collision.self_proximities(robot, kin, within, &mut self.own);
+        collision.self_proximities(kin, within, &mut self.own);
         let environment = ctx.problem.environment;
         let touches = |shape: BodyShape, obstacle: usize| {
             let mut contacts = ctx.problem.contacts.iter().zip(&ctx.contacts);
@@ -43,7 +43,7 @@ impl Clearances {
             contacts.any(|(c, model)| model.body == shape.body && c.face.is_some_and(behind))
         };
         let world = environment.world();
-        collision.world_proximities(robot, kin, world, within, &touches, &mut self.world);
+        collision.world_proximities(kin, world, within, &touches, &mut self.world);
     }
 
     pub fn rows(&mut self, ctx: &Context, it: &Iterate, rows: &mut Rows) {

@@ -189,10 +189,7 @@ fn motion_of(file: &str, urdf: &Urdf, j: usize, findings: &mut Findings) -> Resu
 fn moved(kind: JointKind, axis: &UnitVector3<f64>, value: f64) -> Isometry3<f64> {
     match kind {
         JointKind::Prismatic => Translation3::from(axis.into_inner() * value).into(),
-        _ => Isometry3::from_parts(
-            Translation3::identity(),
-            UnitQuaternion::from_axis_angle(axis, value),
-        ),
+        _ => nalgebra::convert(UnitQuaternion::from_axis_angle(axis, value)),
     }
 }
 

@@ -52,8 +52,8 @@ pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, Error> {
         joint_lines.push(source.line(joint));
     }
     clean.push_str("</robot>");
-    let robot =
-        urdf_rs::read_from_string(&clean).map_err(|error| Error::file(file, error.to_string()))?;
+    let robot = urdf_rs::read_from_string(&clean);
+    let robot = robot.map_err(|error| Error::file(file, error.to_string()))?;
     Ok(Urdf { robot, joint_lines })
 }
 
@@ -264,8 +264,8 @@ fn copy(source: &Source, node: Node, element: &Element, clean: &mut String) -> R
         let shape = shape.ok_or_else(|| source.refuse(node, "<geometry> is empty"))?;
         let name = shape.tag_name().name();
         let known = GEOMETRIES.iter().find(|known| known.tag == name);
-        let known =
-            known.ok_or_else(|| source.refuse(shape, format!("unknown geometry <{name}>")))?;
+        let unknown = || source.refuse(shape, format!("unknown geometry <{name}>"));
+        let known = known.ok_or_else(unknown)?;
         copy(source, shape, known, clean)?;
     }
     clean.extend(["</", tag, ">"]);

@@ -96,7 +96,7 @@ proptest! {
         let robot = support::test_tree();
         let find = |k: &Kinematics| {
             let mut near: Vec<Proximity> = Vec::new();
-            robot.collision.self_proximities(&robot, k, f64::INFINITY, &mut near);
+            robot.collision.self_proximities(k, f64::INFINITY, &mut near);
             near
         };
         let kinematics = Kinematics::new(&robot, &at);

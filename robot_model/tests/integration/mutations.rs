@@ -87,7 +87,7 @@ fn exercise(robot: &Robot) {
     let kinematics = Kinematics::new(robot, &neutral);
     let mut out = Vec::new();
     let collision = &robot.collision;
-    collision.self_proximities(robot, &kinematics, 0.1, &mut out);
+    collision.self_proximities(&kinematics, 0.1, &mut out);
     let mut bodies = robot.bodies.iter();
     assert!(bodies.all(|b| b.lower < b.upper && b.mass_kg >= 0.0));
     let mut postures = robot.postures.values();

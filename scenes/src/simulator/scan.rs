@@ -40,7 +40,7 @@ enum Source {
 ///   z' = quantise( z·(1 + δ_LF) + σ(z)·n ),   z at a point displaced by the lateral jitter
 ///
 /// Jitter that stays on the same face does not bias the depth: there the pixel's own ray counts.
-/// Source: [nguyen2012] for σ(z) and the lateral noise.
+/// Source: \[nguyen2012\] for σ(z) and the lateral noise.
 #[allow(non_snake_case)]
 pub fn scan(
     world: &World,
