@@ -70,7 +70,7 @@ checks! {
     /// Patch vertices lie in the plane of the surface.
     Closure = "closure", "m", AtMost;
     /// The patch's normal is that of the surface.
-    Normal = "rad", "rad", AtMost;
+    Normal = "normal", "rad", AtMost;
     /// Patch vertices lie in the surface's polygon, inset.
     Inclusion = "inclusion", "m", AtLeast;
     /// Forces act inside the patch, shrunk by the margin of the centre of mass.
@@ -96,7 +96,7 @@ checks! {
     /// What touches does not sink in.
     ContactDepth = "contact_depth", "m", AtLeast;
     /// Parts of the robot are apart.
-    SelfClearance = "m", "m", AtLeast;
+    SelfClearance = "self_clearance", "m", AtLeast;
     /// The motion is of the format that is read here, and whole.
     MotionRecord = "motion_record", "", Holds;
     /// The motion's phases lead from stance to stance on contacts that both have.
@@ -139,5 +139,24 @@ impl Check {
 impl std::fmt::Display for Check {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.pad(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checks_are_called_in_files_as_they_are_here() {
+        for check in Check::ALL {
+            let mut name = String::new();
+            for letter in format!("{check:?}").chars() {
+                if letter.is_uppercase() && !name.is_empty() {
+                    name.push('_');
+                }
+                name.extend(letter.to_lowercase());
+            }
+            assert_eq!(check.name(), name);
+        }
     }
 }
