@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use perception::{Intrinsics, SensorOptions};
+use scenes::scene_file::GoalContact;
 
 /// How far a quaternion's length may be from 1: written decimals.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -18,16 +19,13 @@ pub fn numbers(text: &str, counts: &[usize]) -> Result<Vec<f64>, String> {
             _ => Err(format!("\"{}\" is not a finite number", part.trim())),
         })
         .collect::<Result<Vec<_>, _>>()?;
-    if counts.contains(&values.len()) {
-        Ok(values)
-    } else {
-        let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
-        Err(format!(
-            "{} numbers given, {} wanted",
-            values.len(),
-            counts.join(" or ")
-        ))
+    let given = values.len();
+    if counts.contains(&given) {
+        return Ok(values);
     }
+    let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
+    let counts = counts.join(" or ");
+    Err(format!("{given} numbers given, {counts} wanted"))
 }
 
 /// A place: `x,y,z`, m.
@@ -50,11 +48,9 @@ pub fn pose(text: &str) -> Result<Isometry3<f64>, String> {
         [x, y, z, r, p, w] => (x, y, z, UnitQuaternion::from_euler_angles(r, p, w)),
         [x, y, z, qx, qy, qz, qw] => {
             let quaternion = Quaternion::new(qw, qx, qy, qz);
-            if (quaternion.norm() - 1.0).abs() > UNIT_TOLERANCE {
-                return Err(format!(
-                    "the quaternion has length {}, not 1",
-                    quaternion.norm()
-                ));
+            let length = quaternion.norm();
+            if (length - 1.0).abs() > UNIT_TOLERANCE {
+                return Err(format!("the quaternion has length {length}, not 1"));
             }
             (x, y, z, UnitQuaternion::new_normalize(quaternion))
         }
@@ -136,10 +132,8 @@ pub fn start(text: &str) -> Result<StartFlag, String> {
         Some((name, place)) => (name.trim(), Some(pose(place)?)),
         None => (text.trim(), None),
     };
-    Ok(StartFlag::Posture(
-        (!name.is_empty()).then(|| name.to_owned()),
-        base,
-    ))
+    let name = (!name.is_empty()).then(|| name.to_owned());
+    Ok(StartFlag::Posture(name, base))
 }
 
 /// A goal: `x,y`, `x,y,z` or `x,y,z,yaw` of the base, m and rad.
@@ -165,39 +159,18 @@ pub fn goal(text: &str) -> Result<GoalFlag, String> {
 }
 
 /// A contact that the goal must have: `PATCH=SURFACE` or `PATCH=x,y,z`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GoalContactFlag {
-    /// The patch.
-    pub patch: String,
-    /// The surface's id.
-    pub surface: Option<String>,
-    /// A point on it, m.
-    pub point_m: Option<[f64; 3]>,
-}
-
-/// A [`GoalContactFlag`].
 ///
 /// # Errors
 /// Text without `=`; as [`numbers`].
-pub fn goal_contact(text: &str) -> Result<GoalContactFlag, String> {
+pub fn goal_contact(text: &str) -> Result<GoalContact, String> {
     let (patch, place) = text
         .split_once('=')
         .ok_or("the form is PATCH=SURFACE or PATCH=x,y,z")?;
-    let patch = patch.trim().to_owned();
-    if !place.contains(',') {
-        let surface = Some(place.trim().to_owned());
-        return Ok(GoalContactFlag {
-            patch,
-            surface,
-            point_m: None,
-        });
-    }
-    let values = numbers(place, &[3])?;
-    let point_m = Some([values[0], values[1], values[2]]);
-    Ok(GoalContactFlag {
-        patch,
-        surface: None,
-        point_m,
+    let point = place.contains(',');
+    Ok(GoalContact {
+        patch: patch.trim().to_owned(),
+        surface: (!point).then(|| place.trim().to_owned()),
+        point_m: point.then(|| self::place(place)).transpose()?,
     })
 }
 
@@ -207,12 +180,8 @@ pub fn goal_contact(text: &str) -> Result<GoalContactFlag, String> {
 /// As [`numbers`].
 pub fn key_posture(text: &str) -> Result<[f64; 4], String> {
     let values = numbers(text, &[3, 4])?;
-    Ok([
-        values[0],
-        values[1],
-        values[2],
-        values.get(3).copied().unwrap_or(0.0),
-    ])
+    let yaw = values.get(3).copied().unwrap_or(0.0);
+    Ok([values[0], values[1], values[2], yaw])
 }
 
 #[cfg(test)]
@@ -222,16 +191,13 @@ mod tests {
     #[test]
     fn numbers_are_counted_and_finite() {
         assert_eq!(numbers("1, -2.5,3e-1", &[3]), Ok(vec![1.0, -2.5, 0.3]));
-        assert_eq!(
-            numbers("1,2", &[3, 4]),
-            Err("2 numbers given, 3 or 4 wanted".to_owned())
-        );
-        assert!(
-            numbers("1,,2", &[3])
-                .unwrap_err()
-                .contains("not a finite number")
-        );
-        assert!(numbers("1,nan,2", &[3]).unwrap_err().contains("nan"));
+        for (text, said) in [
+            ("1,2", "2 numbers given, 3 or 4 wanted"),
+            ("1,,2", "\"\" is not a finite number"),
+            ("1,nan,2", "\"nan\" is not a finite number"),
+        ] {
+            assert_eq!(numbers(text, &[3, 4]), Err(said.to_owned()));
+        }
     }
 
     #[test]
@@ -247,15 +213,11 @@ mod tests {
     #[test]
     fn a_start_is_a_posture_a_place_or_contacts() {
         let place = pose("1,2,3").unwrap();
-        assert_eq!(
-            start("crouch"),
-            Ok(StartFlag::Posture(Some("crouch".to_owned()), None))
-        );
+        let crouch = StartFlag::Posture(Some("crouch".to_owned()), None);
+        let foot = StartFlag::Contact("left_foot".to_owned(), place);
+        assert_eq!(start("crouch"), Ok(crouch));
         assert_eq!(start("@1,2,3"), Ok(StartFlag::Posture(None, Some(place))));
-        assert_eq!(
-            start("left_foot=1,2,3"),
-            Ok(StartFlag::Contact("left_foot".to_owned(), place))
-        );
+        assert_eq!(start("left_foot=1,2,3"), Ok(foot));
         assert!(start("crouch@1,2").is_err());
     }
 
@@ -263,14 +225,10 @@ mod tests {
     fn goals_and_sensors_are_told_apart_by_their_numbers() {
         assert_eq!(goal("2,0").unwrap().position_m, [2.0, 0.0]);
         assert_eq!(goal("2,0,1.3,0.5").unwrap().yaw_rad, Some(0.5));
-        assert_eq!(
-            goal_contact("hand=s4").unwrap().surface.as_deref(),
-            Some("s4")
-        );
-        assert_eq!(
-            goal_contact("hand=1,2,3").unwrap().point_m,
-            Some([1.0, 2.0, 3.0])
-        );
+        let surface = goal_contact("hand=s4").unwrap().surface;
+        assert_eq!(surface.as_deref(), Some("s4"));
+        let point_m = goal_contact("hand=1,2,3").unwrap().point_m;
+        assert_eq!(point_m, Some([1.0, 2.0, 3.0]));
         assert!(goal_contact("hand").is_err());
         assert_eq!(sensor("xtion").unwrap().name.as_deref(), Some("xtion"));
         let own = sensor("kinect_v2:5,6,7,8,0.01").unwrap();

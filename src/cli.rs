@@ -29,28 +29,19 @@ const EXIT_CODES: &str = "Exit codes: 0 done (a plan was found), 1 error, 2 usag
 
 /// Flags that every command understands.
 #[derive(Clone, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Settings")]
 pub struct Global {
     /// Change one setting, such as planner.nodes_max=200 (repeatable; `scandent config` lists all)
-    #[arg(
-        long,
-        global = true,
-        help_heading = "Settings",
-        value_name = "TABLE.KEY=VALUE"
-    )]
+    #[arg(long, global = true, value_name = "TABLE.KEY=VALUE")]
     pub set: Vec<String>,
     /// Settings to lay over the defaults and the scene's, as `scandent config` prints them
-    #[arg(
-        long,
-        global = true,
-        help_heading = "Settings",
-        value_name = "FILE.toml"
-    )]
+    #[arg(long, global = true, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
     /// Threads for the search (default: all; the plan does not depend on it)
-    #[arg(long, global = true, help_heading = "Settings", value_name = "N")]
+    #[arg(long, global = true, value_name = "N")]
     pub threads: Option<NonZeroUsize>,
     /// Seed of every random stream
-    #[arg(long, global = true, help_heading = "Settings", value_name = "N")]
+    #[arg(long, global = true, value_name = "N")]
     pub seed: Option<u64>,
 }
 
@@ -106,11 +97,8 @@ pub fn main() -> ExitCode {
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
-            ExitCode::from(if error.is::<UsageError>() {
-                status::USAGE
-            } else {
-                status::ERROR
-            })
+            let usage = error.is::<UsageError>();
+            ExitCode::from(if usage { status::USAGE } else { status::ERROR })
         }
     }
 }
@@ -139,10 +127,8 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error
-        .chain()
-        .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
-        .any(|cause| cause.kind() == std::io::ErrorKind::BrokenPipe)
+    let mut causes = error.chain().filter_map(|cause| cause.downcast_ref());
+    causes.any(|cause: &std::io::Error| cause.kind() == std::io::ErrorKind::BrokenPipe)
 }
 
 #[cfg(test)]

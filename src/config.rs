@@ -78,11 +78,10 @@ impl Layers {
     /// As [`Self::lay`]; a file that cannot be read or is no TOML, with the line.
     pub fn lay_file(&mut self, path: &Path) -> Result<()> {
         let name = path.display();
-        let text = std::fs::read_to_string(path)
-            .with_context(|| format!("{name}: cannot read this config file"))?;
-        let table: Table = text
-            .parse()
-            .with_context(|| format!("{name}: not valid TOML"))?;
+        let text = std::fs::read_to_string(path);
+        let text = text.with_context(|| format!("{name}: cannot read this config file"))?;
+        let table = text.parse::<Table>();
+        let table = table.with_context(|| format!("{name}: not valid TOML"))?;
         self.lay(&name.to_string(), &table)
     }
 
@@ -163,14 +162,13 @@ fn merge(base: &mut Table, over: &Table) {
 
 /// `a.b.c` and a value as nested tables.
 fn nest(keys: &[&str], value: Value) -> Table {
-    let (last, outer) = keys
-        .split_last()
-        .map_or(("", keys), |(last, outer)| (*last, outer));
-    let mut table = Table::from_iter([(last.to_owned(), value)]);
-    for key in outer.iter().rev() {
-        table = Table::from_iter([((*key).to_owned(), Value::Table(table))]);
+    let nested = keys.iter().rev().fold(value, |value, key| {
+        Value::Table(Table::from_iter([((*key).to_owned(), value)]))
+    });
+    match nested {
+        Value::Table(table) => table,
+        _ => Table::new(),
     }
-    table
 }
 
 /// A TOML value, or the text itself where it is none.
@@ -196,17 +194,14 @@ mod tests {
 
     #[test]
     fn the_defaults_survive_the_way_through_toml() {
-        assert_eq!(
-            Config::layered(None, &Global::default()).unwrap(),
-            Config::default()
-        );
+        let config = Config::layered(None, &Global::default()).unwrap();
+        assert_eq!(config, Config::default());
     }
 
     #[test]
     fn later_layers_win_and_leave_the_rest() {
-        let scene: Table = "[posture]\nclearance_m = 0.02\ntorque_use = 0.7"
-            .parse()
-            .unwrap();
+        let scene = "[posture]\nclearance_m = 0.02\ntorque_use = 0.7";
+        let scene: Table = scene.parse().unwrap();
         let set = global(&["posture.clearance_m=0.03", "posture.restarts=5"]);
         let config = Config::layered(Some(("scene.toml", &scene)), &set).unwrap();
         let mut expected = Config::default();
@@ -239,30 +234,21 @@ mod tests {
 
     #[test]
     fn an_unknown_key_or_table_lists_the_known_ones() {
-        let unknown = |set: &str| Config::layered(None, &global(&[set])).unwrap_err();
-        let error = unknown("posture.clearence_m=1");
-        assert!(error.is::<UsageError>());
-        let text = error.to_string();
-        assert!(
-            text.contains("clearence_m") && text.contains("`clearance_m`"),
-            "{text}"
-        );
-        let text = unknown("postures.clearance_m=1").to_string();
-        assert!(
-            text.contains("postures") && text.contains("`posture`"),
-            "{text}"
-        );
+        for (set, unknown, known) in [
+            ("posture.clearence_m=1", "clearence_m", "`clearance_m`"),
+            ("postures.clearance_m=1", "postures", "`posture`"),
+        ] {
+            let error = Config::layered(None, &global(&[set])).unwrap_err();
+            assert!(error.is::<UsageError>());
+            let text = error.to_string();
+            assert!(text.contains(unknown) && text.contains(known), "{text}");
+        }
     }
 
     #[test]
     fn a_wrong_type_or_form_is_refused_with_the_assignment() {
-        for set in [
-            "posture.clearance_m=far",
-            "clearance_m=1",
-            "posture.clearance_m",
-            "=1",
-            ".=1",
-        ] {
+        let sets = "posture.clearance_m=far clearance_m=1 posture.clearance_m =1 .=1";
+        for set in sets.split(' ') {
             let error = Config::layered(None, &global(&[set])).unwrap_err();
             assert!(error.is::<UsageError>(), "{set}");
             assert!(error.to_string().contains(set), "{error}");
@@ -274,9 +260,7 @@ mod tests {
         let scene: Table = "[planner]\nmax_nodez = 3".parse().unwrap();
         let error = Config::layered(Some(("my/scene.toml", &scene)), &Global::default());
         let text = format!("{:#}", error.unwrap_err());
-        assert!(
-            text.contains("my/scene.toml") && text.contains("max_nodez"),
-            "{text}"
-        );
+        let named = text.contains("my/scene.toml") && text.contains("max_nodez");
+        assert!(named, "{text}");
     }
 }

@@ -40,41 +40,32 @@ pub fn perceive(
 ) -> Result<Perceived> {
     match environment {
         Environment::Scans(sources) => {
-            let read = sources
-                .iter()
-                .map(|source| ReadScan::new(source, files, stages, inputs))
-                .collect::<Result<Vec<_>>>()?;
+            let read = sources.iter();
+            let read = read.map(|source| ReadScan::new(source, files, stages, inputs));
+            let read = read.collect::<Result<Vec<_>>>()?;
             let scans: Vec<PosedScan> = read.iter().map(ReadScan::posed).collect();
-            let perception::Perception {
-                terrain,
-                cloud_W,
-                notices,
-            } = stages.measure("perception", || {
-                perception::perceive(&scans, &config.perception)
-            })?;
+            let work = || perception::perceive(&scans, &config.perception);
+            let perceived = stages.measure("perception", work)?;
             Ok(Perceived {
-                terrain,
-                cloud_W,
-                notes: notices.iter().map(ToString::to_string).collect(),
+                terrain: perceived.terrain,
+                cloud_W: perceived.cloud_W,
+                notes: perceived.notices.iter().map(ToString::to_string).collect(),
             })
         }
         Environment::Surfaces(name) => {
             let bytes = files.read("surfaces", name, inputs)?;
-            let text =
-                std::str::from_utf8(&bytes).with_context(|| format!("{name}: not a text file"))?;
-            let terrain = Terrain::from_json(text).with_context(|| name.clone())?;
+            let text = std::str::from_utf8(&bytes);
+            let text = text.with_context(|| format!("{name}: not a text file"))?;
             Ok(Perceived {
-                terrain,
+                terrain: Terrain::from_json(text).with_context(|| name.clone())?,
                 ..Perceived::default()
             })
         }
         Environment::Mesh(name) => {
             let bytes = files.read("mesh", name, inputs)?;
-            stages
-                .measure("mesh", || {
-                    take_apart(name, &bytes, config.surfaces.body.thickness_m)
-                })
-                .with_context(|| name.clone())
+            let thickness_m = config.surfaces.body.thickness_m;
+            let work = || take_apart(name, &bytes, thickness_m);
+            stages.measure("mesh", work).with_context(|| name.clone())
         }
     }
 }
@@ -126,18 +117,31 @@ enum ReadScan<'a> {
 }
 
 impl<'a> ReadScan<'a> {
+    #[allow(non_snake_case)]
     fn new(
         source: &'a ScanSource,
         files: &Files,
         stages: &mut Stages,
         inputs: &mut Inputs,
     ) -> Result<Self> {
-        if is_lidar(source) {
-            let (cloud, name) = read_lidar(source, files, stages, inputs)?;
+        let name = source.depth.as_ref().or(source.cloud.as_ref());
+        let name = name.context("a scan has no file")?;
+        let bytes = files.read("scan", name, inputs)?;
+        if source.sensor.as_deref() == Some(perception::lidar::SENSOR) {
+            let work = || perception::parse_lidar(Path::new(name), &bytes, None);
+            let read = stages.measure("reading", work)?;
+            let cloud = match source.eye_m {
+                Some(eye_m) => read.cloud.seen_from(eye_m),
+                None => read.cloud,
+            };
             let mount = mount(source, files, inputs)?;
             return Ok(Self::Lidar { name, cloud, mount });
         }
-        read_scan(source, files, stages, inputs)
+        let options = sensor_options(source);
+        let work = || perception::parse_scan(Path::new(name), &bytes, &options);
+        let scan = stages.measure("reading", work)?;
+        let X_WV = source.X_WV() * scan.X_WV;
+        Ok(Self::Scan { name, scan, X_WV })
     }
 
     fn posed(&self) -> PosedScan<'_> {
@@ -150,11 +154,6 @@ impl<'a> ReadScan<'a> {
             Self::Lidar { name, cloud, mount } => PosedScan::Lidar { name, cloud, mount },
         }
     }
-}
-
-/// Whether a scan is a spinning LiDAR's.
-fn is_lidar(source: &ScanSource) -> bool {
-    source.sensor.as_deref() == Some(perception::lidar::SENSOR)
 }
 
 /// What is known of a LiDAR's mount: its calibration at the scan's pose, or the pose alone, which is
@@ -173,52 +172,9 @@ fn mount(source: &ScanSource, files: &Files, inputs: &mut Inputs) -> Result<Lida
     Ok(LidarCalibration::from_pose(&X_WV, &known))
 }
 
-/// A LiDAR's cloud and its name.
-fn read_lidar<'a>(
-    source: &'a ScanSource,
-    files: &Files,
-    stages: &mut Stages,
-    inputs: &mut Inputs,
-) -> Result<(LidarCloud, &'a str)> {
-    let name = source
-        .cloud
-        .as_ref()
-        .context("a LiDAR's scan has no cloud")?;
-    let bytes = files.read("scan", name, inputs)?;
-    let read = stages.measure("reading", || {
-        perception::parse_lidar(Path::new(name), &bytes, None)
-    })?;
-    let cloud = match source.eye_m {
-        Some(eye_m) => read.cloud.seen_from(eye_m),
-        None => read.cloud,
-    };
-    Ok((cloud, name))
-}
-
 /// Standard deviations of a mount's angles (rad) and height (m) where a scene gives the pose.
 const MOUNT_RAD: f64 = 0.002;
 const MOUNT_M: f64 = 0.005;
-
-#[allow(non_snake_case)]
-fn read_scan<'a>(
-    source: &'a ScanSource,
-    files: &Files,
-    stages: &mut Stages,
-    inputs: &mut Inputs,
-) -> Result<ReadScan<'a>> {
-    let name = source
-        .depth
-        .as_ref()
-        .or(source.cloud.as_ref())
-        .context("a scan has no file")?;
-    let bytes = files.read("scan", name, inputs)?;
-    let options = sensor_options(source);
-    let scan = stages.measure("reading", || {
-        perception::parse_scan(Path::new(name), &bytes, &options)
-    })?;
-    let X_WV = source.X_WV() * scan.X_WV;
-    Ok(ReadScan::Scan { name, scan, X_WV })
-}
 
 /// What the reader must know beside the file.
 fn sensor_options(source: &ScanSource) -> SensorOptions {
@@ -226,11 +182,8 @@ fn sensor_options(source: &ScanSource) -> SensorOptions {
         (Some(fx), Some(fy), Some(cx), Some(cy)) => Some(Intrinsics { fx, fy, cx, cy }),
         _ => None,
     };
-    let unnamed = if intrinsics.is_some() || source.cloud.is_some() {
-        "generic"
-    } else {
-        "xtion"
-    };
+    let generic = intrinsics.is_some() || source.cloud.is_some();
+    let unnamed = if generic { "generic" } else { "xtion" };
     SensorOptions {
         sensor: source.sensor.clone().unwrap_or_else(|| unnamed.to_owned()),
         intrinsics,
@@ -242,34 +195,27 @@ fn sensor_options(source: &ScanSource) -> SensorOptions {
 /// The surfaces and bodies of a mesh file.
 fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
     let read = robot_model::mesh_file::parse(Path::new(name), bytes)?;
+    let triangles = read.triangles.iter();
     let mesh = TriangleMesh {
         vertices: read.vertices,
-        triangles: read
-            .triangles
-            .iter()
-            .map(|t| t.map(|vertex| vertex as usize))
-            .collect(),
+        triangles: triangles.map(|t| t.map(|v| v as usize)).collect(),
     };
     let (terrain, report) = surfaces::mesh::extract(&mesh, thickness_m)?;
     let mut notes = vec![format!(
         "{name}: {} triangles, {} plane faces kept, {} too small, {} solids",
         report.triangles, report.faces, report.faces_dropped, report.solids
     )];
-    let flaws = [
+    let wound = "edges whose triangles are wound in opposite ways";
+    for (n, flaw) in [
         (report.open_edges, "open edges"),
         (report.crowded_edges, "edges of more than two triangles"),
-        (
-            report.flipped_edges,
-            "edges whose triangles are wound in opposite ways",
-        ),
+        (report.flipped_edges, wound),
         (report.faces_broken, "faces whose outline could not be used"),
-    ];
-    notes.extend(
-        flaws
-            .iter()
-            .filter(|(n, _)| *n > 0)
-            .map(|(n, flaw)| format!("{name}: {n} {flaw}")),
-    );
+    ] {
+        if n > 0 {
+            notes.push(format!("{name}: {n} {flaw}"));
+        }
+    }
     Ok(Perceived {
         terrain,
         cloud_W: Vec::new(),

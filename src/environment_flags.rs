@@ -12,7 +12,7 @@ use crate::status::UsageError;
 /// How scans were taken.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct ScanFlags {
-    /// Sensor of the scans: NAME, fx,fy,cx,cy[,depth_scale_m] or NAME:fx,fy,cx,cy[,depth_scale_m]
+    /// Sensor of the scans: NAME, fx,fy,cx,cy or NAME:fx,fy,cx,cy, which may end in ,depth_scale_m
     #[arg(long, value_name = "SENSOR", value_parser = argument::sensor, allow_hyphen_values = true)]
     pub sensor: Option<SensorFlag>,
     /// Pose of each scan's optical frame (x right, y down, z forward) in the world, in the order of
@@ -35,55 +35,38 @@ impl ScanFlags {
     /// # Errors
     /// [`UsageError`] when there are poses, but not one a scan.
     pub fn scans(&self, files: &[PathBuf]) -> Result<Environment, UsageError> {
-        if !self.pose.is_empty() && self.pose.len() != files.len() {
-            return Err(UsageError(format!(
-                "{} --pose for {} scans; give one a scan, or none",
-                self.pose.len(),
-                files.len()
-            )));
+        let (poses, scans) = (self.pose.len(), files.len());
+        if poses != 0 && poses != scans {
+            let what = format!("{poses} --pose for {scans} scans; give one a scan, or none");
+            return Err(UsageError(what));
         }
-        let scan = |(i, file): (usize, &PathBuf)| {
-            let pose = self
-                .pose
-                .get(i)
-                .copied()
-                .unwrap_or_else(Isometry3::identity);
-            let mut source = source(file, self.sensor.as_ref(), &pose);
-            source.eye_m = self.eye;
-            if let Some(path) = &self.calibration {
-                source.calibration = Some(path.display().to_string());
-                source
-                    .sensor
-                    .get_or_insert_with(|| perception::lidar::SENSOR.to_owned());
-            }
-            source
-        };
-        Ok(Environment::Scans(
-            files.iter().enumerate().map(scan).collect(),
-        ))
+        let sources = files.iter().enumerate().map(|(i, f)| self.source(i, f));
+        Ok(Environment::Scans(sources.collect()))
     }
-}
 
-fn source(file: &Path, sensor: Option<&SensorFlag>, pose: &Isometry3<f64>) -> ScanSource {
-    let is_image = file
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    let name = file.display().to_string();
-    let flag = sensor.cloned().unwrap_or_default();
-    let value = |i: usize| flag.pinhole.map(|values| values[i]);
-    ScanSource {
-        depth: is_image.then(|| name.clone()),
-        cloud: (!is_image).then_some(name),
-        sensor: flag.name.clone(),
-        fx: value(0),
-        fy: value(1),
-        cx: value(2),
-        cy: value(3),
-        depth_scale_m: flag.depth_scale_m,
-        eye_m: None,
-        calibration: None,
-        position_m: Some(pose.translation.vector.into()),
-        quat_xyzw: Some(pose.rotation.coords.into()),
-        extrinsics: None,
+    fn source(&self, number: usize, file: &Path) -> ScanSource {
+        let extension = file.extension();
+        let is_image = extension.is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        let name = file.display().to_string();
+        let pose = self.pose.get(number).copied().unwrap_or_default();
+        let flag = self.sensor.clone().unwrap_or_default();
+        let value = |i: usize| flag.pinhole.map(|values| values[i]);
+        let lidar = self.calibration.as_ref();
+        let lidar = lidar.map(|_| perception::lidar::SENSOR.to_owned());
+        ScanSource {
+            depth: is_image.then(|| name.clone()),
+            cloud: (!is_image).then_some(name),
+            sensor: flag.name.clone().or(lidar),
+            fx: value(0),
+            fy: value(1),
+            cx: value(2),
+            cy: value(3),
+            depth_scale_m: flag.depth_scale_m,
+            eye_m: self.eye,
+            calibration: self.calibration.as_ref().map(|p| p.display().to_string()),
+            position_m: Some(pose.translation.vector.into()),
+            quat_xyzw: Some(pose.rotation.coords.into()),
+            extrinsics: None,
+        }
     }
 }

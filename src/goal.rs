@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use plan::{GoalContact, GoalRecord};
 use planner::Guide;
 use posture::{BaseGoal, Environment, FaceIndex};
-use robot_model::Robot;
+use robot_model::{PatchId, Robot};
 use scenes::scene_file;
 use surfaces::Face;
 
@@ -29,35 +29,24 @@ pub fn goal(
     environment: &Environment,
     stand: &StartState,
 ) -> Result<planner::Goal> {
-    let coordinate = |i: usize| {
-        asked
-            .base_position_m
-            .as_ref()
-            .and_then(|p| p.get(i).copied())
-    };
+    let position = asked.base_position_m.as_deref().unwrap_or_default();
     let base = BaseGoal {
-        position_m: [coordinate(0), coordinate(1), coordinate(2)],
+        position_m: [0, 1, 2].map(|i| position.get(i).copied()),
         tolerance_m: asked.tolerance_m,
         yaw_rad: asked.yaw_rad,
         yaw_tolerance_rad: YAW_TOLERANCE_RAD,
     };
-    let contacts = asked
-        .contact
-        .iter()
-        .map(|contact| {
-            let patch = robot.patch_id(&contact.patch).context("the goal")?;
-            Ok((patch, wanted_face(contact, environment)?))
-        })
-        .collect::<Result<_>>()?;
-    let patches = if asked.base_position_m.is_some() {
-        stand.patches.clone()
-    } else {
-        Vec::new()
-    };
+    let contacts = asked.contact.iter().map(|contact| {
+        let patch = robot.patch_id(&contact.patch).context("the goal")?;
+        Ok((patch, wanted_face(contact, environment)?))
+    });
     Ok(planner::Goal {
         base,
-        patches,
-        contacts,
+        contacts: contacts.collect::<Result<_>>()?,
+        patches: match asked.base_position_m {
+            Some(_) => stand.patches.clone(),
+            None => Vec::new(),
+        },
     })
 }
 
@@ -68,9 +57,8 @@ fn wanted_face(contact: &scene_file::GoalContact, environment: &Environment) -> 
     }
     let point = contact.point_m;
     let point = Point3::from(point.context("the goal: a contact without a place")?);
-    let distances = environment
-        .faces()
-        .map(|f| (f, distance_m(&environment[f], &point)));
+    let faces = environment.faces();
+    let distances = faces.map(|f| (f, distance_m(&environment[f], &point)));
     match distances.min_by(|a, b| a.1.total_cmp(&b.1)) {
         Some((face, distance)) if distance <= POINT_TOLERANCE_M => Ok(face),
         Some((face, distance)) => bail!(
@@ -105,12 +93,8 @@ pub fn guide(
     let mut points = vec![start];
     match asked {
         Some(guide) => {
-            points.extend(
-                guide
-                    .key_postures
-                    .iter()
-                    .map(|[x, y, z, _]| Vector3::new(*x, *y, *z)),
-            );
+            let key_postures = guide.key_postures.iter();
+            points.extend(key_postures.map(|&[x, y, z, _]| Vector3::new(x, y, z)));
             // Places to pass lead on to the goal.
             if let ([Some(x), Some(y), _], Some(last)) = (goal.base.position_m, points.last())
                 && (x - last.x).hypot(y - last.y) > goal.base.tolerance_m
@@ -151,10 +135,8 @@ fn end(
     match goal.base.position_m {
         [Some(x), Some(y), Some(z)] => Vector3::new(x, y, z),
         [x, y, _] => {
-            let aim = goal
-                .contacts
-                .first()
-                .map(|&(_, face)| middle_W(&environment[face]));
+            let first = goal.contacts.first();
+            let aim = first.map(|&(_, face)| middle_W(&environment[face]));
             let x = x.or(aim.map(|p| p.x)).unwrap_or(start.x);
             let y = y.or(aim.map(|p| p.y)).unwrap_or(start.y);
             // The highest level face under the goal carries the feet there.
@@ -173,17 +155,14 @@ fn end(
 /// The goal as it is written in the plan.
 pub fn record(goal: &planner::Goal, robot: &Robot, environment: &Environment) -> GoalRecord {
     let position = goal.base.position_m;
+    let contact = |&(patch, face): &(PatchId, FaceIndex)| GoalContact {
+        patch: robot.patches[patch].name.clone(),
+        face: environment[face].id.clone(),
+    };
     GoalRecord {
         base_position_m: position.iter().any(Option::is_some).then_some(position),
         tolerance_m: goal.base.tolerance_m,
         yaw_rad: goal.base.yaw_rad,
-        contacts: goal
-            .contacts
-            .iter()
-            .map(|&(patch, face)| GoalContact {
-                patch: robot.patches[patch].name.clone(),
-                face: environment[face].id.clone(),
-            })
-            .collect(),
+        contacts: goal.contacts.iter().map(contact).collect(),
     }
 }

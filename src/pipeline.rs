@@ -78,15 +78,9 @@ pub fn plan(
     let pool = threads::pool(options.threads)?;
 
     // Scan → surfaces.
-    let perceived = pool.install(|| {
-        environment::perceive(
-            &scene.environment,
-            &scene.files,
-            config,
-            &mut stages,
-            &mut inputs,
-        )
-    })?;
+    let (environment, files) = (&scene.environment, &scene.files);
+    let perceived = pool
+        .install(|| environment::perceive(environment, files, config, &mut stages, &mut inputs))?;
     #[allow(non_snake_case)]
     let Perceived {
         terrain: extracted,
@@ -128,9 +122,8 @@ pub fn plan(
     {
         let (feet, camera) = (terrain.get(feet)?, &config.calibration.camera);
         let mounts = &scene.mounts;
-        notes.extend(agreement::disagreements(
-            &extracted, scans, mounts, feet, camera,
-        ));
+        let said = agreement::disagreements(&extracted, scans, mounts, feet, camera);
+        notes.extend(said);
     }
     if !refuted.is_empty() {
         notes.push(format!(
@@ -146,19 +139,14 @@ pub fn plan(
     let contacts: Vec<_> = ground.contacts.iter().map(on).collect::<Result<_>>()?;
     let standing_on = contacts.first().map(|c| c.1);
     let goal = goal::goal(&scene.goal, &robot, &environment, &stand)?;
-    let guide = goal::guide(
-        scene.guide.as_ref(),
-        &goal,
-        &stand,
-        &environment,
-        standing_on,
-    )?;
+    let guide = scene.guide.as_ref();
+    let guide = goal::guide(guide, &goal, &stand, &environment, standing_on)?;
     let roles = &config.surfaces.roles;
     let usable = roles::usable(&robot, &environment, &contacts, roles, edge_sigmas);
     let goal_record = goal::record(&goal, &robot, &environment);
 
     // Request → stances and the motion between them.
-    let clock = Clock::new();
+    let clock = Clock::default();
     let request = Request {
         robot: &robot,
         environment: &environment,
@@ -176,16 +164,8 @@ pub fn plan(
         (options.progress)(&progress);
     };
     let (planner, posture, motion) = (&config.planner, &config.posture, &config.motion);
-    let search = || {
-        planner::search(
-            &request,
-            planner,
-            posture,
-            motion,
-            &progress,
-            options.cancel,
-        )
-    };
+    let cancel = options.cancel;
+    let search = || planner::search(&request, planner, posture, motion, &progress, cancel);
     let answer = pool.install(|| stages.measure("planning", search))?;
     stages.split("planning", "motion", clock.motion_ms());
 
@@ -234,19 +214,13 @@ pub fn plan(
     });
 
     let report = report(&answer, &plan, stages, pool.current_num_threads());
-    let SearchResult {
-        status,
-        blocked,
-        motion,
-        ..
-    } = answer;
     Ok(PlanOutcome {
-        status,
+        status: answer.status,
         plan,
-        motion,
+        motion: answer.motion,
         motion_json,
         certificate,
-        blocked,
+        blocked: answer.blocked,
         extracted,
         cloud_W,
         robot,
@@ -260,10 +234,8 @@ pub fn plan(
 /// Puts the scene's coefficients of friction in the place of the contacts file's.
 fn apply_friction(robot: &mut Robot, scene: &Scene) -> Result<()> {
     if let Some(friction) = scene.friction.default {
-        robot
-            .patches
-            .iter_mut()
-            .for_each(|patch| patch.friction = friction);
+        let patches = robot.patches.iter_mut();
+        patches.for_each(|patch| patch.friction = friction);
     }
     for (name, friction) in &scene.friction.patch {
         let patch = robot.patch_index(name).context("friction")?;
@@ -273,16 +245,14 @@ fn apply_friction(robot: &mut Robot, scene: &Scene) -> Result<()> {
 }
 
 fn report(answer: &SearchResult, plan: &Plan, stages: Stages, threads: usize) -> Report {
-    let found = answer.status == Status::Found;
     Report {
         stages_ms: stages.ms,
         surfaces: plan.faces.len(),
         nodes_generated: answer.summary.nodes_generated,
         nodes_expanded: answer.summary.nodes_expanded,
-        path_stances: if found {
-            answer.summary.path_stances
-        } else {
-            0
+        path_stances: match answer.status {
+            Status::Found => answer.summary.path_stances,
+            _ => 0,
         },
         motion_s: plan.motion.as_ref().map_or(0.0, |m| m.duration_s),
         threads,

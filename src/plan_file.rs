@@ -36,11 +36,8 @@ pub fn open_motion(path: &Path, plan: &Plan) -> Result<Option<Motion>> {
         return Ok(None);
     };
     if Path::new(&named.file).file_name() != Some(named.file.as_ref()) {
-        bail!(
-            "{}: the motion's name {:?} is a path",
-            path.display(),
-            named.file
-        );
+        let (plan, name) = (path.display(), &named.file);
+        bail!("{plan}: the motion's name {name:?} is a path");
     }
     let file = path.with_file_name(&named.file);
     let bytes = read("motion", &file)?;
@@ -75,17 +72,13 @@ impl PlanRobotFlags {
     pub fn load(&self, plan: &Plan) -> Result<Robot> {
         let named = |role: &str| plan.inputs.iter().find(|i| i.role == role).map(|i| &i.name);
         let path = |role: &str, flag: &Option<PathBuf>| {
-            flag.clone().or_else(|| {
-                named(role)
-                    .filter(|name| !name.starts_with("builtin:"))
-                    .map(PathBuf::from)
-            })
+            let named = named(role).filter(|name| !name.starts_with("builtin:"));
+            flag.clone().or_else(|| named.map(PathBuf::from))
         };
         let urdf = self.robot.as_ref().or(named("urdf"));
+        let urdf = urdf.context("the plan names no robot: give --robot")?;
         let files = RobotFiles {
-            urdf: urdf
-                .context("the plan names no robot: give --robot")?
-                .clone(),
+            urdf: urdf.clone(),
             srdf: path("srdf", &self.srdf),
             contacts: path("contacts", &self.contacts),
         };
@@ -99,18 +92,11 @@ impl PlanRobotFlags {
         let mut inputs = Inputs::default();
         let mut robot = files.load(&config, &mut inputs)?;
         for now in inputs.into_list() {
-            let then = plan
-                .inputs
-                .iter()
-                .find(|i| i.role == now.role && i.name == now.name);
-            if let Some(then) = then
-                && then.sha256 != now.sha256
-            {
-                bail!(
-                    "{}: this {} file changed since the plan was made",
-                    now.name,
-                    now.role
-                );
+            let (name, role) = (&now.name, &now.role);
+            let mut inputs = plan.inputs.iter();
+            let then = inputs.find(|i| i.role == *role && i.name == *name);
+            if then.is_some_and(|then| then.sha256 != now.sha256) {
+                bail!("{name}: this {role} file changed since the plan was made");
             }
         }
         robot.notes.clear();

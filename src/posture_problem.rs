@@ -2,7 +2,7 @@
 //!
 //! The format is [`scenes::contact_sets`]'s; a plain list of problems without surfaces is read, too.
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use nalgebra::{Isometry3, Matrix3, Point2, Rotation3, Translation3, UnitQuaternion};
 use posture::{Contact, Environment, Freedom, Problem, stand};
 use robot_model::{Configuration, ContactPatch, PatchId, Robot};
@@ -89,30 +89,22 @@ pub fn pose(
     reference: &Configuration,
     body_m: f64,
 ) -> Result<Posed> {
-    let id = &record.id;
-    if !(record.mu > 0.0 && record.mu.is_finite()) {
-        bail!(
-            "problem {id}: mu = {} is no coefficient of friction",
-            record.mu
-        );
+    let (id, mu) = (&record.id, record.mu);
+    if !(mu > 0.0 && mu.is_finite()) {
+        bail!("problem {id}: mu = {mu} is no coefficient of friction");
     }
-    let faces = record
-        .surfaces
-        .iter()
+    let faces = record.surfaces.iter();
+    let faces = faces
         .map(|s| face(s).with_context(|| format!("problem {id}, surface {:?}", s.id)))
         .collect::<Result<Vec<_>>>()?;
-    let terrain = Terrain::new(faces, Vec::new()).with_context(|| format!("problem {id}"))?;
-    let environment =
-        Environment::new(terrain, body_m, 0.0).with_context(|| format!("problem {id}"))?;
-    let contacts = record
-        .contacts
-        .iter()
-        .enumerate()
-        .map(|(i, c)| {
-            contact(c, robot, &environment, record.mu)
-                .with_context(|| format!("problem {id}, contact {i}"))
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let problem = || format!("problem {id}");
+    let terrain = Terrain::new(faces, Vec::new()).with_context(problem)?;
+    let environment = Environment::new(terrain, body_m, 0.0).with_context(problem)?;
+    let contacts = record.contacts.iter().enumerate().map(|(i, c)| {
+        let contact = contact(c, robot, &environment, mu);
+        contact.with_context(|| format!("problem {id}, contact {i}"))
+    });
+    let contacts = contacts.collect::<Result<Vec<_>>>()?;
     let guess = stand::over_contacts(robot, reference, &contacts);
     Ok(Posed {
         contacts,
@@ -189,42 +181,31 @@ fn patch(record: &ContactRecord, robot: &Robot) -> Result<PatchId> {
         let names = on_link.iter().map(|p| robot.patches[*p].name.as_str());
         names.collect::<Vec<_>>().join(", ")
     };
+    let link = &record.link;
     match (named.as_slice(), &record.patch) {
         ([patch], _) => Ok(*patch),
-        ([], Some(name)) => Err(anyhow!(
-            "link {} has no patch or role {name:?}; it has: {}",
-            record.link,
+        ([], Some(name)) => bail!(
+            "link {link} has no patch or role {name:?}; it has: {}",
             known()
-        )),
-        ([], None) => Err(anyhow!("link {} has no contact patch", record.link)),
-        _ => Err(anyhow!(
-            "link {} has several such patches: {}",
-            record.link,
-            known()
-        )),
+        ),
+        ([], None) => bail!("link {link} has no contact patch"),
+        _ => bail!("link {link} has several such patches: {}", known()),
     }
 }
 
 /// The rotation of rows that are orthonormal up to rounding.
 fn rotation(rows: &[[f64; 3]; 3]) -> Result<UnitQuaternion<f64>> {
     let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
-    let off = (matrix.transpose() * matrix - Matrix3::identity())
-        .abs()
-        .max();
+    let off = (matrix.transpose() * matrix - Matrix3::identity()).amax();
     if off.is_nan() || off > ROTATION_TOLERANCE {
         bail!("R is no rotation: RᵀR differs from the identity by {off:.1e}");
     }
     if matrix.determinant() < 0.0 {
         bail!("R mirrors: its determinant is −1");
     }
-    Ok(UnitQuaternion::from_rotation_matrix(
-        &Rotation3::from_matrix_eps(
-            &matrix,
-            1e-14,
-            100,
-            Rotation3::from_matrix_unchecked(matrix),
-        ),
-    ))
+    let guess = Rotation3::from_matrix_unchecked(matrix);
+    let nearest = Rotation3::from_matrix_eps(&matrix, 1e-14, 100, guess);
+    Ok(UnitQuaternion::from_rotation_matrix(&nearest))
 }
 
 #[cfg(test)]
@@ -245,23 +226,19 @@ mod tests {
         let text = rotation(&rounded(2)).unwrap_err().to_string();
         assert!(text.contains("no rotation"), "{text}");
         let mirror = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
-        assert!(
-            rotation(&mirror)
-                .unwrap_err()
-                .to_string()
-                .contains("mirrors")
-        );
+        let text = rotation(&mirror).unwrap_err().to_string();
+        assert!(text.contains("mirrors"), "{text}");
         assert!(rotation(&[[f64::NAN; 3]; 3]).is_err());
     }
 
     #[test]
     fn a_file_that_is_no_list_is_refused_with_the_line() {
-        let text = format!("{:#}", parse(b"[\n{\"id\": 1,\n \"mu\": }]").unwrap_err());
-        assert!(text.contains("line 3"), "{text}");
-        let text = format!(
-            "{:#}",
-            parse(b"[{\"id\": 1, \"mu\": 1, \"contact\": []}]").unwrap_err()
-        );
-        assert!(text.contains("contact"), "{text}");
+        for (text, word) in [
+            ("[\n{\"id\": 1,\n \"mu\": }]", "line 3"),
+            ("[{\"id\": 1, \"mu\": 1, \"contact\": []}]", "contact"),
+        ] {
+            let said = format!("{:#}", parse(text.as_bytes()).unwrap_err());
+            assert!(said.contains(word), "{said}");
+        }
     }
 }

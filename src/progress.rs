@@ -47,10 +47,8 @@ impl ProgressLine {
             return;
         }
         // A poisoned lock only means that another thread panicked while it printed.
-        let mut said = self
-            .said
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        let said = self.said.lock();
+        let mut said = said.unwrap_or_else(std::sync::PoisonError::into_inner);
         if said.elapsed() >= PLAIN_EVERY {
             *said = Instant::now();
             eprintln!("{} nodes, {}", progress.nodes, self.text(progress));
@@ -59,10 +57,8 @@ impl ProgressLine {
 
     fn text(&self, progress: &Progress) -> String {
         let rate = progress.solved as f64 / self.begin.elapsed().as_secs_f64().max(1e-3);
-        format!(
-            "{:.2} m to go, {rate:.0} postures/s",
-            progress.best_distance_m
-        )
+        let distance = progress.best_distance_m;
+        format!("{distance:.2} m to go, {rate:.0} postures/s")
     }
 }
 

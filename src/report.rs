@@ -43,9 +43,16 @@ impl Stages {
         *self.ms.entry(stage.to_owned()).or_default() += begin.elapsed().as_secs_f64() * 1e3;
         result
     }
-}
 
-impl Stages {
+    /// The times in words.
+    pub fn text(&self) -> String {
+        let times = self.ms.iter();
+        let times: Vec<String> = times
+            .map(|(stage, ms)| format!("{stage} {ms:.1} ms"))
+            .collect();
+        times.join(", ")
+    }
+
     /// Takes a part of a stage's time out of it and gives it to another.
     pub fn split(&mut self, whole: &str, part: &str, ms: f64) {
         *self.ms.entry(whole.to_owned()).or_default() -= ms;
@@ -54,20 +61,13 @@ impl Stages {
 }
 
 /// What the planner's time goes to, from its own progress.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Clock {
     /// Time spent on motions so far, and since when it looks for one.
     state: Mutex<(Duration, Option<Instant>)>,
 }
 
 impl Clock {
-    /// Nothing spent yet.
-    pub fn new() -> Self {
-        Self {
-            state: Mutex::new((Duration::ZERO, None)),
-        }
-    }
-
     /// Notes what the planner does from now on.
     pub fn note(&self, stage: Stage) {
         let mut state = self.lock();
@@ -88,15 +88,8 @@ impl Clock {
 
     fn lock(&self) -> std::sync::MutexGuard<'_, (Duration, Option<Instant>)> {
         // A poisoned lock only means that another thread panicked while it noted.
-        self.state
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
-}
-
-impl Default for Clock {
-    fn default() -> Self {
-        Self::new()
+        let state = self.state.lock();
+        state.unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }
 
@@ -111,9 +104,8 @@ pub fn peak_memory_mb() -> Option<f64> {
 
 /// The `VmHWM` line of Linux's `/proc/PID/status`, MB.
 fn peak_in_status(status: &str) -> Option<f64> {
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let mut lines = status.lines();
+    let line = lines.find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib * 1024.0 / 1e6)
 }

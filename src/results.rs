@@ -33,10 +33,8 @@ pub fn write(folder: &Path, planned: &PlanOutcome) -> Result<()> {
     for name in OF_SUCCESS.iter().chain(&[PARTIAL, REJECTED, "view.html"]) {
         remove(&folder.join(name))?;
     }
-    output::write(
-        &folder.join("surfaces.json"),
-        planned.extracted.to_json()?.as_bytes(),
-    )?;
+    let surfaces = planned.extracted.to_json()?;
+    output::write(&folder.join("surfaces.json"), surfaces.as_bytes())?;
     let plan = &planned.plan;
     let found = planned.status == Status::Found;
     if found && planned.certificate.pass {
@@ -53,13 +51,8 @@ pub fn write(folder: &Path, planned: &PlanOutcome) -> Result<()> {
             if format == Format::MccYaml && touches_with_balls(planned) {
                 continue;
             }
-            let text = export::export(
-                plan,
-                planned.motion.as_ref(),
-                &planned.robot,
-                format,
-                &planned.config.export,
-            )?;
+            let (motion, config) = (planned.motion.as_ref(), &planned.config.export);
+            let text = export::export(plan, motion, &planned.robot, format, config)?;
             output::write(&folder.join(name), text.as_bytes())?;
         }
     } else {

@@ -12,7 +12,7 @@ use crate::provenance::Inputs;
 const BUILTIN: &str = "builtin:";
 
 /// Where a robot's files are.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RobotFiles {
     /// A path, or `builtin:NAME`.
     pub urdf: String,
@@ -23,6 +23,14 @@ pub struct RobotFiles {
 }
 
 impl RobotFiles {
+    /// A robot that ships, or the URDF alone.
+    pub fn named(urdf: &str) -> Self {
+        Self {
+            urdf: urdf.to_owned(),
+            ..Self::default()
+        }
+    }
+
     /// The files that a scene file in `folder` names.
     pub fn in_folder(folder: &Path, source: &RobotSource) -> Self {
         let urdf = if source.urdf.starts_with(BUILTIN) {
@@ -46,7 +54,7 @@ impl RobotFiles {
     /// Reads the robot and notes its files among the inputs.
     ///
     /// # Errors
-    /// A robot that does not ship, with those that do; else as [`robot_model::load`].
+    /// A robot that does not ship, with those that do; else as [`robot_model::load()`].
     pub fn load(&self, config: &robot_model::Config, inputs: &mut Inputs) -> Result<Robot> {
         match self.urdf.strip_prefix(BUILTIN) {
             Some(name) => self.load_builtin(name, config, inputs),
@@ -80,10 +88,8 @@ impl RobotFiles {
     ) -> Result<Robot> {
         let robot = scenes::builtin_robot(name).ok_or_else(|| {
             let known: Vec<&str> = scenes::robot_names().collect();
-            anyhow!(
-                "no robot {name:?} ships; those that do: {}",
-                known.join(", ")
-            )
+            let known = known.join(", ");
+            anyhow!("no robot {name:?} ships; those that do: {known}")
         })?;
         inputs.note("urdf", &self.urdf, robot.urdf.as_bytes());
         let mut text = |role: &str, path: &Option<PathBuf>, shipped: &str| -> Result<String> {

@@ -32,21 +32,14 @@ pub fn usable(
             let fits = shape.roles.iter().any(|role| {
                 let filter = config.filter(role).unwrap_or(&open);
                 let verdict = filter.serves(&environment[*face], edge_sigmas);
-                reasons.extend(
-                    verdict
-                        .as_ref()
-                        .err()
-                        .map(|why| format!("as {role}: {why}")),
-                );
+                let fault = verdict.as_ref().err();
+                reasons.extend(fault.map(|why| format!("as {role}: {why}")));
                 verdict.is_ok()
             });
             if !known && !fits && !reasons.is_empty() {
-                notes.push(format!(
-                    "{} is not for {}: {}",
-                    environment[*face].id,
-                    shape.name,
-                    reasons.join("; ")
-                ));
+                let (id, patch) = (&environment[*face].id, &shape.name);
+                let reasons = reasons.join("; ");
+                notes.push(format!("{id} is not for {patch}: {reasons}"));
             }
             known || fits
         };

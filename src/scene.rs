@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, bail};
 use nalgebra::{Isometry3, Matrix6, UnitQuaternion};
 use scenes::SceneFile;
 use scenes::scene_file::{self, Friction, Goal, Guide, ScanSource};
@@ -81,26 +81,22 @@ impl Scene {
     /// A name that does not exist, with those that do; a file that cannot be read or is no scene.
     pub fn open(name_or_path: &str, inputs: &mut Inputs) -> Result<Self> {
         if let Some(builtin) = scenes::builtin(name_or_path) {
-            inputs.note(
-                "scene",
-                &format!("builtin:{}", builtin.name),
-                builtin.toml.as_bytes(),
-            );
-            return Self::parse(builtin.toml, Files::Builtin(builtin))
-                .with_context(|| format!("builtin:{}", builtin.name));
+            let name = format!("builtin:{}", builtin.name);
+            inputs.note("scene", &name, builtin.toml.as_bytes());
+            return Self::parse(builtin.toml, Files::Builtin(builtin)).context(name);
         }
         let path = Path::new(name_or_path);
         let looks_like_a_path = path.extension().is_some() || path.components().count() > 1;
         if !looks_like_a_path && !path.exists() {
             let known: Vec<&str> = scenes::names().collect();
-            return Err(anyhow!(
-                "no scene is called {name_or_path:?}; those that ship: {}; or give a scene.toml",
-                known.join(", ")
-            ));
+            let known = known.join(", ");
+            bail!(
+                "no scene is called {name_or_path:?}; those that ship: {known}; or give a scene.toml"
+            );
         }
         let bytes = inputs.read("scene", path)?;
-        let text =
-            String::from_utf8(bytes).with_context(|| format!("{name_or_path}: not a text file"))?;
+        let text = String::from_utf8(bytes);
+        let text = text.with_context(|| format!("{name_or_path}: not a text file"))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Self::parse(&text, Files::Folder(folder)).with_context(|| name_or_path.to_owned())
     }
@@ -140,11 +136,8 @@ impl From<&scene_file::Start> for Start {
         };
         if !start.contact.is_empty() {
             let contacts = start.contact.iter();
-            return Start::Contacts(
-                contacts
-                    .map(|c| (c.patch.clone(), pose(c.position_m, c.rpy_rad)))
-                    .collect(),
-            );
+            let contacts = contacts.map(|c| (c.patch.clone(), pose(c.position_m, c.rpy_rad)));
+            return Start::Contacts(contacts.collect());
         }
         Start::Posture {
             name: start.posture.clone(),
@@ -163,9 +156,9 @@ impl Files {
         match self {
             Files::Folder(folder) => inputs.read(role, &folder.join(name)),
             Files::Builtin(scene) => {
-                let bytes = scene
-                    .file(name)
-                    .ok_or_else(|| anyhow!("builtin:{}: no file {name:?}", scene.name))?;
+                let bytes = scene.file(name);
+                let bytes =
+                    bytes.with_context(|| format!("builtin:{}: no file {name:?}", scene.name))?;
                 inputs.note(role, &format!("builtin:{name}"), &bytes);
                 Ok(bytes.into_owned())
             }
@@ -189,11 +182,9 @@ fn settings(file: &SceneFile) -> Table {
         ("export", &file.export),
         ("planner", &file.planner),
     ];
-    tables
-        .into_iter()
-        .filter(|(_, table)| !table.is_empty())
-        .map(|(name, table)| (name.to_owned(), Value::Table(table.clone())))
-        .collect()
+    let given = tables.into_iter().filter(|(_, table)| !table.is_empty());
+    let named = given.map(|(name, table)| (name.to_owned(), Value::Table(table.clone())));
+    named.collect()
 }
 
 #[cfg(test)]
@@ -216,8 +207,8 @@ mod tests {
                     }
                 }
             }
-            crate::config::Config::layered(Some((name, &scene.settings)), &Default::default())
-                .unwrap();
+            let layers = Some((name, &scene.settings));
+            crate::config::Config::layered(layers, &Default::default()).unwrap();
         }
     }
 
@@ -238,10 +229,8 @@ mod tests {
         "#;
         let scene = Scene::parse(text, Files::Folder(PathBuf::new())).unwrap();
         let pose = Isometry3::new([0.0, 0.1, 0.0].into(), [0.0, 0.0, 0.3].into());
-        assert_eq!(
-            scene.start,
-            Start::Contacts(vec![("left_foot".to_owned(), pose)])
-        );
+        let contacts = vec![("left_foot".to_owned(), pose)];
+        assert_eq!(scene.start, Start::Contacts(contacts));
         let layers = Some((scene.name.as_str(), &scene.settings));
         let config = crate::config::Config::layered(layers, &Default::default()).unwrap();
         assert!(config.robot_model.lenient);

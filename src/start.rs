@@ -57,7 +57,11 @@ fn named_posture(robot: &Robot, name: Option<&str>) -> Result<Configuration> {
     }
 }
 
-fn patches(robot: &Robot, names: &[String]) -> Result<Vec<PatchId>> {
+/// The patches of these names; all with the role of a foot where there is none.
+///
+/// # Errors
+/// An unknown patch, with those that there are; a robot without feet.
+pub fn patches(robot: &Robot, names: &[String]) -> Result<Vec<PatchId>> {
     if !names.is_empty() {
         return names.iter().map(|name| Ok(robot.patch_id(name)?)).collect();
     }
@@ -100,11 +104,8 @@ fn on_contacts(
             patches,
         }),
         other => {
-            let reason = other
-                .violation()
-                .map(|v| v.describe(&problem))
-                .unwrap_or_default();
-            bail!("the start is no stance: {reason}")
+            let reason = other.violation().map(|v| v.describe(&problem));
+            bail!("the start is no stance: {}", reason.unwrap_or_default())
         }
     }
 }

@@ -25,6 +25,7 @@ pub fn print(planned: &PlanOutcome, out: &mut dyn Write) -> std::io::Result<()> 
     stances(&planned.plan, planned.status, out)?;
     if planned.status != Status::Found {
         blocked(&planned.blocked, out)?;
+        unusable(&planned.unusable, out)?;
     }
     let report = &planned.report;
     writeln!(
@@ -36,15 +37,11 @@ pub fn print(planned: &PlanOutcome, out: &mut dyn Write) -> std::io::Result<()> 
         report.threads
     )?;
     if let Some(motion) = &planned.plan.motion {
-        writeln!(
-            out,
-            "motion: {:.1} s in {} samples",
-            motion.duration_s, motion.samples
-        )?;
+        let (duration, samples) = (motion.duration_s, motion.samples);
+        writeln!(out, "motion: {duration:.1} s in {samples} samples")?;
     }
-    let stages: Vec<String> = report
-        .stages_ms
-        .iter()
+    let stages = report.stages_ms.iter();
+    let stages: Vec<String> = stages
         .map(|(stage, ms)| format!("{stage} {ms:.1}"))
         .collect();
     writeln!(out, "stages (ms): {}", stages.join(", "))?;
@@ -117,28 +114,34 @@ fn stances(plan: &Plan, status: Status, out: &mut dyn Write) -> std::io::Result<
 /// Why there is no plan: the constraints that block contacts, nearest to the goal first.
 fn blocked(blocked: &[Blocked], out: &mut dyn Write) -> std::io::Result<()> {
     if blocked.is_empty() {
-        return writeln!(
-            out,
-            "nothing was tried: no surface is within reach of a free patch"
-        );
+        let why = "no surface is within reach of a free patch";
+        return writeln!(out, "nothing was tried: {why}");
     }
     writeln!(out, "what blocks the way:")?;
     let mut said = BTreeSet::new();
     for one in blocked {
         let what = describe(&one.change);
         if said.len() < REASONS && said.insert(what.clone()) {
+            let (why, distance) = (&one.reason, one.distance_m);
             let held = match one.held.as_str() {
                 "" => String::new(),
                 held => format!("holding {held}; "),
             };
-            writeln!(
-                out,
-                "  {what}: {} ({held}{:.2} m to go)",
-                one.reason, one.distance_m
-            )?;
+            writeln!(out, "  {what}: {why} ({held}{distance:.2} m to go)")?;
         }
     }
     Ok(())
+}
+
+/// Which faces serve which patches not, and why.
+fn unusable(reasons: &[String], out: &mut dyn Write) -> std::io::Result<()> {
+    for reason in reasons.iter().take(REASONS) {
+        writeln!(out, "  {reason}")?;
+    }
+    match reasons.len().saturating_sub(REASONS) {
+        0 => Ok(()),
+        more => writeln!(out, "  and {more} more faces and patches that do not fit"),
+    }
 }
 
 /// Metres to the centimetre, without the sign of a zero.

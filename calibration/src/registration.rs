@@ -11,7 +11,7 @@ use crate::Error;
 ///
 /// # Errors
 /// [`Error::Collinear`] with `what` when fewer than two directions are different.
-/// Source: [kabsch1976].
+/// Source: \[kabsch1976\].
 pub fn nearest_rotation<'a>(
     pairs: impl Iterator<Item = (&'a Vector3<f64>, &'a Vector3<f64>)>,
     what: &'static str,
@@ -39,7 +39,7 @@ pub fn nearest_rotation<'a>(
 ///
 /// # Errors
 /// [`Error::Collinear`] with `what` when the points do not span a plane (three at least do).
-/// Source: [kabsch1976].
+/// Source: \[kabsch1976\].
 pub fn register(
     from: &[Point3<f64>],
     to: &[Point3<f64>],

@@ -35,10 +35,8 @@ impl Airborne {
             })
         };
         let ends = [swing.leaves, swing.lands].into_iter().flatten();
-        let normal = match radius {
-            Some(_) => ends
-                .map(|f| environment[f].normal_W())
-                .sum::<Vector3<f64>>(),
+        let normal: Vector3<f64> = match radius {
+            Some(_) => ends.map(|f| environment[f].normal_W()).sum(),
             None => X_WC.rotation * Vector3::z(),
         };
         let distance = |end: &Isometry3<f64>| (p - end.translation.vector).norm();

@@ -23,12 +23,13 @@ pub fn assemble(context: &MotionContext, segments: &[&Segment]) -> Motion {
         for phase in &segment.phases {
             let contacts = contacts(context, &phase.closed);
             let swing = phase.swing.map(|p| context.robot.patches[p].name.clone());
+            let samples = phase.samples.iter();
             append(
                 &mut motion,
                 (phase.kind, k, k + 1),
                 contacts,
                 swing,
-                phase.samples.iter(),
+                samples,
             );
             let rest = (config.settle_s / config.dt_s).round() as usize;
             if let (Some(landed), Some(last)) = (&phase.landed, phase.samples.last())
@@ -41,13 +42,10 @@ pub fn assemble(context: &MotionContext, segments: &[&Segment]) -> Motion {
                 let points = force_points(polygon, context.posture.com_margin_m).len();
                 let mut still = last.clone();
                 still.forces_W.push(vec![Vector3::zeros(); points]);
-                append(
-                    &mut motion,
-                    (PhaseKind::Hold, k + 1, k + 1),
-                    self::contacts(context, &closed),
-                    None,
-                    std::iter::repeat_n(&still, rest + 1),
-                );
+                let contacts = self::contacts(context, &closed);
+                let samples = std::iter::repeat_n(&still, rest + 1);
+                let holds = (PhaseKind::Hold, k + 1, k + 1);
+                append(&mut motion, holds, contacts, None, samples);
             }
         }
     }
@@ -65,19 +63,14 @@ fn append<'a>(
     motion.samples.pop();
     let begin = motion.samples.len();
     let time = |i: usize| i as f64 * motion.dt_s;
-    let samples: Vec<Sample> = samples
-        .enumerate()
-        .map(|(i, s)| Sample {
-            t_s: time(begin + i),
-            q: s.q.clone(),
-            com_W: s.com_W.into(),
-            forces_W: s
-                .forces_W
-                .iter()
-                .map(|contact| contact.iter().map(|f| (*f).into()).collect())
-                .collect(),
-        })
-        .collect();
+    let forces = |contact: &Vec<Vector3<f64>>| contact.iter().map(|f| (*f).into()).collect();
+    let samples = samples.enumerate().map(|(i, s)| Sample {
+        t_s: time(begin + i),
+        q: s.q.clone(),
+        com_W: s.com_W.into(),
+        forces_W: s.forces_W.iter().map(forces).collect(),
+    });
+    let samples: Vec<Sample> = samples.collect();
     let (t_start_s, t_end_s) = (time(begin), time(begin + samples.len() - 1));
     motion.phases.push(Phase {
         kind,

@@ -41,37 +41,30 @@ pub(crate) fn com_W(keyframes: &[Keyframe], u: f64) -> Vector3<f64> {
 /// Force at each force point of each closed contact at `u`, N.
 pub(crate) fn forces_W(keyframes: &[Keyframe], u: f64) -> Vec<Vec<Vector3<f64>>> {
     let (i, w) = between(keyframes, u);
-    keyframes[i]
-        .forces_W
-        .iter()
-        .zip(&keyframes[i + 1].forces_W)
-        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + w * (b - a)).collect())
-        .collect()
+    let between = |(a, b): (&Vec<Vector3<f64>>, &Vec<Vector3<f64>>)| {
+        let points = a.iter().zip(b);
+        points.map(|(a, b)| a + w * (b - a)).collect()
+    };
+    let contacts = keyframes[i].forces_W.iter().zip(&keyframes[i + 1].forces_W);
+    contacts.map(between).collect()
 }
 
 impl<'a> Blend<'a> {
     pub fn new(keyframes: &'a [Keyframe]) -> Self {
-        let step: Vec<_> = keyframes
-            .iter()
-            .map(|keyframe| keyframes[0].q.difference(&keyframe.q))
-            .collect();
-        let sum = vec![0.0; step[0].len()];
+        let steps = keyframes.iter().map(|k| keyframes[0].q.difference(&k.q));
+        let step: Vec<DVector<f64>> = steps.collect();
         Self {
             keyframes,
+            sum: vec![0.0; step[0].len()],
             step,
-            sum,
         }
     }
 
     /// Writes the combined configuration at `u`.
     pub fn configuration(&mut self, u: f64, out: &mut Configuration) {
         let (i, w) = between(self.keyframes, u);
-        for ((sum, a), b) in self
-            .sum
-            .iter_mut()
-            .zip(self.step[i].iter())
-            .zip(self.step[i + 1].iter())
-        {
+        let ends = self.step[i].iter().zip(self.step[i + 1].iter());
+        for (sum, (a, b)) in self.sum.iter_mut().zip(ends) {
             *sum = a + w * (b - a);
         }
         let first = &self.keyframes[0].q;

@@ -8,7 +8,7 @@
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion};
 use robot_model::Kinematics;
-use robot_model::collision::closest;
+use robot_model::collision::{Shape, closest};
 
 use crate::airborne::Airborne;
 use crate::failure::{Failure, Reason, keep_worst};
@@ -53,42 +53,32 @@ pub(crate) struct ClearanceMonitor<'a> {
 impl<'a> ClearanceMonitor<'a> {
     pub fn new(context: &'a MotionContext<'a>, task: &'a Task) -> Self {
         let collision = &context.robot.collision;
-        let balls: Vec<Ball> = collision
-            .shapes()
-            .iter()
-            .map(|shape| {
-                let (centre_G, half) = shape.geometry.bounds();
-                Ball {
-                    centre_G,
-                    radius: half.norm(),
-                }
-            })
-            .collect();
+        let ball = |shape: &Shape| {
+            let (centre_G, half) = shape.geometry.bounds();
+            let radius = half.norm();
+            Ball { centre_G, radius }
+        };
+        let balls: Vec<Ball> = collision.shapes().iter().map(ball).collect();
         let obstacles = context.environment.world().obstacles();
-        let obstacle_balls: Vec<_> = obstacles
-            .iter()
-            .map(|obstacle| {
-                let (centre, half) = obstacle.geometry().bounds();
-                (obstacle.pose() * centre, half.norm())
-            })
-            .collect();
+        let around = obstacles.iter().map(|obstacle| {
+            let (centre, half) = obstacle.geometry().bounds();
+            (obstacle.pose() * centre, half.norm())
+        });
         let at = Placed {
             X_WG: Isometry3::identity(),
             centre: Point3::origin(),
         };
+        let swing = task.swing.as_ref();
         Self {
             context,
             task,
-            swing_body: task
-                .swing
-                .as_ref()
-                .map(|s| context.robot.patches[s.patch].body),
+            swing_body: swing.map(|s| context.robot.patches[s.patch].body),
+            obstacle_balls: around.collect(),
             placed: vec![at; balls.len()],
             moved: vec![0.0; balls.len()],
             own: vec![0.0; collision.pairs().len()],
             world: vec![0.0; balls.len() * obstacles.len()],
             balls,
-            obstacle_balls,
             fresh: true,
         }
     }
@@ -134,13 +124,8 @@ impl<'a> ClearanceMonitor<'a> {
                 *left = apart - required;
                 continue;
             }
-            let found = closest(
-                &shapes[i].geometry,
-                &a.X_WG,
-                &shapes[j].geometry,
-                &b.X_WG,
-                LOOK_M,
-            );
+            let [one, other] = [i, j].map(|k| &shapes[k].geometry);
+            let found = closest(one, &a.X_WG, other, &b.X_WG, LOOK_M);
             *left = found.map_or(LOOK_M, |f| f.distance) - required;
             if *left < -TOLERANCE_M {
                 let reason = Reason::SelfClearance {
@@ -179,14 +164,8 @@ impl<'a> ClearanceMonitor<'a> {
                     *left = apart - most;
                     continue;
                 }
-                let obstacle = &obstacles[o];
-                let found = closest(
-                    &shape.geometry,
-                    &placed.X_WG,
-                    obstacle.geometry(),
-                    obstacle.pose(),
-                    LOOK_M,
-                );
+                let (other, pose) = (obstacles[o].geometry(), obstacles[o].pose());
+                let found = closest(&shape.geometry, &placed.X_WG, other, pose, LOOK_M);
                 let Some(found) = found else {
                     *left = LOOK_M - most;
                     continue;

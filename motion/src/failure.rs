@@ -75,34 +75,19 @@ impl Failure {
 
     /// The failure in words: what, by how much, when.
     pub fn describe(&self) -> String {
-        let mm = 1e3 * self.amount;
-        let percent = 1e2 * self.amount;
+        use Reason as R;
+        let (mm, percent) = (1e3 * self.amount, 1e2 * self.amount);
+        let degrees = self.amount.to_degrees();
         let what = match &self.reason {
-            Reason::Closure { patch: Some(patch) } => {
-                format!("{patch} misses its place by {mm:.2} mm")
-            }
-            Reason::Closure { patch: None } => format!("the CoM misses its place by {mm:.1} mm"),
-            Reason::JointLimit { joint } => {
-                format!(
-                    "{joint} beyond its limit by {:.2}°",
-                    self.amount.to_degrees()
-                )
-            }
-            Reason::Torque { joint } => {
-                format!("torque of {joint} over its limit by {percent:.1} %")
-            }
-            Reason::Discontinuity { joint } => {
-                format!("{joint} jumps by {:.1}°", self.amount.to_degrees())
-            }
-            Reason::Equilibrium => format!("no equilibrium: {percent:.3} % of the weight"),
-            Reason::Friction { patch } => {
-                format!("{patch} slips: {percent:.1} % over the friction")
-            }
-            Reason::SelfClearance { link, other } => {
-                format!("{link} is too near to {other} by {mm:.1} mm")
-            }
-            Reason::Clearance { link, body } => {
-                format!("{link} is too near to {body} by {mm:.1} mm")
+            R::Closure { patch: Some(patch) } => format!("{patch} misses its place by {mm:.2} mm"),
+            R::Closure { patch: None } => format!("the CoM misses its place by {mm:.1} mm"),
+            R::JointLimit { joint } => format!("{joint} beyond its limit by {degrees:.2}°"),
+            R::Torque { joint } => format!("torque of {joint} over its limit by {percent:.1} %"),
+            R::Discontinuity { joint } => format!("{joint} jumps by {degrees:.1}°"),
+            R::Equilibrium => format!("no equilibrium: {percent:.3} % of the weight"),
+            R::Friction { patch } => format!("{patch} slips: {percent:.1} % over the friction"),
+            R::SelfClearance { link, other: near } | R::Clearance { link, body: near } => {
+                format!("{link} is too near to {near} by {mm:.1} mm")
             }
         };
         let during = match &self.swing {
@@ -115,10 +100,8 @@ impl Failure {
 
 /// The worse of two.
 pub(crate) fn keep_worst(worst: &mut Option<Failure>, failure: Failure) {
-    if worst
-        .as_ref()
-        .is_none_or(|w| failure.severity() > w.severity())
-    {
+    let before = worst.as_ref().map(Failure::severity);
+    if before.is_none_or(|before| failure.severity() > before) {
         *worst = Some(failure);
     }
 }

@@ -100,10 +100,8 @@ fn is_shared(context: &MotionContext, swing: &Swing, failure: &Failure) -> bool 
 }
 
 fn keep_least(nearest: &mut Option<Failure>, failure: Failure) {
-    if nearest
-        .as_ref()
-        .is_none_or(|n| failure.severity() < n.severity())
-    {
+    let before = nearest.as_ref().map(Failure::severity);
+    if before.is_none_or(|before| failure.severity() < before) {
         *nearest = Some(failure);
     }
 }
@@ -196,13 +194,9 @@ fn waypoint(
     path: Option<&SwingPath>,
     u: f64,
 ) -> Result<Option<Keyframe>, Error> {
-    let (low, high) = (APART_MIN, 1.0 - APART_MIN);
-    let u = u.clamp(low, high);
-    if task
-        .keyframes
-        .iter()
-        .any(|k| (k.u - u).abs() < 0.9 * APART_MIN)
-    {
+    let u = u.clamp(APART_MIN, 1.0 - APART_MIN);
+    let near = |keyframe: &Keyframe| (keyframe.u - u).abs() < 0.9 * APART_MIN;
+    if task.keyframes.iter().any(near) {
         return Ok(None);
     }
     let robot = context.robot;
@@ -236,14 +230,11 @@ fn waypoint(
     let Outcome::Feasible(posture) = outcome else {
         return Ok(None);
     };
-    let forces_W = posture.contacts[..task.closed.len()]
-        .iter()
-        .map(|contact| contact.forces_W.clone())
-        .collect();
+    let closed = posture.contacts.iter().take(task.closed.len());
     Ok(Some(Keyframe {
         u,
+        forces_W: closed.map(|contact| contact.forces_W.clone()).collect(),
         q: posture.q,
         com_W: posture.com_W,
-        forces_W,
     }))
 }

@@ -5,7 +5,7 @@
 //!   q = p/|p|,   ω = 2 q̇ q*,   ω̇ = 2 q̈ q*      (vector parts, in W)
 #![allow(non_snake_case)]
 
-use nalgebra::{DVector, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{DVector, Quaternion, UnitQuaternion, Vector3, Vector4};
 use robot_model::Configuration;
 
 use crate::spline::{Ends, Order, Spline};
@@ -39,22 +39,16 @@ impl Interpolation {
         motion.validate()?;
         let dim = motion.samples[0].q.len();
         let mut values = Vec::with_capacity(motion.samples.len() * dim);
-        let mut last = [0.0; 4];
+        let mut last = Vector4::zeros();
         for sample in &motion.samples {
-            let mut quaternion = [sample.q[3], sample.q[4], sample.q[5], sample.q[6]];
+            let mut quaternion = Vector4::from_column_slice(&sample.q[3..7]);
             // q and −q are one orientation: stay on the side of the one before.
-            if quaternion
-                .iter()
-                .zip(&last)
-                .map(|(a, b)| a * b)
-                .sum::<f64>()
-                < 0.0
-            {
-                quaternion = quaternion.map(|x| -x);
+            if quaternion.dot(&last) < 0.0 {
+                quaternion = -quaternion;
             }
             last = quaternion;
             values.extend_from_slice(&sample.q[..3]);
-            values.extend_from_slice(&quaternion);
+            values.extend_from_slice(quaternion.as_slice());
             values.extend_from_slice(&sample.q[7..]);
         }
         Ok(Self {
@@ -71,21 +65,14 @@ impl Interpolation {
 
     /// The body at a time; before the start and after the end it rests where it is.
     pub fn at(&self, t_s: f64) -> Instant {
-        let mut coordinates = [
-            vec![0.0; self.dim],
-            vec![0.0; self.dim],
-            vec![0.0; self.dim],
-        ];
         let inside = (0.0..=self.duration_s).contains(&t_s);
-        for (order, out) in [Order::Value, Order::First, Order::Second]
-            .into_iter()
-            .zip(&mut coordinates)
-        {
+        let [y, dy, ddy] = &[Order::Value, Order::First, Order::Second].map(|order| {
+            let mut out = vec![0.0; self.dim];
             if order == Order::Value || inside {
-                self.spline.evaluate(t_s, order, out);
+                self.spline.evaluate(t_s, order, &mut out);
             }
-        }
-        let [y, dy, ddy] = &coordinates;
+            out
+        });
         let quaternion = |c: &[f64]| Quaternion::new(c[6], c[3], c[4], c[5]);
         let (p, dp, ddp) = (quaternion(y), quaternion(dy), quaternion(ddy));
         let norm = p.norm();
@@ -98,10 +85,8 @@ impl Interpolation {
         let alpha = 2.0 * (ddq * q.conjugate()).imag();
         let nj = self.dim - 7;
         let rates = |c: &[f64], turn: &Vector3<f64>| {
-            DVector::from_iterator(
-                6 + nj,
-                c[..3].iter().chain(turn.iter()).chain(&c[7..]).copied(),
-            )
+            let all = c[..3].iter().chain(turn.iter()).chain(&c[7..]);
+            DVector::from_iterator(6 + nj, all.copied())
         };
         Instant {
             q: Configuration {
@@ -118,27 +103,25 @@ impl Interpolation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::time_scaling::quintic;
     use plan::{MOTION_FORMAT, Phase, PhaseKind, Sample};
 
     /// A body that turns about a slanted axis and slides, from rest to rest.
     fn turning() -> Motion {
         let n = 200;
-        let samples = (0..=n)
-            .map(|i| {
-                let s = i as f64 / n as f64;
-                let u = s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
-                let turn = UnitQuaternion::new(Vector3::new(0.6, -0.3, 1.2) * u);
-                let mut q = vec![u, 2.0 * u, -u];
-                q.extend(turn.coords.iter());
-                q.push(3.0 * u);
-                Sample {
-                    t_s: i as f64 * 0.01,
-                    q,
-                    com_W: [0.0; 3],
-                    forces_W: Vec::new(),
-                }
-            })
-            .collect();
+        let sample = |i: usize| {
+            let u = quintic(i as f64 / n as f64);
+            let turn = UnitQuaternion::new(Vector3::new(0.6, -0.3, 1.2) * u);
+            let mut q = vec![u, 2.0 * u, -u];
+            q.extend(turn.coords.iter());
+            q.push(3.0 * u);
+            Sample {
+                t_s: i as f64 * 0.01,
+                q,
+                com_W: [0.0; 3],
+                forces_W: Vec::new(),
+            }
+        };
         Motion {
             format: MOTION_FORMAT.to_owned(),
             robot: "body".to_owned(),
@@ -152,7 +135,7 @@ mod tests {
                 contacts: Vec::new(),
                 swing: None,
             }],
-            samples,
+            samples: (0..=n).map(sample).collect(),
         }
     }
 
@@ -166,10 +149,8 @@ mod tests {
             let velocity = before.q.difference(&after.q) / (2.0 * h);
             assert!((velocity - &now.v).norm() < 1e-5, "velocity at {t} s");
             let acceleration = (&after.v - &before.v) / (2.0 * h);
-            assert!(
-                (acceleration - &now.a).norm() < 1e-2,
-                "acceleration at {t} s"
-            );
+            let off = (acceleration - &now.a).norm();
+            assert!(off < 1e-2, "acceleration at {t} s");
         }
     }
 
@@ -186,13 +167,10 @@ mod tests {
     fn a_flipped_quaternion_changes_nothing() {
         let motion = turning();
         let mut flipped = motion.clone();
-        for x in &mut flipped.samples[77].q[3..7] {
-            *x = -*x;
-        }
-        let (one, other) = (
-            Interpolation::new(&motion).unwrap(),
-            Interpolation::new(&flipped).unwrap(),
-        );
+        flipped.samples[77].q[3..7]
+            .iter_mut()
+            .for_each(|x| *x = -*x);
+        let [one, other] = [motion, flipped].map(|m| Interpolation::new(&m).unwrap());
         assert!((one.at(0.773).v - other.at(0.773).v).norm() < 1e-12);
     }
 

@@ -17,7 +17,7 @@
 //! | whether a patch can leave its place or come to it | `raised` |
 //! | the path of a patch through the air | `swing_path`; how near it may come to things: `airborne`, `sweep` |
 //! | forces, and the centre of mass | `blend` |
-//! | configurations | `projection` (with `inequalities`, `near`) at knots, joined by `route` |
+//! | configurations | `projection` (with `equations`, `inequalities`, `near`) at knots, joined by `route` |
 //! | time | [`time_scaling`], `timing` |
 //! | is every sample right | `sampling`, `statics`, `clearance` |
 //! | what to do where it is not | `generate` |
@@ -43,6 +43,7 @@ mod blend;
 mod clearance;
 mod config;
 mod dense;
+mod equations;
 mod error;
 pub mod failure;
 mod generate;

@@ -1,16 +1,27 @@
 //! The distances that a configuration along the path must keep, as the projection's inequalities.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 use robot_model::Kinematics;
 use robot_model::collision::{BodyShape, Other, Proximity};
 
 use crate::airborne::Airborne;
 use crate::problem::{MotionContext, Task};
-use crate::projection::Near;
 
 /// Pairs whose distance is within this of the required one become inequalities, m.
 const LOOK_M: f64 = 0.04;
+
+/// A distance to keep.
+pub(crate) struct Near {
+    /// What is asked, m.
+    pub required_m: f64,
+    /// From b toward a.
+    pub normal_W: Vector3<f64>,
+    /// Body and the nearest point on it, in its frame.
+    pub a: (usize, Point3<f64>),
+    /// The same of the other body; a point of W where it is the environment's.
+    pub b: (Option<usize>, Point3<f64>),
+}
 
 /// Appends every pair that is near, with `extra_m` added to its required distance.
 pub(crate) fn pairs(
@@ -21,35 +32,27 @@ pub(crate) fn pairs(
     out: &mut Vec<Near>,
 ) {
     let robot = context.robot;
+    let collision = &robot.collision;
     let mut found: Vec<Proximity> = Vec::new();
     let own = context.posture.self_clearance_m + extra_m;
-    robot
-        .collision
-        .self_proximities(robot, kinematics, own + LOOK_M, &mut found);
+    collision.self_proximities(kinematics, own + LOOK_M, &mut found);
     out.extend(found.iter().map(|pair| near(pair, kinematics, own)));
 
     found.clear();
     let air = task.swing.as_ref().map(|swing| {
         let patch = &robot.patches[swing.patch];
-        let X_WC: Isometry3<f64> = kinematics.X_WC(patch);
-        (patch.body, Airborne::new(context, swing, &X_WC))
+        let airborne = Airborne::new(context, swing, &kinematics.X_WC(patch));
+        (patch.body, airborne)
     });
     let skip = |shape: BodyShape, obstacle: usize| {
+        let air = air.as_ref().filter(|(body, _)| *body == shape.body);
         task.touches(context, shape.body, obstacle)
-            || air
-                .as_ref()
-                .is_some_and(|(body, air)| *body == shape.body && air.touches(context, obstacle))
+            || air.is_some_and(|(_, air)| air.touches(context, obstacle))
     };
     let beside = context.posture.clearance_m;
-    let most = beside.max(context.config.swing_clearance_m) + extra_m;
-    robot.collision.world_proximities(
-        robot,
-        kinematics,
-        context.environment.world(),
-        most + LOOK_M,
-        &skip,
-        &mut found,
-    );
+    let most = beside.max(context.config.swing_clearance_m) + extra_m + LOOK_M;
+    let world = context.environment.world();
+    collision.world_proximities(kinematics, world, most, &skip, &mut found);
     out.extend(found.iter().map(|pair| {
         let required = match &air {
             Some((body, air)) if *body == pair.a.body => air.required_m(context, &pair.normal_W),

@@ -100,7 +100,7 @@ impl MotionContext<'_> {
             reason,
             amount,
             at,
-            swing: swing.map(|s| self.robot.patches[s.patch].name.clone()),
+            swing: swing.map(|s| self.patch_name(s.patch)),
         }
     }
 }

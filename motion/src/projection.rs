@@ -9,12 +9,12 @@
 #![allow(non_snake_case)]
 
 use crate::dense::{cholesky, cholesky_solve, dot};
+use crate::equations::{Equations, Target};
 use crate::inequalities::Inequalities;
-use nalgebra::{DMatrixViewMut, DVector, Isometry3, Point3, Vector3};
-use robot_model::{Configuration, Kinematics, PatchId, PatchKind, Robot};
+use crate::near::Near;
+use nalgebra::{DVector, Point3};
+use robot_model::{Configuration, Kinematics, Robot};
 
-/// Lever arm that turns an angle into a length, m.
-pub(crate) const ANGLE_ARM_M: f64 = 0.1;
 /// Largest change of a coordinate in one step, rad or m.
 const STEP_MAX: f64 = 0.5;
 /// Iterations at most.
@@ -35,14 +35,14 @@ const STILL: f64 = 1e-6;
 /// Joint bounds become inequalities where the solution without them comes this near, rad or m.
 const NEAR_BOUND: f64 = 0.02;
 
-/// The equations: where patches and the centre of mass are to be.
-pub(crate) struct Target {
-    /// Patch and wanted pose.
-    pub patches: Vec<(PatchId, Isometry3<f64>)>,
-    /// How readily the last patch turns from its pose: 0 not at all, 1 as a joint does.
-    pub turn_freedom: f64,
-    /// Wanted horizontal place of the centre of mass.
-    pub com_W: Vector3<f64>,
+/// What a projection is asked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Ask<'a> {
+    pub robot: &'a Robot,
+    pub target: &'a Target,
+    pub bounds: &'a Bounds<'a>,
+    /// √W: how readily each coordinate moves.
+    pub weight: &'a [f64],
 }
 
 /// The inequalities: joint bounds and distances.
@@ -53,30 +53,21 @@ pub(crate) struct Bounds<'a> {
     pub near: Option<&'a Look<'a>>,
 }
 
+impl Bounds<'_> {
+    /// No inequalities.
+    pub const NONE: Self = Self {
+        joints: &[],
+        near: None,
+    };
+}
+
 /// Appends the distances that are to be kept near a configuration.
 pub(crate) type Look<'a> = dyn Fn(&Kinematics, &mut Vec<Near>) + 'a;
-
-/// A distance to keep.
-pub(crate) struct Near {
-    /// What is asked, m.
-    pub required_m: f64,
-    /// From b toward a.
-    pub normal_W: Vector3<f64>,
-    /// Body and the nearest point on it, in its frame.
-    pub a: (usize, Point3<f64>),
-    /// The same of the other body; a point of W where it is the environment's.
-    pub b: (Option<usize>, Point3<f64>),
-}
 
 /// Working memory.
 #[derive(Default)]
 pub(crate) struct Projection {
-    /// Residual.
-    r: Vec<f64>,
-    /// Freedom of each row.
-    freedom: Vec<f64>,
-    /// Rows of J, one after the other.
-    J: Vec<f64>,
+    equations: Equations,
     /// J √W.
     scaled: Vec<f64>,
     /// Lower triangle of J W Jᵀ + e², then its Cholesky factor.
@@ -89,22 +80,11 @@ pub(crate) struct Projection {
     near: Vec<Near>,
 }
 
-/// Whether a patch is the point of a ball, which may roll.
-pub(crate) fn is_point(robot: &Robot, patch: PatchId) -> bool {
-    robot.patches[patch].kind != PatchKind::Area
-}
-
 impl Projection {
     /// Moves `q` to the solution near it; the residual of the equations that is left.
-    ///
-    /// `weight` is √W: how readily each coordinate moves.
-    #[allow(clippy::too_many_arguments)]
     pub fn solve(
         &mut self,
-        robot: &Robot,
-        target: &Target,
-        bounds: &Bounds,
-        weight: &[f64],
+        ask: &Ask,
         reference: &Configuration,
         q: &mut Configuration,
         kinematics: &mut Kinematics,
@@ -113,12 +93,12 @@ impl Projection {
         // Part of the distance from the reference that is left as it is; 0 converges fastest.
         let mut damping = 0.0;
         for iteration in 0..ITERATIONS_MAX {
-            kinematics.update(robot, q);
-            let residual = self.residual(robot, target, kinematics);
+            kinematics.update(ask.robot, q);
+            let residual = self.equations.update(ask.robot, ask.target, kinematics);
             if !residual.is_finite() || (residual < DONE && moved < STILL) {
                 return residual;
             }
-            match bounds.near {
+            match ask.bounds.near {
                 Some(near) if iteration % LOOK_EVERY == 0 => {
                     self.near.clear();
                     near(kinematics, &mut self.near);
@@ -128,7 +108,7 @@ impl Projection {
             }
             let mut delta = reference.difference(q);
             delta *= 1.0 - damping;
-            if !self.quadratic(robot, target, bounds, weight, q, &delta, kinematics) {
+            if !self.quadratic(ask, q, &delta, kinematics) {
                 return residual;
             }
             let last = moved;
@@ -145,83 +125,41 @@ impl Projection {
             }
             q.integrate_in_place(&self.step);
         }
-        kinematics.update(robot, q);
-        self.residual(robot, target, kinematics)
+        kinematics.update(ask.robot, q);
+        self.equations.update(ask.robot, ask.target, kinematics)
     }
 
-    /// Takes what is left of the equations' residual away by least-norm steps, without bounds.
-    pub fn close(
-        &mut self,
-        robot: &Robot,
-        target: &Target,
-        weight: &[f64],
-        q: &mut Configuration,
-        kinematics: &mut Kinematics,
-    ) {
-        let free = Bounds {
-            joints: &[],
-            near: None,
-        };
+    /// Takes what is left of the equations' residual away by least-norm steps; the bounds that are
+    /// asked for are to be [`Bounds::NONE`].
+    pub fn close(&mut self, ask: &Ask, q: &mut Configuration, kinematics: &mut Kinematics) {
         self.near.clear();
-        let here = DVector::zeros(robot.nv());
+        let here = DVector::zeros(ask.robot.nv());
         for _ in 0..CLOSING {
-            kinematics.update(robot, q);
-            let residual = self.residual(robot, target, kinematics);
-            if residual < CLOSED
-                || !self.quadratic(robot, target, &free, weight, q, &here, kinematics)
-            {
+            kinematics.update(ask.robot, q);
+            let closed = self.equations.update(ask.robot, ask.target, kinematics) < CLOSED;
+            if closed || !self.quadratic(ask, q, &here, kinematics) {
                 return;
             }
             q.integrate_in_place(&self.step);
         }
-        kinematics.update(robot, q);
-    }
-
-    /// The largest residual of the equations that are not free at the configuration of
-    /// `kinematics`, m and rad.
-    pub fn residual(&mut self, robot: &Robot, target: &Target, kinematics: &Kinematics) -> f64 {
-        self.r.clear();
-        self.freedom.clear();
-        let last = target.patches.len().wrapping_sub(1);
-        for (i, (patch, wanted)) in target.patches.iter().enumerate() {
-            let X_WC = kinematics.X_WC(&robot.patches[*patch]);
-            let p = X_WC.translation.vector - wanted.translation.vector;
-            self.r.extend(p.iter());
-            self.freedom.extend([0.0; 3]);
-            if !is_point(robot, *patch) {
-                let turn = (X_WC.rotation * wanted.rotation.inverse()).scaled_axis();
-                self.r.extend(turn.iter());
-                let freedom = if i == last { target.turn_freedom } else { 0.0 };
-                self.freedom.extend([freedom; 3]);
-            }
-        }
-        let c = kinematics.com_W - target.com_W;
-        self.r.extend([c.x, c.y]);
-        self.freedom.extend([0.0; 2]);
-        self.r
-            .iter()
-            .zip(&self.freedom)
-            .filter(|(_, freedom)| **freedom == 0.0)
-            .fold(0.0, |worst, (r, _)| r.abs().max(worst))
+        kinematics.update(ask.robot, q);
     }
 
     /// Writes the step to the solution of the problem linearised at `q`, which is `delta` away from
     /// what it is to be near to; false where the rows depend on each other.
-    #[allow(clippy::too_many_arguments)]
     fn quadratic(
         &mut self,
-        robot: &Robot,
-        target: &Target,
-        bounds: &Bounds,
-        weight: &[f64],
+        ask: &Ask,
         q: &Configuration,
         delta: &DVector<f64>,
         kinematics: &Kinematics,
     ) -> bool {
-        let (m, n) = (self.r.len(), robot.nv());
-        self.jacobian(robot, target, kinematics);
+        let weight = ask.weight;
+        let equations = &mut self.equations;
+        equations.linearise(ask.robot, ask.target, kinematics);
+        let (m, n) = (equations.r.len(), ask.robot.nv());
         self.scaled.clear();
-        for row in self.J.chunks_exact(n) {
+        for row in equations.J.chunks_exact(n) {
             let scaled = row.iter().zip(weight).map(|(j, w)| j * w);
             self.scaled.extend(scaled);
         }
@@ -233,14 +171,14 @@ impl Projection {
                 self.A[i * m + k] = dot(row, &self.scaled[k * n..(k + 1) * n]);
             }
             // Four limbs on the ground can make rows that nearly depend on each other.
-            self.A[i * m + i] += self.freedom[i] * self.freedom[i] + 1e-9;
+            self.A[i * m + i] += equations.freedom[i] * equations.freedom[i] + 1e-9;
         }
         if !cholesky(&mut self.A, m) {
             return false;
         }
         // The least-norm solution of J δ = J δ_now − r.
         self.lambda.clear();
-        for (row, r) in self.J.chunks_exact(n).zip(&self.r) {
+        for (row, r) in equations.J.chunks_exact(n).zip(&equations.r) {
             self.lambda.push(dot(row, delta.as_slice()) - r);
         }
         cholesky_solve(&self.A, m, &mut self.lambda);
@@ -249,7 +187,7 @@ impl Projection {
         for (row, l) in self.scaled.chunks_exact(n).zip(&self.lambda) {
             self.y.iter_mut().zip(row).for_each(|(y, j)| *y += l * j);
         }
-        self.bind(robot, bounds, weight, q, delta, kinematics);
+        self.bind(ask, q, delta, kinematics);
         self.step.clear();
         let steps = self.y.iter().zip(weight).zip(delta.iter());
         self.step.extend(steps.map(|((y, w), d)| y * w - d));
@@ -259,14 +197,18 @@ impl Projection {
     /// Moves the solution of the equations onto the bounds that it violates.
     fn bind(
         &mut self,
-        robot: &Robot,
-        bounds: &Bounds,
-        weight: &[f64],
+        ask: &Ask,
         q: &Configuration,
         delta: &DVector<f64>,
         kinematics: &Kinematics,
     ) {
-        let (m, n) = (self.r.len(), robot.nv());
+        let &Ask {
+            robot,
+            bounds,
+            weight,
+            ..
+        } = ask;
+        let (m, n) = (self.equations.r.len(), robot.nv());
         let set = &mut self.inequalities;
         set.clear();
         for (j, (lower, upper)) in bounds.joints.iter().enumerate() {
@@ -303,29 +245,5 @@ impl Projection {
             set.set_room(slack + then - now);
         }
         set.solve(n, m, &self.scaled, &self.A, &mut self.y);
-    }
-
-    /// Writes the rows of the target: linear and, where the patch may not roll, angular velocity of
-    /// every patch, and the horizontal velocity of the centre of mass.
-    fn jacobian(&mut self, robot: &Robot, target: &Target, kinematics: &Kinematics) {
-        let (m, n) = (self.r.len(), robot.nv());
-        self.J.clear();
-        // The vertical row of the centre of mass is written too, and then left out.
-        self.J.resize((m + 1) * n, 0.0);
-        let mut blocks = self.J.chunks_exact_mut(3 * n);
-        let mut next = || {
-            let block = blocks.next().unwrap_or_default();
-            DMatrixViewMut::from_slice_with_strides_mut(block, 3, n, n, 1)
-        };
-        for (patch, _) in &target.patches {
-            let model = &robot.patches[*patch];
-            let p = kinematics.X_WC(model).translation.vector;
-            kinematics.point_jacobian(robot, model.body, &p, &mut next());
-            if !is_point(robot, *patch) {
-                kinematics.angular_jacobian(robot, model.body, &mut next());
-            }
-        }
-        kinematics.com_jacobian(robot, &mut next());
-        self.J.truncate(m * n);
     }
 }

@@ -10,10 +10,11 @@ use nalgebra::Isometry3;
 use robot_model::{Configuration, Kinematics, PatchId, Robot};
 
 use crate::blend::{self, Blend};
+use crate::equations::{Target, apart};
 use crate::failure::{Failure, Reason};
-use crate::near;
+use crate::near::{self, Near};
 use crate::problem::{Keyframe, MotionContext, Task};
-use crate::projection::{ANGLE_ARM_M, Bounds, Near, Projection, Target};
+use crate::projection::{Ask, Bounds, Projection};
 use crate::spline::{Ends, Order, Spline};
 use crate::swing_path::SwingPath;
 use crate::time_scaling::quintic;
@@ -94,15 +95,13 @@ impl<'a> Router<'a> {
                 joints: &joints,
                 near: if self.evades { Some(&near) } else { None },
             };
-            let left = projection.solve(
+            let ask = Ask {
                 robot,
-                &target,
-                &bounds,
-                &weight,
-                &reference,
-                &mut q,
-                &mut kinematics,
-            );
+                target: &target,
+                bounds: &bounds,
+                weight: &weight,
+            };
+            let left = projection.solve(&ask, &reference, &mut q, &mut kinematics);
             if left.is_nan() || left > LEFT {
                 return Err(self.missed(&target, &kinematics, u));
             }
@@ -145,11 +144,8 @@ impl<'a> Router<'a> {
         let robot = self.context.robot;
         let mut poses = |q: &Configuration| -> Vec<Isometry3<f64>> {
             kinematics.update(robot, q);
-            self.task
-                .closed
-                .iter()
-                .map(|c| kinematics.X_WC(&robot.patches[c.patch]))
-                .collect()
+            let patches = self.task.closed.iter().map(|c| &robot.patches[c.patch]);
+            patches.map(|patch| kinematics.X_WC(patch)).collect()
         };
         let keyframes = &self.task.keyframes;
         let from = poses(&keyframes[0].q);
@@ -173,15 +169,11 @@ impl<'a> Router<'a> {
         let mut weight = vec![0.0; robot.nv()];
         weight[..3].fill(1.0);
         weight[3..6].fill(TURN_WEIGHT);
-        let patches = self.task.closed.iter().map(|c| c.patch);
-        let patches: Vec<PatchId> = patches
-            .chain(self.task.swing.iter().map(|s| s.patch))
-            .collect();
+        let closed = self.task.closed.iter().map(|c| c.patch);
+        let patches = closed.chain(self.task.swing.iter().map(|s| s.patch));
+        let ends: Vec<usize> = patches.map(|p| robot.patches[p].body).collect();
         for b in 1..robot.bodies.len() {
-            let carries = patches
-                .iter()
-                .any(|p| robot.supports(b, robot.patches[*p].body));
-            if carries || self.evades {
+            if self.evades || ends.iter().any(|end| robot.supports(b, *end)) {
                 weight[5 + b] = 1.0;
             }
         }
@@ -190,34 +182,19 @@ impl<'a> Router<'a> {
 
     fn missed(&self, target: &Target, kinematics: &Kinematics, u: f64) -> Failure {
         let robot = self.context.robot;
+        let swing = self.task.swing.as_ref().map(|s| s.patch);
         let mut worst = (None, (kinematics.com_W - target.com_W).xy().norm());
         for (patch, wanted) in &target.patches {
             let X_WC = kinematics.X_WC(&robot.patches[*patch]);
-            let apart = (X_WC.translation.vector - wanted.translation.vector).norm();
             // A patch in the air may turn.
-            let free = target.turn_freedom > 0.0
-                && self.task.swing.as_ref().is_some_and(|s| s.patch == *patch);
-            if free {
-                if apart > worst.1 {
-                    worst = (Some(self.context.patch_name(*patch)), apart);
-                }
-                continue;
-            }
-            let turned = ANGLE_ARM_M * X_WC.rotation.angle_to(&wanted.rotation);
-            if apart.max(turned) > worst.1 {
-                worst = (Some(self.context.patch_name(*patch)), apart.max(turned));
+            let free = target.turn_freedom > 0.0 && swing == Some(*patch);
+            let apart = apart(&X_WC, wanted, free);
+            if apart > worst.1 {
+                worst = (Some(self.context.patch_name(*patch)), apart);
             }
         }
-        Failure {
-            reason: Reason::Closure { patch: worst.0 },
-            amount: worst.1,
-            at: u,
-            swing: self
-                .task
-                .swing
-                .as_ref()
-                .map(|s| self.context.patch_name(s.patch)),
-        }
+        let reason = Reason::Closure { patch: worst.0 };
+        self.context.failure(self.task, reason, worst.1, u)
     }
 }
 
@@ -241,8 +218,13 @@ impl Route<'_> {
         self.configuration(u, out);
         let closed = self.closed.iter().copied();
         closed_target(self.keyframes, closed, &self.ends, u, &mut self.target);
-        self.projection
-            .close(robot, &self.target, &self.weight, out, kinematics);
+        let ask = Ask {
+            robot,
+            target: &self.target,
+            bounds: &Bounds::NONE,
+            weight: &self.weight,
+        };
+        self.projection.close(&ask, out, kinematics);
     }
 }
 

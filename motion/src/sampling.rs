@@ -6,9 +6,9 @@ use robot_model::Kinematics;
 
 use crate::blend;
 use crate::clearance::ClearanceMonitor;
+use crate::equations::{apart, is_point};
 use crate::failure::{Failure, Reason, keep_worst};
 use crate::problem::{MotionContext, Task};
-use crate::projection::{ANGLE_ARM_M, is_point};
 use crate::route::Route;
 use crate::statics::Statics;
 use crate::swing_path::SwingPath;
@@ -72,11 +72,8 @@ pub(crate) fn sample(
         statics.check(&kinematics, &forces_W, u, &mut worst);
         clearances.look(&kinematics, u, &mut worst);
         let bodies = robot.bodies.iter().zip(&kinematics.X_WB);
-        places_W.push(
-            bodies
-                .map(|(body, X_WB)| X_WB * Point3::from(body.com_B))
-                .collect(),
-        );
+        let places = bodies.map(|(body, X_WB)| X_WB * Point3::from(body.com_B));
+        places_W.push(places.collect());
         samples.push(Instance {
             q: q.to_q(),
             com_W: kinematics.com_W,
@@ -103,22 +100,15 @@ fn closure(
         let free = path.turn_freedom(u) > 0.0;
         (s.patch, path.pose(u), SWING_TOLERANCE_M, free)
     });
-    let closed = task
-        .closed
-        .iter()
-        .map(|c| (c.patch, c.X_WC, CLOSURE_M, false));
+    let closed = task.closed.iter();
+    let closed = closed.map(|c| (c.patch, c.X_WC, CLOSURE_M, false));
     for (patch, wanted, tolerance, free) in closed.chain(swing) {
         let X_WC = kinematics.X_WC(&context.robot.patches[patch]);
-        let mut apart = (X_WC.translation.vector - wanted.translation.vector).norm();
-        if !free && !is_point(context.robot, patch) {
-            apart = apart.max(ANGLE_ARM_M * X_WC.rotation.angle_to(&wanted.rotation));
-        }
+        let apart = apart(&X_WC, &wanted, free || is_point(context.robot, patch));
         if apart.is_nan() || apart > tolerance {
             let patch = Some(context.patch_name(patch));
-            keep_worst(
-                worst,
-                context.failure(task, Reason::Closure { patch }, apart, u),
-            );
+            let failure = context.failure(task, Reason::Closure { patch }, apart, u);
+            keep_worst(worst, failure);
         }
     }
 }
@@ -136,10 +126,8 @@ fn joints(
         let over = (body.lower + margin - q).max(q - body.upper + margin);
         if over > 0.0 {
             let joint = body.joint.clone();
-            keep_worst(
-                worst,
-                context.failure(task, Reason::JointLimit { joint }, over, u),
-            );
+            let failure = context.failure(task, Reason::JointLimit { joint }, over, u);
+            keep_worst(worst, failure);
         }
     }
 }

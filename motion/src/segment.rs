@@ -1,15 +1,16 @@
 //! The motion from one stance to the next: which contacts stay closed, what leaves, what lands.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Translation3};
+use nalgebra::Translation3;
 use posture::{Contact, Freedom};
 use robot_model::{Configuration, Kinematics, PatchId};
 
 use crate::Error;
+use crate::equations::{Target, apart, is_point};
 use crate::failure::Failure;
 use crate::generate;
 use crate::problem::{Keyframe, MotionContext, StanceRef, Swing, Task};
-use crate::projection::{ANGLE_ARM_M, Bounds, Projection, Target, is_point};
+use crate::projection::{Ask, Bounds, Projection};
 use crate::route::joint_bounds;
 use crate::sampling::Instance;
 use crate::swing_path::STRAIGHT_M;
@@ -60,12 +61,8 @@ pub fn segment(
     let end = keyframe(&parts, to, &to.posture.q, 1.0, &mut kinematics, context);
 
     // 1. A patch that leaves and does not land again is lifted.
-    if let Some(leaving) = &parts.leaves
-        && parts
-            .lands
-            .as_ref()
-            .is_none_or(|l| l.patch != leaving.patch)
-    {
+    let lands = parts.lands.as_ref().map(|landing| landing.patch);
+    if let Some(leaving) = parts.leaves.as_ref().filter(|l| lands != Some(l.patch)) {
         let first = keyframe(&parts, from, &start, 0.0, &mut kinematics, context);
         let lifted = match lift(context, &parts, leaving, &first, &mut kinematics) {
             Ok(lifted) => lifted,
@@ -110,13 +107,9 @@ pub fn segment(
     };
     match generate::solve(context, &task)? {
         Ok(trajectory) => phases.push(PhaseTrajectory {
-            kind: if task.swing.is_some() {
-                PhaseKind::Swing
-            } else {
-                PhaseKind::Shift
-            },
+            kind: lands.map_or(PhaseKind::Shift, |_| PhaseKind::Swing),
             closed: task.closed,
-            swing: parts.lands.as_ref().map(|l| l.patch),
+            swing: lands,
             landed: parts.lands,
             samples: trajectory.samples,
         }),
@@ -154,25 +147,18 @@ impl Parts {
         let name = |patch: PatchId| context.robot.patches[patch].name.clone();
         for i in 0..to.contacts.len() {
             let contact = at(to, i);
-            let before = (0..from.contacts.len())
-                .map(|k| at(from, k))
-                .find(|b| b.patch == contact.patch && b.face == contact.face)
-                .filter(|b| {
-                    let point = is_point(context.robot, contact.patch);
-                    apart(&b.X_WC, &contact.X_WC, point) < SAME_PLACE_M
-                });
-            match before {
+            let turns = is_point(context.robot, contact.patch);
+            let mut before = (0..from.contacts.len()).map(|k| at(from, k));
+            let before = before.find(|b| b.patch == contact.patch && b.face == contact.face);
+            let stays = |b: &Contact| apart(&b.X_WC, &contact.X_WC, turns) < SAME_PLACE_M;
+            if let Some(before) = before.filter(stays) {
                 // It stays where it stood in the first stance.
-                Some(before) => parts.closed.push(before),
-                None if parts.lands.is_none() && !to.contacts[i].loaded => {
-                    parts.lands = Some(contact)
-                }
-                None => {
-                    return refuse(format!(
-                        "{} is loaded where it was not",
-                        name(contact.patch)
-                    ));
-                }
+                parts.closed.push(before);
+            } else if parts.lands.is_none() && !to.contacts[i].loaded {
+                parts.lands = Some(contact);
+            } else {
+                let name = name(contact.patch);
+                return refuse(format!("{name} is loaded where it was not"));
             }
         }
         for (k, held) in from.contacts.iter().enumerate() {
@@ -191,14 +177,6 @@ impl Parts {
     }
 }
 
-fn apart(a: &Isometry3<f64>, b: &Isometry3<f64>, point: bool) -> f64 {
-    let apart = (a.translation.vector - b.translation.vector).norm();
-    if point {
-        return apart;
-    }
-    apart.max(ANGLE_ARM_M * a.rotation.angle_to(&b.rotation))
-}
-
 /// A stance's posture, or another one with the same forces, as a keyframe on the closed contacts.
 fn keyframe(
     parts: &Parts,
@@ -209,21 +187,16 @@ fn keyframe(
     context: &MotionContext,
 ) -> Keyframe {
     kinematics.update(context.robot, q);
-    let forces_W = parts
-        .closed
-        .iter()
-        .map(|closed| {
-            end.contacts
-                .iter()
-                .position(|c| c.patch == closed.patch)
-                .map_or_else(Vec::new, |i| end.posture.contacts[i].forces_W.clone())
-        })
-        .collect();
+    let forces = |closed: &Contact| {
+        let mut states = end.contacts.iter().zip(&end.posture.contacts);
+        let found = states.find(|(contact, _)| contact.patch == closed.patch);
+        found.map_or_else(Vec::new, |(_, state)| state.forces_W.clone())
+    };
     Keyframe {
         u,
         q: q.clone(),
         com_W: kinematics.com_W,
-        forces_W,
+        forces_W: parts.closed.iter().map(forces).collect(),
     }
 }
 
@@ -240,15 +213,13 @@ fn lift(
     let from = kinematics.X_WC(&robot.patches[leaving.patch]);
     let n = leaving.normal_W();
     let to = Translation3::from(n * (LIFT * STRAIGHT_M)) * from;
-    let patches = parts.closed.iter().map(|c| c.patch);
-    let mut target = Target {
-        patches: patches
-            .map(|p| (p, kinematics.X_WC(&robot.patches[p])))
-            .collect(),
+    let closed = parts.closed.iter().map(|c| c.patch);
+    let closed = closed.map(|p| (p, kinematics.X_WC(&robot.patches[p])));
+    let target = Target {
+        patches: closed.chain([(leaving.patch, to)]).collect(),
         turn_freedom: LIFT_FREEDOM,
         com_W: first.com_W,
     };
-    target.patches.push((leaving.patch, to));
     let weight = vec![1.0; robot.nv()];
     let joints = joint_bounds(context, 0.0);
     let bounds = Bounds {
@@ -256,9 +227,13 @@ fn lift(
         near: None,
     };
     let mut q = first.q.clone();
-    let left = Projection::default().solve(
-        robot, &target, &bounds, &weight, &first.q, &mut q, kinematics,
-    );
+    let ask = Ask {
+        robot,
+        target: &target,
+        bounds: &bounds,
+        weight: &weight,
+    };
+    let left = Projection::default().solve(&ask, &first.q, &mut q, kinematics);
     let mut task = Task {
         closed: parts.closed.clone(),
         swing: Some(Swing {

@@ -28,18 +28,13 @@ pub(crate) struct Statics<'a> {
 
 impl<'a> Statics<'a> {
     pub fn new(context: &'a MotionContext<'a>, task: &'a Task) -> Self {
-        let points_C = task
-            .closed
-            .iter()
-            .map(|closed| {
-                let polygon = &context.robot.patches[closed.patch].polygon;
-                force_points(polygon, context.posture.com_margin_m)
-            })
-            .collect();
+        let polygons = task.closed.iter();
+        let polygons = polygons.map(|closed| &context.robot.patches[closed.patch].polygon);
+        let points = polygons.map(|p| force_points(p, context.posture.com_margin_m));
         Self {
             context,
             task,
-            points_C,
+            points_C: points.collect(),
             wrench: Vec::new(),
         }
     }
@@ -61,9 +56,9 @@ impl<'a> Statics<'a> {
 
         // Balance.
         let up = Vector3::z() * weight;
-        let force: Vector3<f64> = self.wrench.iter().map(|(f, _)| f).sum::<Vector3<f64>>() - up;
-        let moment =
-            self.wrench.iter().map(|(_, m)| m).sum::<Vector3<f64>>() - kinematics.com_W.cross(&up);
+        let (force, moment): (Vec<_>, Vec<_>) = self.wrench.iter().copied().unzip();
+        let force = force.iter().sum::<Vector3<f64>>() - up;
+        let moment = moment.iter().sum::<Vector3<f64>>() - kinematics.com_W.cross(&up);
         let unbalanced = force.amax().max(moment.amax()) / weight;
         if unbalanced.is_nan() || unbalanced > BALANCE {
             report(Reason::Equilibrium, unbalanced);
@@ -113,15 +108,13 @@ impl<'a> Statics<'a> {
 
     fn sum(&mut self, kinematics: &Kinematics, forces_W: &[Vec<Vector3<f64>>]) {
         self.wrench.clear();
-        for ((closed, points), forces) in self.task.closed.iter().zip(&self.points_C).zip(forces_W)
-        {
+        let points = self.points_C.iter().zip(forces_W);
+        for (closed, (points, forces)) in self.task.closed.iter().zip(points) {
             let patch = &self.context.robot.patches[closed.patch];
             let X_WC: Isometry3<f64> = kinematics.X_WC(patch);
             let mut sum = (Vector3::zeros(), Vector3::zeros());
             // A ball touches below its centre, however it is turned.
-            let below = patch
-                .point_radius_m()
-                .map_or_else(Vector3::zeros, |radius| -radius * closed.normal_W());
+            let below = -patch.point_radius_m().unwrap_or(0.0) * closed.normal_W();
             for (p, f) in points.iter().zip(forces) {
                 let p_W = (X_WC * Point3::new(p.x, p.y, 0.0)).coords + below;
                 sum.0 += f;

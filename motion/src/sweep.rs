@@ -33,36 +33,26 @@ pub(crate) fn shortfall(
     let robot = context.robot;
     let patch = &robot.patches[swing.patch];
     let to_body = patch.X_BC.inverse();
-    let own: Vec<_> = robot
-        .collision
-        .shapes()
-        .iter()
-        .enumerate()
-        .filter(|(_, shape)| shape.body == patch.body)
-        .collect();
+    let collision = &robot.collision;
+    let shapes = collision.shapes().iter().enumerate();
+    let own = shapes.filter(|(_, shape)| shape.body == patch.body);
+    let own: Vec<_> = own.collect();
     // A ball's path does not say how its link is turned: only the ball itself is known.
-    let ball = patch
-        .point_radius_m()
-        .map(|radius_m| (ShapeGeometry::Sphere { radius_m }, patch.X_BC));
+    let sphere = |radius_m| (ShapeGeometry::Sphere { radius_m }, patch.X_BC);
+    let ball = patch.point_radius_m().map(sphere);
     let swept: Vec<(&ShapeGeometry, &Isometry3<f64>)> = match &ball {
         Some((sphere, X_BG)) => vec![(sphere, X_BG)],
         None => own.iter().map(|(_, s)| (&s.geometry, &s.X_BG)).collect(),
     };
     // A bounding ball around each, to skip what is far away.
-    let balls: Vec<_> = swept
-        .iter()
-        .map(|(geometry, _)| {
-            let (centre, half) = geometry.bounds();
-            (centre, half.norm())
-        })
-        .collect();
+    let around = swept.iter().map(|(geometry, _)| {
+        let (centre, half) = geometry.bounds();
+        (centre, half.norm())
+    });
+    let balls: Vec<_> = around.collect();
     // Links that closed contacts hold in place do not move: obstacles like the environment's. A link
     // on a ball turns about it, and the contact's axes are not its own.
-    let collision = &robot.collision;
-    let watched = |a: usize, b: usize| {
-        let pair = (a.min(b), a.max(b));
-        collision.pairs().contains(&pair)
-    };
+    let watched = |a: usize, b: usize| collision.pairs().contains(&(a.min(b), a.max(b)));
     let mut standing = Vec::new();
     for closed in &task.closed {
         let patch = &robot.patches[closed.patch];
@@ -78,6 +68,12 @@ pub(crate) fn shortfall(
         }
     }
     let mut worst: Option<(Hit, f64, f64)> = None;
+    let mut keep = |short: f64, u: f64, hit: &dyn Fn() -> Hit| {
+        // The postures at the ends keep their clearance only to the solver's tolerance.
+        if short > 1e-4 && worst.as_ref().is_none_or(|(_, w, _)| short > *w) {
+            worst = Some((hit(), short, u));
+        }
+    };
     for i in 0..=POSES {
         let u = i as f64 / POSES as f64;
         let X_WC = path.pose(u);
@@ -90,27 +86,16 @@ pub(crate) fn shortfall(
                 if obstacle.is_beyond(&middle, radius + LOOK_M) || air.touches(context, o) {
                     continue;
                 }
-                let found = closest(
-                    geometry,
-                    &X_WG,
-                    obstacle.geometry(),
-                    obstacle.pose(),
-                    LOOK_M,
-                );
-                let Some(found) = found else { continue };
-                let short = air.required_m(context, &found.normal_W) - found.distance;
-                // The postures at the ends keep their clearance only to the solver's tolerance.
-                if short > 1e-4 && worst.as_ref().is_none_or(|(_, w, _)| short > *w) {
-                    worst = Some((Hit::Environment(o), short, u));
+                let (other, pose) = (obstacle.geometry(), obstacle.pose());
+                if let Some(found) = closest(geometry, &X_WG, other, pose, LOOK_M) {
+                    let short = air.required_m(context, &found.normal_W) - found.distance;
+                    keep(short, u, &|| Hit::Environment(o));
                 }
             }
             for (other, X_WO) in &standing {
-                let Some(found) = closest(geometry, &X_WG, &other.geometry, X_WO, LOOK_M) else {
-                    continue;
-                };
-                let short = context.posture.self_clearance_m - found.distance;
-                if short > 1e-4 && worst.as_ref().is_none_or(|(_, w, _)| short > *w) {
-                    worst = Some((Hit::Robot(other.link.clone()), short, u));
+                if let Some(found) = closest(geometry, &X_WG, &other.geometry, X_WO, LOOK_M) {
+                    let short = context.posture.self_clearance_m - found.distance;
+                    keep(short, u, &|| Hit::Robot(other.link.clone()));
                 }
             }
         }

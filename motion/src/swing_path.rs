@@ -44,19 +44,14 @@ pub(crate) struct SwingPath {
 /// The shapes that are tried, cheapest first.
 pub(crate) fn shapes(config: &Config) -> impl Iterator<Item = Shape> {
     let low = config.swing_height_m;
+    const HEIGHTS: [f64; 5] = [1.0, 1.6, 2.6, 4.0, 6.0];
+    const ASIDE_M: [f64; 9] = [0.0, 0.04, -0.04, 0.08, -0.08, 0.12, -0.12, 0.18, -0.18];
     // Heights one after the other, each with its detours, then the close ones.
-    [false, true].into_iter().flat_map(move |tight| {
-        [1.0, 1.6, 2.6, 4.0, 6.0]
-            .into_iter()
-            .flat_map(move |factor| {
-                [0.0, 0.04, -0.04, 0.08, -0.08, 0.12, -0.12, 0.18, -0.18]
-                    .into_iter()
-                    .map(move |aside_m| Shape {
-                        height_m: factor * low,
-                        aside_m,
-                        tight,
-                    })
-            })
+    let each = HEIGHTS.len() * ASIDE_M.len();
+    (0..2 * each).map(move |i| Shape {
+        height_m: HEIGHTS[i % each / ASIDE_M.len()] * low,
+        aside_m: ASIDE_M[i % ASIDE_M.len()],
+        tight: i >= each,
     })
 }
 
@@ -89,15 +84,10 @@ impl SwingPath {
         let copies = if shape.tight { 2 } else { 1 };
         let mut control = Vec::new();
         match &n0 {
-            Some(n) => {
-                control.extend(foot(p0, n));
-                control.extend(std::iter::repeat_n(a + 0.5 * aside, copies));
-            }
-            None => {
-                control.push(p0);
-                control.extend(std::iter::repeat_n(a + 0.5 * aside, copies));
-            }
+            Some(n) => control.extend(foot(p0, n)),
+            None => control.push(p0),
         }
+        control.extend(std::iter::repeat_n(a + 0.5 * aside, copies));
         if swing.lands.is_some() || shape.aside_m != 0.0 {
             control.push(0.5 * (a + b) + aside);
         }
@@ -113,15 +103,7 @@ impl SwingPath {
             let middle = 0.5 * (control[0] + control[1]);
             control.insert(1, middle);
         }
-        let from = swing.from.rotation;
-        let mut path = Self {
-            knots: knots(&control),
-            control,
-            from,
-            turn: (swing.to.rotation * from.inverse()).scaled_axis(),
-            turning: (0.0, 1.0),
-            length_m: 0.0,
-        };
+        let mut path = Self::along(swing, control);
         path.measure(n0.map(|n| (p0, n)), n1.map(|n| (p1, n)));
         path
     }
@@ -129,9 +111,15 @@ impl SwingPath {
     /// Straight from one end to the other.
     pub fn straight(swing: &Swing) -> Self {
         let (p0, p1) = (swing.from.translation.vector, swing.to.translation.vector);
-        let control: Vec<_> = (0..4)
-            .map(|i| p0 + (p1 - p0) * (f64::from(i) / 3.0))
-            .collect();
+        let control = (0..4).map(|i| p0 + (p1 - p0) * (f64::from(i) / 3.0));
+        Self {
+            length_m: (p1 - p0).norm(),
+            ..Self::along(swing, control.collect())
+        }
+    }
+
+    /// A path with these control points that turns all along, of no known length.
+    fn along(swing: &Swing, control: Vec<Vector3<f64>>) -> Self {
         let from = swing.from.rotation;
         Self {
             knots: knots(&control),
@@ -139,7 +127,7 @@ impl SwingPath {
             from,
             turn: (swing.to.rotation * from.inverse()).scaled_axis(),
             turning: (0.0, 1.0),
-            length_m: (p1 - p0).norm(),
+            length_m: 0.0,
         }
     }
 
@@ -150,9 +138,8 @@ impl SwingPath {
         land: Option<(Vector3<f64>, Vector3<f64>)>,
     ) {
         const PARTS: usize = 100;
-        let points: Vec<Vector3<f64>> = (0..=PARTS)
-            .map(|i| self.position(i as f64 / PARTS as f64))
-            .collect();
+        let points = (0..=PARTS).map(|i| self.position(i as f64 / PARTS as f64));
+        let points: Vec<Vector3<f64>> = points.collect();
         self.length_m = points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
         let clear = |p: &Vector3<f64>, end: &Option<(Vector3<f64>, Vector3<f64>)>| {
             end.is_none_or(|(e, n)| (p - e).dot(&n) >= STRAIGHT_M)

@@ -24,9 +24,8 @@ mod tests {
         assert!(rate(h).abs() < 1e-5 && rate(1.0 - h).abs() < 1e-5);
         assert!(acceleration(h).abs() < 0.02 && acceleration(1.0 - h).abs() < 0.02);
         let over = |f: &dyn Fn(f64) -> f64| {
-            (1..1000)
-                .map(|i| f(f64::from(i) / 1000.0).abs())
-                .fold(0.0, f64::max)
+            let values = (1..1000).map(|i| f(f64::from(i) / 1000.0).abs());
+            values.fold(0.0, f64::max)
         };
         assert!((over(&rate) - RATE_MAX).abs() < 1e-4);
         assert!((over(&acceleration) - 10.0 / 3.0_f64.sqrt()).abs() < 1e-3);

@@ -35,23 +35,17 @@ pub(crate) fn steps(
 ) -> usize {
     let config = context.config;
     let robot = context.robot;
-    let mut time = match path {
-        Some(path) => config
-            .swing_s
-            .max(RATE_MAX * path.length_m / config.swing_speed_m_s),
-        None => config.shift_s,
-    };
+    let mut time = path.map_or(config.shift_s, |path| {
+        let least = RATE_MAX * path.length_m / config.swing_speed_m_s;
+        config.swing_s.max(least)
+    });
     let ds = 1.0 / INSTANTS as f64;
     let u = |i: usize| quintic(i as f64 * ds);
     // The zero-moment point is off the centre of mass by its acceleration times z_c / g.
-    let com: Vec<_> = (0..=INSTANTS)
-        .map(|i| blend::com_W(&task.keyframes, u(i)))
-        .collect();
-    let lowest = task
-        .closed
-        .iter()
-        .map(|c| c.X_WC.translation.vector.z)
-        .fold(f64::INFINITY, f64::min);
+    let com = (0..=INSTANTS).map(|i| blend::com_W(&task.keyframes, u(i)));
+    let com: Vec<_> = com.collect();
+    let heights = task.closed.iter().map(|c| c.X_WC.translation.vector.z);
+    let lowest = heights.fold(f64::INFINITY, f64::min);
     for w in com.windows(3) {
         let acceleration = (w[2] - 2.0 * w[1] + w[0]).xy().norm() / (ds * ds);
         let height = (w[1].z - lowest).max(0.0);
@@ -72,6 +66,7 @@ pub(crate) fn steps(
 }
 
 /// Where a trajectory is fastest.
+#[derive(Default)]
 pub(crate) struct Fastest {
     /// Part of what is allowed: of the joints' speeds, or of the distance that a body moves.
     pub over: f64,
@@ -88,32 +83,19 @@ const STEP_PART: f64 = 0.6;
 pub(crate) fn fastest(context: &MotionContext, trajectory: &SampledTrajectory) -> Fastest {
     let config = context.config;
     let step_m = STEP_PART * context.posture.clearance_m;
-    let mut fastest = Fastest {
-        over: 0.0,
-        joint: 0,
-        sample: 0,
-    };
-    let pairs = trajectory
-        .samples
-        .windows(2)
-        .zip(trajectory.places_W.windows(2));
-    for (k, (pair, places)) in pairs.enumerate() {
+    let mut fastest = Fastest::default();
+    let places = trajectory.places_W.windows(2);
+    let pairs = trajectory.samples.windows(2).zip(places);
+    for (sample, (pair, places)) in (1..).zip(pairs) {
         let mut keep = |over: f64, joint: usize| {
             if over > fastest.over {
-                let sample = k + 1;
-                fastest = Fastest {
-                    over,
-                    joint,
-                    sample,
-                };
+                (fastest.over, fastest.joint, fastest.sample) = (over, joint, sample);
             }
         };
         let steps = pair[0].q[BASE..].iter().zip(&pair[1].q[BASE..]);
         for (joint, ((a, b), body)) in steps.zip(context.robot.joint_bodies()).enumerate() {
-            keep(
-                (b - a).abs() / (config.dt_s * body.velocity * config.joint_speed_use),
-                joint,
-            );
+            let allowed = config.dt_s * body.velocity * config.joint_speed_use;
+            keep((b - a).abs() / allowed, joint);
         }
         for (body, (a, b)) in places[0].iter().zip(&places[1]).enumerate() {
             keep((b - a).norm() / step_m, body.saturating_sub(1));
@@ -135,9 +117,8 @@ pub(crate) fn slower_for_lift(config: &Config, trajectory: &SampledTrajectory) -
     let ahead = (LIFT_S / config.dt_s).ceil().max(1.0) as usize;
     let between = heights.clone().skip(ahead);
     let bends = heights.clone().zip(between).zip(heights.skip(2 * ahead));
-    let most = bends
-        .map(|((a, b), c)| (c - 2.0 * b + a).abs())
-        .fold(0.0, f64::max);
+    let bends = bends.map(|((a, b), c)| (c - 2.0 * b + a).abs());
+    let most = bends.fold(0.0, f64::max);
     let most_m_s2 = most / (ahead as f64 * config.dt_s).powi(2);
     (most_m_s2 / LIFT_MAX_M_S2).sqrt().max(1.0)
 }
@@ -191,15 +172,10 @@ mod tests {
             let slower = slower_for_lift(&config, &trajectory((0..=end).map(rise)));
             assert!((slower - 2.0).abs() < 0.05, "{slower}");
             let even = |i: usize| 0.5 * time(i) + noise(i);
-            assert_eq!(
-                slower_for_lift(&config, &trajectory((0..=end).map(even))),
-                1.0
-            );
+            let even = trajectory((0..=end).map(even));
+            assert_eq!(slower_for_lift(&config, &even), 1.0);
         }
-        // Too short to rise at all.
-        assert_eq!(
-            slower_for_lift(&config, &trajectory([0.0, 1.0].into_iter())),
-            1.0
-        );
+        let too_short_to_rise = trajectory([0.0, 1.0].into_iter());
+        assert_eq!(slower_for_lift(&config, &too_short_to_rise), 1.0);
     }
 }

@@ -1,33 +1,23 @@
 //! Motions of the humanoid that ships between stances on a floor and a step.
 #![allow(clippy::unwrap_used, non_snake_case)]
 
-use motion::{Config, Interpolation, MotionContext, Reason, Segment, StanceRef, assemble, segment};
-use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use motion::{Config, Failure, Interpolation, MotionContext, Reason, Segment, StanceRef};
+use motion::{assemble, segment};
+use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use plan::{Motion, PhaseKind};
 use posture::{Contact, Environment, Freedom, Outcome, Posture, Problem};
 use robot_model::collision::closest;
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, PatchId, Robot};
-use surfaces::{Face, Obstacle, Region, Terrain};
+use surfaces::{Face, Obstacle, Terrain};
 
 /// Height and front of the step, m.
 const STEP: (f64, f64) = (0.20, 0.22);
 
-fn humanoid() -> Robot {
-    scenes::builtin_robot("hrp2")
-        .unwrap()
-        .load(&robot_model::Config::default())
-        .unwrap()
-}
-
-fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64; 2]) -> Face {
+fn face(id: &str, p: [f64; 3], x: Vector3<f64>, y: Vector3<f64>, size: [f64; 2]) -> Face {
     let rotation = Rotation3::from_basis_unchecked(&[x, y, x.cross(&y)]);
-    let pose = Isometry3::from_parts(
-        Translation3::from(p),
-        UnitQuaternion::from_rotation_matrix(&rotation),
-    );
-    let [a, b] = half;
-    let corners = [(-a, -b), (a, -b), (a, b), (-a, b)].map(|(u, v)| Point2::new(u, v));
-    Face::new(id, pose, Region::new([corners.to_vec()]).unwrap())
+    let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+    let pose = Isometry3::from_parts(Translation3::from(p), rotation);
+    Face::rectangle(id, pose, size).unwrap()
 }
 
 /// A floor, and a step across it with a front.
@@ -36,21 +26,9 @@ fn step() -> Terrain {
     let (height, front) = STEP;
     Terrain {
         faces: vec![
-            face("floor", Vector3::new(-0.3, 0.0, 0.0), x, y, [0.52, 0.6]),
-            face(
-                "step",
-                Vector3::new(front + 0.25, 0.0, height),
-                x,
-                y,
-                [0.25, 0.6],
-            ),
-            face(
-                "riser",
-                Vector3::new(front, 0.0, 0.5 * height),
-                -y,
-                z,
-                [0.6, 0.5 * height],
-            ),
+            face("floor", [-0.3, 0.0, 0.0], x, y, [1.04, 1.2]),
+            face("step", [front + 0.25, 0.0, height], x, y, [0.5, 1.2]),
+            face("riser", [front, 0.0, 0.5 * height], -y, z, [1.2, height]),
         ],
         obstacles: Vec::new(),
     }
@@ -77,8 +55,8 @@ impl Pair {
                 .on(floor)
                 .loaded(loaded)
         };
-        let mut placed = Contact::anywhere_on(environment, step, robot, left).unwrap();
-        placed = Contact {
+        let placed = Contact::anywhere_on(environment, step, robot, left).unwrap();
+        let mut placed = Contact {
             friction: 0.6,
             ..placed.loaded(false)
         };
@@ -120,35 +98,57 @@ impl Pair {
     }
 }
 
-fn context<'a>(
-    robot: &'a Robot,
-    environment: &'a Environment,
-    posture: &'a posture::Config,
-    config: &'a Config,
-) -> MotionContext<'a> {
-    MotionContext {
-        robot,
-        environment,
-        posture,
-        config,
-    }
+/// The humanoid, the two stances, and what a motion between them is asked for.
+struct Step {
+    robot: Robot,
+    environment: Environment,
+    pair: Pair,
+    posture: posture::Config,
+    config: Config,
 }
 
-fn moved(context: &MotionContext, pair: &Pair) -> (Segment, Motion) {
-    let segment = segment(context, pair.end(0), pair.end(1)).unwrap();
-    let segment = segment.unwrap_or_else(|failure| panic!("{}", failure.describe()));
-    let motion = assemble(context, &[&segment]);
-    motion.validate().unwrap();
-    (segment, motion)
+impl Step {
+    fn new() -> Self {
+        let builtin = scenes::builtin_robot("hrp2").unwrap();
+        let robot = builtin.load(&robot_model::Config::default()).unwrap();
+        let environment = Environment::new(step(), 0.03, 2.0).unwrap();
+        Self {
+            pair: Pair::new(&robot, &environment),
+            robot,
+            environment,
+            posture: posture::Config::default(),
+            config: Config::default(),
+        }
+    }
+
+    fn context(&self) -> MotionContext<'_> {
+        MotionContext::new(&self.robot, &self.environment, &self.posture, &self.config)
+    }
+
+    fn segment(&self) -> Result<Result<Segment, Failure>, motion::Error> {
+        segment(&self.context(), self.pair.end(0), self.pair.end(1))
+    }
+
+    fn motion(&self) -> Motion {
+        let segment = self.segment().unwrap();
+        let segment = segment.unwrap_or_else(|failure| panic!("{}", failure.describe()));
+        let motion = assemble(&self.context(), &[&segment]);
+        motion.validate().unwrap();
+        motion
+    }
 }
 
 #[test]
 fn a_swing_over_a_step_clears_it() {
-    let robot = humanoid();
-    let environment = Environment::new(step(), 0.03, 2.0).unwrap();
-    let pair = Pair::new(&robot, &environment);
-    let (posture, config) = (posture::Config::default(), Config::default());
-    let (_, motion) = moved(&context(&robot, &environment, &posture, &config), &pair);
+    let step = Step::new();
+    let motion = step.motion();
+    let Step {
+        robot,
+        environment,
+        pair,
+        posture,
+        config,
+    } = &step;
 
     let left = robot.patch("left_foot").unwrap();
     let right = robot.patch("right_foot").unwrap();
@@ -156,7 +156,7 @@ fn a_swing_over_a_step_clears_it() {
     let mut rose: f64 = 0.0;
     for sample in &motion.samples {
         let q = Configuration::from_q(&sample.q).unwrap();
-        let kinematics = Kinematics::new(&robot, &q);
+        let kinematics = Kinematics::new(robot, &q);
         // The right foot stays where it stands.
         let off = kinematics.X_WC(right).translation.vector - stands.translation.vector;
         assert!(off.norm() < 5e-5, "{off} at {} s", sample.t_s);
@@ -164,25 +164,13 @@ fn a_swing_over_a_step_clears_it() {
         for (i, shape) in robot.collision.shapes().iter().enumerate() {
             let X_WG = robot.collision.X_WG(&kinematics, i);
             let riser = &environment.world().obstacles()[2];
-            let near = closest(
-                &shape.geometry,
-                &X_WG,
-                riser.geometry(),
-                riser.pose(),
-                posture.clearance_m,
-            );
-            let lands =
-                shape.body == left.body && kinematics.X_WC(left).translation.vector.z > STEP.0;
-            if let Some(near) = near.filter(|_| !lands) {
-                let distance = near.distance;
-                // 5 % of the margin is what a smooth curve may stray.
-                assert!(
-                    distance > 0.95 * posture.clearance_m,
-                    "{}: {distance} at {} s",
-                    shape.link,
-                    sample.t_s
-                );
-            }
+            let (geometry, pose, margin) = (riser.geometry(), riser.pose(), posture.clearance_m);
+            let near = closest(&shape.geometry, &X_WG, geometry, pose, margin);
+            let over = kinematics.X_WC(left).translation.vector.z > STEP.0;
+            let distance = near.map_or(margin, |near| near.distance);
+            // 5 % of the margin is what a smooth curve may stray.
+            let clear = distance > 0.95 * margin || shape.body == left.body && over;
+            assert!(clear, "{}: {distance} at {} s", shape.link, sample.t_s);
         }
         // Over the step's edge the whole sole is above the step.
         let X_WC = kinematics.X_WC(left);
@@ -199,20 +187,20 @@ fn a_swing_over_a_step_clears_it() {
 
 #[test]
 fn configuration_forces_and_rates_are_continuous_and_carry_the_weight() {
-    let robot = humanoid();
-    let environment = Environment::new(step(), 0.03, 2.0).unwrap();
-    let pair = Pair::new(&robot, &environment);
-    let (posture, config) = (posture::Config::default(), Config::default());
-    let (_, motion) = moved(&context(&robot, &environment, &posture, &config), &pair);
+    let step = Step::new();
+    let motion = step.motion();
+    let Step {
+        robot,
+        pair,
+        config,
+        ..
+    } = &step;
     let weight = robot.mass_kg * GRAVITY_M_S2;
 
     let kinds: Vec<PhaseKind> = motion.phases.iter().map(|p| p.kind).collect();
     assert_eq!(kinds, [PhaseKind::Swing, PhaseKind::Hold]);
-    let (first, last) = (
-        &motion.samples[0],
-        &motion.samples[motion.samples.len() - 1],
-    );
-    for (sample, posture) in [(first, &pair.posture[0]), (last, &pair.posture[1])] {
+    let ends = [motion.samples.first(), motion.samples.last()].map(Option::unwrap);
+    for (sample, posture) in ends.into_iter().zip(&pair.posture) {
         let q = Configuration::from_q(&sample.q).unwrap();
         assert!(q.difference(&posture.q).amax() < 1e-6);
     }
@@ -245,68 +233,48 @@ fn configuration_forces_and_rates_are_continuous_and_carry_the_weight() {
 
 #[test]
 fn a_wall_in_the_way_is_the_reason() {
-    let robot = humanoid();
-    let free = Environment::new(step(), 0.03, 2.0).unwrap();
-    let pair = Pair::new(&robot, &free);
+    let mut between = Step::new();
     // A plate between the foot's places, from wall to wall and up to the chest, where neither
     // posture is.
     let mut set = step();
-    let plate = |x: f64, y: [f64; 2], z: [f64; 2]| {
-        let corners = [0, 1].into_iter().flat_map(move |i| {
-            [0, 1]
-                .into_iter()
-                .flat_map(move |j| [0, 1].map(|k| (i, j, k)))
-        });
-        corners
-            .map(|(i, j, k)| Point3::new(x + 0.005 * f64::from(i), y[j], z[k]))
-            .collect::<Vec<_>>()
+    let corner = |k: usize| {
+        let side = |bit: usize, sides: [f64; 2]| sides[k >> bit & 1];
+        Point3::new(
+            side(0, [0.175, 0.18]),
+            side(1, [0.0, 1.5]),
+            side(2, [0.02, 0.75]),
+        )
     };
     set.obstacles.push(Obstacle {
         id: "plate".to_owned(),
-        points_W: plate(0.175, [0.0, 1.5], [0.02, 0.75]),
+        points_W: (0..8).map(corner).collect(),
         surface: None,
         assumed: false,
     });
-    let walled = Environment::new(set, 0.03, 2.0).unwrap();
-    let (posture, config) = (posture::Config::default(), Config::default());
-    let context = context(&robot, &walled, &posture, &config);
-    let failure = segment(&context, pair.end(0), pair.end(1))
-        .unwrap()
-        .expect_err("the plate is in the path");
+    between.environment = Environment::new(set, 0.03, 2.0).unwrap();
+    let failure = between.segment().unwrap();
+    let failure = failure.expect_err("the plate is in the path");
     let text = failure.describe();
     assert_eq!(failure.swing.as_deref(), Some("left_foot"), "{text}");
     assert!((0.0..=1.0).contains(&failure.at), "{text}");
-    match &failure.reason {
-        Reason::Clearance { link, body } => {
-            assert_eq!(body, "plate");
-            assert!(link.starts_with("LLEG"), "{text}");
-        }
-        other => panic!("{other:?}: {text}"),
-    }
-    assert!(
-        text.contains("plate") && text.contains("swing of left_foot"),
-        "{text}"
-    );
+    let Reason::Clearance { link, body } = &failure.reason else {
+        panic!("{:?}: {text}", failure.reason);
+    };
+    assert!(body == "plate" && link.starts_with("LLEG"), "{text}");
+    let said = text.contains("plate") && text.contains("swing of left_foot");
+    assert!(said, "{text}");
 }
 
 #[test]
 fn the_same_stances_give_the_same_motion() {
-    let robot = humanoid();
-    let environment = Environment::new(step(), 0.03, 2.0).unwrap();
-    let pair = Pair::new(&robot, &environment);
-    let (posture, config) = (posture::Config::default(), Config::default());
-    let context = context(&robot, &environment, &posture, &config);
-    assert_eq!(moved(&context, &pair).1, moved(&context, &pair).1);
+    let step = Step::new();
+    assert_eq!(step.motion(), step.motion());
 }
 
 #[test]
 fn stances_that_do_not_follow_on_each_other_are_refused() {
-    let robot = humanoid();
-    let environment = Environment::new(step(), 0.03, 2.0).unwrap();
-    let mut pair = Pair::new(&robot, &environment);
-    let (posture, config) = (posture::Config::default(), Config::default());
-    let context = context(&robot, &environment, &posture, &config);
-    pair.contacts[0][0].loaded = true;
-    let error = segment(&context, pair.end(0), pair.end(1)).unwrap_err();
+    let mut step = Step::new();
+    step.pair.contacts[0][0].loaded = true;
+    let error = step.segment().unwrap_err();
     assert!(error.to_string().contains("left_foot"), "{error}");
 }

@@ -101,15 +101,10 @@ impl Config {
     /// # Errors
     /// [`crate::Error::Config`] with the field, its value and what is allowed.
     pub fn validate(&self) -> Result<(), crate::Error> {
-        let part = |value: f64| value > 0.0 && value <= 1.0;
+        let part: fn(f64) -> bool = |value| value > 0.0 && value <= 1.0;
         let length = |value: f64| value >= 0.0 && value.is_finite();
         for (field, value, fine, allowed) in [
-            (
-                "friction_use",
-                self.friction_use,
-                part as fn(f64) -> bool,
-                "(0, 1]",
-            ),
+            ("friction_use", self.friction_use, part, "(0, 1]"),
             ("torque_use", self.torque_use, part, "(0, 1]"),
             ("joint_margin_rad", self.joint_margin_rad, length, "≥ 0"),
             ("clearance_m", self.clearance_m, length, "≥ 0"),

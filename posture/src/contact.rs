@@ -87,9 +87,8 @@ impl Contact {
     ) -> Result<Self, Error> {
         let touched = &environment[face];
         let (X_WF, middle_F) = (touched.X_WF, touched.region.centroid());
-        let polygon = environment
-            .outline(face, 0.0)
-            .convex_around(&middle_F, &Vector2::x());
+        let outline = environment.outline(face, 0.0);
+        let polygon = outline.convex_around(&middle_F, &Vector2::x());
         let polygon = polygon.ok_or_else(|| Error::EmptyFace {
             face: touched.id.to_string(),
         })?;

@@ -94,11 +94,9 @@ impl ContactIk {
         for k in 0..nq {
             self.normal[(k, k)] = damping;
         }
-        for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
-            if let Some(column) = *column {
-                self.right[column] +=
-                    PULL * damping * (ctx.problem.reference.joints[i - 1] - it.q.joints[i - 1]);
-            }
+        for (i, column) in ctx.layout.joints() {
+            let away = ctx.problem.reference.joints[i - 1] - it.q.joints[i - 1];
+            self.right[column] += PULL * damping * away;
         }
         if let Some(support) = support {
             let n = self.rows.n;
@@ -118,11 +116,8 @@ impl ContactIk {
             if e == 0.0 && !equality {
                 continue;
             }
-            let weight = if self.rows.tag[i] == Tag::Balance {
-                WEIGHT_COM
-            } else {
-                1.0
-            };
+            let is_com = self.rows.tag[i] == Tag::Balance;
+            let weight = if is_com { WEIGHT_COM } else { 1.0 };
             let row = &self.rows.a[i * self.rows.n..i * self.rows.n + nq];
             self.used.clear();
             self.used.extend((0..nq).filter(|&c| row[c] != 0.0));
@@ -139,22 +134,17 @@ impl ContactIk {
         self.hold_pressed(ctx, it);
         for _ in 0..PASSES {
             let free: Vec<usize> = (0..nq).filter(|&k| !self.held[k]).collect();
-            let m = DMatrix::from_fn(free.len(), free.len(), |r, c| {
-                self.normal[(free[r], free[c])]
-            });
-            let mut b = DVector::from_fn(free.len(), |r, _| self.right[free[r]]);
+            let n = free.len();
+            let m = DMatrix::from_fn(n, n, |r, c| self.normal[(free[r], free[c])]);
+            let mut b = DVector::from_fn(n, |r, _| self.right[free[r]]);
+            self.step.fill(0.0);
             let Some(factor): Option<Cholesky<f64, Dyn>> = Cholesky::new(m) else {
-                self.step.fill(0.0);
                 return;
             };
             factor.solve_mut(&mut b);
             let longest = b.amax();
-            let scale = if longest > STEP_MAX {
-                STEP_MAX / longest
-            } else {
-                1.0
-            };
-            self.step.fill(0.0);
+            let too_long = longest > STEP_MAX;
+            let scale = if too_long { STEP_MAX / longest } else { 1.0 };
             for (&k, d) in free.iter().zip(b.iter()) {
                 self.step[k] = scale * d;
             }
@@ -167,8 +157,7 @@ impl ContactIk {
     /// Holds the joints that stand at a limit and are pushed against it.
     fn hold_pressed(&mut self, ctx: &Context, it: &Iterate) {
         self.held.fill(false);
-        for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
-            let Some(column) = *column else { continue };
+        for (i, column) in ctx.layout.joints() {
             let (lower, upper) = ctx.joint_bounds(i);
             let q = it.q.joints[i - 1];
             let push = self.right[column];
@@ -180,8 +169,7 @@ impl ContactIk {
     /// Keeps the step inside the joint limits; whether a joint that was free is now held.
     fn hold(&mut self, ctx: &Context, it: &Iterate) -> bool {
         let mut more = false;
-        for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
-            let Some(column) = *column else { continue };
+        for (i, column) in ctx.layout.joints() {
             let (lower, upper) = ctx.joint_bounds(i);
             let q = it.q.joints[i - 1];
             let clamped = self.step[column].clamp((lower - q).min(0.0), (upper - q).max(0.0));

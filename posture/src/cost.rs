@@ -5,7 +5,7 @@
 //! all of them squares, so that the Gauss–Newton matrix is positive definite and exact but for
 //! the curvature of p_C.
 
-use nalgebra::{DMatrix, Isometry3, Point2, Vector3};
+use nalgebra::{DMatrix, Point2, Vector3};
 
 use crate::constraint::ANGLE_ARM_M;
 use crate::iterate::{Context, Iterate};
@@ -47,8 +47,7 @@ pub(crate) fn quadratic(
         gradient[3 + k] += config.weight_base * turn[k];
         hessian[(3 + k, 3 + k)] += config.weight_base.max(WEIGHT_POSITION);
     }
-    for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
-        let Some(column) = *column else { continue };
+    for (i, column) in ctx.layout.joints() {
         let error = it.q.joints[i - 1] - ctx.problem.reference.joints[i - 1];
         value += 0.5 * WEIGHT_POSTURE * error * error;
         gradient[column] += WEIGHT_POSTURE * error;
@@ -85,11 +84,9 @@ pub(crate) fn quadratic(
 pub(crate) fn value(ctx: &Context, it: &Iterate) -> f64 {
     let config = ctx.config;
     let mut value = 0.5 * config.weight_base * base_turn(ctx, it).norm_squared();
-    for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
-        if column.is_some() {
-            let error = it.q.joints[i - 1] - ctx.problem.reference.joints[i - 1];
-            value += 0.5 * WEIGHT_POSTURE * error * error;
-        }
+    for (i, _) in ctx.layout.joints() {
+        let error = it.q.joints[i - 1] - ctx.problem.reference.joints[i - 1];
+        value += 0.5 * WEIGHT_POSTURE * error * error;
     }
     for (column, weight) in force_weights(ctx) {
         let f = it.force[column - ctx.layout.nq];
@@ -108,9 +105,8 @@ fn force_weights<'a>(ctx: &'a Context) -> impl Iterator<Item = (usize, f64)> + '
     contacts.flat_map(move |(columns, model)| {
         let slip = config.weight_friction / model.mu_axis.max(MU_MIN).powi(2);
         let (along, across) = (WEIGHT_FORCES, WEIGHT_FORCES + slip);
-        columns
-            .iter()
-            .flat_map(move |&c| [(c, across), (c + 1, across), (c + 2, along)])
+        let weights = move |&c: &usize| [(c, across), (c + 1, across), (c + 2, along)];
+        columns.iter().flat_map(weights)
     })
 }
 
@@ -127,37 +123,23 @@ fn squares(
     mut term: impl FnMut(f64, f64, usize, &Vector3<f64>, Option<&Vector3<f64>>),
 ) {
     for (i, (contact, model)) in ctx.problem.contacts.iter().zip(&ctx.contacts).enumerate() {
-        let X_WC: Isometry3<f64> =
-            it.kinematics.X_WB[model.body] * ctx.robot().patches[contact.patch].X_BC;
+        let (body, X_WC) = (model.body, ctx.X_WC(it, i));
+        let is = ctx.patch_point_W(it, i, &Point2::origin());
+        let mut draw = |weight: f64, to: Vector3<f64>| {
+            for k in 0..3 {
+                let (direction, p) = (Vector3::ith(k, 1.0), &X_WC.translation.vector);
+                term(is[k] - to[k], weight, body, &direction, Some(p));
+            }
+        };
         // A relaxed contact is drawn to its place.
         if ctx.relaxed.place(i) {
-            let error = ctx.patch_point_W(it, i, &Point2::origin()) - ctx.wanted_W(it, i);
-            for k in 0..3 {
-                let p = &X_WC.translation.vector;
-                term(
-                    error[k],
-                    WEIGHT_DRAWN,
-                    model.body,
-                    &Vector3::ith(k, 1.0),
-                    Some(p),
-                );
-            }
+            draw(WEIGHT_DRAWN, ctx.wanted_W(it, i));
         }
         let Some(area) = contact.area() else {
             continue;
         };
         if let Some(toward) = &area.toward {
-            let error = ctx.patch_point_W(it, i, &Point2::origin()) - toward.coords;
-            for k in 0..3 {
-                let direction = Vector3::ith(k, 1.0);
-                term(
-                    error[k],
-                    WEIGHT_PLACEMENT,
-                    model.body,
-                    &direction,
-                    Some(&X_WC.translation.vector),
-                );
-            }
+            draw(WEIGHT_PLACEMENT, toward.coords);
         }
         if let Some(yaw) = area.yaw_rad
             && model.radius.is_none()
@@ -169,14 +151,8 @@ fn squares(
             if across.norm() > ANGLE_ARM_M {
                 let across = across.normalize();
                 let x_C = X_WC.rotation * Vector3::x();
-                let direction = x_C.cross(&across);
-                term(
-                    across.dot(&x_C),
-                    WEIGHT_HEADING,
-                    model.body,
-                    &direction,
-                    None,
-                );
+                let (error, direction) = (across.dot(&x_C), x_C.cross(&across));
+                term(error, WEIGHT_HEADING, body, &direction, None);
             }
         }
     }

@@ -37,9 +37,7 @@ pub(crate) fn posture(
     };
     for i in 0..rows.len() {
         match rows.tag[i] {
-            Tag::Closure(_) => {
-                margins.closure_m = margins.closure_m.max(rows.violation(i));
-            }
+            Tag::Closure(_) => margins.closure_m = margins.closure_m.max(rows.violation(i)),
             Tag::Equilibrium | Tag::Balance => {
                 margins.equilibrium = margins.equilibrium.max(rows.violation(i));
             }
@@ -90,7 +88,7 @@ pub(crate) fn posture(
                 margins.friction_use = margins.friction_use.max(used);
             }
         }
-        let mut X_WC = it.kinematics.X_WB[model.body] * robot.patches[contact.patch].X_BC;
+        let mut X_WC = ctx.X_WC(it, i);
         if model.radius.is_some() {
             X_WC.rotation = contact.X_WC.rotation;
         }

@@ -70,31 +70,25 @@ pub fn explain(problem: &Problem, config: &Config) -> Result<Option<Explanation>
     config.validate()?;
     problem.validate()?;
     let holds = |kept: &[Group]| -> Result<bool, Error> {
-        Ok(eased(problem, config, |g| {
-            if kept.contains(&g) {
-                Ease::Kept
-            } else {
-                Ease::Gone
-            }
-        })?
-        .is_some())
+        let ease = |g| match kept.contains(&g) {
+            true => Ease::Kept,
+            false => Ease::Gone,
+        };
+        Ok(eased(problem, config, ease)?.is_some())
     };
     let mut kept = groups(problem);
     if holds(&kept)? {
         return Ok(None);
     }
     // A proved conflict needs no trials.
-    let proven = unbalanced(problem, config);
-    let trials = if proven.is_some() {
-        Vec::new()
+    if let Some(proven) = unbalanced(problem, config) {
+        kept = proven;
     } else {
-        kept.clone()
-    };
-    kept = proven.unwrap_or(kept);
-    for group in trials {
-        let without: Vec<Group> = kept.iter().copied().filter(|g| *g != group).collect();
-        if !holds(&without)? {
-            kept = without;
+        for group in kept.clone() {
+            let without: Vec<Group> = kept.iter().copied().filter(|g| *g != group).collect();
+            if !holds(&without)? {
+                kept = without;
+            }
         }
     }
     let mut relaxations = Vec::new();

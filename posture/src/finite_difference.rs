@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, Robot};
-use surfaces::{ConvexPolygon, Face, Region, Terrain};
+use surfaces::{Face, Terrain};
 
 use crate::constraint::{self, Scratch};
 use crate::contact::{Contact, Freedom};
@@ -12,32 +12,21 @@ use crate::problem::{BaseGoal, Problem};
 use crate::rows::{Rows, Tag};
 use crate::{Config, Solver, cost};
 
-/// The humanoid that ships, read from its files.
-pub(crate) fn humanoid() -> Robot {
-    scenes::builtin_robot("hrp2")
-        .unwrap()
-        .load(&robot_model::Config::default())
-        .unwrap()
+/// A robot that ships, read from its files.
+pub(crate) fn shipped(name: &str) -> Robot {
+    let builtin = scenes::builtin_robot(name).unwrap();
+    builtin.load(&robot_model::Config::default()).unwrap()
 }
 
-/// The robot that stands on balls, read from its files.
-fn hexapod() -> Robot {
-    scenes::builtin_robot("hexapod")
-        .unwrap()
-        .load(&robot_model::Config::default())
-        .unwrap()
+/// The humanoid that ships.
+pub(crate) fn humanoid() -> Robot {
+    shipped("hrp2")
 }
 
 /// A square surface of half width `half` at a pose.
 #[allow(non_snake_case)]
 pub(crate) fn square(id: &str, X_WF: Isometry3<f64>, half: f64) -> Face {
-    let polygon = ConvexPolygon::new(
-        [(-half, -half), (half, -half), (half, half), (-half, half)]
-            .map(|(x, y)| nalgebra::Point2::new(x, y))
-            .to_vec(),
-    )
-    .unwrap();
-    Face::new(id, X_WF, Region::from(&polygon))
+    Face::rectangle(id, X_WF, [2.0 * half; 2]).unwrap()
 }
 
 /// Numbers between −1 and 1 from a seed: SplitMix64.
@@ -64,10 +53,8 @@ fn random_configuration(robot: &Robot, random: &mut Random) -> Configuration {
     q.p_WB = Vector3::new(0.0, 0.0, 0.7) + 0.1 * random.vector();
     q.R_WB = UnitQuaternion::new(0.3 * random.vector());
     for (joint, body) in q.joints.iter_mut().zip(robot.joint_bodies()) {
-        let (middle, half) = (
-            0.5 * (body.lower + body.upper),
-            0.5 * (body.upper - body.lower),
-        );
+        let middle = 0.5 * (body.lower + body.upper);
+        let half = 0.5 * (body.upper - body.lower);
         *joint = middle + 0.6 * half * random.next();
     }
     q
@@ -79,17 +66,11 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
     let mut random = Random(seed);
     let tilt = |random: &mut Random| UnitQuaternion::new(0.3 * random.vector());
     let environment = {
-        let mut at = |p: Vector3<f64>, id: &str| {
-            square(
-                id,
-                Isometry3::from_parts(Translation3::from(p), tilt(&mut random)),
-                0.25,
-            )
+        let mut at = |p: [f64; 3], id: &str| {
+            let pose = Isometry3::from_parts(Translation3::from(p), tilt(&mut random));
+            square(id, pose, 0.25)
         };
-        let faces = vec![
-            at(Vector3::new(0.2, -0.1, 0.1), "a"),
-            at(Vector3::new(0.4, 0.4, 0.6), "b"),
-        ];
+        let faces = vec![at([0.2, -0.1, 0.1], "a"), at([0.4, 0.4, 0.6], "b")];
         let terrain = Terrain::new(faces, Vec::new()).unwrap();
         Environment::new(terrain, 0.05, 2.0).unwrap()
     };
@@ -159,7 +140,7 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
     cost::quadratic(&ctx, &it, &mut gradient, &mut hessian);
 
     const H: f64 = 1e-6;
-    let mut kinds = std::collections::HashMap::new();
+    let mut kinds = std::collections::HashSet::new();
     for (k, &derivative) in gradient.iter().enumerate() {
         let mut moved = |sign: f64| -> (Rows, f64, Iterate) {
             let delta = DVector::from_fn(n, |i, _| if i == k { sign * H } else { 0.0 });
@@ -174,11 +155,8 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
         let (plus, cost_plus, _) = moved(1.0);
         let (minus, cost_minus, _) = moved(-1.0);
         let slope = (cost_plus - cost_minus) / (2.0 * H);
-        assert!(
-            (slope - derivative).abs() < 1e-5,
-            "cost, column {k}: {slope} {}",
-            derivative
-        );
+        let off = (slope - derivative).abs();
+        assert!(off < 1e-5, "cost, column {k}: {slope} {derivative}");
         assert_eq!(plus.tag, rows.tag, "a row came or went within {H}");
         assert_eq!(minus.tag, rows.tag, "a row came or went within {H}");
         assert_eq!((&plus.lower, &plus.upper), (&rows.lower, &rows.upper));
@@ -191,39 +169,27 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
                 Tag::Clearance(..) | Tag::SelfClearance(..) => 2e-2,
                 _ => 1e-6,
             } * (1.0 + slope.abs());
-            assert!(
-                (slope - given).abs() < tolerance,
-                "{:?}, column {k}: difference {slope}, derivative {given}",
-                rows.tag[i]
-            );
-            *kinds
-                .entry(std::mem::discriminant(&rows.tag[i]))
-                .or_insert(0) += 1;
+            let (tag, off) = (&rows.tag[i], (slope - given).abs());
+            assert!(off < tolerance, "{tag:?}, column {k}: {slope}, not {given}");
+            kinds.insert(std::mem::discriminant(tag));
         }
     }
-    assert!(
-        kinds.len() >= 8,
-        "only {} kinds of constraint had rows",
-        kinds.len()
-    );
+    let kinds = kinds.len();
+    assert!(kinds >= 8, "only {kinds} kinds of constraint had rows");
 }
 
 #[test]
 fn derivatives_agree_with_differences() {
     let robot = humanoid();
+    let ends = ["left_foot", "right_foot", "left_hand", "right_hand"];
     for seed in 1..=8 {
-        check(
-            seed,
-            &robot,
-            ["left_foot", "right_foot", "left_hand", "right_hand"],
-            1.0,
-        );
+        check(seed, &robot, ends, 1.0);
     }
 }
 
 #[test]
 fn derivatives_agree_with_differences_where_balls_touch() {
-    let robot = hexapod();
+    let robot = shipped("hexapod");
     let feet = ["front_left", "middle_right", "rear_left", "front_right"];
     for seed in 1..=8 {
         check(seed, &robot, feet, 1.0);

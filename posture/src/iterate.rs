@@ -61,19 +61,15 @@ pub(crate) struct Context<'a> {
 
 impl<'a> Context<'a> {
     pub fn new(problem: &'a Problem<'a>, config: &'a Config, relaxed: Relaxed) -> Self {
-        let contacts: Vec<ContactModel> = (0..problem.contacts.len())
-            .map(|i| ContactModel::new(problem, i, config))
-            .collect();
-        let layout = Layout::new(problem, &contacts);
-        let on_balls_alone = on_balls_alone(problem, &contacts, config);
-        let weight = problem.robot.mass_kg * GRAVITY_M_S2;
+        let models = (0..problem.contacts.len()).map(|i| ContactModel::new(problem, i, config));
+        let contacts: Vec<ContactModel> = models.collect();
         Self {
             problem,
             config,
+            layout: Layout::new(problem, &contacts),
+            on_balls_alone: on_balls_alone(problem, &contacts, config),
             contacts,
-            layout,
-            on_balls_alone,
-            weight,
+            weight: problem.robot.mass_kg * GRAVITY_M_S2,
             relaxed,
         }
     }
@@ -134,10 +130,8 @@ impl<'a> Context<'a> {
     /// Limits of the joint of body `i`, inside by the margin where there is room for it.
     pub fn joint_bounds(&self, i: usize) -> (f64, f64) {
         let body = &self.robot().bodies[i];
-        let margin = self
-            .config
-            .joint_margin_rad
-            .min(0.25 * (body.upper - body.lower).max(0.0));
+        let room = 0.25 * (body.upper - body.lower).max(0.0);
+        let margin = self.config.joint_margin_rad.min(room);
         (body.lower + margin, body.upper - margin)
     }
 
@@ -150,12 +144,8 @@ impl<'a> Context<'a> {
         for (i, column) in self.layout.column.iter().enumerate().skip(1) {
             to.q.joints[i - 1] = from.q.joints[i - 1] + column.map_or(0.0, |column| delta[column]);
         }
-        for ((f, f0), d) in to
-            .force
-            .iter_mut()
-            .zip(&from.force)
-            .zip(&delta[self.layout.nq..])
-        {
+        let forces = from.force.iter().zip(&delta[self.layout.nq..]);
+        for (f, (f0, d)) in to.force.iter_mut().zip(forces) {
             *f = f0 + d;
         }
         to.kinematics.update(self.robot(), &to.q);

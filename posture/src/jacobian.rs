@@ -2,7 +2,8 @@
 //! mass by the variables of a step.
 #![allow(non_snake_case)]
 
-use nalgebra::{Point2, Vector3};
+use nalgebra::{Isometry3, Point2, Vector3};
+use robot_model::JointKind::Prismatic;
 
 use crate::iterate::{Context, Iterate};
 
@@ -45,6 +46,12 @@ impl Context<'_> {
         (X_WB * (X_BC * nalgebra::Point3::new(p.x, p.y, 0.0))).coords
     }
 
+    /// Pose of a contact's patch, in W.
+    pub fn X_WC(&self, it: &Iterate, contact: usize) -> Isometry3<f64> {
+        let patch = &self.robot().patches[self.problem.contacts[contact].patch];
+        it.kinematics.X_WB[patch.body] * patch.X_BC
+    }
+
     /// Adds `scale` times the gradient of `direction · p` to a row, p being the point `p_W` of a
     /// body.
     pub fn add_point_gradient(
@@ -64,11 +71,10 @@ impl Context<'_> {
         while let Some(parent) = self.robot().bodies[b].parent {
             if let Some(column) = self.layout.column[b] {
                 let axis = &it.kinematics.axis_W[b];
+                let lever = p_W - it.kinematics.origin_W[b];
                 row[column] += match self.robot().bodies[b].kind {
-                    robot_model::JointKind::Prismatic => axis.dot(direction),
-                    _ => axis
-                        .cross(&(p_W - it.kinematics.origin_W[b]))
-                        .dot(direction),
+                    Prismatic => axis.dot(direction),
+                    _ => axis.cross(&lever).dot(direction),
                 };
             }
             b = parent;
@@ -89,7 +95,7 @@ impl Context<'_> {
         let mut b = body;
         while let Some(parent) = self.robot().bodies[b].parent {
             if let Some(column) = self.layout.column[b]
-                && self.robot().bodies[b].kind != robot_model::JointKind::Prismatic
+                && self.robot().bodies[b].kind != Prismatic
             {
                 row[column] += it.kinematics.axis_W[b].dot(direction);
             }
@@ -105,16 +111,14 @@ impl Context<'_> {
             row[k] += direction[k];
             row[3 + k] += about_base[k];
         }
-        for (b, column) in self.layout.column.iter().enumerate().skip(1) {
-            let Some(column) = *column else { continue };
+        for (b, column) in self.layout.joints() {
             let share = kin.subtree_mass[b] / self.robot().mass_kg;
-            row[column] += share
-                * match self.robot().bodies[b].kind {
-                    robot_model::JointKind::Prismatic => kin.axis_W[b].dot(direction),
-                    _ => kin.axis_W[b]
-                        .cross(&(kin.subtree_com_W[b] - kin.origin_W[b]))
-                        .dot(direction),
-                };
+            let (axis, lever) = (&kin.axis_W[b], kin.subtree_com_W[b] - kin.origin_W[b]);
+            let moved = match self.robot().bodies[b].kind {
+                Prismatic => axis.dot(direction),
+                _ => axis.cross(&lever).dot(direction),
+            };
+            row[column] += share * moved;
         }
     }
 }

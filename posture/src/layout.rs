@@ -24,6 +24,12 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
+    /// The bodies whose joints are free to move, each with its column.
+    pub fn joints(&self) -> impl Iterator<Item = (usize, usize)> {
+        let columns = self.column.iter().enumerate().skip(1);
+        columns.filter_map(|(body, column)| Some((body, (*column)?)))
+    }
+
     /// Joints with no contact and little mass beyond them are held: they matter to no constraint.
     pub fn new(problem: &Problem, contacts: &[ContactModel]) -> Self {
         let robot = problem.robot;
@@ -49,14 +55,13 @@ impl Layout {
         let nq = next;
         let mut force = Vec::new();
         for (contact, model) in problem.contacts.iter().zip(contacts) {
-            let mut columns = Vec::new();
-            if contact.loaded {
-                for _ in &model.force_points {
-                    columns.push(next);
-                    next += 3;
-                }
-            }
-            force.push(columns);
+            let points = if contact.loaded {
+                model.force_points.len()
+            } else {
+                0
+            };
+            force.push((0..points).map(|k| next + 3 * k).collect());
+            next += 3 * points;
         }
         Self {
             column,
@@ -113,13 +118,9 @@ pub fn force_points(polygon: &[Point2<f64>], inset_m: f64) -> Vec<Point2<f64>> {
         return polygon.to_vec();
     };
     let c = patch.centroid();
-    let half_width = patch
-        .half_planes()
-        .iter()
-        .map(|h| h.b - h.n.dot(&c.coords))
-        .fold(f64::MAX, f64::min);
-    let inset = inset_m.min(INSET_MAX * half_width);
-    patch
-        .inset(inset)
-        .map_or_else(|| polygon.to_vec(), |p| p.vertices().to_vec())
+    let sides = patch.half_planes();
+    let widths = sides.iter().map(|h| h.b - h.n.dot(&c.coords));
+    let inset = inset_m.min(INSET_MAX * widths.fold(f64::MAX, f64::min));
+    let inside = patch.inset(inset);
+    inside.map_or_else(|| polygon.to_vec(), |p| p.vertices().to_vec())
 }

@@ -107,6 +107,7 @@ impl Violation {
     pub fn describe(&self, problem: &Problem) -> String {
         let mm = 1e3 * self.amount;
         let percent = 100.0 * self.amount;
+        let joint = |b: usize| problem.robot.bodies[b].joint.as_str();
         let contact = |i: usize| problem.contacts[i].describe(problem.robot, problem.environment);
         match &self.constraint {
             Constraint::Closure(i) => format!("{} is out of reach by {mm:.1} mm", contact(*i)),
@@ -120,27 +121,17 @@ impl Violation {
                 format!("out of balance: the CoM is {mm:.1} mm outside what the contacts support")
             }
             Constraint::Friction(i) => {
-                format!(
-                    "{} slips: {percent:.1} % of the weight over the friction",
-                    contact(*i)
-                )
+                let over = format!("{percent:.1} % of the weight over the friction");
+                format!("{} slips: {over}", contact(*i))
             }
             Constraint::Torque(b) => {
-                let body = &problem.robot.bodies[*b];
-                format!("torque of {} over its limit by {percent:.1} %", body.joint)
+                format!("torque of {} over its limit by {percent:.1} %", joint(*b))
             }
             Constraint::JointLimit(b) => {
-                let body = &problem.robot.bodies[*b];
-                format!(
-                    "{} beyond its limit by {:.2}°",
-                    body.joint,
-                    self.amount.to_degrees()
-                )
+                let degrees = self.amount.to_degrees();
+                format!("{} beyond its limit by {degrees:.2}°", joint(*b))
             }
-            Constraint::SelfClearance(a, b) => {
-                format!("{a} is too near to {b} by {mm:.1} mm")
-            }
-            Constraint::Clearance(a, b) => {
+            Constraint::SelfClearance(a, b) | Constraint::Clearance(a, b) => {
                 format!("{a} is too near to {b} by {mm:.1} mm")
             }
             Constraint::BaseGoal => format!("the base misses the goal by {mm:.1} mm"),

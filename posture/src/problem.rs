@@ -60,19 +60,14 @@ impl Problem<'_> {
     /// # Errors
     /// [`Error`] naming the contact and the cause.
     pub fn validate(&self) -> Result<(), Error> {
+        let refuse = |what: String, value: f64| Err(Error::Value { what, value });
         for (i, contact) in self.contacts.iter().enumerate() {
             if !(contact.friction > 0.0 && contact.friction.is_finite()) {
-                return Err(Error::Value {
-                    what: format!("friction of contact {i}"),
-                    value: contact.friction,
-                });
+                return refuse(format!("friction of contact {i}"), contact.friction);
             }
             let position = &contact.X_WC.translation.vector;
             if let Some(&value) = position.iter().find(|x| !x.is_finite()) {
-                return Err(Error::Value {
-                    what: format!("position of contact {i}"),
-                    value,
-                });
+                return refuse(format!("position of contact {i}"), value);
             }
         }
         if !self.contacts.iter().any(|c| c.loaded) {

@@ -30,30 +30,19 @@ pub(crate) fn infeasible(ctx: &Context) -> Option<Violation> {
 /// Two contacts at fixed places that are farther apart than the robot is long between them.
 fn apart(ctx: &Context) -> Option<Violation> {
     let robot = ctx.robot();
-    let fixed: Vec<(usize, Vector3<f64>)> = ctx
-        .problem
-        .contacts
-        .iter()
-        .enumerate()
-        .filter(|(_, c)| c.area().is_none())
-        .map(|(i, c)| (i, c.X_WC.translation.vector))
-        .collect();
+    let contacts = ctx.problem.contacts.iter().enumerate();
+    let fixed: Vec<_> = contacts.filter(|(_, c)| c.area().is_none()).collect();
     let mut worst: Option<Violation> = None;
-    for (k, &(a, p_a)) in fixed.iter().enumerate() {
-        for &(b, p_b) in &fixed[k + 1..] {
-            let (patch_a, patch_b) = (
-                &robot.patches[ctx.problem.contacts[a].patch],
-                &robot.patches[ctx.problem.contacts[b].patch],
-            );
-            let reach = span_m(ctx, patch_a.body, patch_b.body)
-                + patch_a.X_BC.translation.vector.norm()
-                + patch_b.X_BC.translation.vector.norm();
-            let amount = (p_a - p_b).norm() - reach;
+    for (k, (_, a)) in fixed.iter().enumerate() {
+        for (i, b) in &fixed[k + 1..] {
+            let patches = [a, b].map(|contact| &robot.patches[contact.patch]);
+            let [to_a, to_b] = patches.map(|patch| patch.X_BC.translation.vector.norm());
+            let reach = span_m(ctx, patches[0].body, patches[1].body) + to_a + to_b;
+            let way = a.X_WC.translation.vector - b.X_WC.translation.vector;
+            let amount = way.norm() - reach;
             if amount > CERTAIN && worst.as_ref().is_none_or(|w| amount > w.amount) {
-                worst = Some(Violation {
-                    constraint: Constraint::Closure(b),
-                    amount,
-                });
+                let constraint = Constraint::Closure(*i);
+                worst = Some(Violation { constraint, amount });
             }
         }
     }
@@ -163,14 +152,10 @@ fn unbalanced(ctx: &Context) -> Option<Violation> {
         upper: &vec![f64::INFINITY; n],
     };
     let x = qp::engine(ctx.config.solver.engine).solve(&program).ok()?;
-    (0..6)
-        .map(|i| {
-            let value = rows.value[i] + rows.change(i, &x);
-            Violation {
-                constraint: ctx.constraint(rows.tag[i]),
-                amount: value.abs(),
-            }
-        })
-        .filter(|v| v.amount > CERTAIN)
-        .max_by(|a, b| a.amount.total_cmp(&b.amount))
+    let left = (0..6).map(|i| Violation {
+        constraint: ctx.constraint(rows.tag[i]),
+        amount: (rows.value[i] + rows.change(i, &x)).abs(),
+    });
+    let certain = left.filter(|v| v.amount > CERTAIN);
+    certain.max_by(|a, b| a.amount.total_cmp(&b.amount))
 }

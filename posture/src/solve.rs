@@ -30,7 +30,7 @@ const FAR_M: f64 = 0.05;
 /// # Errors
 /// [`Error`] where the problem itself makes no sense; that no posture exists is an [`Outcome`].
 ///
-/// Source: the posture generator of [brossette2013] and [escande2013], as one SQP; deviation:
+/// Source: the posture generator of \[brossette2013\] and \[escande2013\], as one SQP; deviation:
 /// contact forces are variables beside q, so torque limits hold together with everything else.
 pub fn solve(problem: &Problem, config: &Config) -> Result<Outcome, Error> {
     config.validate()?;

@@ -68,10 +68,8 @@ impl<'a> Sqp<'a> {
     pub fn geometric_violation(&mut self, it: &Iterate) -> f64 {
         let forces = |tag| matches!(tag, Tag::Equilibrium | Tag::Balance | Tag::Torque(_));
         let rows = self.subproblem.values_at(it);
-        (0..rows.len())
-            .filter(|&i| !forces(rows.tag[i]))
-            .map(|i| rows.violation(i))
-            .sum()
+        let others = (0..rows.len()).filter(|&i| !forces(rows.tag[i]));
+        others.map(|i| rows.violation(i)).sum()
     }
 
     /// Runs from one seed to where no step helps.
@@ -159,8 +157,8 @@ impl<'a> Sqp<'a> {
     /// none, whatever stopped the search.
     fn finish(&mut self, it: &Iterate, cost: f64, stop: Stop) -> Outcome {
         let (scratch, rows) = self.subproblem.memory();
-        let (posture, worst) =
-            evaluate::posture(self.ctx, it, scratch, rows, cost, self.iterations);
+        let (ctx, iterations) = (self.ctx, self.iterations);
+        let (posture, worst) = evaluate::posture(ctx, it, scratch, rows, cost, iterations);
         match worst {
             Some(violation) if violation.amount > TOLERANCE => {
                 Outcome::Undecided { stop, violation }

@@ -18,16 +18,14 @@ pub fn on_level_ground(
 ) -> Configuration {
     let upright = posture.clone().with_base(&Isometry3::identity());
     let kinematics = Kinematics::new(robot, &upright);
-    let lowest = patches
-        .iter()
-        .map(|&p| &robot.patches[p])
-        .flat_map(|patch| {
-            let pose = kinematics.X_WC(patch);
-            let radius = patch.point_radius_m().unwrap_or(0.0);
-            let vertices = patch.polygon.iter();
-            vertices.map(move |v| (pose * Point3::new(v.x, v.y, 0.0)).z - radius)
-        })
-        .fold(f64::INFINITY, f64::min);
+    let heights = patches.iter().flat_map(|&p| {
+        let patch = &robot.patches[p];
+        let pose = kinematics.X_WC(patch);
+        let radius = patch.point_radius_m().unwrap_or(0.0);
+        let vertices = patch.polygon.iter();
+        vertices.map(move |v| (pose * Point3::new(v.x, v.y, 0.0)).z - radius)
+    });
+    let lowest = heights.fold(f64::INFINITY, f64::min);
     let height = if lowest.is_finite() { -lowest } else { 0.0 };
     upright.with_base(&Translation3::new(0.0, 0.0, height).into())
 }
@@ -73,12 +71,8 @@ pub fn over_contacts(
             cos += HEADING_WEIGHT_M2 * a.dot(&b);
         }
     }
-    let yaw = if sin == 0.0 && cos == 0.0 {
-        0.0
-    } else {
-        f64::atan2(sin, cos)
-    };
-    let R_WB = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
+    // Without any heading there is no turn: atan2(0, 0) = 0.
+    let R_WB = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), f64::atan2(sin, cos));
     let p_WB = mean_target - R_WB * mean_place;
     let base = Isometry3::from_parts(p_WB.into(), R_WB);
     posture.clone().with_base(&base)

@@ -37,26 +37,17 @@ pub fn executed(program: &Program, names: &[String], folder: &Path) -> Result<Ta
     for name in names {
         let plan = folder.join(name).join("plan.json");
         if !folder.join(name).join("motion.json").exists() {
-            table
-                .notes
-                .push(format!("{name} has no motion to execute."));
+            table.note(format!("{name} has no motion to execute."));
             continue;
         }
-        let args = [
-            "simulate",
-            &argument(&plan),
-            "--execute",
-            "-o",
-            &argument(&out),
-        ];
+        let (plan, to) = (argument(&plan), argument(&out));
+        let args = ["simulate", &plan, "--execute", "-o", &to];
         let ran = program.run(&args, &[0, 1, 3])?;
         if ran.code == 1 {
             let without = ran.errors.contains("--features mujoco");
             ensure!(without, "`scandent {}`: {}", args.join(" "), ran.errors);
             eprintln!("SKIPPED: executions: the program was built without MuJoCo");
-            table
-                .notes
-                .push("SKIPPED: the program was built without MuJoCo.".into());
+            table.note("SKIPPED: the program was built without MuJoCo.");
             break;
         }
         table.push(name.clone(), figures(&json(&out)?));

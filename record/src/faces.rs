@@ -42,10 +42,9 @@ pub fn simulated(program: &Program, frames: &[Frame], folder: &Path) -> Result<T
             table.push(format!("{name}, {noise} noise"), figures(&score));
         }
     }
-    table.notes.push(
+    table.note(
         "Found by half (rec50) or four fifths (rec80) of the union of pixels; of the planes found those that are a \
-         face's (prec50); *off the face* and *cover* of the upward faces found, after the insets."
-            .into(),
+         face's (prec50); *off the face* and *cover* of the upward faces found, after the insets.",
     );
     Ok(table)
 }
@@ -116,7 +115,7 @@ pub fn real(program: &Program, scans: &Path, folder: &Path) -> Result<Table> {
         let path: PathBuf = scans.join(name);
         if !path.exists() {
             eprintln!("SKIPPED: {} is not there", path.display());
-            table.notes.push(format!("SKIPPED: {name} is not there."));
+            table.note(format!("SKIPPED: {name} is not there."));
             continue;
         }
         let found = extract(program, &path, flags, folder)?;
@@ -127,10 +126,8 @@ pub fn real(program: &Program, scans: &Path, folder: &Path) -> Result<Table> {
             squares += face.outline.area() * face.rms_m * face.rms_m;
         }
         let rms = (area > 0.0).then(|| 1e3 * f64::sqrt(squares / area));
-        table.push(
-            name,
-            vec![Some(found.len() as f64), Some(area), Some(touchable), rms],
-        );
+        let count = found.len() as f64;
+        table.push(name, vec![Some(count), Some(area), Some(touchable), rms]);
     }
     Ok(table)
 }

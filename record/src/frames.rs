@@ -96,10 +96,8 @@ pub fn groups(faces: &[Face]) -> Vec<usize> {
                 && a.body != b.body;
             if coplanar && touch(a, b) {
                 let (from, to) = (group[i].max(group[j]), group[i].min(group[j]));
-                group
-                    .iter_mut()
-                    .filter(|g| **g == from)
-                    .for_each(|g| *g = to);
+                let joined = group.iter_mut().filter(|g| **g == from);
+                joined.for_each(|g| *g = to);
             }
         }
     }
@@ -113,12 +111,8 @@ fn touch(a: &Face, b: &Face) -> bool {
     };
     let y = a.normal_W.cross(&x);
     let flat = |face: &Face| {
-        let middle = face
-            .vertices_W
-            .iter()
-            .map(|p| p.coords)
-            .sum::<Vector3<f64>>()
-            / 4.0;
+        let sum: Vector3<f64> = face.vertices_W.iter().map(|p| p.coords).sum();
+        let middle = sum / 4.0;
         let wide = |p: &Point3<f64>| p.coords + (p.coords - middle).normalize() * 1.5e-3;
         let corner = |p: &Point3<f64>| [x.dot(&wide(p)), y.dot(&wide(p))];
         Outline::from_rings(&[face.vertices_W.iter().map(corner).collect()])

@@ -104,8 +104,8 @@ fn main() -> Result<ExitCode> {
     let mut record = measure(&program, &questions, &args, folder)?;
     let old = match &args.against {
         None => None,
-        Some(path) if path.extension().is_some_and(|e| e == "json") => {
-            Some(read(path, args.quick)?)
+        Some(file) if file.extension().is_some_and(|e| e == "json") => {
+            Some(read(file, args.quick)?)
         }
         Some(path) => {
             let other = Program::new(path)?;
@@ -125,11 +125,7 @@ fn main() -> Result<ExitCode> {
     std::fs::write(&args.output, serde_json::to_vec(&record)?)?;
     std::fs::write(args.output.with_extension("md"), &text)?;
     println!("{text}");
-    Ok(if worse {
-        ExitCode::FAILURE
-    } else {
-        ExitCode::SUCCESS
-    })
+    Ok(ExitCode::from(u8::from(worse)))
 }
 
 fn measure(program: &Program, ask: &Questions, args: &Args, folder: &Path) -> Result<Record> {

@@ -29,13 +29,8 @@ pub fn plan(program: &Program, scene: &str, flags: &[String], folder: &Path) -> 
     if folder.exists() {
         std::fs::remove_dir_all(folder)?;
     }
-    let mut args = vec![
-        "plan".to_owned(),
-        scene.to_owned(),
-        "-o".into(),
-        argument(folder),
-    ];
-    args.extend_from_slice(flags);
+    let out = argument(folder);
+    let args = [&["plan", scene, "-o", &out].map(str::to_owned), flags].concat();
     // 1 is also a plan that its own verification refused: it counts as none, and why is told.
     let ran = program.run(&args, &[0, 1, 3, 4])?;
     let found = ran.code == 0;
@@ -48,10 +43,9 @@ pub fn plan(program: &Program, scene: &str, flags: &[String], folder: &Path) -> 
         found,
         verified: found && json(&certificate)?["pass"] == true,
         // Where the goal cannot be posed there is none.
-        plan: if file.exists() {
-            json(&file)?
-        } else {
-            Value::Null
+        plan: match file.exists() {
+            true => json(&file)?,
+            false => Value::Null,
         },
     })
 }
@@ -114,10 +108,9 @@ pub fn shipped(program: &Program, names: &[String], folder: &Path) -> Result<Tab
         let planned = plan(program, name, &[], &folder.join(name))?;
         table.push(name.clone(), planned.figures());
     }
-    table.notes.push(
+    table.note(
         "*tree*: contact sets in the tree; *problems*: posture problems solved; the margins are the least of all \
-         stances, uses the greatest."
-            .into(),
+         stances, uses the greatest.",
     );
     Ok(table)
 }
@@ -182,28 +175,22 @@ fn shoot(scene: &Builtin, seed: u64, folder: &Path) -> Result<Vec<String>> {
     if source.cloud.is_some() {
         scan_path = stem.with_extension("pcd");
         let (sensor, noise) = (Vlp16::default(), RangeNoise::default());
-        std::fs::write(
-            &scan_path,
-            pcd(&sweep(&world, &sensor, &X_WV, &noise, seed, seed)),
-        )?;
+        let taken = sweep(&world, &sensor, &X_WV, &noise, seed, seed);
+        std::fs::write(&scan_path, pcd(&taken))?;
     } else {
         scan_path = stem.with_extension("png");
         let camera = match source.sensor.as_deref() {
             Some("kinect_v1") => &KINECT,
             _ => &XTION,
         };
-        write_png(
-            &scan_path,
-            &scan(&world, camera, &X_WV, &DepthNoise::default(), seed),
-        )?;
+        let taken = scan(&world, camera, &X_WV, &DepthNoise::default(), seed);
+        write_png(&scan_path, &taken)?;
     }
     let sensor = source.sensor.clone().context("a sensor")?;
-    let mut flags = vec![
-        "--scan".to_owned(),
-        argument(&scan_path),
-        "--sensor".into(),
-        sensor,
-    ];
+    let path = argument(&scan_path);
+    let mut flags = ["--scan", &path, "--sensor", &sensor]
+        .map(str::to_owned)
+        .to_vec();
     match &source.extrinsics {
         // Where the planner believes the sensor to be is what was identified, not the truth.
         Some(name) => {

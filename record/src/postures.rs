@@ -32,28 +32,13 @@ pub fn sets(program: &Program, count: usize, folder: &Path) -> Result<Table> {
         for family in families.split(' ') {
             let robot_flag = format!("builtin:{robot}");
             let (count, out) = (count.to_string(), argument(&problems));
-            let draw = [
-                "posture-sets",
-                "--family",
-                family,
-                "--count",
-                &count,
-                "--seed",
-                "1",
-            ];
-            program.run(
-                &[&draw[..], &["--robot", &robot_flag, "-o", &out]].concat(),
-                &[0],
-            )?;
-            let solve = [
-                "posture",
-                "--robot",
-                &robot_flag,
-                &out,
-                "-o",
-                &argument(&results),
-            ];
-            program.run(&solve, &[0, 3])?;
+            let robot_flags = ["--robot", &robot_flag];
+            let draw = ["posture-sets", "--family", family, "--count", &count];
+            let rest = ["--seed", "1", "-o", &out];
+            program.run(&[&draw[..], &robot_flags, &rest].concat(), &[0])?;
+            let (solve, to) = (["posture", &out], argument(&results));
+            let args = [&solve[..], &robot_flags, &["-o", &to]].concat();
+            program.run(&args, &[0, 3])?;
             table.push(format!("{robot}, {family}"), figures(&json(&results)?)?);
         }
     }
@@ -64,14 +49,8 @@ fn figures(file: &Value) -> Result<Vec<Option<f64>>> {
     let results = file["results"].as_array().context("no `results`")?;
     let of = |outcome: &'static str| results.iter().filter(move |r| r["outcome"] == outcome);
     let count = |outcome| Some(of(outcome).count() as f64);
-    let iterations: Vec<f64> = of("feasible")
-        .filter_map(|r| r["iterations"].as_f64())
-        .collect();
-    let iterations = median(&iterations);
-    Ok(vec![
-        count("feasible"),
-        count("infeasible"),
-        count("undecided"),
-        iterations,
-    ])
+    let iterations = of("feasible").filter_map(|r| r["iterations"].as_f64());
+    let iterations = median(&iterations.collect::<Vec<_>>());
+    let counts = ["feasible", "infeasible", "undecided"].map(count);
+    Ok([&counts[..], &[iterations]].concat())
 }

@@ -36,18 +36,18 @@ impl Program {
             .with_context(|| format!("{} cannot be started", self.path.display()))?;
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         let (printed, errors) = (text(&output.stdout), text(&output.stderr));
-        match output.status.code().filter(|code| codes.contains(code)) {
-            Some(code) => Ok(Ran {
-                code,
-                printed,
-                errors,
-            }),
-            None => bail!(
-                "`scandent {}` ended with {}: {errors}",
-                args.join(" "),
-                output.status
-            ),
-        }
+        let (code, status) = (output.status.code(), output.status);
+        let Some(code) = code.filter(|code| codes.contains(code)) else {
+            bail!(
+                "`scandent {}` ended with {status}: {errors}",
+                args.join(" ")
+            );
+        };
+        Ok(Ran {
+            code,
+            printed,
+            errors,
+        })
     }
 
     /// Names of the scenes that ship with it.

@@ -105,6 +105,11 @@ impl Table {
         });
     }
 
+    /// Adds a note.
+    pub fn note(&mut self, note: impl Into<String>) {
+        self.notes.push(note.into());
+    }
+
     /// The table in Markdown; beside an `old` one every figure that changed is shown as `old → new`
     /// and marked where it is worse. Returns it with the list of what is worse.
     pub fn markdown(&self, old: Option<&Self>) -> (String, Vec<String>) {
@@ -142,31 +147,19 @@ impl Table {
         }
         let mut noise = Vec::new();
         for column in self.columns.iter().filter(|c| c.worse != Worse::Neither) {
-            let sign = if column.worse == Worse::Less {
-                '↑'
-            } else {
-                '↓'
-            };
-            let mut limit = Vec::new();
-            if column.noise > 0.0 {
-                limit.push(format!("{}", column.noise));
-            }
-            if column.noise_ratio > 0.0 {
-                limit.push(format!("{:.0} %", 100.0 * column.noise_ratio));
-            }
-            let limit = if limit.is_empty() {
-                "0".into()
-            } else {
-                limit.join(" + ")
+            let up = column.worse == Worse::Less;
+            let sign = if up { '↑' } else { '↓' };
+            let limit = match (column.noise, 100.0 * column.noise_ratio) {
+                (noise, 0.0) => format!("{noise}"),
+                (0.0, percent) => format!("{percent:.0} %"),
+                (noise, percent) => format!("{noise} + {percent:.0} %"),
             };
             noise.push(format!("{} {sign} {limit}", column.name));
         }
         if !noise.is_empty() {
-            let _ = writeln!(
-                text,
-                "\nBetter upwards (↑) or downwards (↓), and the noise: {}.",
-                noise.join("; ")
-            );
+            let noise = noise.join("; ");
+            let said = "\nBetter upwards (↑) or downwards (↓), and the noise:";
+            let _ = writeln!(text, "{said} {noise}.");
         }
         for note in &self.notes {
             let _ = writeln!(text, "\n{note}");
@@ -205,11 +198,8 @@ mod tests {
             (Worse::Neither, Some(10.0), Some(0.0), false),
         ] {
             let column = column("c", worse, 1.0, 0.1, 1);
-            assert_eq!(
-                column.is_worse(old, new),
-                expected,
-                "{worse:?} {old:?} {new:?}"
-            );
+            let is_worse = column.is_worse(old, new);
+            assert_eq!(is_worse, expected, "{worse:?} {old:?} {new:?}");
         }
     }
 

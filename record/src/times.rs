@@ -25,10 +25,8 @@ pub fn ratios(
     let mut columns = vec![column("old run ms", Neither, 0.0, 0.0, 0)];
     columns.extend(STAGES.map(|stage| column(&format!("{stage}, new/old"), More, 0.15, 0.0, 2)));
     columns.push(column("all, new/old", More, 0.15, 0.0, 2));
-    let mut table = Table::new(
-        &format!("Times, medians of {runs} runs on one thread"),
-        columns,
-    );
+    let title = format!("Times, medians of {runs} runs on one thread");
+    let mut table = Table::new(&title, columns);
     for name in names {
         let mut times = [Vec::new(), Vec::new()];
         for _ in 0..runs {

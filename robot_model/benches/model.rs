@@ -64,7 +64,7 @@ fn model(criterion: &mut Criterion) {
                 b.iter(|| {
                     near.clear();
                     let model = &robot.collision;
-                    model.self_proximities(&robot, black_box(&kinematics), prediction_m, &mut near);
+                    model.self_proximities(black_box(&kinematics), prediction_m, &mut near);
                 })
             });
         }
@@ -73,7 +73,7 @@ fn model(criterion: &mut Criterion) {
             b.iter(|| {
                 near.clear();
                 let (model, skip) = (&robot.collision, |_, _| false);
-                model.world_proximities(&robot, &kinematics, &world, 0.05, &skip, &mut near);
+                model.world_proximities(&kinematics, &world, 0.05, &skip, &mut near);
             })
         });
         group.finish();

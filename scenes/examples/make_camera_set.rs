@@ -22,10 +22,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .load(&robot_model::Config::default())?;
     std::fs::create_dir_all(&folder)?;
 
-    let (world, mount) = (
-        worlds::ground::truth(None, seed).world(),
-        published_extrinsics(),
-    );
+    let world = worlds::ground::truth(None, seed).world();
+    let mount = published_extrinsics();
     let noise = DepthNoise::default();
     let distortion = distortion(&KINECT, &noise, seed);
     let mut configurations = Vec::new();
@@ -34,31 +32,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let said = stances::X_GR(*stance);
         configurations.push(readings(&robot, "standing", &said)?);
         let pose = PoseNoise::published().disturb(&said, seed, i as u64);
-        let shot_seed = seed * 1000 + i as u64;
-        let shot = frame(
-            &world,
-            &KINECT,
-            &pose,
-            &mount,
-            &noise,
-            &distortion,
-            shot_seed,
-        );
+        let seed = seed * 1000 + i as u64;
+        let shot = frame(&world, &KINECT, &pose, &mount, &noise, &distortion, seed);
         let name = format!("pose_{:02}.png", i + 1);
         write_png(&folder.join(&name), &shot)?;
         frames.push(name);
     }
-    std::fs::write(
-        folder.join("poses.csv"),
-        table(&robot, &configurations, &frames),
-    )?;
+    let poses = table(&robot, &configurations, &frames);
+    std::fs::write(folder.join("poses.csv"), poses)?;
     let (p, q) = (mount.translation.vector, mount.rotation.coords);
     println!("{} poses in {}", frames.len(), folder.display());
-    println!(
-        "true mount: p = {:?}, quat_xyzw = {:?}",
-        p.as_slice(),
-        q.as_slice()
-    );
+    let (p, q) = (p.as_slice(), q.as_slice());
+    println!("true mount: p = {p:?}, quat_xyzw = {q:?}");
     Ok(())
 }
 

@@ -90,11 +90,8 @@ pub fn builtin(name: &str) -> Option<&'static Builtin> {
     let exact = SCENES.iter().find(|scene| scene.name == name);
     exact.or_else(|| {
         let of_degrees = |scene: &&Builtin| {
-            scene.name.starts_with("slope-")
-                && scene
-                    .name
-                    .split_once('.')
-                    .is_some_and(|(whole, _)| whole == name)
+            let whole = scene.name.split_once('.').map(|(whole, _)| whole);
+            scene.name.starts_with("slope-") && whole == Some(name)
         };
         SCENES.iter().find(of_degrees)
     })
@@ -111,25 +108,18 @@ impl Builtin {
         if self.sweep == Some(name) {
             return Some(Cow::Owned(lidar::pcd(&self.sweep()?)));
         }
-        self.files
-            .iter()
-            .find(|(file, _)| *file == name)
-            .map(|(_, bytes)| Cow::Borrowed(*bytes))
+        let file = self.files.iter().find(|(file, _)| *file == name);
+        file.map(|(_, bytes)| Cow::Borrowed(*bytes))
     }
 
     /// The sweep that the simulated lidar takes from where the scene file says.
     #[allow(non_snake_case)]
     fn sweep(&self) -> Option<lidar::Sweep> {
         let file = crate::SceneFile::parse(self.toml).ok()?;
-        let source = file
-            .scan
-            .iter()
-            .find(|s| s.cloud.as_deref() == self.sweep)?;
-        let X_WV = source.X_WV();
-        let world = (self.truth)().world();
+        let mut scans = file.scan.iter();
+        let X_WV = scans.find(|s| s.cloud.as_deref() == self.sweep)?.X_WV();
+        let (world, seed) = ((self.truth)().world(), self.seed);
         let (sensor, noise) = (lidar::Vlp16::default(), lidar::RangeNoise::default());
-        Some(lidar::sweep(
-            &world, &sensor, &X_WV, &noise, self.seed, self.seed,
-        ))
+        Some(lidar::sweep(&world, &sensor, &X_WV, &noise, seed, seed))
     }
 }

@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use robot_model::kinematics::{PointTarget, reach};
-use robot_model::{Configuration, Kinematics, Robot};
+use robot_model::{Configuration, ContactPatch, Kinematics, Robot};
 
 use crate::Error;
 use crate::simulator::rng::Stream;
@@ -27,7 +27,7 @@ pub struct PoseNoise {
 }
 
 impl PoseNoise {
-    /// What the residuals of [chai2015] match: 0.17° about each axis, 1 mm.
+    /// What the residuals of \[chai2015\] match: 0.17° about each axis, 1 mm.
     pub fn published() -> Self {
         Self {
             tilt_sigma_rad: 0.17_f64.to_radians(),
@@ -55,7 +55,7 @@ impl PoseNoise {
     }
 }
 
-/// The mount of [chai2015] Eq. 32, as X_RV: optical frame V in the robot's body R.
+/// The mount of \[chai2015\] Eq. 32, as X_RV: optical frame V in the robot's body R.
 pub fn published_extrinsics() -> Isometry3<f64> {
     let [alpha, beta, gamma] = [-0.4398_f64, -37.4072, -3.0471].map(f64::to_radians);
     // The paper's axes turn as in `stances`; V's optical axes are x right, y down, z forward.
@@ -84,27 +84,23 @@ pub fn readings(
     let kinematics = Kinematics::new(robot, &posture);
     let feet = || robot.patches.iter().filter(|patch| patch.has_role("foot"));
     // The ground is under the lowest point of the feet.
-    let lowest = feet()
-        .map(|patch| {
-            let radius = patch.point_radius_m().unwrap_or(0.0);
-            kinematics.X_WC(patch).translation.z - radius
-        })
-        .fold(f64::INFINITY, f64::min);
-    let targets: Vec<PointTarget> = feet()
-        .map(|patch| PointTarget {
-            body: patch.body,
-            p_B: patch.X_BC.translation.vector,
-            p_W: kinematics.X_WC(patch).translation.vector - Vector3::z() * lowest,
-        })
-        .collect();
+    let bottom = |patch: &ContactPatch| {
+        kinematics.X_WC(patch).translation.z - patch.point_radius_m().unwrap_or(0.0)
+    };
+    let lowest = feet().map(bottom).fold(f64::INFINITY, f64::min);
+    let target = |patch: &ContactPatch| PointTarget {
+        body: patch.body,
+        p_B: patch.X_BC.translation.vector,
+        p_W: kinematics.X_WC(patch).translation.vector - Vector3::z() * lowest,
+    };
+    let targets: Vec<PointTarget> = feet().map(target).collect();
     reach(robot, &posture.with_base(X_GR), &targets, REACHED_M).ok_or_else(|| {
+        let (name, height) = (&robot.name, X_GR.translation.z);
         let (roll, pitch, _) = X_GR.rotation.euler_angles();
+        let (roll, pitch) = (roll.to_degrees(), pitch.to_degrees());
         let reason = format!(
-            "{} does not reach its footholds with the body {:.3} m high, rolled by {:.1}° and pitched by {:.1}°",
-            robot.name,
-            X_GR.translation.z,
-            roll.to_degrees(),
-            pitch.to_degrees()
+            "{name} does not reach its footholds with the body {height:.3} m high, rolled by \
+             {roll:.1}° and pitched by {pitch:.1}°"
         );
         Error::field("stance", reason)
     })

@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 
-/// Largest deviation of a quaternion's length from 1.
-const QUATERNION_TOLERANCE: f64 = 1e-6;
+mod check;
 
 /// A scene as it is written; paths in it are relative to the file.
 ///
@@ -22,13 +21,11 @@ pub struct SceneFile {
     #[serde(default)]
     pub description: String,
     /// Scans with the poses they were taken from.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub scan: Vec<ScanSource>,
     /// A surface set that was extracted before (`surfaces.json`).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surfaces_file: Option<String>,
     /// A mesh of the environment in W, metres (STL, OBJ).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh_file: Option<String>,
     /// The robot.
     pub robot: RobotSource,
@@ -39,38 +36,37 @@ pub struct SceneFile {
     /// Where it should go.
     pub goal: Goal,
     /// A path for the base to follow; a line from start to goal where there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guide: Option<Guide>,
     /// Which surfaces may carry which role: one table a role, with the fields of the surface
     /// crate's role filter.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[serde(default)]
     pub roles: toml::Table,
     /// Coefficients of friction.
     #[serde(default)]
     pub friction: Friction,
     /// Overrides of the perception's configuration.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[serde(default)]
     pub perception: toml::Table,
     /// Overrides of the settings of the ground under the feet.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[serde(default)]
     pub ground: toml::Table,
     /// Overrides of the surfaces' configuration.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[serde(default)]
     pub surfaces: toml::Table,
     /// Overrides of how the robot is read.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[serde(default)]
     pub robot_model: toml::Table,
     /// Overrides of the posture generator's configuration.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[serde(default)]
     pub posture: toml::Table,
     /// Overrides of the motion's configuration.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[serde(default)]
     pub motion: toml::Table,
     /// Overrides of the exporters' configuration.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[serde(default)]
     pub export: toml::Table,
     /// Overrides of the planner's configuration.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[serde(default)]
     pub planner: toml::Table,
 }
 
@@ -79,47 +75,34 @@ pub struct SceneFile {
 #[serde(deny_unknown_fields)]
 pub struct ScanSource {
     /// Depth image (16-bit PNG).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth: Option<String>,
     /// Point cloud (PCD, PLY).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cloud: Option<String>,
     /// Name of a known sensor; replaces the intrinsics below.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensor: Option<String>,
     /// Focal length along the columns, pixels.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fx: Option<f64>,
     /// Focal length along the rows, pixels.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fy: Option<f64>,
     /// Column of the principal point.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cx: Option<f64>,
     /// Row of the principal point.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cy: Option<f64>,
     /// Depth of one unit of the image, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth_scale_m: Option<f64>,
     /// Where the sensor stood in the frame of a cloud that was moved after the scan, m. The pose below
     /// is then that of the cloud's frame.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub eye_m: Option<[f64; 3]>,
     /// Calibration of a `vlp16` (as `calibrate lidar` writes it); the pose below is then that of the
     /// calibration's world.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<String>,
     /// Position of the sensor's frame V (optical: x right, y down, z forward; of a `vlp16`: x forward,
     /// y left, z up) in W, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_m: Option<[f64; 3]>,
     /// Orientation of V in W.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quat_xyzw: Option<[f64; 4]>,
     /// In the place of both: the file of the sensor's mount on the robot, which stands as at the
     /// start (`scandent calibrate` writes such files).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extrinsics: Option<String>,
 }
 
@@ -130,10 +113,8 @@ pub struct RobotSource {
     /// A path, or `builtin:NAME`.
     pub urdf: String,
     /// Postures and disabled pairs.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub srdf: Option<String>,
     /// Contact patches.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contacts: Option<String>,
 }
 
@@ -143,19 +124,17 @@ pub struct RobotSource {
 #[serde(deny_unknown_fields)]
 pub struct Start {
     /// Name of a posture in the SRDF.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub posture: Option<String>,
     /// Position of the base in W, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base_position_m: Option<[f64; 3]>,
     /// Orientation of the base in W: roll, pitch, yaw about fixed axes.
     #[serde(default)]
     pub base_rpy_rad: [f64; 3],
     /// Patches that touch the ground in that posture.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub contacts: Vec<String>,
     /// Patches and their poses, in the place of all of the above.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub contact: Vec<StartContact>,
 }
 
@@ -177,16 +156,14 @@ pub struct StartContact {
 #[serde(deny_unknown_fields)]
 pub struct Goal {
     /// Position of the base in W: x, y or x, y, z, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base_position_m: Option<Vec<f64>>,
     /// Largest distance from it, m.
     #[serde(default = "default_tolerance_m")]
     pub tolerance_m: f64,
     /// Heading of the base, rad.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw_rad: Option<f64>,
     /// Contacts that it must have.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub contact: Vec<GoalContact>,
 }
 
@@ -201,10 +178,8 @@ pub struct GoalContact {
     /// The robot's contact patch.
     pub patch: String,
     /// Id of the surface.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<String>,
     /// A point in W on the surface, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point_m: Option<[f64; 3]>,
 }
 
@@ -221,10 +196,9 @@ pub struct Guide {
 #[serde(deny_unknown_fields)]
 pub struct Friction {
     /// For every patch that has none of its own here.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub default: Option<f64>,
     /// By the patch's name.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(default)]
     pub patch: BTreeMap<String, f64>,
 }
 
@@ -237,58 +211,6 @@ impl SceneFile {
         let scene: Self = toml::from_str(text).map_err(|e| Error::Syntax(Box::new(e)))?;
         scene.check()?;
         Ok(scene)
-    }
-
-    fn check(&self) -> Result<(), Error> {
-        if self.name.is_empty() {
-            return Err(Error::field("name", "is empty"));
-        }
-        let inputs = usize::from(!self.scan.is_empty())
-            + usize::from(self.surfaces_file.is_some())
-            + usize::from(self.mesh_file.is_some());
-        if inputs != 1 {
-            let reason = format!("{inputs} of scan, surfaces_file and mesh_file; one is needed");
-            return Err(Error::field("scan", reason));
-        }
-        for (i, scan) in self.scan.iter().enumerate() {
-            scan.check(&format!("scan[{i}]"))?;
-        }
-        self.start.check()?;
-        self.goal.check()?;
-        if let Some(guide) = &self.guide {
-            for (i, posture) in guide.key_postures.iter().enumerate() {
-                finite(&format!("guide.key_postures[{i}]"), posture)?;
-            }
-        }
-        self.friction.check()
-    }
-}
-
-impl Start {
-    fn check(&self) -> Result<(), Error> {
-        for (i, contact) in self.contact.iter().enumerate() {
-            finite(
-                &format!("start.contact[{i}].position_m"),
-                &contact.position_m,
-            )?;
-            finite(&format!("start.contact[{i}].rpy_rad"), &contact.rpy_rad)?;
-        }
-        finite("start.base_rpy_rad", &self.base_rpy_rad)?;
-        match (&self.posture, &self.base_position_m) {
-            (Some(_), Some(position)) if self.contact.is_empty() => {
-                finite("start.base_position_m", position)?;
-                if self.contacts.is_empty() {
-                    return Err(Error::field("start.contacts", "is empty"));
-                }
-                Ok(())
-            }
-            (None, None) if self.contact.is_empty() || self.contacts.is_empty() => Ok(()),
-            _ => {
-                let reason =
-                    "needs posture, base_position_m and contacts, or `contact` in their place";
-                Err(Error::field("start", reason))
-            }
-        }
     }
 }
 
@@ -308,107 +230,5 @@ impl ScanSource {
         self.position_m = Some(X_WV.translation.vector.into());
         self.quat_xyzw = Some(X_WV.rotation.coords.into());
         self.extrinsics = None;
-    }
-
-    fn check(&self, field: &str) -> Result<(), Error> {
-        if self.depth.is_some() == self.cloud.is_some() {
-            return Err(Error::field(field, "needs either `depth` or `cloud`"));
-        }
-        let intrinsics = [self.fx, self.fy, self.cx, self.cy, self.depth_scale_m];
-        let given = intrinsics.iter().flatten().count();
-        if self.depth.is_some() && self.sensor.is_none() && given < intrinsics.len() {
-            let reason = "a depth image needs `sensor`, or fx, fy, cx, cy and depth_scale_m";
-            return Err(Error::field(field, reason));
-        }
-        // A named sensor may come with its own calibration: all of the four numbers or none.
-        let calibrated = intrinsics[..4].iter().flatten().count();
-        if self.sensor.is_some() && !matches!(calibrated, 0 | 4) {
-            let reason = "needs all of fx, fy, cx, cy or none of them";
-            return Err(Error::field(field, reason));
-        }
-        for (name, value) in [
-            ("fx", self.fx),
-            ("fy", self.fy),
-            ("depth_scale_m", self.depth_scale_m),
-        ] {
-            if value.is_some_and(|v| !(v.is_finite() && v > 0.0)) {
-                return Err(Error::field(
-                    format!("{field}.{name}"),
-                    "is not a positive number",
-                ));
-            }
-        }
-        let (position_m, quat_xyzw) = match (&self.position_m, &self.quat_xyzw, &self.extrinsics) {
-            (Some(position_m), Some(quat_xyzw), None) => (position_m, quat_xyzw),
-            (None, None, Some(_)) => return Ok(()),
-            _ => {
-                let reason = "needs position_m and quat_xyzw, or `extrinsics` in their place";
-                return Err(Error::field(field, reason));
-            }
-        };
-        finite(&format!("{field}.position_m"), position_m)?;
-        finite(&format!("{field}.quat_xyzw"), quat_xyzw)?;
-        let norm = quat_xyzw.iter().map(|v| v * v).sum::<f64>().sqrt();
-        if (norm - 1.0).abs() > QUATERNION_TOLERANCE {
-            let reason = format!("has length {norm}, not 1");
-            return Err(Error::field(format!("{field}.quat_xyzw"), reason));
-        }
-        Ok(())
-    }
-}
-
-impl Goal {
-    fn check(&self) -> Result<(), Error> {
-        if self.base_position_m.is_none() && self.contact.is_empty() {
-            return Err(Error::field(
-                "goal",
-                "has neither base_position_m nor a contact",
-            ));
-        }
-        if let Some(position) = &self.base_position_m {
-            if !(2..=3).contains(&position.len()) {
-                let reason = format!("has {} coordinates; x, y or x, y, z", position.len());
-                return Err(Error::field("goal.base_position_m", reason));
-            }
-            finite("goal.base_position_m", position)?;
-        }
-        if !(self.tolerance_m.is_finite() && self.tolerance_m > 0.0) {
-            return Err(Error::field("goal.tolerance_m", "is not a positive number"));
-        }
-        if self.yaw_rad.is_some_and(|yaw| !yaw.is_finite()) {
-            return Err(Error::field("goal.yaw_rad", "is not finite"));
-        }
-        for (i, contact) in self.contact.iter().enumerate() {
-            if contact.surface.is_some() == contact.point_m.is_some() {
-                let reason = "needs either `surface` or `point_m`";
-                return Err(Error::field(format!("goal.contact[{i}]"), reason));
-            }
-            if let Some(point) = &contact.point_m {
-                finite(&format!("goal.contact[{i}].point_m"), point)?;
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Friction {
-    fn check(&self) -> Result<(), Error> {
-        let all = self.default.iter().map(|v| ("default", v));
-        for (name, value) in all.chain(self.patch.iter().map(|(name, v)| (name.as_str(), v))) {
-            if !(value.is_finite() && *value > 0.0) {
-                return Err(Error::field(
-                    format!("friction: {name}"),
-                    "is not a positive number",
-                ));
-            }
-        }
-        Ok(())
-    }
-}
-
-fn finite(field: &str, values: &[f64]) -> Result<(), Error> {
-    match values.iter().find(|v| !v.is_finite()) {
-        Some(value) => Err(Error::field(field, format!("contains {value}"))),
-        None => Ok(()),
     }
 }

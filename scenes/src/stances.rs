@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 /// β and γ in degrees and the body's height in m of the 52 poses: β lifts the nose, γ lowers the
 /// right side, α is always 0.
 ///
-/// Source: [chai2015] Table A1.
+/// Source: \[chai2015\] Table A1.
 pub const TABLE_A1: [[f64; 3]; 52] = [
     [2.0, 20.0, 0.615],
     [8.0, 18.0, 0.619],

@@ -27,27 +27,21 @@ impl Corners {
         let points_C: Vec<Vector3<f64>> = if radius_m.is_some() {
             vec![Vector3::zeros()]
         } else {
-            ConvexPolygon::new(patch.polygon.clone())
-                .map_err(|e| refuse(e.to_string()))?
-                .inset(inset_m)
-                .ok_or_else(|| refuse(format!("nothing of it lies {inset_m} m inside its edges")))?
-                .vertices()
-                .iter()
-                .map(|p| Vector3::new(p.x, p.y, 0.0))
-                .collect()
+            let polygon = ConvexPolygon::new(patch.polygon.clone());
+            let inside = polygon.map_err(|e| refuse(e.to_string()))?.inset(inset_m);
+            let none = || refuse(format!("nothing of it lies {inset_m} m inside its edges"));
+            let vertices = inside.ok_or_else(none)?;
+            let corners = vertices.vertices().iter();
+            corners.map(|p| Vector3::new(p.x, p.y, 0.0)).collect()
         };
         let mut grasp = DMatrix::zeros(6, 3 * points_C.len());
         for (k, p) in points_C.iter().enumerate() {
-            grasp
-                .fixed_view_mut::<3, 3>(0, 3 * k)
-                .copy_from(&Matrix3::identity());
-            grasp
-                .fixed_view_mut::<3, 3>(3, 3 * k)
-                .copy_from(&p.cross_matrix());
+            let mut block = grasp.fixed_columns_mut::<3>(3 * k);
+            block.rows_mut(0, 3).fill_with_identity();
+            block.rows_mut(3, 3).copy_from(&p.cross_matrix());
         }
-        let spread = grasp
-            .pseudo_inverse(1e-9)
-            .map_err(|cause| refuse(cause.to_owned()))?;
+        let spread = grasp.pseudo_inverse(1e-9);
+        let spread = spread.map_err(|cause| refuse(cause.to_owned()))?;
         Ok(Self {
             points_C,
             radius_m,
@@ -68,11 +62,10 @@ impl Corners {
                 let normal = contact.X_WC.rotation * Vector3::z();
                 vec![X_WC.translation.vector - normal * radius]
             }
-            None => self
-                .points_C
-                .iter()
-                .map(|p| X_WC.rotation * p + X_WC.translation.vector)
-                .collect(),
+            None => {
+                let place = |p| X_WC.rotation * p + X_WC.translation.vector;
+                self.points_C.iter().map(place).collect()
+            }
         }
     }
 

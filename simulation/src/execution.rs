@@ -197,17 +197,14 @@ fn trace_row(
     torques: &[f64],
     t_s: f64,
 ) -> TraceRow {
-    let torque_use = torques
-        .iter()
-        .zip(robot.joint_bodies())
-        .map(|(torque, body)| torque.abs() / body.effort)
-        .fold(0.0, f64::max);
+    let used = torques.iter().zip(robot.joint_bodies());
+    let used = used.map(|(torque, body)| torque.abs() / body.effort);
     TraceRow {
         t_s,
         q: state.to_q(),
         normal_n: monitor.normal_n.clone(),
         com_error_m: monitor.com_error_m,
         tilt_rad: monitor.tilt_rad,
-        torque_use,
+        torque_use: used.fold(0.0, f64::max),
     }
 }

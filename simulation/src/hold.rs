@@ -9,7 +9,6 @@ use crate::Error;
 use crate::config::Config;
 use crate::criteria::{Criterion, Unit};
 use crate::monitor::{Monitor, Seen};
-use crate::observed::Peak;
 use crate::physics::{Physics, Scales, Servo};
 use crate::plant::Plant;
 use crate::reference::{ReferenceState, Standing};
@@ -77,18 +76,11 @@ pub fn hold(
     let still = vec![0.0; robot.nj()];
     plant.command(wanted.configuration.joints.as_slice(), &still, &torques);
 
-    let closures: Vec<Closure> = wanted
-        .contacts
-        .iter()
-        .map(|contact| Closure {
-            patch: contact.patch,
-            place_W: contact.X_WC.translation.vector,
-            normal_W: contact.X_WC.rotation * Vector3::z(),
-            start_s: 0.0,
-            end_s: f64::INFINITY,
-            loaded_from_s: (contact.normal_n() > CONTACT_N).then_some(0.0),
-        })
-        .collect();
+    let closed = wanted.contacts.iter().map(|contact| Closure {
+        loaded_from_s: (contact.normal_n() > CONTACT_N).then_some(0.0),
+        ..Closure::new(contact, 0.0)
+    });
+    let closures: Vec<Closure> = closed.collect();
     let mut monitor = Monitor::new(robot, world, closures, 0.0, CONTACT_N);
     let mut run = Run {
         plant: &mut plant,
@@ -102,49 +94,43 @@ pub fn hold(
 
     // Settle on the world as it is.
     run.go(SETTLE_S, &mut |_, _| {});
-    let (settled_com_m, settled_tilt_rad) = (run.monitor.com_error_m, run.monitor.tilt_rad);
+    let mut drift = Drift {
+        settled_com_m: run.monitor.com_error_m,
+        settled_tilt_rad: run.monitor.tilt_rad,
+        pushed: push_W.is_some(),
+        ..Drift::default()
+    };
     run.monitor.forget();
     let home = run.configuration.clone();
     let com_home = run.monitor.com_W;
 
     // Hold, pushed at first where so wished.
-    let (mut drift, mut drift_last, mut tilt) = (0.0_f64, 0.0_f64, 0.0_f64);
     let mut com_before_last = com_home;
     let last_from = config.hold_s - 1.0;
     let mut since = 0.0;
     run.go(config.hold_s, &mut |run, _| {
         since += run.dt_s;
         let com = run.monitor.com_W;
-        drift = drift.max((com - com_home).norm());
-        tilt = tilt.max(run.configuration.R_WB.angle_to(&home.R_WB));
+        drift.all = drift.all.max((com - com_home).norm());
+        let tilt = run.configuration.R_WB.angle_to(&home.R_WB);
+        drift.tilt = drift.tilt.max(tilt);
         if since < last_from {
             com_before_last = com;
         } else {
-            drift_last = drift_last.max((com - com_before_last).norm());
+            drift.last = drift.last.max((com - com_before_last).norm());
         }
         let pushing = push_W.filter(|_| since < PUSH_S);
         run.plant.push(&pushing.unwrap_or_else(Vector3::zeros));
     });
-    let speed = Monitor::joint_speed(&run.v);
-    Ok(judge(
-        robot,
-        wanted,
-        &monitor,
-        &Drift {
-            drift,
-            drift_last,
-            tilt,
-            speed,
-            settled_com_m,
-            settled_tilt_rad,
-            pushed: push_W.is_some(),
-        },
-    ))
+    drift.speed = Monitor::joint_speed(&run.v);
+    Ok(judge(robot, wanted, &monitor, &drift))
 }
 
+/// How the robot moved while it was held.
+#[derive(Default)]
 struct Drift {
-    drift: f64,
-    drift_last: f64,
+    all: f64,
+    last: f64,
     tilt: f64,
     speed: f64,
     settled_com_m: f64,
@@ -188,23 +174,12 @@ fn judge(robot: &Robot, wanted: &ReferenceState, monitor: &Monitor, drift: &Drif
     let name = |patch: usize| robot.patches[patch].name.clone();
     let steps = peaks.steps.max(1) as f64;
     let weight = robot.mass_kg * GRAVITY_M_S2;
-    let normal_n: Vec<(String, f64)> = monitor
-        .closures()
-        .iter()
-        .zip(&monitor.observed)
-        .map(|(closure, observed)| (name(closure.patch), observed.force_sum_n / steps))
-        .collect();
-    let slip = monitor
-        .closures()
-        .iter()
-        .zip(&monitor.observed)
-        .max_by(|a, b| a.1.slip_m.total_cmp(&b.1.slip_m));
-    let least = wanted
-        .contacts
-        .iter()
-        .zip(&normal_n)
-        .filter(|(contact, _)| contact.normal_n() > CONTACT_N)
-        .min_by(|a, b| a.1.1.total_cmp(&b.1.1));
+    let pairs = monitor.pairs();
+    let forces = pairs.map(|(closure, seen)| (name(closure.patch), seen.force_sum_n / steps));
+    let normal_n: Vec<(String, f64)> = forces.collect();
+    let bearing = wanted.contacts.iter().zip(&normal_n);
+    let bearing = bearing.filter(|(contact, _)| contact.normal_n() > CONTACT_N);
+    let least = bearing.min_by(|a, b| a.1.1.total_cmp(&b.1.1));
     let bound_drift = if drift.pushed {
         COM_DRIFT_PUSHED_MAX_M
     } else {
@@ -212,46 +187,39 @@ fn judge(robot: &Robot, wanted: &ReferenceState, monitor: &Monitor, drift: &Drif
     };
     let mm = Unit::Millimetre;
     let plain = Unit::Plain("");
-    let most = |name: &str, peak: &Peak, bound: f64, unit: Unit| {
-        Criterion::at_most(name, peak.value, bound, unit).on(peak.detail.clone())
-    };
     let mut criteria = vec![
-        Criterion::at_most("com drift", drift.drift, bound_drift, mm),
-        Criterion::at_most("slip", slip.map_or(0.0, |s| s.1.slip_m), SLIP_MAX_M, mm)
-            .on(slip.map(|s| name(s.0.patch))),
-        most("torque use", &peaks.torque_use, TORQUE_USE_MAX, plain),
-        most("penetration", &peaks.penetration_m, PENETRATION_MAX_M, mm),
-        Criterion::at_most(
-            "unplanned contacts",
-            monitor.unplanned.len() as f64,
-            0.0,
-            plain,
-        )
-        .on(monitor.unplanned_words()),
+        Criterion::at_most("com drift", drift.all, bound_drift, mm),
+        monitor.slip(SLIP_MAX_M, |closure| name(closure.patch)),
+        peaks
+            .torque_use
+            .at_most("torque use", TORQUE_USE_MAX, plain),
+        peaks
+            .penetration_m
+            .at_most("penetration", PENETRATION_MAX_M, mm),
+        monitor.none_unplanned(),
     ];
     if let Some((_, (patch, force))) = least {
         let newton = Unit::Plain("N");
-        criteria.push(
-            Criterion::at_least("least contact force", *force, CONTACT_N, newton)
-                .on(Some(patch.clone())),
-        );
+        let borne = Criterion::at_least("least contact force", *force, CONTACT_N, newton);
+        criteria.push(borne.on(Some(patch.clone())));
     }
     if !drift.pushed {
         let error = (peaks.vertical_sum_n / steps / weight - 1.0).abs();
-        let last = drift.drift_last;
         let (settled_m, settled_rad) = (drift.settled_com_m, drift.settled_tilt_rad);
+        let (speed, rate) = (drift.speed, Unit::Plain("rad/s"));
+        let at_most = Criterion::at_most;
         criteria.extend([
-            Criterion::at_most("com drift, last second", last, COM_DRIFT_LAST_MAX_M, mm),
-            Criterion::at_most("tilt", drift.tilt, HELD_TILT_MAX_RAD, Unit::Degree),
-            Criterion::at_most(
-                "joint speed at the end",
-                drift.speed,
-                JOINT_SPEED_MAX_RAD_S,
-                Unit::Plain("rad/s"),
+            at_most(
+                "com drift, last second",
+                drift.last,
+                COM_DRIFT_LAST_MAX_M,
+                mm,
             ),
-            Criterion::at_most("weight error", error, WEIGHT_ERROR_MAX, plain),
-            Criterion::at_most("com shift, settling", settled_m, COM_ERROR_FINAL_MAX_M, mm),
-            Criterion::at_most("tilt, settling", settled_rad, TILT_MAX_RAD, Unit::Degree),
+            at_most("tilt", drift.tilt, HELD_TILT_MAX_RAD, Unit::Degree),
+            at_most("joint speed at the end", speed, JOINT_SPEED_MAX_RAD_S, rate),
+            at_most("weight error", error, WEIGHT_ERROR_MAX, plain),
+            at_most("com shift, settling", settled_m, COM_ERROR_FINAL_MAX_M, mm),
+            at_most("tilt, settling", settled_rad, TILT_MAX_RAD, Unit::Degree),
         ]);
     }
     Held {

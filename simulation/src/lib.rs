@@ -3,7 +3,7 @@
 //! | question | module |
 //! |---|---|
 //! | what is simulated: the parsed robot and convex bodies as model text | [`mjcf`], [`world`], [`physics`] |
-//! | what is wanted at which time | [`reference`], [`schedule`] |
+//! | what is wanted at which time | [`mod@reference`], [`schedule`] |
 //! | τ = g − Σ Jᵀ f | [`statics`] |
 //! | M v̇ + h = (0, τ) + Σ Jᵀ f | [`dynamics`] |
 //! | torques from one quadratic program | [`whole_body`] |

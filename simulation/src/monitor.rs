@@ -4,9 +4,10 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DVector, Point2, Vector3};
-use robot_model::{Configuration, Kinematics, Robot};
+use robot_model::{Configuration, ContactPatch, Kinematics, Robot};
 use surfaces::ConvexPolygon;
 
+use crate::criteria::{Criterion, Unit};
 use crate::observed::{ClosureObserved, Peaks, Unplanned};
 use crate::plant::{Side, Touch};
 use crate::reference::ReferenceState;
@@ -45,11 +46,11 @@ pub(crate) struct Monitor<'a> {
     kinematics: Kinematics,
     reference: Kinematics,
     /// What was seen, by closure.
-    pub observed: Vec<ClosureObserved>,
+    observed: Vec<ClosureObserved>,
     /// Largest values since the last [`Self::forget`].
     pub peaks: Peaks,
     /// Contacts that nothing asked for, by the names of the two.
-    pub unplanned: BTreeMap<(String, String), Unplanned>,
+    unplanned: BTreeMap<(String, String), Unplanned>,
     /// Normal force of each patch now, N.
     pub normal_n: Vec<f64>,
     /// Vertical force of the world on the robot now, N.
@@ -73,12 +74,9 @@ impl<'a> Monitor<'a> {
         load_n: f64,
     ) -> Self {
         let start = robot.neutral();
-        let polygons = robot
-            .patches
-            .iter()
-            .map(|patch| ConvexPolygon::new(patch.polygon.clone()).ok())
-            .collect();
+        let polygon = |patch: &ContactPatch| ConvexPolygon::new(patch.polygon.clone()).ok();
         Self {
+            polygons: robot.patches.iter().map(polygon).collect(),
             observed: vec![ClosureObserved::default(); closures.len()],
             normal_n: vec![0.0; robot.patches.len()],
             kinematics: Kinematics::new(robot, &start),
@@ -88,7 +86,6 @@ impl<'a> Monitor<'a> {
             closures,
             grace_s,
             load_n,
-            polygons,
             peaks: Peaks::default(),
             unplanned: BTreeMap::new(),
             vertical_n: 0.0,
@@ -98,9 +95,9 @@ impl<'a> Monitor<'a> {
         }
     }
 
-    /// The closures it follows.
-    pub fn closures(&self) -> &[Closure] {
-        &self.closures
+    /// The closures it follows, with what was seen of each.
+    pub fn pairs(&self) -> impl Iterator<Item = (&Closure, &ClosureObserved)> {
+        self.closures.iter().zip(&self.observed)
     }
 
     /// Forgets everything seen so far: the robot has settled.
@@ -113,14 +110,11 @@ impl<'a> Monitor<'a> {
     /// Takes in one state.
     pub fn see(&mut self, seen: &Seen) {
         self.kinematics.update(self.robot, seen.configuration);
-        self.reference
-            .update(self.robot, &seen.wanted.configuration);
+        let wanted = &seen.wanted.configuration;
+        self.reference.update(self.robot, wanted);
         self.com_W = self.kinematics.com_W;
         self.com_error_m = (self.com_W - self.reference.com_W).norm();
-        self.tilt_rad = seen
-            .configuration
-            .R_WB
-            .angle_to(&seen.wanted.configuration.R_WB);
+        self.tilt_rad = seen.configuration.R_WB.angle_to(&wanted.R_WB);
         let t = seen.t_s;
         let at = || format!("at {t:.2} s");
         self.peaks.com_error_m.see(self.com_error_m, at);
@@ -134,10 +128,8 @@ impl<'a> Monitor<'a> {
 
     fn see_torques(&mut self, seen: &Seen) {
         for (torque, body) in seen.torques.iter().zip(self.robot.joint_bodies()) {
-            let part = torque.abs() / body.effort;
-            self.peaks
-                .torque_use
-                .see(part, || format!("{} at {:.2} s", body.joint, seen.t_s));
+            let at = || format!("{} at {:.2} s", body.joint, seen.t_s);
+            self.peaks.torque_use.see(torque.abs() / body.effort, at);
         }
     }
 
@@ -152,9 +144,8 @@ impl<'a> Monitor<'a> {
                 Some((patch, normal_W)) => {
                     self.normal_n[patch] += touch.force_W.dot(&normal_W);
                     let name = &self.robot.patches[patch].name;
-                    self.peaks
-                        .penetration_m
-                        .see(touch.depth_m, || format!("{name} at {:.2} s", seen.t_s));
+                    let at = || format!("{name} at {:.2} s", seen.t_s);
+                    self.peaks.penetration_m.see(touch.depth_m, at);
                 }
                 None if touch.force_W.norm() >= FELT_N => self.see_unplanned(touch, seen.t_s),
                 None => {}
@@ -207,14 +198,12 @@ impl<'a> Monitor<'a> {
             Side::Shape(shape) => link(shape),
             Side::World(body) => self.world[body].name.clone(),
         };
-        let entry = self
-            .unplanned
-            .entry((link(touch.shape), other))
-            .or_insert(Unplanned {
-                first_s: t_s,
-                steps: 0,
-                peak_n: 0.0,
-            });
+        let entry = self.unplanned.entry((link(touch.shape), other));
+        let entry = entry.or_insert(Unplanned {
+            first_s: t_s,
+            steps: 0,
+            peak_n: 0.0,
+        });
         entry.steps += 1;
         entry.peak_n = entry.peak_n.max(touch.force_W.norm());
     }
@@ -250,9 +239,8 @@ impl<'a> Monitor<'a> {
             let patch = &self.robot.patches[swing];
             let there = self.kinematics.X_WC(patch).translation.vector;
             let wanted = self.reference.X_WC(patch).translation.vector;
-            self.peaks.swing_error_m.see((there - wanted).norm(), || {
-                format!("{} at {:.2} s", patch.name, seen.t_s)
-            });
+            let at = || format!("{} at {:.2} s", patch.name, seen.t_s);
+            self.peaks.swing_error_m.see((there - wanted).norm(), at);
         }
     }
 
@@ -272,18 +260,25 @@ impl<'a> Monitor<'a> {
         v.rows(6, v.len() - 6).norm()
     }
 
-    /// The unplanned contacts in words.
-    pub fn unplanned_words(&self) -> Option<String> {
-        let words: Vec<String> = self
-            .unplanned
-            .iter()
-            .map(|((a, b), u)| {
-                format!(
-                    "{a} and {b} from {:.2} s ({} steps, up to {:.0} N)",
-                    u.first_s, u.steps, u.peak_n
-                )
-            })
-            .collect();
-        (!words.is_empty()).then(|| words.join("; "))
+    /// The criterion that nothing touches that was not asked to.
+    pub fn none_unplanned(&self) -> Criterion {
+        let word = |((a, b), u): (&(String, String), &Unplanned)| {
+            let (from, steps, peak) = (u.first_s, u.steps, u.peak_n);
+            format!("{a} and {b} from {from:.2} s ({steps} steps, up to {peak:.0} N)")
+        };
+        let words: Vec<String> = self.unplanned.iter().map(word).collect();
+        let count = words.len() as f64;
+        let words = (!words.is_empty()).then(|| words.join("; "));
+        Criterion::at_most("unplanned contacts", count, 0.0, Unit::Plain("")).on(words)
+    }
+
+    /// The criterion that no contact slips by more than `bound_m`; `said` names a closure.
+    pub fn slip(&self, bound_m: f64, said: impl Fn(&Closure) -> String) -> Criterion {
+        let most = self
+            .pairs()
+            .max_by(|a, b| a.1.slip_m.total_cmp(&b.1.slip_m));
+        let slip_m = most.map_or(0.0, |(_, observed)| observed.slip_m);
+        let said = most.map(|(closure, _)| said(closure));
+        Criterion::at_most("slip", slip_m, bound_m, Unit::Millimetre).on(said)
     }
 }

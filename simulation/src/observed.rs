@@ -3,6 +3,8 @@
 
 use nalgebra::{Isometry3, Vector3};
 
+use crate::criteria::{Criterion, Unit};
+
 /// What was seen of one closure.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ClosureObserved {
@@ -44,6 +46,11 @@ impl Peak {
             self.value = value;
             self.detail = Some(detail());
         }
+    }
+
+    /// The criterion that it must not exceed `bound`.
+    pub fn at_most(&self, name: &str, bound: f64, unit: Unit) -> Criterion {
+        Criterion::at_most(name, self.value, bound, unit).on(self.detail.clone())
     }
 }
 

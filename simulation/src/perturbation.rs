@@ -72,40 +72,30 @@ impl Perturbation {
         duration_s: f64,
     ) -> Self {
         let draw = |what: u64, index: u64| symmetric(seed, run, what, index);
-        let shifts_W = if kinds.surfaces {
-            (0u64..)
-                .zip(normals_W)
-                .map(|(k, normal)| {
-                    let shift =
-                        normal.map_or(Vector3::zeros(), |n| n * spread.surface_m * draw(1, k));
-                    shift.into()
-                })
-                .collect()
-        } else {
-            Vec::new()
+        let shift = |(k, normal): (u64, &Option<Vector3<f64>>)| {
+            let shift = |n| n * spread.surface_m * draw(1, k);
+            normal.map_or([0.0; 3], |n| shift(n).into())
         };
-        let pushes = if kinds.pushes && spread.push_every_s > 0.0 {
-            let count = (duration_s / spread.push_every_s).ceil().max(1.0) as u64;
-            (0..count)
-                .map(|k| {
-                    let within = (draw(2, k) + 1.0) / 2.0;
-                    let angle = draw(3, k) * std::f64::consts::PI;
-                    let (sin, cos) = angle.sin_cos();
-                    Push {
-                        t_s: (k as f64 + within) * spread.push_every_s.min(duration_s),
-                        duration_s: PUSH_S,
-                        force_W: [spread.push_n * cos, spread.push_n * sin, 0.0],
-                    }
-                })
-                .collect()
+        let moved = if kinds.surfaces { normals_W } else { &[] };
+        let push = |k: u64| {
+            let within = (draw(2, k) + 1.0) / 2.0;
+            let (sin, cos) = (draw(3, k) * std::f64::consts::PI).sin_cos();
+            Push {
+                t_s: (k as f64 + within) * spread.push_every_s.min(duration_s),
+                duration_s: PUSH_S,
+                force_W: [spread.push_n * cos, spread.push_n * sin, 0.0],
+            }
+        };
+        let count = if kinds.pushes && spread.push_every_s > 0.0 {
+            (duration_s / spread.push_every_s).ceil().max(1.0) as u64
         } else {
-            Vec::new()
+            0
         };
         Self {
             friction_factor: kinds.friction.then_some(spread.friction_factor),
             mass_factor: kinds.mass.then(|| 1.0 + spread.mass * draw(0, 0)),
-            shifts_W,
-            pushes,
+            shifts_W: (0..).zip(moved).map(shift).collect(),
+            pushes: (0..count).map(push).collect(),
         }
     }
 
@@ -119,23 +109,18 @@ impl Perturbation {
 
     /// The world with its bodies displaced.
     pub fn applied(&self, world: &[WorldBody]) -> Vec<WorldBody> {
+        let mut world = world.to_vec();
+        for (body, shift) in world.iter_mut().zip(&self.shifts_W) {
+            body.shift(&Vector3::from(*shift));
+        }
         world
-            .iter()
-            .enumerate()
-            .map(|(k, body)| match self.shifts_W.get(k) {
-                Some(shift) => body.clone().shifted(&Vector3::from(*shift)),
-                None => body.clone(),
-            })
-            .collect()
     }
 
     /// The force on the base at a time, N.
     pub fn force_W(&self, t_s: f64) -> Vector3<f64> {
-        self.pushes
-            .iter()
-            .filter(|push| t_s >= push.t_s && t_s < push.t_s + push.duration_s)
-            .map(|push| Vector3::from(push.force_W))
-            .sum()
+        let lasts = |push: &&Push| t_s >= push.t_s && t_s < push.t_s + push.duration_s;
+        let now = self.pushes.iter().filter(lasts);
+        now.map(|push| Vector3::from(push.force_W)).sum()
     }
 }
 

@@ -63,21 +63,17 @@ impl<'a> Plant<'a> {
             MjModel::from_xml_string(&xml).map_err(|e| Error::MuJoCo(format!("model: {e}")))?;
         let (mass, wanted) = (model.totalmass(), robot.mass_kg * scales.mass);
         if (mass - wanted).abs() > 1e-9 * wanted {
-            return Err(Error::MuJoCo(format!(
-                "the model has a mass of {mass} kg, the robot {wanted} kg"
-            )));
+            let cause = format!("the model has a mass of {mass} kg, the robot {wanted} kg");
+            return Err(Error::MuJoCo(cause));
         }
-        let nv = model.ffi().nv as usize;
-        if nv != robot.nv() {
-            return Err(Error::MuJoCo(format!(
-                "the model has {nv} velocities, the robot {}",
-                robot.nv()
-            )));
+        let (nv, wanted) = (model.ffi().nv as usize, robot.nv());
+        if nv != wanted {
+            let cause = format!("the model has {nv} velocities, the robot {wanted}");
+            return Err(Error::MuJoCo(cause));
         }
         let id = |kind: MjtObjBase, name: String| {
-            model
-                .name_to_id(kind, &name)
-                .ok_or_else(|| Error::MuJoCo(format!("the model has no {name}")))
+            let id = model.name_to_id(kind, &name);
+            id.ok_or_else(|| Error::MuJoCo(format!("the model has no {name}")))
         };
         let shapes = robot.collision.shapes().len();
         let mut sides = vec![Side::World(0); shapes + world.len()];
@@ -166,11 +162,8 @@ impl<'a> Plant<'a> {
             if contact.exclude != 0 {
                 continue;
             }
-            let [first, second] = contact.geom.map(|id| usize::try_from(id).ok());
-            let (Some(first), Some(second)) = (
-                first.and_then(|id| self.sides.get(id).copied()),
-                second.and_then(|id| self.sides.get(id).copied()),
-            ) else {
+            let side = |id| self.sides.get(usize::try_from(id).ok()?).copied();
+            let [Some(first), Some(second)] = contact.geom.map(side) else {
                 continue;
             };
             // Rows of the frame: the normal, from the first shape to the second, and tangents.

@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use motion::Interpolation;
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use plan::Motion;
 use robot_model::Robot;
 
@@ -39,46 +39,35 @@ impl Playback {
     /// [`Error::Reference`] for a motion that contradicts itself or is not this robot's.
     pub fn new(robot: &Robot, motion: Motion, com_margin_m: f64) -> Result<Self, Error> {
         let refuse = |what: String, cause: String| Error::Reference { what, cause };
-        let curve =
-            Interpolation::new(&motion).map_err(|e| refuse("motion".to_owned(), e.to_string()))?;
+        let refused = |cause: String| refuse("motion".to_owned(), cause);
+        let curve = Interpolation::new(&motion).map_err(|e| refused(e.to_string()))?;
         if motion.robot != robot.name {
-            return Err(refuse(
-                "motion".to_owned(),
-                format!("it is of \"{}\", not \"{}\"", motion.robot, robot.name),
-            ));
+            let (is, wanted) = (&motion.robot, &robot.name);
+            return Err(refused(format!("it is of \"{is}\", not \"{wanted}\"")));
         }
         if let Some(sample) = motion.samples.first() {
-            robot
-                .configuration(&sample.q)
-                .map_err(|e| refuse("motion".to_owned(), e.to_string()))?;
+            let fits = robot.configuration(&sample.q);
+            fits.map_err(|e| refused(e.to_string()))?;
         }
         let mut phases = Vec::with_capacity(motion.phases.len());
         for (index, phase) in motion.phases.iter().enumerate() {
-            let named = |name: &str| {
-                robot
-                    .patch_index(name)
-                    .map_err(|e| refuse(format!("motion, phase {index}"), e.to_string()))
-            };
+            let unknown = |e| refuse(format!("motion, phase {index}"), format!("{e}"));
+            let named = |name: &str| robot.patch_index(name).map_err(unknown);
             let mut contacts = Vec::with_capacity(phase.contacts.len());
             for contact in &phase.contacts {
                 let patch = named(&contact.patch)?;
-                let [x, y, z, w] = contact.X_WC.quat_xyzw;
-                let X_WC = Isometry3::from_parts(
-                    Vector3::from(contact.X_WC.p).into(),
-                    UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
-                );
+                let rotation = UnitQuaternion::new_normalize(contact.X_WC.quat_xyzw.into());
+                let X_WC = Isometry3::from_parts(contact.X_WC.p.into(), rotation);
                 let shape = &robot.patches[patch];
                 // On the plane that is touched: of a ball, a radius below its centre.
                 let touched = shape.touched_W(&X_WC);
-                let points_W = motion::force_points(&shape.polygon, com_margin_m)
-                    .iter()
-                    .map(|p| X_WC.rotation * Vector3::new(p.x, p.y, 0.0) + touched)
-                    .collect();
+                let points = motion::force_points(&shape.polygon, com_margin_m);
+                let place = |p: &Point2<f64>| X_WC.rotation * p.coords.push(0.0) + touched;
                 contacts.push(PlayedContact {
                     patch,
                     X_WC,
                     friction: contact.friction,
-                    points_W,
+                    points_W: points.iter().map(place).collect(),
                 });
             }
             let swing = phase.swing.as_deref().map(named).transpose()?;
@@ -116,12 +105,8 @@ impl Playback {
         let after = (before + 1).min(samples.len() - 1);
         let at = |sample: usize| {
             let same = self.motion.phase_at(samples[sample].t_s) == Some(phase);
-            samples[sample]
-                .forces_W
-                .get(contact)
-                .and_then(|forces| forces.get(point))
-                .filter(|_| same)
-                .map(|f| Vector3::from(*f))
+            let force = samples[sample].forces_W.get(contact)?.get(point)?;
+            same.then(|| Vector3::from(*force))
         };
         let part = (place - before as f64).clamp(0.0, 1.0);
         match (at(before), at(after)) {
@@ -154,16 +139,16 @@ impl Reference for Playback {
         wanted.swing = phase.swing;
         wanted.landing.clone_from(&phase.landing);
         for (number, contact) in phase.contacts.iter().enumerate() {
-            let forces: Vec<Vector3<f64>> = (0..contact.points_W.len())
-                .map(|point| self.force_W(index, number, point, time))
-                .collect();
-            wanted.contacts.push(ReferenceContact::new(
-                contact.patch,
-                contact.X_WC,
-                contact.friction,
-                &contact.points_W,
-                &forces,
-            ));
+            let PlayedContact {
+                patch,
+                X_WC,
+                friction,
+                ref points_W,
+            } = *contact;
+            let at = |point| self.force_W(index, number, point, time);
+            let forces: Vec<_> = (0..points_W.len()).map(at).collect();
+            let contact = ReferenceContact::new(patch, X_WC, friction, points_W, &forces);
+            wanted.contacts.push(contact);
         }
     }
 }

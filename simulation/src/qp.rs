@@ -86,14 +86,13 @@ impl Solver {
     ) -> Result<Vec<f64>, Error> {
         let fail = |e: &dyn std::fmt::Display| Error::Controller(e.to_string());
         if !self.configured {
-            self.backend
-                .configure(&QpOptions {
-                    tolerance: 1e-8,
-                    acceptance_tolerance: 1e-5,
-                    max_iterations: MAX_CHANGES,
-                    ..QpOptions::default()
-                })
-                .map_err(|e| fail(&e))?;
+            let options = QpOptions {
+                tolerance: 1e-8,
+                acceptance_tolerance: 1e-5,
+                max_iterations: MAX_CHANGES,
+                ..QpOptions::default()
+            };
+            self.backend.configure(&options).map_err(|e| fail(&e))?;
             self.configured = true;
         }
         let n = gradient.len();
@@ -104,18 +103,13 @@ impl Solver {
             matrix: rows.matrix(n),
             rows: Bounds::new(rows.lower.clone(), rows.upper.clone()),
         };
-        let warm = self
-            .last
-            .take()
-            .filter(|set| set.rows.len() == model.m() && set.variables.len() == n)
-            .map(|set| QpWarmStart {
-                active_set: Some(set),
-                ..QpWarmStart::default()
-            });
-        match self
-            .backend
-            .solve(&model, warm.as_ref(), &CancellationToken::default())
-        {
+        let fits = |set: &WorkingSet| set.rows.len() == model.m() && set.variables.len() == n;
+        let warm = self.last.take().filter(fits).map(|set| QpWarmStart {
+            active_set: Some(set),
+            ..QpWarmStart::default()
+        });
+        let (warm, never) = (warm.as_ref(), CancellationToken::default());
+        match self.backend.solve(&model, warm, &never) {
             Ok(QpOutcome::Optimal(solution)) => {
                 self.last = solution.active_set;
                 Ok(solution.step)
@@ -128,29 +122,11 @@ impl Solver {
 
 fn lower_triangle(matrix: &DMatrix<f64>) -> CsrMatrix {
     let n = matrix.nrows();
-    let (mut indptr, mut indices, mut values) = (
-        Vec::with_capacity(n + 1),
-        Vec::with_capacity(n * (n + 1) / 2),
-        Vec::with_capacity(n * (n + 1) / 2),
-    );
-    indptr.push(0);
+    let mut rows = RowSet::default();
+    rows.clear();
     for i in 0..n {
-        for j in 0..=i {
-            let value = matrix[(i, j)];
-            if value != 0.0 {
-                indices.push(j);
-                values.push(value);
-            }
-        }
-        indptr.push(indices.len());
+        (0..=i).for_each(|j| rows.entry(j, matrix[(i, j)]));
+        rows.end(0.0, 0.0);
     }
-    CsrMatrix {
-        pattern: CsrPattern {
-            rows: n,
-            cols: n,
-            indptr,
-            indices,
-        },
-        values,
-    }
+    rows.matrix(n)
 }

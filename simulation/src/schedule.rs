@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::reference::{Reference, ReferenceState};
+use crate::reference::{Reference, ReferenceContact, ReferenceState};
 
 /// The times at which a patch is to touch without a break.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +20,20 @@ pub struct Closure {
     pub end_s: f64,
     /// From when it is to bear more than a given force, s; `None` where it never is.
     pub loaded_from_s: Option<f64>,
+}
+
+impl Closure {
+    /// A contact that closes at a time, to bear nothing and to the end for all that is known yet.
+    pub fn new(contact: &ReferenceContact, start_s: f64) -> Self {
+        Self {
+            patch: contact.patch,
+            place_W: contact.X_WC.translation.vector,
+            normal_W: contact.X_WC.rotation * Vector3::z(),
+            start_s,
+            end_s: f64::INFINITY,
+            loaded_from_s: None,
+        }
+    }
 }
 
 /// Time between two looks at a reference, s.
@@ -45,14 +59,7 @@ pub fn closures(reference: &impl Reference, start: &ReferenceState, load_n: f64)
         for contact in &wanted.contacts {
             let known = open.iter().find(|&&i| all[i].patch == contact.patch);
             let index = known.copied().unwrap_or_else(|| {
-                all.push(Closure {
-                    patch: contact.patch,
-                    place_W: contact.X_WC.translation.vector,
-                    normal_W: contact.X_WC.rotation * Vector3::z(),
-                    start_s: t,
-                    end_s: f64::INFINITY,
-                    loaded_from_s: None,
-                });
+                all.push(Closure::new(contact, t));
                 open.push(all.len() - 1);
                 all.len() - 1
             });

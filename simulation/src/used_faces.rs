@@ -27,20 +27,18 @@ pub fn touched_normals_W(
             let normal_W = contact.X_WC.rotation * Vector3::z();
             let p_W =
                 contact.X_WC.translation.vector - normal_W * patch.point_radius_m().unwrap_or(0.0);
-            let nearest = world
+            let away = world
                 .iter()
-                .enumerate()
-                .map(|(k, body)| (k, body.face_distance_m(&p_W, &normal_W)))
-                .min_by(|a, b| a.1.total_cmp(&b.1));
+                .map(|body| body.face_distance_m(&p_W, &normal_W));
+            let nearest = away.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
             if let Some((k, _)) = nearest {
                 fixed[k] |= step == 0;
                 normals[k].get_or_insert(normal_W);
             }
         }
     }
-    normals
-        .into_iter()
-        .zip(fixed)
+    let touched = normals.into_iter().zip(fixed);
+    touched
         .map(|(normal, fixed)| normal.filter(|_| !fixed))
         .collect()
 }

@@ -4,7 +4,7 @@ use robot_model::Robot;
 
 use crate::criteria::{Criterion, Unit};
 use crate::monitor::Monitor;
-use crate::observed::Peak;
+use crate::schedule::Closure;
 
 /// Largest deviation of the centre of mass from its reference, m; and at the end.
 const COM_ERROR_MAX_M: f64 = 0.020;
@@ -34,52 +34,33 @@ pub(crate) fn judge(
     let peaks = &monitor.peaks;
     let mm = Unit::Millimetre;
     let plain = Unit::Plain("");
-    let most = |name: &str, peak: &Peak, bound: f64, unit: Unit| {
-        Criterion::at_most(name, peak.value, bound, unit).on(peak.detail.clone())
-    };
-    let at = |patch: usize, t_s: f64| format!("{} of {t_s:.2} s", robot.patches[patch].name);
-    let pairs = || monitor.closures().iter().zip(&monitor.observed);
-    let slip = pairs().max_by(|a, b| a.1.slip_m.total_cmp(&b.1.slip_m));
-    let delay = pairs()
-        .filter_map(|(closure, observed)| {
-            let due_s = closure.loaded_from_s.filter(|due| *due < simulated_s)?;
-            let loaded_s = observed.loaded_s.unwrap_or(closure.end_s.min(simulated_s));
-            Some((
-                (loaded_s - due_s).max(0.0),
-                at(closure.patch, closure.start_s),
-            ))
-        })
-        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let at = |c: &Closure| format!("{} of {:.2} s", robot.patches[c.patch].name, c.start_s);
+    let late = monitor.pairs().filter_map(|(closure, observed)| {
+        let due_s = closure.loaded_from_s.filter(|due| *due < simulated_s)?;
+        let loaded_s = observed.loaded_s.unwrap_or(closure.end_s.min(simulated_s));
+        Some(((loaded_s - due_s).max(0.0), at(closure)))
+    });
+    let (delay_s, delayed) = late.max_by(|a, b| a.0.total_cmp(&b.0)).unzip();
+    let (delay_s, second) = (delay_s.unwrap_or(0.0), Unit::Plain("s"));
+    let (com_end, com_end_max) = (monitor.com_error_m, COM_ERROR_FINAL_MAX_M);
     let fallen = f64::from(u8::from(fell_s.is_some()));
     vec![
         Criterion::at_most("falls", fallen, 0.0, plain).on(fell_s.map(|t| format!("at {t:.2} s"))),
-        most("com error", &peaks.com_error_m, COM_ERROR_MAX_M, mm),
-        Criterion::at_most(
-            "com error at the end",
-            monitor.com_error_m,
-            COM_ERROR_FINAL_MAX_M,
-            mm,
-        ),
-        Criterion::at_most("slip", slip.map_or(0.0, |s| s.1.slip_m), SLIP_MAX_M, mm)
-            .on(slip.map(|s| at(s.0.patch, s.0.start_s))),
-        most("tilt", &peaks.tilt_rad, TILT_MAX_RAD, Unit::Degree),
-        most("swing error", &peaks.swing_error_m, SWING_ERROR_MAX_M, mm),
-        most("torque use", &peaks.torque_use, TORQUE_USE_MAX, plain),
-        most("penetration", &peaks.penetration_m, PENETRATION_MAX_M, mm),
-        Criterion::at_most(
-            "unplanned contacts",
-            monitor.unplanned.len() as f64,
-            0.0,
-            plain,
-        )
-        .on(monitor.unplanned_words()),
-        Criterion::at_most(
-            "contact delay",
-            delay.as_ref().map_or(0.0, |d| d.0),
-            CONTACT_DELAY_S,
-            Unit::Plain("s"),
-        )
-        .on(delay.map(|d| d.1)),
+        peaks.com_error_m.at_most("com error", COM_ERROR_MAX_M, mm),
+        Criterion::at_most("com error at the end", com_end, com_end_max, mm),
+        monitor.slip(SLIP_MAX_M, at),
+        peaks.tilt_rad.at_most("tilt", TILT_MAX_RAD, Unit::Degree),
+        peaks
+            .swing_error_m
+            .at_most("swing error", SWING_ERROR_MAX_M, mm),
+        peaks
+            .torque_use
+            .at_most("torque use", TORQUE_USE_MAX, plain),
+        peaks
+            .penetration_m
+            .at_most("penetration", PENETRATION_MAX_M, mm),
+        monitor.none_unplanned(),
+        Criterion::at_most("contact delay", delay_s, CONTACT_DELAY_S, second).on(delayed),
     ]
 }
 

@@ -56,16 +56,16 @@ impl<'a> WholeBodyController<'a> {
     /// # Errors
     /// [`Error::Robot`] where a patch is too small for the corners' inset.
     pub fn new(robot: &'a Robot, physics: &Physics) -> Result<Self, Error> {
-        let corners = robot
-            .patches
-            .iter()
-            .map(|patch| Corners::new(patch, CORNER_INSET_M))
-            .collect::<Result<_, _>>()?;
+        let corners = |patch| Corners::new(patch, CORNER_INSET_M);
         let start = robot.neutral();
         Ok(Self {
             robot,
             physics: *physics,
-            corners,
+            corners: robot
+                .patches
+                .iter()
+                .map(corners)
+                .collect::<Result<_, _>>()?,
             solver: Solver::default(),
             now: Dynamics::new(robot, &start),
             reference: Dynamics::new(robot, &start),
@@ -92,19 +92,15 @@ impl<'a> WholeBodyController<'a> {
         let robot = self.robot;
         let nv = robot.nv();
         self.now.update(robot, configuration, v);
-        self.reference
-            .update_motion(robot, &wanted.configuration, &wanted.v);
+        let planned = (&wanted.configuration, &wanted.v);
+        self.reference.update_motion(robot, planned.0, planned.1);
         for j in 6..nv {
             self.now.M[(j, j)] += self.physics.armature;
             self.now.h[j] += self.physics.damping * v[j];
         }
         // A patch that lands early bears from then on.
-        let closed: Vec<&ReferenceContact> = wanted
-            .contacts
-            .iter()
-            .chain(&wanted.landing)
-            .filter(|c| touching[c.patch])
-            .collect();
+        let contacts = wanted.contacts.iter().chain(&wanted.landing);
+        let closed: Vec<&ReferenceContact> = contacts.filter(|c| touching[c.patch]).collect();
         let J = self.corner_jacobian(&closed);
         let n = nv + J.nrows();
         self.cost(configuration, v, wanted, &closed, n);

@@ -27,46 +27,38 @@ pub enum WorldShape {
 }
 
 impl WorldBody {
-    /// The same body moved by `shift_W`.
-    pub fn shifted(mut self, shift_W: &Vector3<f64>) -> Self {
+    /// Moves the body by `shift_W`.
+    pub fn shift(&mut self, shift_W: &Vector3<f64>) {
         match &mut self.shape {
             WorldShape::Box { X_WO, .. } => X_WO.translation.vector += shift_W,
             WorldShape::Hull(points) => points.iter_mut().for_each(|p| *p += shift_W),
         }
-        self
     }
 
     /// How far a point is from the face that looks along `normal_W`, m: the distance to the
     /// body's support plane, plus how far the point lies beside the body's bounding box.
     pub fn face_distance_m(&self, p_W: &Vector3<f64>, normal_W: &Vector3<f64>) -> f64 {
         let corners = self.corners_W();
-        let support = corners
-            .iter()
-            .map(|c| c.coords.dot(normal_W))
-            .fold(f64::NEG_INFINITY, f64::max);
-        let beside: f64 = (0..3)
-            .map(|axis| {
-                let (low, high) = corners
-                    .iter()
-                    .map(|c| c[axis])
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-                        (l.min(x), h.max(x))
-                    });
-                (low - p_W[axis]).max(p_W[axis] - high).max(0.0)
-            })
-            .sum();
-        (p_W.dot(normal_W) - support).abs() + beside
+        let most = |along: &Vector3<f64>| {
+            let heights = corners.iter().map(|c| c.coords.dot(along));
+            heights.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let beyond = |along: &Vector3<f64>| (p_W.dot(along) - most(along)).max(0.0);
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+        let beside: f64 = axes.iter().map(|axis| beyond(axis) + beyond(&-axis)).sum();
+        (p_W.dot(normal_W) - most(normal_W)).abs() + beside
     }
 
     /// Corners, or the points of the hull.
     pub fn corners_W(&self) -> Vec<Point3<f64>> {
         match &self.shape {
-            WorldShape::Box { X_WO, half_m: h } => (0..8)
-                .map(|corner| {
-                    let sign = |bit: usize| if corner & bit == 0 { -1.0 } else { 1.0 };
+            WorldShape::Box { X_WO, half_m: h } => {
+                let corner = |k: usize| {
+                    let sign = |bit: usize| if k & bit == 0 { -1.0 } else { 1.0 };
                     X_WO * Point3::new(sign(1) * h.x, sign(2) * h.y, sign(4) * h.z)
-                })
-                .collect(),
+                };
+                (0..8).map(corner).collect()
+            }
             WorldShape::Hull(points) => points.clone(),
         }
     }

@@ -23,14 +23,11 @@ pub struct Args {
 /// A scene or a setting that does not exist.
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let mut inputs = Inputs::default();
-    let scene = args
-        .scene
-        .as_deref()
+    let scene = args.scene.as_deref();
+    let scene = scene
         .map(|name| Scene::open(name, &mut inputs))
         .transpose()?;
-    let layer = scene
-        .as_ref()
-        .map(|scene| (scene.name.as_str(), &scene.settings));
+    let layer = scene.as_ref().map(|s| (s.name.as_str(), &s.settings));
     let config = Config::layered(layer, global)?;
     out.write_all(documented(&config)?.as_bytes())?;
     Ok(Status::Done)

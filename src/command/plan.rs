@@ -7,7 +7,7 @@ use anyhow::{Result, anyhow};
 use scenes::scene_file::{Friction, Goal, GoalContact, Guide};
 
 use super::run::plan_and_write;
-use crate::argument::{self, GoalContactFlag, GoalFlag, StartFlag};
+use crate::argument::{self, GoalFlag, StartFlag};
 use crate::cli::Global;
 use crate::environment_flags::ScanFlags;
 use crate::extrinsics::placement;
@@ -62,7 +62,7 @@ pub struct Args {
     goal: Option<GoalFlag>,
     /// A contact that the goal must have: PATCH=SURFACE or PATCH=x,y,z (repeatable)
     #[arg(long, value_name = "PATCH=PLACE", value_parser = argument::goal_contact)]
-    goal_contact: Vec<GoalContactFlag>,
+    goal_contact: Vec<GoalContact>,
     /// Farthest that the base may be from the goal, m
     #[arg(long, value_name = "M", value_parser = positive)]
     goal_tolerance_m: Option<f64>,
@@ -95,9 +95,8 @@ impl Args {
     /// A scene of defaults; what has none must be among the flags.
     fn bare(&self) -> Result<Scene> {
         if self.environment()?.is_none() {
-            return Err(usage(
-                "give a scene, or one of --surfaces, --scan and --mesh",
-            ));
+            let wanted = "give a scene, or one of --surfaces, --scan and --mesh";
+            return Err(usage(wanted));
         }
         if self.goal.is_none() && self.goal_contact.is_empty() {
             return Err(usage("give a scene, or --goal or --goal-contact"));
@@ -106,11 +105,7 @@ impl Args {
             name: NAME.to_owned(),
             environment: Environment::Scans(Vec::new()),
             mounts: Vec::new(),
-            robot: RobotFiles {
-                urdf: "builtin:hrp2".to_owned(),
-                srdf: None,
-                contacts: None,
-            },
+            robot: RobotFiles::named("builtin:hrp2"),
             start: Start::Posture {
                 name: None,
                 base: None,
@@ -148,11 +143,7 @@ impl Args {
         }
         if let Some(urdf) = &self.robot {
             // Another robot does not have the postures and patches of the scene's.
-            scene.robot = RobotFiles {
-                urdf: urdf.clone(),
-                srdf: None,
-                contacts: None,
-            };
+            scene.robot = RobotFiles::named(urdf);
         }
         if self.srdf.is_some() {
             scene.robot.srdf.clone_from(&self.srdf);
@@ -210,9 +201,8 @@ impl Args {
 
     fn over_goal(&self, goal: &mut Goal) {
         if self.goal.is_some() || !self.goal_contact.is_empty() {
-            let tolerance_m = goal.tolerance_m;
             *goal = Goal {
-                tolerance_m,
+                tolerance_m: goal.tolerance_m,
                 ..Goal::default()
             };
         }
@@ -220,12 +210,7 @@ impl Args {
             goal.base_position_m = Some(flag.position_m.clone());
             goal.yaw_rad = flag.yaw_rad;
         }
-        goal.contact
-            .extend(self.goal_contact.iter().map(|flag| GoalContact {
-                patch: flag.patch.clone(),
-                surface: flag.surface.clone(),
-                point_m: flag.point_m,
-            }));
+        goal.contact.extend(self.goal_contact.iter().cloned());
         if let Some(tolerance_m) = self.goal_tolerance_m {
             goal.tolerance_m = tolerance_m;
         }

@@ -108,11 +108,8 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let bytes = inputs.read("problems", &args.problems)?;
     let set = posture_problem::parse(&bytes).with_context(|| file.clone())?;
     if !(set.robot.is_empty() || set.robot == robot.name) {
-        bail!(
-            "{file}: these problems are for {}, not for {}",
-            set.robot,
-            robot.name
-        );
+        let (meant, given) = (&set.robot, &robot.name);
+        bail!("{file}: these problems are for {meant}, not for {given}");
     }
     let reference = match &args.reference {
         Some(name) => robot.posture(name)?,
@@ -131,19 +128,12 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let threads = global.threads.or(args.repeat.and(NonZeroUsize::new(1)));
     let answers = threads::pool(threads)?.install(|| {
         let solve = |problem| solver.answer(problem);
-        set.problems
-            .par_iter()
-            .map(solve)
-            .collect::<Result<Vec<_>>>()
+        let answers = set.problems.par_iter().map(solve);
+        answers.collect::<Result<Vec<_>>>()
     });
     let answers = answers.with_context(|| file)?;
 
-    let count = |outcome| {
-        answers
-            .iter()
-            .filter(|answer| answer.outcome == outcome)
-            .count()
-    };
+    let count = |outcome| answers.iter().filter(|a| a.outcome == outcome).count();
     let (feasible, infeasible) = (count(FEASIBLE), count("infeasible"));
     writeln!(
         out,
@@ -178,10 +168,10 @@ impl<'a> Solver<'a> {
     fn answer(&self, record: &'a ProblemRecord) -> Result<Answer<'a>> {
         let posed = posture_problem::pose(record, self.robot, &self.reference, self.body_m)?;
         let problem = posed.problem(self.robot);
+        let named = || format!("problem {}", record.id);
         let solve = || {
             let begin = Instant::now();
-            let outcome = posture::solve(&problem, self.config)
-                .with_context(|| format!("problem {}", record.id))?;
+            let outcome = posture::solve(&problem, self.config).with_context(named)?;
             anyhow::Ok((outcome, begin.elapsed().as_secs_f64() * 1e6))
         };
         let (outcome, first_us) = solve()?;
@@ -191,13 +181,11 @@ impl<'a> Solver<'a> {
         }
         let found = outcome.posture();
         let violation = outcome.violation();
-        let explanation = if self.explain && found.is_none() {
-            posture::explain(&problem, self.config)
-                .with_context(|| format!("problem {}", record.id))?
-                .map(|e| e.words)
-        } else {
-            None
-        };
+        let mut explanation = None;
+        if self.explain && found.is_none() {
+            let explained = posture::explain(&problem, self.config).with_context(named)?;
+            explanation = explained.map(|e| e.words);
+        }
         Ok(Answer {
             id: &record.id,
             outcome: match &outcome {

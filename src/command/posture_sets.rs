@@ -37,17 +37,12 @@ pub struct Args {
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let families = Family::named(&args.family).ok_or_else(|| {
         let known: Vec<&str> = Family::ALL.iter().map(|f| f.name()).collect();
-        anyhow!(
-            "no family {:?}; there are {} and hard",
-            args.family,
-            known.join(", ")
-        )
+        let (family, known) = (&args.family, known.join(", "));
+        anyhow!("no family {family:?}; there are {known} and hard")
     })?;
     let config = Config::layered(None, global)?;
-    let robot = args
-        .robot
-        .files()
-        .load(&config.robot_model, &mut Inputs::default())?;
+    let files = args.robot.files();
+    let robot = files.load(&config.robot_model, &mut Inputs::default())?;
     let seed = config.seed;
     let set = contact_sets::generate(&robot, &families, args.count, seed)?;
     output::write_json(&args.output, &set)?;

@@ -76,29 +76,17 @@ fn print(robot: &Robot, out: &mut dyn Write) -> std::io::Result<()> {
         )?;
     }
     let postures: Vec<&str> = robot.postures.keys().map(String::as_str).collect();
-    writeln!(
-        out,
-        "postures: {}",
-        if postures.is_empty() {
-            "none".into()
-        } else {
-            postures.join(", ")
-        }
-    )?;
+    let postures = match postures.as_slice() {
+        [] => "none".to_owned(),
+        some => some.join(", "),
+    };
+    writeln!(out, "postures: {postures}")?;
     let colliding = robot.colliding_pairs(&robot.resting());
-    writeln!(
-        out,
-        "pairs of links that overlap at rest: {}",
-        count(colliding.len())
-    )?;
+    let pairs = count(colliding.len());
+    writeln!(out, "pairs of links that overlap at rest: {pairs}")?;
     for pair in &colliding {
-        writeln!(
-            out,
-            "  {} and {} by {:.1} mm",
-            pair.link_a,
-            pair.link_b,
-            -1e3 * pair.distance
-        )?;
+        let (a, b, depth_mm) = (&pair.link_a, &pair.link_b, -1e3 * pair.distance);
+        writeln!(out, "  {a} and {b} by {depth_mm:.1} mm")?;
     }
     writeln!(out, "notes: {}", count(robot.notes.len()))?;
     for note in &robot.notes {
@@ -108,20 +96,18 @@ fn print(robot: &Robot, out: &mut dyn Write) -> std::io::Result<()> {
 }
 
 fn count(n: usize) -> String {
-    if n == 0 {
-        "none".to_owned()
-    } else {
-        n.to_string()
+    match n {
+        0 => "none".to_owned(),
+        n => n.to_string(),
     }
 }
 
 fn joints(robot: &Robot, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(out, "joints:")?;
     for body in robot.joint_bodies() {
-        let unit = if body.kind == JointKind::Prismatic {
-            "m, N"
-        } else {
-            "rad, N·m"
+        let unit = match body.kind {
+            JointKind::Prismatic => "m, N",
+            _ => "rad, N·m",
         };
         writeln!(
             out,

@@ -86,16 +86,10 @@ fn verdict(planned: &PlanOutcome, out: &mut dyn Write) -> Result<Status> {
             Ok(Status::Done)
         }
         Ended::Found => {
-            let failures: Vec<String> = planned
-                .certificate
-                .failures()
-                .take(5)
-                .map(|row| row.sentence())
-                .collect();
-            bail!(
-                "the plan that was found does not pass verification: {}",
-                failures.join("; ")
-            )
+            let failures = planned.certificate.failures().take(5);
+            let failures: Vec<String> = failures.map(|row| row.sentence()).collect();
+            let failures = failures.join("; ");
+            bail!("the plan that was found does not pass verification: {failures}")
         }
     }
 }

@@ -131,11 +131,8 @@ mod simulated {
         let plan = plan_file::open(&args.plan)?;
         let mut robot = args.robot.load(&plan)?;
         simulate::stance::apply_friction(&mut robot, &plan)?;
-        let Config {
-            seed,
-            simulation: config,
-            ..
-        } = Config::layered(None, global)?;
+        let config = Config::layered(None, global)?;
+        let (seed, config) = (config.seed, config.simulation);
         let (world, true_world) = simulate::world::world(&plan, args.world)?;
         let pool = threads::pool(global.threads)?;
         let mut report = Report {
@@ -152,16 +149,8 @@ mod simulated {
             standing: None,
             pass: true,
         };
-        writeln!(
-            out,
-            "world: {} bodies, {}",
-            world.len(),
-            if true_world {
-                "the true ones"
-            } else {
-                "as planned"
-            }
-        )?;
+        let which = ["as planned", "the true ones"][usize::from(true_world)];
+        writeln!(out, "world: {} bodies, {which}", world.len())?;
         if !args.execute {
             report.stances = pool.install(|| hold_all(&plan, &robot, &world, &config))?;
             write!(out, "{}", table::of_stances(&report.stances))?;
@@ -195,10 +184,9 @@ mod simulated {
         }
         output::write_json(&output, &report)?;
         writeln!(out, "results: {}", output.display())?;
-        Ok(if report.pass {
-            Status::Done
-        } else {
-            Status::NotExecuted
+        Ok(match report.pass {
+            true => Status::Done,
+            false => Status::NotExecuted,
         })
     }
 
@@ -244,15 +232,8 @@ mod simulated {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         let mut pictures = simulation::picture::Pictures::new(folder, FRAME_EVERY_S);
         let mut both = (trace, &mut pictures);
-        let undisturbed = Perturbation::default();
-        Ok(execute(
-            robot,
-            world,
-            playback,
-            config,
-            &undisturbed,
-            &mut both,
-        )?)
+        let still = Perturbation::default();
+        Ok(execute(robot, world, playback, config, &still, &mut both)?)
     }
 
     #[cfg(not(feature = "render"))]
@@ -275,17 +256,14 @@ mod simulated {
     fn motion(args: &Args) -> Result<Option<(Motion, String)>> {
         let path = match &args.motion {
             Some(path) => path.clone(),
-            None => {
-                let path = beside(&args.plan, "motion.json");
-                if !path.exists() {
-                    if args.execute || !args.perturb.is_empty() {
-                        bail!("{}: there is no motion to execute", path.display());
-                    }
-                    return Ok(None);
-                }
-                path
-            }
+            None => beside(&args.plan, "motion.json"),
         };
+        if args.motion.is_none() && !path.exists() {
+            if args.execute || !args.perturb.is_empty() {
+                bail!("{}: there is no motion to execute", path.display());
+            }
+            return Ok(None);
+        }
         let bytes = provenance::read("motion", &path)?;
         let motion: Motion = serde_json::from_slice(&bytes)
             .with_context(|| format!("{}: not a motion", path.display()))?;

@@ -37,13 +37,8 @@ pub struct Args {
     #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true)]
     eye: Option<[f64; 3]>,
     /// Headings to give the stepping angle for, degrees from x towards y
-    #[arg(
-        long,
-        value_name = "DEG,…",
-        value_delimiter = ',',
-        default_value = "0",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_name = "DEG,…", value_delimiter = ',', default_value = "0")]
+    #[arg(allow_hyphen_values = true)]
     heading: Vec<f64>,
     /// Where the description goes (without it it is only printed)
     #[arg(short, long, value_name = "SLOPE.json")]
@@ -57,10 +52,9 @@ pub struct Args {
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let mut inputs = Inputs::default();
-    let calibration = match &args.calibration {
-        Some(path) => Some(calibration_file::read(path, &mut inputs)?),
-        None => None,
-    };
+    let calibration = args.calibration.as_ref();
+    let calibration = calibration.map(|path| calibration_file::read(path, &mut inputs));
+    let calibration = calibration.transpose()?;
     let bytes = inputs.read("cloud", &args.cloud)?;
     let read = perception::parse_lidar(&args.cloud, &bytes, args.sweep)?;
     let name = args.cloud.display();

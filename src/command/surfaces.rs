@@ -51,12 +51,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     }
     let terrain = perceived.terrain;
     summary::faces(&terrain.faces, config.posture.edge_sigmas, out)?;
-    let times: Vec<String> = stages
-        .ms
-        .iter()
-        .map(|(stage, ms)| format!("{stage} {ms:.1} ms"))
-        .collect();
-    writeln!(out, "{}", times.join(", "))?;
+    writeln!(out, "{}", stages.text())?;
     if let Some(path) = &args.output {
         output::write(path, terrain.to_json()?.as_bytes())?;
         writeln!(out, "written: {}", path.display())?;

@@ -39,9 +39,8 @@ pub fn run(args: &Args, out: &mut dyn Write) -> Result<Status> {
     for row in certificate.failures() {
         eprintln!("fails: {}", row.sentence());
     }
-    Ok(if certificate.pass {
-        Status::Done
-    } else {
-        Status::Failed
+    Ok(match certificate.pass {
+        true => Status::Done,
+        false => Status::Failed,
     })
 }

@@ -1,7 +1,7 @@
 //! `scandent view PLAN.json`: one HTML page to look at.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Result;
 
@@ -49,12 +49,8 @@ pub fn run(args: &Args, out: &mut dyn Write) -> Result<Status> {
         robot: &robot,
         cloud_W: &cloud_W,
     })?;
-    let path = args.output.clone().unwrap_or_else(|| {
-        args.plan
-            .parent()
-            .unwrap_or(Path::new(""))
-            .join("view.html")
-    });
+    let beside = || args.plan.with_file_name("view.html");
+    let path = args.output.clone().unwrap_or_else(beside);
     output::write(&path, page.as_bytes())?;
     writeln!(out, "written: {}", path.display())?;
     Ok(Status::Done)

@@ -25,17 +25,15 @@ pub(super) fn write(
             Change::Remove { patch, face } => ("remove", patch.as_str(), face.as_str()),
         };
         // The first phase that leads to the stance; the start is there from the beginning.
-        let reached = phases
-            .iter()
-            .find(|p| p.stance == index)
-            .map_or(0.0, |p| p.end_s);
+        let first = phases.iter().find(|p| p.stance == index);
+        let reached = first.map_or(0.0, |p| p.end_s);
         let mut cells = vec![index.to_string()];
         cells.extend([kind, patch, face].map(quoted));
         cells.push(number(reached));
         cells.extend(stance.com_W.iter().chain(&stance.q).map(|x| number(*x)));
         for patch in &robot.patches {
             match stance.contacts.iter().find(|c| c.patch == patch.name) {
-                None => cells.extend(["free"; 1].into_iter().chain([""; 6]).map(str::to_owned)),
+                None => cells.extend(["free", "", "", "", "", "", ""].map(str::to_owned)),
                 Some(contact) => {
                     let state = if contact.loaded { "loaded" } else { "touching" };
                     cells.push(state.to_owned());
@@ -50,21 +48,16 @@ pub(super) fn write(
 }
 
 fn header(robot: &Robot) -> Vec<String> {
-    let mut names: Vec<String> = ["index", "change", "patch", "face", "time_s"]
-        .into_iter()
-        .chain([
-            "com_x_m", "com_y_m", "com_z_m", "base_x_m", "base_y_m", "base_z_m",
-        ])
-        .chain(["base_qx", "base_qy", "base_qz", "base_qw"])
-        .map(str::to_owned)
-        .collect();
+    let known = "index,change,patch,face,time_s,com_x_m,com_y_m,com_z_m,base_x_m,base_y_m,\
+                 base_z_m,base_qx,base_qy,base_qz,base_qw";
+    let mut names: Vec<String> = known.split(',').map(str::to_owned).collect();
     names.extend(robot.joint_bodies().iter().map(|body| {
-        let unit = if body.kind == JointKind::Prismatic {
-            "m"
-        } else {
-            "rad"
-        };
-        quoted(&format!("{}_{unit}", body.joint))
+        let slides = body.kind == JointKind::Prismatic;
+        quoted(&format!(
+            "{}_{}",
+            body.joint,
+            if slides { "m" } else { "rad" }
+        ))
     }));
     for patch in &robot.patches {
         names.push(quoted(&patch.name));

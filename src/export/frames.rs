@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use plan::{Contact, Plan, Pose, Stance};
 
 /// A plan's pose as an isometry.
-pub(super) fn isometry(pose: &Pose) -> Isometry3<f64> {
+pub(crate) fn isometry(pose: &Pose) -> Isometry3<f64> {
     let [x, y, z, w] = pose.quat_xyzw;
     Isometry3::from_parts(
         Translation3::from(Vector3::from(pose.p)),
@@ -38,14 +38,10 @@ pub(super) fn roll_pitch_yaw(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let pitch = (-R[(2, 0)]).atan2(up);
     // Nearer than this to the pole, roll and yaw are rounding.
     if up < 1e-9 {
-        [0.0, pitch, (-R[(0, 1)]).atan2(R[(1, 1)])]
-    } else {
-        [
-            R[(2, 1)].atan2(R[(2, 2)]),
-            pitch,
-            R[(1, 0)].atan2(R[(0, 0)]),
-        ]
+        return [0.0, pitch, (-R[(0, 1)]).atan2(R[(1, 1)])];
     }
+    let (roll, yaw) = (R[(2, 1)].atan2(R[(2, 2)]), R[(1, 0)].atan2(R[(0, 0)]));
+    [roll, pitch, yaw]
 }
 
 /// Micrometres and microradians: postures are solved to ten of them, and more digits only make
@@ -59,9 +55,9 @@ pub(super) fn rounded(value: f64) -> f64 {
 ///
 /// # Errors  no such stance or contact.
 pub(super) fn contact<'a>(plan: &'a Plan, stance: usize, patch: &str) -> Result<&'a Contact> {
-    plan.stances
-        .get(stance)
-        .and_then(|s| s.contacts.iter().find(|c| c.patch == patch))
+    let contacts = plan.stances.get(stance).map(|s| &s.contacts);
+    contacts
+        .and_then(|contacts| contacts.iter().find(|c| c.patch == patch))
         .with_context(|| format!("stance {stance} lists no contact of {patch}"))
 }
 
@@ -69,53 +65,37 @@ pub(super) fn contact<'a>(plan: &'a Plan, stance: usize, patch: &str) -> Result<
 ///
 /// # Errors  the stance and what is wrong with it.
 pub(super) fn check(plan: &Plan, robot: &robot_model::Robot) -> Result<()> {
+    let (meant, given) = (&plan.robot.name, &robot.name);
+    let mut joints = plan.robot.joint_names.iter().map(String::as_str);
+    let same = joints.by_ref().eq(robot.joint_names());
     ensure!(
-        plan.robot
-            .joint_names
-            .iter()
-            .map(String::as_str)
-            .eq(robot.joint_names()),
-        "the plan is for {}, whose joints are not those of {}",
-        plan.robot.name,
-        robot.name
+        same,
+        "the plan is for {meant}, whose joints are not those of {given}"
     );
     ensure!(!plan.stances.is_empty(), "the plan has no stances");
     for stance in &plan.stances {
         let index = stance.index;
+        let (values, wanted) = (stance.q.len(), 7 + robot.nj());
         ensure!(
-            stance.q.len() == 7 + robot.nj(),
-            "stance {index}: q has {} values, {} has {}",
-            stance.q.len(),
-            robot.name,
-            7 + robot.nj()
+            values == wanted,
+            "stance {index}: q has {values} values, {given} has {wanted}"
         );
         for contact in &stance.contacts {
-            robot
-                .patch(&contact.patch)
-                .with_context(|| format!("stance {index}"))?;
+            let patch = robot.patch(&contact.patch);
+            let patch = &patch.with_context(|| format!("stance {index}"))?.name;
+            let (points, forces) = (contact.force_points_W.len(), contact.forces_W.len());
             ensure!(
-                contact.force_points_W.len() == contact.forces_W.len(),
-                "stance {index}, {}: {} forces at {} points",
-                contact.patch,
-                contact.forces_W.len(),
-                contact.force_points_W.len()
+                points == forces,
+                "stance {index}, {patch}: {forces} forces at {points} points"
             );
         }
         let vectors = stance.contacts.iter().flat_map(|c| {
-            let points = c
-                .force_points_W
-                .iter()
-                .chain(&c.forces_W)
-                .chain([&c.X_WC.p])
-                .flatten();
-            points.chain(&c.X_WC.quat_xyzw).chain([&c.friction])
+            let vectors = c.force_points_W.iter().chain(&c.forces_W);
+            let vectors = vectors.chain([&c.X_WC.p]).flatten();
+            vectors.chain(&c.X_WC.quat_xyzw).chain([&c.friction])
         });
-        let finite = stance
-            .q
-            .iter()
-            .chain(&stance.com_W)
-            .chain(vectors)
-            .all(|x| x.is_finite());
+        let mut all = stance.q.iter().chain(&stance.com_W).chain(vectors);
+        let finite = all.all(|x| x.is_finite());
         ensure!(finite, "stance {index} holds a value that is not finite");
         let quaternions = stance.contacts.iter().map(|c| c.X_WC.quat_xyzw);
         let base = [stance.q[3], stance.q[4], stance.q[5], stance.q[6]];

@@ -76,82 +76,68 @@ struct Contact<'a> {
 }
 
 /// The plan as a contact sequence with times.
-pub(super) fn write(
-    plan: &Plan,
+pub(super) fn write<'a>(
+    plan: &'a Plan,
     motion: Option<&plan::Motion>,
     robot: &Robot,
     config: &Config,
 ) -> Result<String> {
     let limbs = Limbs::new(robot, config)?;
-    let patches = robot
-        .patches
-        .iter()
-        .map(|patch| {
-            let link = robot.frame(&patch.link)?;
-            Ok(Patch {
-                name: &patch.name,
-                limb: limbs.of(&patch.name)?,
-                link: &patch.link,
-                X_LC: (&(link.X_BL.inverse() * patch.X_BC)).into(),
-                polygon_m: patch.polygon.iter().map(|v| [v.x, v.y]).collect(),
-                radius_m: patch.point_radius_m(),
-            })
+    let patches = robot.patches.iter().map(|patch| {
+        let link = robot.frame(&patch.link)?;
+        Ok(Patch {
+            name: &patch.name,
+            limb: limbs.of(&patch.name)?,
+            link: &patch.link,
+            X_LC: (&(link.X_BL.inverse() * patch.X_BC)).into(),
+            polygon_m: patch.polygon.iter().map(|v| [v.x, v.y]).collect(),
+            radius_m: patch.point_radius_m(),
         })
-        .collect::<Result<_>>()?;
-    let phases = phases(plan, motion, config)
-        .into_iter()
-        .map(|phase| {
-            let stance = plan.stances.get(phase.stance).context("no such stance")?;
-            let kind = match phase.kind {
-                Move::Shift => "shift",
-                Move::Step { .. } => "step",
-                Move::Make => "make",
-                Move::Release => "release",
-            };
-            let patch = match &stance.change {
-                Change::Add { patch, .. } | Change::Remove { patch, .. } => Some(patch.as_str()),
-                _ => None,
-            };
-            Ok(Phase {
-                start_s: phase.start_s,
-                end_s: phase.end_s,
-                kind,
-                patch: patch.filter(|_| phase.kind != Move::Shift),
-                stance: phase.stance,
-            })
+    });
+    let phases = phases(plan, motion, config).into_iter().map(|phase| {
+        let stance = plan.stances.get(phase.stance).context("no such stance")?;
+        let kind = match phase.kind {
+            Move::Shift => "shift",
+            Move::Step { .. } => "step",
+            Move::Make => "make",
+            Move::Release => "release",
+        };
+        let patch = match &stance.change {
+            Change::Add { patch, .. } | Change::Remove { patch, .. } => Some(patch.as_str()),
+            _ => None,
+        };
+        Ok(Phase {
+            start_s: phase.start_s,
+            end_s: phase.end_s,
+            kind,
+            patch: patch.filter(|_| phase.kind != Move::Shift),
+            stance: phase.stance,
         })
-        .collect::<Result<_>>()?;
-    let stances = plan
-        .stances
-        .iter()
-        .map(|stance| Stance {
-            index: stance.index,
-            change: &stance.change,
-            q: &stance.q,
-            com_W: stance.com_W,
-            contacts: stance
-                .contacts
-                .iter()
-                .map(|contact| Contact {
-                    patch: &contact.patch,
-                    face: contact.face.as_str(),
-                    X_WC: contact.X_WC,
-                    loaded: contact.loaded,
-                    friction: contact.friction,
-                    friction_use: plan.required.friction_use,
-                    wrench_W: frames::wrench(contact),
-                })
-                .collect(),
-        })
-        .collect();
+    });
+    let contact = |contact: &'a plan::Contact| Contact {
+        patch: &contact.patch,
+        face: contact.face.as_str(),
+        X_WC: contact.X_WC,
+        loaded: contact.loaded,
+        friction: contact.friction,
+        friction_use: plan.required.friction_use,
+        wrench_W: frames::wrench(contact),
+    };
+    let stances = plan.stances.iter().map(|stance| Stance {
+        index: stance.index,
+        change: &stance.change,
+        q: &stance.q,
+        com_W: stance.com_W,
+        contacts: stance.contacts.iter().map(contact).collect(),
+    });
     let document = Document {
         format: FORMAT,
         scene: &plan.scene,
         robot: &plan.robot.name,
         joint_names: &plan.robot.joint_names,
-        patches,
-        phases,
-        stances,
+        patches: patches.collect::<Result<_>>()?,
+        phases: phases.collect::<Result<_>>()?,
+        stances: stances.collect(),
     };
     Ok(serde_json::to_string_pretty(&document)? + "\n")
 }

@@ -23,10 +23,8 @@ impl Limbs {
             let limb = config.limbs.get(&patch.name).cloned();
             let limb = limb.unwrap_or_else(|| camel_case(&patch.name));
             if let Some((other, _)) = names.iter().find(|(_, name)| *name == limb) {
-                bail!(
-                    "export.limbs: {other} and {} are both the limb {limb}",
-                    patch.name
-                );
+                let patch = &patch.name;
+                bail!("export.limbs: {other} and {patch} are both the limb {limb}");
             }
             names.push((patch.name.clone(), limb));
         }
@@ -37,11 +35,9 @@ impl Limbs {
     ///
     /// # Errors  a patch that the robot does not have.
     pub fn of(&self, patch: &str) -> Result<&str> {
-        self.names
-            .iter()
-            .find(|(name, _)| name == patch)
-            .map(|(_, limb)| limb.as_str())
-            .with_context(|| format!("the robot has no patch {patch}"))
+        let found = self.names.iter().find(|(name, _)| name == patch);
+        let limb = found.map(|(_, limb)| limb.as_str());
+        limb.with_context(|| format!("the robot has no patch {patch}"))
     }
 }
 

@@ -11,7 +11,7 @@
 
 mod config;
 mod csv;
-mod frames;
+pub(crate) mod frames;
 mod json;
 mod limbs;
 mod mcc_yaml;
@@ -21,9 +21,7 @@ pub mod timeline;
 
 pub use config::Config;
 
-use std::str::FromStr;
-
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use plan::{Motion, Plan};
 use robot_model::Robot;
 
@@ -38,46 +36,6 @@ pub enum Format {
     Csv,
     /// One row a sample of the motion
     MotionCsv,
-}
-
-impl Format {
-    /// Every format.
-    pub const ALL: [Format; 4] = [
-        Format::MccYaml,
-        Format::Json,
-        Format::Csv,
-        Format::MotionCsv,
-    ];
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Format::MccYaml => "mcc-yaml",
-            Format::Json => "json",
-            Format::Csv => "csv",
-            Format::MotionCsv => "motion-csv",
-        }
-    }
-}
-
-impl std::fmt::Display for Format {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Format {
-    type Err = anyhow::Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        match Self::ALL.into_iter().find(|format| format.name() == name) {
-            Some(format) => Ok(format),
-            None => {
-                let known = Self::ALL.map(Format::name).join(", ");
-                bail!("unknown format {name:?}; candidates: {known}")
-            }
-        }
-    }
 }
 
 /// The plan in the format, as text, with the times of its motion.

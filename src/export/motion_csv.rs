@@ -15,11 +15,8 @@ pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<String> {
     motion.validate()?;
     let wanted = 7 + robot.nj();
     if let Some(sample) = motion.samples.iter().find(|s| s.q.len() != wanted) {
-        anyhow::bail!(
-            "the motion has {} coordinates, {} has {wanted}",
-            sample.q.len(),
-            robot.name
-        );
+        let (given, robot) = (sample.q.len(), &robot.name);
+        anyhow::bail!("the motion has {given} coordinates, {robot} has {wanted}");
     }
     let base = "base_x_m,base_y_m,base_z_m,base_qx,base_qy,base_qz,base_qw";
     let mut text = format!("time_s,phase,swing,com_x_m,com_y_m,com_z_m,{base}");
@@ -37,13 +34,9 @@ pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<String> {
             continue;
         };
         let kind = serde_json::to_value(phase.kind)?;
+        let kind = kind.as_str().unwrap_or("");
         let swing = phase.swing.as_deref().unwrap_or("");
-        let _ = write!(
-            text,
-            "{:.4},{},{swing}",
-            sample.t_s,
-            kind.as_str().unwrap_or("")
-        );
+        let _ = write!(text, "{:.4},{kind},{swing}", sample.t_s);
         for x in sample.com_W.iter().chain(&sample.q) {
             let _ = write!(text, ",{x:.9}");
         }

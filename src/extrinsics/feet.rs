@@ -3,15 +3,16 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use nalgebra::{Isometry3, Point3, Vector3};
-use robot_model::{Configuration, ContactPatch, Kinematics, PatchKind, Robot};
+use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, PatchKind, Robot};
+
+use crate::start;
 
 /// The patches that stand on the ground and the link that the sensor is on.
 #[derive(Clone, Debug)]
 pub struct Feet {
-    /// Indices of the patches.
-    patches: Vec<usize>,
+    patches: Vec<PatchId>,
     /// The link of which the frame is R.
     pub link: String,
 }
@@ -22,33 +23,12 @@ impl Feet {
     /// # Errors
     /// A name that the robot does not have, with those it has; no foot at all.
     pub fn of(robot: &Robot, patches: &[String], link: Option<&str>) -> Result<Self> {
-        let chosen: Vec<usize> = if patches.is_empty() {
-            (0..robot.patches.len())
-                .filter(|i| robot.patches[*i].has_role("foot"))
-                .collect()
-        } else {
-            patches
-                .iter()
-                .map(|name| robot.patch_index(name))
-                .collect::<Result<_, _>>()?
-        };
-        if chosen.is_empty() {
-            bail!(
-                "robot {:?} has no contact patch with the role \"foot\"; name its feet with --feet",
-                robot.name
-            );
-        }
-        let link = match link {
-            Some(link) => robot.frame(link)?.name.clone(),
-            None => robot
-                .bodies
-                .first()
-                .map(|body| body.name.clone())
-                .ok_or_else(|| anyhow!("robot {:?} has no body", robot.name))?,
-        };
+        let base = robot.bodies.first().map(|body| body.name.as_str());
+        let link = link.or(base);
+        let link = link.with_context(|| format!("robot {:?} has no body", robot.name))?;
         Ok(Self {
-            patches: chosen,
-            link,
+            patches: start::patches(robot, patches)?,
+            link: robot.frame(link)?.name.clone(),
         })
     }
 
@@ -59,28 +39,23 @@ impl Feet {
     pub fn in_R(&self, robot: &Robot, configuration: &Configuration) -> Result<Vec<Point3<f64>>> {
         let kinematics = Kinematics::new(robot, configuration);
         let X_RW = kinematics.X_WL(robot, &self.link)?.inverse();
-        Ok(self
-            .all(robot)
-            .flat_map(|patch| points(patch, &(X_RW * kinematics.X_WC(patch))))
-            .collect())
+        let in_R = |patch| points(patch, &(X_RW * kinematics.X_WC(patch)));
+        Ok(self.all(robot).flat_map(in_R).collect())
     }
 
     /// Height of each of these points over the ground, m: a ball's radius, 0 for a sole.
     pub fn heights_m(&self, robot: &Robot) -> Vec<f64> {
-        self.all(robot)
-            .flat_map(|patch| vec![patch.point_radius_m().unwrap_or(0.0); patch.polygon.len()])
-            .collect()
+        let heights = |p: &ContactPatch| vec![p.point_radius_m().unwrap_or(0.0); p.polygon.len()];
+        self.all(robot).flat_map(heights).collect()
     }
 
     /// The same points as points of bodies: the body, and the place in it, m.
     pub fn points(&self, robot: &Robot) -> Vec<(usize, Vector3<f64>)> {
-        self.all(robot)
-            .flat_map(|patch| {
-                points(patch, &patch.X_BC)
-                    .into_iter()
-                    .map(|p_B| (patch.body, p_B.coords))
-            })
-            .collect()
+        let of = |patch: &ContactPatch| {
+            let (body, points) = (patch.body, points(patch, &patch.X_BC).into_iter());
+            points.map(move |p_B| (body, p_B.coords))
+        };
+        self.all(robot).flat_map(of).collect()
     }
 
     fn all<'a>(&'a self, robot: &'a Robot) -> impl Iterator<Item = &'a ContactPatch> {
@@ -91,18 +66,12 @@ impl Feet {
     fn missing(&self, robot: &Robot, values: &BTreeMap<String, f64>) -> Vec<String> {
         let link = robot.frame(&self.link).map_or(0, |frame| frame.body);
         let moves = |joint_body: usize| {
-            self.all(robot)
-                .map(|patch| patch.body)
-                .chain([link])
-                .any(|body| robot.supports(joint_body, body))
+            let mut ends = self.all(robot).map(|patch| patch.body).chain([link]);
+            ends.any(|body| robot.supports(joint_body, body))
         };
-        robot
-            .joint_bodies()
-            .iter()
-            .enumerate()
-            .filter(|(j, body)| moves(j + 1) && !values.contains_key(&body.joint))
-            .map(|(_, body)| body.joint.clone())
-            .collect()
+        let joints = robot.joint_bodies().iter().enumerate();
+        let missing = joints.filter(|(j, b)| moves(j + 1) && !values.contains_key(&b.joint));
+        missing.map(|(_, body)| body.joint.clone()).collect()
     }
 
     /// The configuration with these joint readings, other joints at rest, the base at the origin.
@@ -116,11 +85,8 @@ impl Feet {
     ) -> Result<Configuration> {
         let missing = self.missing(robot, values);
         if !missing.is_empty() {
-            bail!(
-                "no reading of {}, which stand between the feet and {:?}",
-                missing.join(", "),
-                self.link
-            );
+            let (missing, link) = (missing.join(", "), &self.link);
+            bail!("no reading of {missing}, which stand between the feet and {link:?}");
         }
         let mut configuration = robot.neutral();
         for (value, body) in configuration.joints.iter_mut().zip(robot.joint_bodies()) {
@@ -136,10 +102,11 @@ impl Feet {
 fn points(patch: &ContactPatch, X_RC: &Isometry3<f64>) -> Vec<Point3<f64>> {
     match patch.kind {
         PatchKind::Point { .. } => vec![Point3::from(X_RC.translation.vector)],
-        PatchKind::Area => patch
-            .polygon
-            .iter()
-            .map(|p| X_RC * Point3::new(p.x, p.y, 0.0))
-            .collect(),
+        PatchKind::Area => {
+            let vertices = patch.polygon.iter();
+            vertices
+                .map(|p| X_RC * Point3::new(p.x, p.y, 0.0))
+                .collect()
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! The file of a mount: pose of the sensor on a link, with its covariance.
+//! The file of extrinsics: pose of the sensor on a link, with its covariance.
 #![allow(non_snake_case)]
 
 use anyhow::{Result, bail};
@@ -27,26 +27,21 @@ pub struct Extrinsics {
     /// Orientation of V in R.
     pub quat_xyzw: [f64; 4],
     /// Covariance of (δθ, δp) in R, R_RV = exp(δθ) R̂, p_RV = p̂ + δp: rad², rad·m, m².
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<[[f64; 6]; 6]>,
     /// Standard deviations of (δθ, δp): rad, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<[f64; 6]>,
     /// The same in the paper's convention.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paper: Option<Paper>,
     /// How well the stances determine it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quality: Option<Quality>,
     /// The program that wrote it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<Program>,
     /// What it was computed from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input: Vec<Input>,
 }
 
-/// The six parameters of [chai2015]: α, β, γ about Y, Z, X; y up.
+/// The six parameters of \[chai2015\]: α, β, γ about Y, Z, X; y up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Paper {

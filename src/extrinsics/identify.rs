@@ -89,11 +89,7 @@ pub fn stances(robot: &Robot, feet: &Feet, rows: &[StanceRow]) -> Result<Stances
                 postures.push(feet.in_R(robot, &configuration).with_context(line)?);
                 near.get_or_insert(configuration);
             }
-            Reading::Pose {
-                height_m,
-                roll_rad,
-                pitch_rad,
-            } => given.push(Isometry3::from_parts(
+            Reading::Pose([height_m, roll_rad, pitch_rad]) => given.push(Isometry3::from_parts(
                 Vector3::new(0.0, 0.0, *height_m).into(),
                 UnitQuaternion::from_euler_angles(*roll_rad, *pitch_rad, 0.0),
             )),
@@ -127,7 +123,7 @@ pub fn measure(
     stages: &mut Stages,
     inputs: &mut Inputs,
 ) -> Result<Vec<Measured>> {
-    poses
+    let measured = poses
         .iter()
         .zip(frames)
         .map(|((X_GR, foot_error_m), frame)| {
@@ -136,13 +132,11 @@ pub fn measure(
             let bytes = stages.measure("files", || inputs.read("frame", path))?;
             let scan =
                 stages.measure("decoding", || perception::parse_scan(path, &bytes, sensor))?;
-            let seen = stages
-                .measure("planes", || ground(&scan, &config.ground))
-                .with_context(|| name.clone())?;
+            let seen = stages.measure("planes", || ground(&scan, &config.ground));
+            let seen = seen.with_context(|| name.clone())?;
+            let file = path.file_name();
             Ok(Measured {
-                frame: path
-                    .file_name()
-                    .map_or(name, |file| file.to_string_lossy().into_owned()),
+                frame: file.map_or(name, |file| file.to_string_lossy().into_owned()),
                 X_GR: *X_GR,
                 foot_error_m: *foot_error_m,
                 pair: PlanePair {
@@ -153,18 +147,16 @@ pub fn measure(
                 ground: seen,
                 view: View::of(&scan),
             })
-        })
-        .collect()
+        });
+    measured.collect()
 }
 
 /// The ground as a robot at `X_GR` knows it, with the noise of its pose.
 pub fn robot_plane(X_GR: &Isometry3<f64>, config: &Config) -> GroundPlane {
     let tilt = config.camera.robot_tilt_sigma_rad.powi(2);
     let height = config.camera.robot_height_sigma_m.powi(2);
-    GroundPlane::ground(
-        X_GR,
-        Matrix3::from_diagonal(&Vector3::new(tilt, tilt, height)),
-    )
+    let noise = Matrix3::from_diagonal(&Vector3::new(tilt, tilt, height));
+    GroundPlane::ground(X_GR, noise)
 }
 
 /// The mount from what was measured.

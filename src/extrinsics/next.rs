@@ -4,7 +4,7 @@
 use calibration::camera::{Candidate, Identification, NextPose, PlanePair, next_pose};
 use calibration::ground::{GroundConfig, ground};
 use calibration::{Config, GroundPlane};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use perception::{DepthImage, Intrinsics, Noise, PointCloud, Scan};
 use robot_model::Robot;
 use robot_model::kinematics::{PointTarget, reach};
@@ -74,23 +74,15 @@ fn in_reach(robot: &Robot, feet: &Feet, holds: &Footholds, X_GR: &Isometry3<f64>
         return true;
     }
     let base = X_GR * link.X_BL.inverse();
-    let targets: Vec<PointTarget> = feet
-        .points(robot)
-        .into_iter()
-        .zip(&holds.feet_G)
-        .map(|((body, p_B), p_W)| PointTarget {
-            body,
-            p_B,
-            p_W: p_W.coords,
-        })
-        .collect();
-    reach(
-        robot,
-        &holds.near.clone().with_base(&base),
-        &targets,
-        REACHED_M,
-    )
-    .is_some()
+    let points = feet.points(robot).into_iter().zip(&holds.feet_G);
+    let target = |((body, p_B), p_W): (_, &Point3<f64>)| PointTarget {
+        body,
+        p_B,
+        p_W: p_W.coords,
+    };
+    let targets: Vec<PointTarget> = points.map(target).collect();
+    let near = holds.near.clone().with_base(&base);
+    reach(robot, &near, &targets, REACHED_M).is_some()
 }
 
 fn candidate(
@@ -143,11 +135,8 @@ fn foresee(view: &View, truth: &GroundPlane, config: &GroundConfig) -> Option<(G
         let ray = Vector3::new((u - k.cx) / k.fx, (v - k.cy) / k.fy, 1.0);
         // n·(z r) + d = 0.
         let toward = -truth.normal.dot(&ray);
-        if toward > 1e-6 {
-            (truth.distance_m / toward) as f32
-        } else {
-            0.0
-        }
+        let z_m = truth.distance_m / toward;
+        if toward > 1e-6 { z_m as f32 } else { 0.0 }
     };
     let image = DepthImage {
         width,
@@ -175,11 +164,9 @@ fn foresee(view: &View, truth: &GroundPlane, config: &GroundConfig) -> Option<(G
     };
     let seen = ground(&scan, &config).ok()?;
     let share = seen.samples as f64 / (width * height).max(1) as f64;
-    Some((
-        GroundPlane {
-            covariance: seen.plane.covariance,
-            ..*truth
-        },
-        share,
-    ))
+    let plane = GroundPlane {
+        covariance: seen.plane.covariance,
+        ..*truth
+    };
+    Some((plane, share))
 }

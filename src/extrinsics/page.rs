@@ -57,16 +57,18 @@ fn parameters(out: &mut String, written: &Extrinsics) {
     out.push_str("<table><tr><th>[chai2015], y up</th><th>value</th><th>σ</th></tr>");
     for (k, name) in ["α about Y", "β about Z", "γ about X"].iter().enumerate() {
         let (value, sigma) = (paper.angles_deg[k], paper.angles_sigma_deg[k]);
+        let (value, sigma) = (format!("{value:.4}°"), format!("{sigma:.4}°"));
         let _ = write!(
             out,
-            "<tr><td>{name}</td><td>{value:.4}°</td><td>{sigma:.4}°</td></tr>"
+            "<tr><td>{name}</td><td>{value}</td><td>{sigma}</td></tr>"
         );
     }
     for (k, name) in ["p_x", "p_y", "p_z"].iter().enumerate() {
         let (value, sigma) = (paper.position_mm[k], paper.position_sigma_mm[k]);
+        let (value, sigma) = (format!("{value:.3} mm"), format!("{sigma:.3} mm"));
         let _ = write!(
             out,
-            "<tr><td>{name}</td><td>{value:.3} mm</td><td>{sigma:.3} mm</td></tr>"
+            "<tr><td>{name}</td><td>{value}</td><td>{sigma}</td></tr>"
         );
     }
     out.push_str("</table>");
@@ -76,12 +78,8 @@ fn quality(out: &mut String, found: &Identification, written: &Extrinsics, next:
     let Some(quality) = &written.quality else {
         return;
     };
-    let values: Vec<String> = found
-        .observability
-        .singular_values
-        .iter()
-        .map(|value| format!("{value:.3}"))
-        .collect();
+    let values = found.observability.singular_values.iter();
+    let values: Vec<String> = values.map(|value| format!("{value:.3}")).collect();
     let _ = write!(
         out,
         "<p>{} stances of {} tilts. Jacobian (rad, m): rank {} of 6, condition {:.1}, singular values {}. \
@@ -101,20 +99,24 @@ fn quality(out: &mut String, found: &Identification, written: &Extrinsics, next:
 /// Measured against predicted plane parameters, and their disagreement ([chai2015] Figs. 14–18).
 fn charts(agreement: &[Agreement]) -> Vec<Chart<'static>> {
     let column = |of: &dyn Fn(&Agreement) -> f64| agreement.iter().map(of).collect::<Vec<f64>>();
+    let dots = |name, colour, values| Series {
+        name,
+        colour,
+        dots: true,
+        values,
+    };
+    let line = |name, colour, values| Series {
+        name,
+        colour,
+        dots: false,
+        values,
+    };
     let mut normals = Vec::new();
     for (k, (name, colour)) in AXES.into_iter().enumerate() {
-        normals.push(Series {
-            name,
-            colour,
-            dots: true,
-            values: column(&|a| in_paper(a.measured_normal)[k]),
-        });
-        normals.push(Series {
-            name: "",
-            colour,
-            dots: false,
-            values: column(&|a| in_paper(a.predicted_normal)[k]),
-        });
+        let measured = column(&|a| in_paper(a.measured_normal)[k]);
+        normals.push(dots(name, colour, measured));
+        let predicted = column(&|a| in_paper(a.predicted_normal)[k]);
+        normals.push(line("", colour, predicted));
     }
     let theta = column(&|a| a.theta_rad.to_degrees());
     let distance = column(&|a| 1e3 * a.distance_error_m);
@@ -129,18 +131,8 @@ fn charts(agreement: &[Agreement]) -> Vec<Chart<'static>> {
             title: "Distance of the ground",
             y: "d, m",
             series: vec![
-                Series {
-                    name: "measured",
-                    colour: MEASURED,
-                    dots: true,
-                    values: column(&|a| a.measured_distance_m),
-                },
-                Series {
-                    name: "predicted",
-                    colour: PREDICTED,
-                    dots: false,
-                    values: column(&|a| a.predicted_distance_m),
-                },
+                dots("measured", MEASURED, column(&|a| a.measured_distance_m)),
+                line("predicted", PREDICTED, column(&|a| a.predicted_distance_m)),
             ],
             levels: Vec::new(),
         },
@@ -179,9 +171,8 @@ fn stances(out: &mut String, measured: &[Measured], agreement: &[Agreement]) {
         format!("{a:.4}, {b:.4}, {c:.4}, {d:.4}")
     };
     for (one, a) in measured.iter().zip(agreement) {
-        let [_, beta, gamma] = PaperParameters::of_stance(&one.X_GR)
-            .angles_rad
-            .map(f64::to_degrees);
+        let angles = PaperParameters::of_stance(&one.X_GR).angles_rad;
+        let [_, beta, gamma] = angles.map(f64::to_degrees);
         let _ = write!(
             out,
             "<tr><td>{}</td><td>{beta:.2}</td><td>{gamma:.2}</td><td>{:.4}</td><td>{:.2}</td><td>{}</td>\
@@ -203,13 +194,8 @@ fn stances(out: &mut String, measured: &[Measured], agreement: &[Agreement]) {
 fn inputs(out: &mut String, written: &Extrinsics) {
     out.push_str("<h2>Inputs</h2><ul>");
     for input in &written.input {
-        let _ = write!(
-            out,
-            "<li>{} {}: <code>{}</code></li>",
-            escape(&input.role),
-            escape(&input.name),
-            input.sha256
-        );
+        let (role, name, hash) = (escape(&input.role), escape(&input.name), &input.sha256);
+        let _ = write!(out, "<li>{role} {name}: <code>{hash}</code></li>");
     }
     out.push_str("</ul>");
 }

@@ -1,4 +1,4 @@
-//! A mount → the pose of a scene's scans: the robot stands as at the start.
+//! Extrinsics → the pose of a scene's scans: the robot stands as at the start.
 #![allow(non_snake_case)]
 
 use std::path::Path;
@@ -28,23 +28,19 @@ pub fn place(
     inputs: &mut Inputs,
 ) -> Result<()> {
     let Environment::Scans(sources) = &scene.environment else {
-        return match given {
-            Some(path) => bail!(
-                "{}: a mount belongs to scans, and {} has none",
-                path.display(),
-                scene.name
-            ),
-            None => Ok(()),
-        };
+        if let Some(path) = given {
+            let (path, scene) = (path.display(), &scene.name);
+            bail!("{path}: a mount belongs to scans, and {scene} has none");
+        }
+        return Ok(());
     };
     if given.is_none() && sources.iter().all(|source| source.extrinsics.is_none()) {
         return Ok(());
     }
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
     // The pipeline notes the robot's files and reads it again: friction is not its business here.
-    let robot = scene
-        .robot
-        .load(&config.robot_model, &mut Inputs::default())?;
+    let files = &scene.robot;
+    let robot = files.load(&config.robot_model, &mut Inputs::default())?;
     let stand = start::stand(&robot, &scene.start, &config.posture)?;
     let kinematics = Kinematics::new(&robot, &stand.configuration);
     let mut placed = sources.clone();
@@ -55,15 +51,12 @@ pub fn place(
             (None, Some(name)) => (name.clone(), scene.files.read("extrinsics", name, inputs)?),
             (None, None) => continue,
         };
-        let text =
-            std::str::from_utf8(&bytes).with_context(|| format!("{name}: not a text file"))?;
+        let text = std::str::from_utf8(&bytes);
+        let text = text.with_context(|| format!("{name}: not a text file"))?;
         let mount = Extrinsics::parse(text).with_context(|| name.clone())?;
         if mount.robot != robot.name {
-            bail!(
-                "{name}: the mount is on robot {:?}, the scene's is {:?}",
-                mount.robot,
-                robot.name
-            );
+            let (on, given) = (&mount.robot, &robot.name);
+            bail!("{name}: the mount is on robot {on:?}, the scene's is {given:?}");
         }
         let X_WL = kinematics.X_WL(&robot, &mount.link).context(name)?;
         source.place(&(X_WL * mount.X_RV()));

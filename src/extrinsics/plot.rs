@@ -44,20 +44,13 @@ impl Chart<'_> {
         let high = values().fold(f64::NEG_INFINITY, f64::max);
         let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
         // Non-negative values begin at zero.
-        let low = if (0.0..0.5 * high).contains(&low) {
-            0.0
-        } else {
-            low
-        };
+        let from_zero = (0.0..0.5 * high).contains(&low);
+        let low = if from_zero { 0.0 } else { low };
         let step = nice((high - low).max(1e-9) / TICKS);
         let (bottom, top) = ((low / step).floor() * step, (high / step).ceil() * step);
         let top = if top > bottom { top } else { bottom + step };
-        let n = self
-            .series
-            .iter()
-            .map(|s| s.values.len())
-            .max()
-            .unwrap_or(0);
+        let n = self.series.iter().map(|s| s.values.len()).max();
+        let n = n.unwrap_or(0);
 
         let [left, right, above, below] = MARGIN;
         let width = SIZE[0] - left - right;
@@ -66,12 +59,11 @@ impl Chart<'_> {
         let y = |value: f64| above + height * (top - value) / (top - bottom);
 
         let mut out = format!(
-            "<svg viewBox=\"0 0 {} {}\" role=\"img\"><title>{}</title>\
-             <text x=\"{left}\" y=\"18\" class=\"title\">{}</text>",
+            "<svg viewBox=\"0 0 {} {}\" role=\"img\"><title>{title}</title>\
+             <text x=\"{left}\" y=\"18\" class=\"title\">{title}</text>",
             SIZE[0],
             SIZE[1],
-            escape(self.title),
-            escape(self.title)
+            title = escape(self.title),
         );
         // Grid and axes.
         let digits = (-step.log10().floor()).max(0.0) as usize;
@@ -110,28 +102,19 @@ impl Chart<'_> {
         );
         // Values.
         for series in &self.series {
-            let points: Vec<String> = series
-                .values
-                .iter()
-                .enumerate()
-                .filter(|(_, value)| value.is_finite())
-                .map(|(i, value)| format!("{:.1},{:.1}", x(i), y(*value)))
-                .collect();
+            let values = series.values.iter().enumerate();
+            let finite = values.filter(|(_, value)| value.is_finite());
+            let points = finite.map(|(i, value)| [x(i), y(*value)]);
             let colour = series.colour;
             if series.dots {
-                for point in &points {
-                    let (cx, cy) = point.split_once(',').unwrap_or((point, point));
-                    let _ = write!(
-                        out,
-                        "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"2.6\" fill=\"{colour}\"/>"
-                    );
+                for [x, y] in points {
+                    let place = format!("cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.6\"");
+                    let _ = write!(out, "<circle {place} fill=\"{colour}\"/>");
                 }
             } else {
-                let _ = write!(
-                    out,
-                    "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.3\"/>",
-                    points.join(" ")
-                );
+                let points: Vec<String> = points.map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+                let line = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.3\"");
+                let _ = write!(out, "<polyline points=\"{}\" {line}/>", points.join(" "));
             }
         }
         for (name, value) in &self.levels {
@@ -210,10 +193,8 @@ mod tests {
                 .filter(|cy| *cy != 14.0)
                 .collect();
             assert_eq!(dots.len(), finite);
-            assert!(
-                dots.iter().all(|cy| (29.0..=219.0).contains(cy)),
-                "{dots:?}"
-            );
+            let inside = dots.iter().all(|cy| (29.0..=219.0).contains(cy));
+            assert!(inside, "{dots:?}");
         }
     }
 

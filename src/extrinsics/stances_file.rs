@@ -26,14 +26,7 @@ pub enum Reading {
     /// Joint values by the joint's name, rad or m.
     Joints(BTreeMap<String, f64>),
     /// The link's height over the ground (m) and its roll and pitch (fixed axes, rad).
-    Pose {
-        /// m.
-        height_m: f64,
-        /// About x, rad.
-        roll_rad: f64,
-        /// About y, rad.
-        pitch_rad: f64,
-    },
+    Pose([f64; 3]),
 }
 
 /// The stances of a table.
@@ -44,19 +37,17 @@ pub enum Reading {
 /// # Errors
 /// What is wrong, with its line: an unknown or missing column, a cell that is no number.
 pub fn parse(text: &str, joint_names: &[&str]) -> Result<Vec<StanceRow>> {
-    let mut lines = text
-        .lines()
-        .enumerate()
+    let lines = text.lines().enumerate();
+    let mut lines = lines
         .map(|(i, line)| (i + 1, line.trim()))
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
     let (number, header) = lines.next().ok_or_else(|| anyhow!("the table is empty"))?;
     let columns: Vec<&str> = header.split(',').map(str::trim).collect();
     check_columns(&columns, joint_names).map_err(|error| anyhow!("line {number}: {error}"))?;
-    let rows = lines
-        .map(|(line, text)| {
-            row(line, text, &columns).map_err(|error| anyhow!("line {line}: {error}"))
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let rows = lines.map(|(line, text)| {
+        row(line, text, &columns).map_err(|error| anyhow!("line {line}: {error}"))
+    });
+    let rows = rows.collect::<Result<Vec<_>>>()?;
     if rows.is_empty() {
         bail!("the table has no stances");
     }
@@ -64,29 +55,22 @@ pub fn parse(text: &str, joint_names: &[&str]) -> Result<Vec<StanceRow>> {
 }
 
 fn check_columns(columns: &[&str], joint_names: &[&str]) -> Result<()> {
+    let (pose, known) = (POSE.join(", "), joint_names.join(", "));
     for (i, column) in columns.iter().enumerate() {
         if columns[..i].contains(column) {
             bail!("column {column:?} is there twice");
         }
         if *column != FRAME && !POSE.contains(column) && !joint_names.contains(column) {
-            bail!(
-                "column {column:?} is neither {FRAME:?} nor one of {} nor a joint: {}",
-                POSE.join(", "),
-                joint_names.join(", ")
-            );
+            bail!("column {column:?} is neither {FRAME:?} nor one of {pose} nor a joint: {known}");
         }
     }
     let given = POSE.iter().filter(|name| columns.contains(name)).count();
     let joints = columns.iter().filter(|c| joint_names.contains(c)).count();
     match (given, joints) {
-        (0, 0) => bail!(
-            "no column is a joint, and there is no {}; the joints: {}",
-            POSE.join(", "),
-            joint_names.join(", ")
-        ),
+        (0, 0) => bail!("no column is a joint, and there is no {pose}; the joints: {known}"),
         (0, _) | (3, 0) => Ok(()),
-        (3, _) => bail!("give joints, or {}, not both", POSE.join(", ")),
-        _ => bail!("a pose needs all of {}", POSE.join(", ")),
+        (3, _) => bail!("give joints, or {pose}, not both"),
+        _ => bail!("a pose needs all of {pose}"),
     }
 }
 
@@ -112,11 +96,7 @@ fn row(line: usize, text: &str, columns: &[&str]) -> Result<StanceRow> {
     }
     let pose = POSE.map(|name| values.get(name).copied());
     let reading = match pose {
-        [Some(height_m), Some(roll_rad), Some(pitch_rad)] => Reading::Pose {
-            height_m,
-            roll_rad,
-            pitch_rad,
-        },
+        [Some(height_m), Some(roll), Some(pitch)] => Reading::Pose([height_m, roll, pitch]),
         _ => Reading::Joints(values),
     };
     Ok(StanceRow {
@@ -134,11 +114,8 @@ mod tests {
 
     #[test]
     fn joints_and_poses_are_read() {
-        let rows = parse(
-            "# taken today\nframe, hip, knee\n\na.png, 0.1, -2\n",
-            &JOINTS,
-        )
-        .unwrap();
+        let text = "# taken today\nframe, hip, knee\n\na.png, 0.1, -2\n";
+        let rows = parse(text, &JOINTS).unwrap();
         assert_eq!(rows.len(), 1);
         assert_eq!((rows[0].line, rows[0].frame.as_deref()), (4, Some("a.png")));
         let Reading::Joints(values) = &rows[0].reading else {
@@ -146,12 +123,7 @@ mod tests {
         };
         assert_eq!((values["hip"], values["knee"]), (0.1, -2.0));
         let rows = parse("height_m,roll_rad,pitch_rad\n0.6,0.1,-0.2", &JOINTS).unwrap();
-        let pose = Reading::Pose {
-            height_m: 0.6,
-            roll_rad: 0.1,
-            pitch_rad: -0.2,
-        };
-        assert_eq!(rows[0].reading, pose);
+        assert_eq!(rows[0].reading, Reading::Pose([0.6, 0.1, -0.2]));
     }
 
     #[test]

@@ -67,9 +67,8 @@ pub fn csv(measured: &[Measured], found: &Identification) -> String {
          predicted_a,predicted_b,predicted_c,predicted_d_m,theta_deg,e_d_mm,weight\n",
     );
     for (i, (one, agreement)) in measured.iter().zip(&found.agreement).enumerate() {
-        let [alpha, beta, gamma] = PaperParameters::of_stance(&one.X_GR)
-            .angles_rad
-            .map(f64::to_degrees);
+        let angles = PaperParameters::of_stance(&one.X_GR).angles_rad;
+        let [alpha, beta, gamma] = angles.map(f64::to_degrees);
         let [ma, mb, mc] = in_paper(agreement.measured_normal);
         let [pa, pb, pc] = in_paper(agreement.predicted_normal);
         text.push_str(&format!(

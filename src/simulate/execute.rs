@@ -28,17 +28,10 @@ pub fn robust_runs(
         .into_par_iter()
         .map(|run| {
             let duration_s = playback.duration_s();
-            let perturbation =
+            let push =
                 Perturbation::draw(seed, run, &config.perturbation, kinds, &normals, duration_s);
-            execute(
-                robot,
-                world,
-                playback,
-                config,
-                &perturbation,
-                &mut Unobserved,
-            )
-            .with_context(|| format!("run {run}"))
+            let executed = execute(robot, world, playback, config, &push, &mut Unobserved);
+            executed.with_context(|| format!("run {run}"))
         })
         .collect()
 }

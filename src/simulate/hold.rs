@@ -41,14 +41,9 @@ pub fn hold_all(
     world: &[WorldBody],
     config: &simulation::Config,
 ) -> Result<Vec<HeldStance>> {
-    let push = config.hold_push_n;
-    let directions = [
-        None,
-        Some(Vector3::x() * push),
-        Some(Vector3::x() * -push),
-        Some(Vector3::y() * push),
-        Some(Vector3::y() * -push),
-    ];
+    let (x, y) = (Vector3::x(), Vector3::y());
+    let pushes = [x, -x, y, -y].map(|along| Some(along * config.hold_push_n));
+    let directions = [&[None][..], &pushes].concat();
     let runs: Vec<Held> = (0..plan.stances.len() * directions.len())
         .into_par_iter()
         .map(|run| {
@@ -58,14 +53,12 @@ pub fn hold_all(
                 .with_context(|| format!("stance {index}"))
         })
         .collect::<Result<_>>()?;
-    Ok(runs
-        .chunks(directions.len())
-        .zip(&plan.stances)
-        .map(|(chunk, stance)| HeldStance {
-            stance: stance.index,
-            change: stance.change.clone(),
-            plain: chunk[0].clone(),
-            pushed: chunk[1..].to_vec(),
-        })
-        .collect())
+    let held = runs.chunks(directions.len()).zip(&plan.stances);
+    let held = held.map(|(chunk, stance)| HeldStance {
+        stance: stance.index,
+        change: stance.change.clone(),
+        plain: chunk[0].clone(),
+        pushed: chunk[1..].to_vec(),
+    });
+    Ok(held.collect())
 }

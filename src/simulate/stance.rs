@@ -2,10 +2,12 @@
 #![allow(non_snake_case)]
 
 use anyhow::{Context, Result};
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
-use plan::{Plan, Pose, Stance};
+use nalgebra::Vector3;
+use plan::{Plan, Stance};
 use robot_model::Robot;
 use simulation::reference::{ReferenceContact, Standing};
+
+use crate::export::frames::isometry;
 
 /// A stance that is to be held.
 ///
@@ -14,23 +16,20 @@ use simulation::reference::{ReferenceContact, Standing};
 pub fn standing(robot: &Robot, stance: &Stance) -> Result<Standing> {
     let place = || format!("stance {}", stance.index);
     let configuration = robot.configuration(&stance.q).with_context(place)?;
-    let contacts = stance
-        .contacts
-        .iter()
-        .map(|contact| {
-            let patch = robot.patch_index(&contact.patch).with_context(place)?;
-            let vectors = |list: &[[f64; 3]]| -> Vec<Vector3<f64>> {
-                list.iter().copied().map(Vector3::from).collect()
-            };
-            Ok(ReferenceContact::new(
-                patch,
-                isometry(&contact.X_WC),
-                contact.friction,
-                &vectors(&contact.force_points_W),
-                &vectors(&contact.forces_W),
-            ))
-        })
-        .collect::<Result<_>>()?;
+    let vectors = |list: &[[f64; 3]]| -> Vec<Vector3<f64>> {
+        list.iter().copied().map(Vector3::from).collect()
+    };
+    let contacts = stance.contacts.iter().map(|contact| {
+        let patch = robot.patch_index(&contact.patch).with_context(place)?;
+        Ok(ReferenceContact::new(
+            patch,
+            isometry(&contact.X_WC),
+            contact.friction,
+            &vectors(&contact.force_points_W),
+            &vectors(&contact.forces_W),
+        ))
+    });
+    let contacts = contacts.collect::<Result<_>>()?;
     Ok(Standing::new(robot, configuration, contacts))
 }
 
@@ -44,12 +43,4 @@ pub fn apply_friction(robot: &mut Robot, plan: &Plan) -> Result<()> {
         robot.patches[patch].friction = contact.friction;
     }
     Ok(())
-}
-
-fn isometry(pose: &Pose) -> Isometry3<f64> {
-    let [x, y, z, w] = pose.quat_xyzw;
-    Isometry3::from_parts(
-        Vector3::from(pose.p).into(),
-        UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
-    )
 }

@@ -3,32 +3,21 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use plan::Change;
 use simulation::criteria::{Criterion, Sense, Unit};
 use simulation::execution::Executed;
 
 use super::hold::HeldStance;
+use crate::summary::describe;
 
 /// The worst value of every criterion over all stances, plain and pushed.
 pub fn of_stances(held: &[HeldStance]) -> String {
     let mut text = String::new();
-    for (title, rows) in [
-        (
-            "held",
-            worst(
-                held.iter()
-                    .map(|h| (format!("stance {}", h.stance), &h.plain.criteria)),
-            ),
-        ),
-        (
-            "pushed",
-            worst(held.iter().flat_map(|h| {
-                h.pushed
-                    .iter()
-                    .map(move |p| (format!("stance {}", h.stance), &p.criteria))
-            })),
-        ),
-    ] {
+    let place = |h: &HeldStance| format!("stance {}", h.stance);
+    let plain = held.iter().map(|h| (place(h), &h.plain.criteria));
+    let pushed = held
+        .iter()
+        .flat_map(|h| h.pushed.iter().map(move |p| (place(h), &p.criteria)));
+    for (title, rows) in [("held", worst(plain)), ("pushed", worst(pushed))] {
         let _ = writeln!(text, "{title}, worst of {} stances", held.len());
         for (place, criterion) in rows {
             text.push_str(&row(criterion, Some(&place)));
@@ -39,16 +28,15 @@ pub fn of_stances(held: &[HeldStance]) -> String {
 
 /// What fails of a stance, in words.
 pub fn failures_of_stance(held: &HeldStance) -> String {
-    let mut words = vec![format!("stance {} ({})", held.stance, change(&held.change))];
-    for (how, run) in std::iter::once(("held", &held.plain))
-        .chain(["+x", "-x", "+y", "-y"].into_iter().zip(&held.pushed))
-    {
-        let failed: Vec<String> = run
-            .criteria
-            .iter()
-            .filter(|c| !c.pass)
-            .map(failure)
-            .collect();
+    let mut words = vec![format!(
+        "stance {} ({})",
+        held.stance,
+        describe(&held.change)
+    )];
+    let runs = std::iter::once(&held.plain).chain(&held.pushed);
+    for (how, run) in ["held", "+x", "-x", "+y", "-y"].into_iter().zip(runs) {
+        let failed = run.criteria.iter().filter(|c| !c.pass);
+        let failed: Vec<String> = failed.map(failure).collect();
         if !failed.is_empty() {
             words.push(format!("{how}: {}", failed.join(", ")));
         }
@@ -57,21 +45,10 @@ pub fn failures_of_stance(held: &HeldStance) -> String {
 }
 
 fn failure(criterion: &Criterion) -> String {
-    let Criterion {
-        name, value, unit, ..
-    } = criterion;
+    let (name, value, unit) = (&criterion.name, criterion.value, &criterion.unit);
     let place = criterion.detail.as_deref().unwrap_or_default();
     let words = format!("{name} {value:.2} {unit} {place}");
     words.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-fn change(change: &Change) -> String {
-    match change {
-        Change::Start => "start".to_owned(),
-        Change::Add { patch, face } => format!("{patch} put on {face}"),
-        Change::Remove { patch, face } => format!("{patch} taken off {face}"),
-        Change::Goal => "goal".to_owned(),
-    }
 }
 
 /// How many perturbed runs pass, and why the others do not.
@@ -85,11 +62,8 @@ pub fn of_robust(runs: &[Executed]) -> String {
         count(|run| run.pass),
     );
     let mut causes: BTreeMap<&str, usize> = BTreeMap::new();
-    for criterion in runs
-        .iter()
-        .flat_map(|run| &run.criteria)
-        .filter(|c| !c.pass)
-    {
+    let criteria = runs.iter().flat_map(|run| &run.criteria);
+    for criterion in criteria.filter(|c| !c.pass) {
         *causes.entry(&criterion.name).or_default() += 1;
     }
     for (cause, count) in causes {
@@ -100,13 +74,10 @@ pub fn of_robust(runs: &[Executed]) -> String {
             let _ = writeln!(text, "  run {number}: {cause}");
         }
     }
-    let criteria: Vec<(String, &Vec<Criterion>)> = runs
-        .iter()
-        .enumerate()
-        .map(|(number, run)| (format!("run {number}"), &run.criteria))
-        .collect();
+    let numbered = runs.iter().enumerate();
+    let criteria = numbered.map(|(number, run)| (format!("run {number}"), &run.criteria));
     text.push_str("worst of the perturbed runs\n");
-    for (place, criterion) in worst(criteria.into_iter()) {
+    for (place, criterion) in worst(criteria) {
         text.push_str(&row(criterion, Some(&place)));
     }
     text
@@ -157,22 +128,17 @@ fn is_worse(a: &Criterion, b: &Criterion) -> bool {
 }
 
 fn row(criterion: &Criterion, place: Option<&str>) -> String {
-    let Criterion {
-        name,
-        value,
-        bound,
-        unit,
-        pass,
-        detail,
-        sense,
-    } = criterion;
-    let relation = match sense {
+    let relation = match criterion.sense {
         Sense::AtMost => "≤",
         Sense::AtLeast => "≥",
     };
-    let verdict = if *pass { "pass" } else { "FAIL" };
-    let words: Vec<&str> = place.into_iter().chain(detail.as_deref()).collect();
-    let bound = format!("{bound:.3}");
+    let (name, value, unit) = (&criterion.name, criterion.value, &criterion.unit);
+    let verdict = if criterion.pass { "pass" } else { "FAIL" };
+    let words: Vec<&str> = place
+        .into_iter()
+        .chain(criterion.detail.as_deref())
+        .collect();
+    let bound = format!("{:.3}", criterion.bound);
     let bound = bound.trim_end_matches('0').trim_end_matches('.');
     let line = format!(
         "  {verdict}  {name:<24} {value:>9.3} {relation} {bound:<6} {unit:<5}  {}",

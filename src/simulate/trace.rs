@@ -50,11 +50,8 @@ impl Observer for Trace {
         for force in &row.normal_n {
             let _ = write!(self.text, ",{force:.2}");
         }
-        let _ = writeln!(
-            self.text,
-            ",{:.6},{:.6},{:.4}",
-            row.com_error_m, row.tilt_rad, row.torque_use
-        );
+        let (com, tilt, torque) = (row.com_error_m, row.tilt_rad, row.torque_use);
+        let _ = writeln!(self.text, ",{com:.6},{tilt:.6},{torque:.4}");
         Ok(())
     }
 }

@@ -16,11 +16,8 @@ const CONTAINERS: [&str; 3] = ["mp4", "mkv", "mov"];
 pub fn check(file: &Path) -> Result<()> {
     let extension = file.extension().and_then(OsStr::to_str).unwrap_or_default();
     if !CONTAINERS.contains(&extension) {
-        bail!(
-            "{}: a video's name ends with one of .{}",
-            file.display(),
-            CONTAINERS.join(", .")
-        );
+        let (file, known) = (file.display(), CONTAINERS.join(", ."));
+        bail!("{file}: a video's name ends with one of .{known}");
     }
     let started = Command::new("ffmpeg")
         .arg("-version")

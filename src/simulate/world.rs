@@ -14,12 +14,9 @@ use crate::command::simulate::World;
 /// # Errors
 /// Where the true world is asked for and not known.
 pub fn world(plan: &Plan, choice: World) -> Result<(Vec<WorldBody>, bool)> {
-    let known = plan
-        .inputs
-        .iter()
-        .filter(|input| input.role == "scene")
-        .filter_map(|input| input.name.strip_prefix("builtin:"))
-        .find_map(scenes::builtin);
+    let scenes = plan.inputs.iter().filter(|input| input.role == "scene");
+    let mut builtin = scenes.filter_map(|input| input.name.strip_prefix("builtin:"));
+    let known = builtin.find_map(scenes::builtin);
     match (choice, known) {
         (World::Known | World::True, Some(scene)) => {
             Ok(((scene.truth)().boxes.iter().map(body).collect(), true))

@@ -188,6 +188,10 @@ impl SlopeRecord {
     pub fn of(slope: &Slope, headings_deg: &[f64]) -> Self {
         let d = &slope.description;
         let array = |p: &Point3<f64>| p.coords.into();
+        let stepping = |&heading_deg: &f64| Stepping {
+            heading_deg,
+            delta_s_deg: d.stepping_angle_rad(heading_deg.to_radians()).to_degrees(),
+        };
         Self {
             p1: array(&d.p1_W),
             p2: array(&d.p2_W),
@@ -201,13 +205,7 @@ impl SlopeRecord {
             lambda_l: d.nine_tuple(),
             lambda_ls: d.six_tuple(),
             ascent_deg: d.psi_W.y.atan2(d.psi_W.x).to_degrees(),
-            stepping: headings_deg
-                .iter()
-                .map(|&heading_deg| Stepping {
-                    heading_deg,
-                    delta_s_deg: d.stepping_angle_rad(heading_deg.to_radians()).to_degrees(),
-                })
-                .collect(),
+            stepping: headings_deg.iter().map(stepping).collect(),
             inliers: slope.members.len(),
             rms_m: slope.rms_m,
         }

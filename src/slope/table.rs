@@ -29,17 +29,14 @@ pub fn print(
         c.ground
     )?;
     match &seen.scan {
-        Some(scan) => writeln!(
-            out,
-            "ground: {}, {:.3} m below the sensor, rms {:.1} mm",
-            if scan.ground.seen {
-                "seen"
-            } else {
-                "not seen, as calibrated"
-            },
-            scan.ground.plane_V.offset_m,
-            1e3 * scan.ground.rms_m
-        )?,
+        Some(scan) => {
+            let (below_m, rms_mm) = (scan.ground.plane_V.offset_m, 1e3 * scan.ground.rms_m);
+            let how = ["not seen, as calibrated", "seen"][usize::from(scan.ground.seen)];
+            writeln!(
+                out,
+                "ground: {how}, {below_m:.3} m below the sensor, rms {rms_mm:.1} mm"
+            )?;
+        }
         None => writeln!(
             out,
             "no ground: none of the planes is about level under the sensor; a calibration would tell \
@@ -76,11 +73,8 @@ fn print_slopes(slopes: &[SlopeRecord], out: &mut dyn Write) -> std::io::Result<
         writeln!(out, "  l   {}", triple(&s.l))?;
         writeln!(out, "  psi {}, {:.2}° from x", triple(&s.psi), s.ascent_deg)?;
         for step in &s.stepping {
-            writeln!(
-                out,
-                "  heading {:.1}°: stepping angle {:.2}°",
-                step.heading_deg, step.delta_s_deg
-            )?;
+            let (heading, angle) = (step.heading_deg, step.delta_s_deg);
+            writeln!(out, "  heading {heading:.1}°: stepping angle {angle:.2}°")?;
         }
     }
     Ok(())

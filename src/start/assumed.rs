@@ -21,15 +21,8 @@ pub fn drop_refuted(
             return true;
         };
         let mut near = Vec::new();
-        let collision = &robot.collision;
-        collision.world_proximities(
-            robot,
-            &kinematics,
-            &world,
-            clearance_m,
-            &|_, _| false,
-            &mut near,
-        );
+        let (collision, all) = (&robot.collision, |_, _| false);
+        collision.world_proximities(&kinematics, &world, clearance_m, &all, &mut near);
         !near.is_empty()
     };
     let mut dropped = Vec::new();

@@ -9,16 +9,14 @@ use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use robot_model::{Configuration, Kinematics, PatchId, Robot};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use surfaces::outline::Outline;
-use surfaces::{ConvexPolygon, Face, FaceId, HalfPlane, Region, Source, Terrain};
+use surfaces::{ConvexPolygon, Face, FaceId, Region, Source, Terrain};
+
+mod join;
 
 /// Soles whose vertices lie in one plane to this distance stand on one face, and on a surface that
 /// is known to be there, m: what a named posture's rounded joints leave between two soles, half of
 /// what the verifier grants.
 const SAME_FACE_M: f64 = 5e-4;
-/// A scanned surface of which every vertex lies this near to the soles' plane is the same floor, m:
-/// the error of a plane fitted to a scan.
-const JOIN_HEIGHT_M: f64 = 0.010;
 
 /// Settings of the ground under the feet.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -73,10 +71,8 @@ pub fn add_ground(
         contacts: Vec::new(),
         notes: Vec::new(),
     };
-    let soles: Vec<Sole> = standing
-        .iter()
-        .map(|&p| Sole::new(robot, &kinematics, p))
-        .collect();
+    let soles = standing.iter().map(|&p| Sole::new(robot, &kinematics, p));
+    let soles: Vec<Sole> = soles.collect();
 
     for (number, members) in faces(&soles).iter().enumerate() {
         let patches = members.iter().map(|&m| soles[m].patch);
@@ -88,13 +84,8 @@ pub fn add_ground(
         let id = unique_id(terrain, number);
         let (mut X_WF, mut polygon) = hull(&soles, members, config.border_m)?;
         for floor in &mut terrain.faces[..given] {
-            join(
-                &mut X_WF,
-                &mut polygon,
-                floor,
-                config.join_gap_m,
-                &mut ground.notes,
-            );
+            let (gap_m, notes) = (config.join_gap_m, &mut ground.notes);
+            join::join(&mut X_WF, &mut polygon, floor, gap_m, notes);
         }
         let contacts = patches.map(|patch| (patch, FaceId::from(id.as_str())));
         ground.contacts.extend(contacts);
@@ -104,9 +95,8 @@ pub fn add_ground(
         });
     }
     // Back into the order in which the contacts were named.
-    ground
-        .contacts
-        .sort_by_key(|(patch, _)| standing.iter().position(|s| s == patch));
+    let named = |patch: &PatchId| standing.iter().position(|s| s == patch);
+    ground.contacts.sort_by_key(|(patch, _)| named(patch));
     Ok(ground)
 }
 
@@ -131,16 +121,14 @@ impl Sole {
             X_WC.rotation = UnitQuaternion::identity();
             X_WC.translation.z -= radius;
         }
-        let vertices_W = shape
-            .polygon
-            .iter()
-            .map(|v| X_WC * Point3::new(v.x, v.y, 0.0))
-            .collect();
+        let vertices = shape.polygon.iter();
         Self {
             patch,
             X_WC,
             radius_m,
-            vertices_W,
+            vertices_W: vertices
+                .map(|v| X_WC * Point3::new(v.x, v.y, 0.0))
+                .collect(),
         }
     }
 
@@ -152,11 +140,8 @@ impl Sole {
 
     /// Largest distance of a vertex of `other` from this sole's plane, m.
     fn off_plane_m(&self, other: &Sole) -> f64 {
-        let heights = other
-            .vertices_W
-            .iter()
-            .map(|v| self.X_WC.inverse_transform_point(v).z.abs());
-        heights.fold(0.0, f64::max)
+        let height = |v| self.X_WC.inverse_transform_point(v).z.abs();
+        other.vertices_W.iter().map(height).fold(0.0, f64::max)
     }
 }
 
@@ -248,139 +233,10 @@ fn centred(
     polygon: &ConvexPolygon,
 ) -> anyhow::Result<(Isometry3<f64>, ConvexPolygon)> {
     let centroid = polygon.centroid();
-    let moved = polygon
-        .vertices()
-        .iter()
-        .map(|v| v - centroid.coords)
-        .collect();
+    let moved = polygon.vertices().iter().map(|v| v - centroid.coords);
     let origin = X_WF * Point3::new(centroid.x, centroid.y, 0.0);
-    Ok((
-        Isometry3::from_parts(origin.into(), X_WF.rotation),
-        ConvexPolygon::new(moved)?,
-    ))
-}
-
-/// Reaches over to a scanned `floor` that continues the ground, and moves it into its plane.
-fn join(
-    X_WF: &mut Isometry3<f64>,
-    polygon: &mut ConvexPolygon,
-    floor: &mut Face,
-    gap_m: f64,
-    notes: &mut Vec<String>,
-) {
-    let normal = X_WF.rotation * Vector3::z();
-    let in_ground = |p: &Point3<f64>| X_WF.inverse_transform_point(p);
-    let heights = floor
-        .vertices_W()
-        .into_iter()
-        .map(|v| in_ground(&v).z.abs());
-    let off_m = heights.fold(0.0, f64::max);
-    let is_same = off_m <= JOIN_HEIGHT_M && normal.dot(&floor.normal_W()) > 0.0;
-    if floor.source != Source::Scan || !is_same {
-        return;
-    }
-    // The convex part of the floor about its point nearest to the soles.
-    let middle = polygon.centroid();
-    let middle = *X_WF * Point3::new(middle.x, middle.y, 0.0);
-    let middle = floor.X_WF.inverse_transform_point(&middle).xy();
-    let ahead = floor.region.nearest(&middle) - middle;
-    let Some(part) = Outline::from(&floor.region).convex_around(&middle, &ahead) else {
-        return;
-    };
-    let corners = part.vertices().iter();
-    let corners: Vec<Point2<f64>> = corners.map(|v| in_ground(&floor.point_W(v)).xy()).collect();
-    let Ok(seen) = ConvexPolygon::hull(&corners) else {
-        return;
-    };
-    let reached = reach_over(polygon, &seen, gap_m);
-    let Some(Ok(centred)) = reached.map(|reached| centred(X_WF, &reached)) else {
-        return;
-    };
-    (*X_WF, *polygon) = centred;
-    into_plane(floor, X_WF);
-    notes.push(format!(
-        "face {} continues the ground under the feet and was moved into its plane by {:.1} mm",
-        floor.id,
-        1e3 * off_m
-    ));
-}
-
-/// `polygon` grown over the gap to `seen` at its own width; unchanged where they overlap, `None`
-/// where the gap is wider than `gap_m`.
-fn reach_over(polygon: &ConvexPolygon, seen: &ConvexPolygon, gap_m: f64) -> Option<ConvexPolygon> {
-    if polygon.intersection(seen).is_some() {
-        return Some(polygon.clone());
-    }
-    let (from, to) = nearest_points(polygon, seen);
-    let across = to - from;
-    if across.norm() > gap_m {
-        return None;
-    }
-    // The strip of the polygon's width that runs across the gap.
-    let along = across.try_normalize(1e-9)?;
-    let side = Vector2::new(-along.y, along.x);
-    let extent = |d: Vector2<f64>| {
-        polygon
-            .vertices()
-            .iter()
-            .map(|v| d.dot(&v.coords))
-            .fold(f64::NEG_INFINITY, f64::max)
-    };
-    let mut ahead = seen.clone();
-    for normal in [side, -side] {
-        ahead = ahead.clip(&HalfPlane {
-            n: normal,
-            b: extent(normal),
-        })?;
-    }
-    let both: Vec<_> = polygon
-        .vertices()
-        .iter()
-        .chain(ahead.vertices())
-        .copied()
-        .collect();
-    ConvexPolygon::hull(&both).ok()
-}
-
-/// The nearest points of two convex polygons that do not overlap: one of them is a vertex.
-fn nearest_points(a: &ConvexPolygon, b: &ConvexPolygon) -> (Point2<f64>, Point2<f64>) {
-    let from_vertices = |of: &ConvexPolygon, to: &ConvexPolygon| {
-        let pairs = of
-            .vertices()
-            .iter()
-            .map(|v| (*v, nearest_on_boundary(to, v)));
-        pairs.min_by(|l, r| (l.1 - l.0).norm().total_cmp(&(r.1 - r.0).norm()))
-    };
-    let origin = (Point2::origin(), Point2::origin());
-    let ab = from_vertices(a, b).unwrap_or(origin);
-    let ba = from_vertices(b, a).map(|(q, p)| (p, q)).unwrap_or(origin);
-    if (ab.1 - ab.0).norm() <= (ba.1 - ba.0).norm() {
-        ab
-    } else {
-        ba
-    }
-}
-
-/// The point of a polygon's boundary that is nearest to `p`.
-fn nearest_on_boundary(polygon: &ConvexPolygon, p: &Point2<f64>) -> Point2<f64> {
-    let on_edges = polygon.edges().map(|(a, b)| {
-        let edge = b - a;
-        a + edge * (edge.dot(&(p - a)) / edge.norm_squared()).clamp(0.0, 1.0)
-    });
-    on_edges
-        .min_by(|l, r| (l - p).norm().total_cmp(&(r - p).norm()))
-        .unwrap_or(*p)
-}
-
-/// Moves `floor` into the plane z = 0 of a frame by the smallest rotation and the offset along the
-/// normal.
-fn into_plane(floor: &mut Face, X_WF: &Isometry3<f64>) {
-    let normal = X_WF.rotation * Vector3::z();
-    let origin = Point3::from(floor.X_WF.translation.vector);
-    let onto = origin - X_WF.inverse_transform_point(&origin).z * normal;
-    let turn = UnitQuaternion::rotation_between(&floor.normal_W(), &normal)
-        .unwrap_or_else(UnitQuaternion::identity);
-    floor.X_WF = Isometry3::from_parts(onto.into(), turn * floor.X_WF.rotation);
+    let X_WF = Isometry3::from_parts(origin.into(), X_WF.rotation);
+    Ok((X_WF, ConvexPolygon::new(moved.collect())?))
 }
 
 /// A name for the ground that nothing has yet.
@@ -389,10 +245,9 @@ fn unique_id(terrain: &Terrain, number: usize) -> String {
         terrain.faces.iter().any(|f| f.id.as_str() == id)
             || terrain.obstacles.iter().any(|o| o.id == id)
     };
-    let mut id = if number == 0 {
-        "ground".to_owned()
-    } else {
-        format!("ground-{}", number + 1)
+    let mut id = match number {
+        0 => "ground".to_owned(),
+        _ => format!("ground-{}", number + 1),
     };
     while taken(&id) {
         id.push('\'');

@@ -13,11 +13,8 @@ const WIDENING: f32 = 1.2;
 /// At most `most` of the finite points, in their order: the first of each cell of the finest grid
 /// that has few enough cells.
 pub(super) fn thinned(points: &[[f32; 3]], most: usize) -> Vec<[f32; 3]> {
-    let mut kept: Vec<_> = points
-        .iter()
-        .filter(|p| p.iter().all(|c| c.is_finite()))
-        .copied()
-        .collect();
+    let mut kept = points.to_vec();
+    kept.retain(|p| p.iter().all(|c| c.is_finite()));
     let mut cell = FIRST_CELL_M;
     while kept.len() > most {
         // Asked only whether a cell is taken: the order of the set reaches nothing.
@@ -39,17 +36,13 @@ pub(super) fn record(points: &[[f32; 3]], total: usize) -> Value {
     };
     let low = [0, 1, 2].map(|axis| f64::from(bound(f32::min, axis)));
     let high = [0, 1, 2].map(|axis| f64::from(bound(f32::max, axis)));
-    let extent = (0..3)
-        .map(|axis| high[axis] - low[axis])
-        .fold(0.0, f64::max);
-    let step = (extent / f64::from(u16::MAX)).max(1e-6);
-    let bytes: Vec<u8> = points
-        .iter()
-        .flat_map(|p| {
-            [0, 1, 2].map(|axis| ((f64::from(p[axis]) - low[axis]) / step).round() as u16)
-        })
-        .flat_map(u16::to_le_bytes)
-        .collect();
+    let extents = (0..3).map(|axis| high[axis] - low[axis]);
+    let step = (extents.fold(0.0, f64::max) / f64::from(u16::MAX)).max(1e-6);
+    let steps = |p: &[f32; 3]| {
+        [0, 1, 2].map(|axis| ((f64::from(p[axis]) - low[axis]) / step).round() as u16)
+    };
+    let bytes = points.iter().flat_map(steps).flat_map(u16::to_le_bytes);
+    let bytes: Vec<u8> = bytes.collect();
     json!({
         "count": points.len(),
         "total": total,
@@ -73,11 +66,7 @@ mod tests {
 
         let thin = thinned(&points, 5000);
 
-        assert!(
-            thin.len() <= 5000 && thin.len() > 2500,
-            "{} points",
-            thin.len()
-        );
+        assert!((2501..=5000).contains(&thin.len()), "{}", thin.len());
         assert!(thin.iter().flatten().all(|c| c.is_finite()));
         // Both halves keep their share: 10 % of a half for the cells that the border cuts.
         let left = thin.iter().filter(|p| p[0] < 1.0).count();
@@ -92,10 +81,8 @@ mod tests {
         assert_eq!(cloud["count"], 3);
         assert_eq!(cloud["total"], 7);
         let step = cloud["step_m"].as_f64().unwrap();
-        assert!(
-            (step - 3.5 / 65_535.0).abs() < 1e-9,
-            "the longest side is 3.5 m"
-        );
+        // The longest side is 3.5 m.
+        assert!((step - 3.5 / 65_535.0).abs() < 1e-9);
         // The first point lies at the lower x, 1 m above the lower y and at the lower z.
         let steps = (1.0 / step).round() as u16;
         let [a, b] = steps.to_le_bytes();

@@ -5,7 +5,8 @@
 //! | frame, style and script | `viewer/` (three.js bundled in) |
 //! | the scan | `cloud` |
 //! | the robot's shapes and where its bodies are in every stance | `robot` |
-//! | the surfaces | `surface` |
+//! | the faces | `face` |
+//! | the motion | `motion` |
 //! | the stances with their forces | `stance` |
 //! | where the centre of mass may stand | `support` |
 //!
@@ -24,6 +25,8 @@ use anyhow::{Context, Result};
 use plan::{Motion, Plan};
 use robot_model::{GRAVITY_M_S2, Robot};
 use serde_json::{Value, json};
+
+use crate::extrinsics::plot::escape;
 
 const TEMPLATE: &str = include_str!("../../viewer/index.html");
 const STYLE: &str = include_str!("../../viewer/viewer.css");
@@ -54,7 +57,7 @@ pub struct ViewInput<'a> {
 pub fn page(input: &ViewInput<'_>) -> Result<String> {
     // Nothing in the JSON may end the script element that carries it.
     let data = data(input)?.to_string().replace('<', "\\u003c");
-    let title = escaped(&input.plan.scene);
+    let title = escape(&input.plan.scene);
     let parts = [
         ("@TITLE@", title.as_str()),
         ("@STYLE@", STYLE),
@@ -65,9 +68,8 @@ pub fn page(input: &ViewInput<'_>) -> Result<String> {
     let mut html = String::with_capacity(TEMPLATE.len() + STYLE.len() + SCRIPT.len() + data.len());
     let mut rest = TEMPLATE;
     for (mark, text) in parts {
-        let (before, after) = rest
-            .split_once(mark)
-            .with_context(|| format!("the page's frame has no {mark}"))?;
+        let parted = rest.split_once(mark);
+        let (before, after) = parted.with_context(|| format!("the page's frame has no {mark}"))?;
         html.push_str(before);
         html.push_str(text);
         rest = after;
@@ -78,21 +80,13 @@ pub fn page(input: &ViewInput<'_>) -> Result<String> {
 
 /// The JSON that the page's script reads.
 fn data(input: &ViewInput<'_>) -> Result<Value> {
-    let ViewInput {
-        plan,
-        motion,
-        robot,
-        cloud_W,
-    } = input;
+    let (plan, robot, points) = (input.plan, input.robot, input.cloud_W);
     robot::check_joints(robot, plan)?;
-    let stances = plan
-        .stances
-        .iter()
-        .map(|stance| {
-            stance::record(stance, &plan.required, robot)
-                .with_context(|| format!("stance {} of the plan", stance.index))
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let stances = plan.stances.iter().map(|stance| {
+        let record = stance::record(stance, &plan.required, robot);
+        record.with_context(|| format!("stance {} of the plan", stance.index))
+    });
+    let stances = stances.collect::<Result<Vec<_>>>()?;
     Ok(json!({
         "format": "scandent-view/1",
         "program": format!("{} {}", plan.program.name, plan.program.version),
@@ -105,20 +99,13 @@ fn data(input: &ViewInput<'_>) -> Result<Value> {
             "weight_N": robot.mass_kg * GRAVITY_M_S2,
             "bodies": robot::bodies(robot),
         },
-        "cloud": cloud::record(&cloud::thinned(cloud_W, CLOUD_POINTS_MAX), cloud_W.len()),
+        "cloud": cloud::record(&cloud::thinned(points, CLOUD_POINTS_MAX), points.len()),
         "surfaces": plan.faces.iter().map(|f| face::record(f, plan.required.edge_sigmas)).collect::<Vec<_>>(),
         "obstacles": plan.obstacles.iter().map(face::obstacle).collect::<Vec<_>>(),
         "required": plan.required,
         "goal": plan.goal,
         "search": plan.search,
         "stances": stances,
-        "motion": motion::record(*motion, robot)?,
+        "motion": motion::record(input.motion, robot)?,
     }))
-}
-
-/// Text that stands in an element.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }

@@ -2,7 +2,7 @@
 //! the one to the next.
 
 use anyhow::Result;
-use plan::Motion;
+use plan::{Motion, Phase};
 use robot_model::Robot;
 use serde_json::{Value, json};
 
@@ -33,20 +33,17 @@ pub(super) fn record(motion: Option<&Motion>, robot: &Robot) -> Result<Value> {
             bytes.extend((x as f32).to_le_bytes());
         }
     }
-    let phases: Vec<Value> = motion
-        .phases
-        .iter()
-        .map(|phase| {
-            json!({
-                "kind": phase.kind,
-                "start_s": seconds(phase.t_start_s),
-                "end_s": seconds(phase.t_end_s),
-                "from": phase.from_stance,
-                "to": phase.to_stance,
-                "swing": phase.swing,
-            })
+    let phase = |phase: &Phase| {
+        json!({
+            "kind": phase.kind,
+            "start_s": seconds(phase.t_start_s),
+            "end_s": seconds(phase.t_end_s),
+            "from": phase.from_stance,
+            "to": phase.to_stance,
+            "swing": phase.swing,
         })
-        .collect();
+    };
+    let phases: Vec<Value> = motion.phases.iter().map(phase).collect();
     Ok(json!({
         "frames": frames,
         "step_s": every as f64 * motion.dt_s,

@@ -3,7 +3,7 @@
 use anyhow::{Result, ensure};
 use plan::Plan;
 use robot_model::collision::ShapeGeometry;
-use robot_model::{Configuration, Kinematics, Robot};
+use robot_model::{Body, Configuration, Kinematics, Robot};
 use serde_json::{Value, json};
 
 use super::number::{metres, point, pose};
@@ -12,19 +12,16 @@ use super::number::{metres, point, pose};
 /// When the plan was made for other joints, naming the first that differs.
 pub(super) fn check_joints(robot: &Robot, plan: &Plan) -> Result<()> {
     let theirs = &plan.robot.joint_names;
+    let (meant, given, joints) = (&plan.robot.name, &robot.name, robot.nj());
+    let wanted = theirs.len();
     ensure!(
-        robot.nj() == theirs.len(),
-        "the plan is for robot {:?} with {} joints, but robot {:?} has {}",
-        plan.robot.name,
-        theirs.len(),
-        robot.name,
-        robot.nj(),
+        joints == wanted,
+        "the plan is for robot {meant:?} with {wanted} joints, but robot {given:?} has {joints}"
     );
     for (j, (ours, theirs)) in robot.joint_names().zip(theirs).enumerate() {
         ensure!(
             ours == theirs,
-            "joint {j} of the plan is {theirs:?}, of robot {:?} {ours:?}",
-            robot.name
+            "joint {j} of the plan is {theirs:?}, of robot {given:?} {ours:?}"
         );
     }
     Ok(())
@@ -41,12 +38,9 @@ pub(super) fn bodies(robot: &Robot) -> Vec<Value> {
         })
         .collect()
     };
-    robot
-        .bodies
-        .iter()
-        .enumerate()
-        .map(|(i, body)| json!({ "name": body.name, "shapes": shapes_of(i) }))
-        .collect()
+    let bodies = robot.bodies.iter().enumerate();
+    let record = |(i, body): (_, &Body)| json!({ "name": body.name, "shapes": shapes_of(i) });
+    bodies.map(record).collect()
 }
 
 /// A shape in its own frame, its lengths along z.
@@ -84,12 +78,11 @@ fn geometry(shape: &ShapeGeometry) -> Value {
 /// When `q` is not a posture of the robot.
 pub(super) fn poses(robot: &Robot, q: &[f64]) -> Result<Vec<f64>> {
     let configuration = Configuration::from_q(q)?;
+    let (values, joints) = (configuration.joints.len(), robot.nj());
     ensure!(
-        configuration.joints.len() == robot.nj(),
-        "q has {} joint values, robot {:?} has {} joints",
-        configuration.joints.len(),
-        robot.name,
-        robot.nj(),
+        values == joints,
+        "q has {values} joint values, robot {:?} has {joints} joints",
+        robot.name
     );
     let kinematics = Kinematics::new(robot, &configuration);
     Ok(kinematics.X_WB.iter().flat_map(pose).collect())

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Result, ensure};
-use nalgebra::{Point2, Point3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use plan::{Change, Contact, RequiredMargins, Stance};
 use robot_model::Robot;
 use serde_json::{Value, json};
@@ -12,6 +12,7 @@ use surfaces::ConvexPolygon;
 use super::number::{metres, newtons, plane_points, position, unit};
 use super::robot::poses;
 use super::support::{LoadedContact, support_region};
+use crate::export::frames::isometry;
 
 /// Contacts whose heights and normals differ by no more than this are called level: 2 mm, 1°.
 const LEVEL_HEIGHT_M: f64 = 0.002;
@@ -26,19 +27,15 @@ const DISC_CORNERS: usize = 12;
 /// When q is not the robot's or a contact has not one force for each force point.
 pub(super) fn record(stance: &Stance, required: &RequiredMargins, robot: &Robot) -> Result<Value> {
     for contact in &stance.contacts {
+        let (forces, points) = (contact.forces_W.len(), contact.force_points_W.len());
         ensure!(
-            contact.forces_W.len() == contact.force_points_W.len(),
-            "contact {:?} has {} forces at {} points",
-            contact.patch,
-            contact.forces_W.len(),
-            contact.force_points_W.len(),
+            forces == points,
+            "contact {:?} has {forces} forces at {points} points",
+            contact.patch
         );
     }
-    let contacts: Vec<_> = stance
-        .contacts
-        .iter()
-        .map(|c| contact(c, &stance.change))
-        .collect();
+    let contacts = stance.contacts.iter();
+    let contacts: Vec<_> = contacts.map(|c| contact(c, &stance.change)).collect();
     Ok(json!({
         "index": stance.index,
         "change": stance.change,
@@ -60,12 +57,8 @@ fn contact(contact: &Contact, change: &Change) -> Value {
 
     // Where the normal parts of the forces act together.
     let pressure = || {
-        let weighted: Vector3<f64> = points
-            .iter()
-            .zip(&forces)
-            .map(|(p, f)| *p * f.dot(&normal))
-            .sum();
-        position(&(weighted / normal_force))
+        let weighted = points.iter().zip(&forces).map(|(p, f)| *p * f.dot(&normal));
+        position(&(weighted.sum::<Vector3<f64>>() / normal_force))
     };
     let tangential = (force - normal * normal_force).norm();
     json!({
@@ -116,8 +109,7 @@ fn normal(contact: &Contact) -> Vector3<f64> {
 }
 
 fn rotation(contact: &Contact) -> UnitQuaternion<f64> {
-    let [x, y, z, w] = contact.X_WC.quat_xyzw;
-    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
+    isometry(&contact.X_WC).rotation
 }
 
 fn components(v: &Vector3<f64>, rounded: fn(f64) -> f64) -> [f64; 3] {
@@ -143,15 +135,12 @@ fn support_level(stance: &Stance) -> f64 {
 fn support(stance: &Stance, required: &RequiredMargins) -> Option<Value> {
     let loaded: Vec<_> = stance.contacts.iter().filter(|c| c.loaded).collect();
     let region_of = |points: fn(&Contact) -> &[[f64; 3]], friction_use: f64| {
-        let contacts: Vec<_> = loaded
-            .iter()
-            .map(|&contact| LoadedContact {
-                points_W: points(contact).iter().map(|&p| Point3::from(p)).collect(),
-                normal_W: normal(contact),
-                friction: friction_use * contact.friction,
-            })
-            .collect();
-        support_region(&contacts)
+        let contacts = loaded.iter().map(|&contact| LoadedContact {
+            points_W: points(contact).iter().map(|&p| Point3::from(p)).collect(),
+            normal_W: normal(contact),
+            friction: friction_use * contact.friction,
+        });
+        support_region(&contacts.collect::<Vec<_>>())
     };
     let region = region_of(|c| &c.vertices_W, 1.0)?;
     let kept = region_of(|c| &c.force_points_W, required.friction_use);
@@ -180,10 +169,8 @@ fn support(stance: &Stance, required: &RequiredMargins) -> Option<Value> {
 /// Whether the contacts lie in one horizontal plane.
 fn is_level(contacts: &[&Contact]) -> bool {
     let heights = || contacts.iter().flat_map(|c| &c.vertices_W).map(|v| v[2]);
-    let [low, high] = [
-        heights().fold(f64::MAX, f64::min),
-        heights().fold(f64::MIN, f64::max),
-    ];
+    let low = heights().fold(f64::MAX, f64::min);
+    let high = heights().fold(f64::MIN, f64::max);
     let upright = |contact: &&Contact| normal(contact).angle(&Vector3::z()) < LEVEL_TILT_RAD;
     high - low < LEVEL_HEIGHT_M && contacts.iter().all(upright)
 }
@@ -207,16 +194,10 @@ mod tests {
             loaded,
             vertices_W: corners.map(|[x, y]| [x, y, 0.2]).to_vec(),
             force_points_W: corners.map(|[x, y]| [0.8 * x, 0.8 * y, 0.2]).to_vec(),
-            forces_W: if loaded {
-                vec![
-                    [30.0, 0.0, 200.0],
-                    [30.0, 0.0, 200.0],
-                    [0.0, 0.0, 100.0],
-                    [0.0, 0.0, 100.0],
-                ]
-            } else {
-                vec![[0.0; 3]; 4]
-            },
+            forces_W: [[30.0, 0.0, 200.0], [0.0, 0.0, 100.0]]
+                .map(|force| if loaded { force } else { [0.0; 3] })
+                .map(|force| [force; 2])
+                .concat(),
         }
     }
 
@@ -275,21 +256,15 @@ mod tests {
 
     #[test]
     fn a_contact_without_load_says_whether_it_comes_or_goes() {
-        let add = Change::Add {
-            patch: "left".into(),
-            face: "ground".into(),
-        };
-        let remove = Change::Remove {
-            patch: "left".into(),
-            face: "ground".into(),
-        };
+        let (patch, face) = ("left".to_owned(), surfaces::FaceId::from("ground"));
+        #[rustfmt::skip]
         let states = [
-            (&add, "made"),
-            (&remove, "leaving"),
-            (&Change::Start, "touching"),
+            (Change::Add { patch: patch.clone(), face: face.clone() }, "made"),
+            (Change::Remove { patch, face }, "leaving"),
+            (Change::Start, "touching"),
         ];
         for (change, expected) in states {
-            let record = contact(&foot("left", false), change);
+            let record = contact(&foot("left", false), &change);
             assert_eq!(record["state"], expected);
             assert_eq!(record["centre_of_pressure_W"], Value::Null);
         }

@@ -36,9 +36,8 @@ pub(super) struct LoadedContact {
 /// place of the centre of mass is in equilibrium.
 pub(super) fn support_region(contacts: &[LoadedContact]) -> Option<Vec<Point2<f64>>> {
     let cones = Cones::of(contacts)?;
-    let start = (0..4)
-        .map(|k| cones.farthest(&unit(TAU * k as f64 / 4.0)))
-        .collect::<Option<Vec<_>>>()?;
+    let start = (0..4).map(|k| cones.farthest(&unit(TAU * k as f64 / 4.0)));
+    let start = start.collect::<Option<Vec<_>>>()?;
     let mut corners = Vec::new();
     for (k, a) in start.iter().enumerate() {
         corners.push(*a);
@@ -66,10 +65,8 @@ impl Cones {
         let middle = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
         let (mut forces, mut moments) = (Vec::new(), Vec::new());
         for contact in contacts {
-            let tangent = contact
-                .normal_W
-                .cross(&least_aligned_axis(&contact.normal_W))
-                .normalize();
+            let aside = least_aligned_axis(&contact.normal_W);
+            let tangent = contact.normal_W.cross(&aside).normalize();
             let bitangent = contact.normal_W.cross(&tangent);
             for p in &contact.points_W {
                 for k in 0..EDGES {
@@ -94,9 +91,8 @@ impl Cones {
     fn farthest(&self, direction: &Vector2<f64>) -> Option<Point2<f64>> {
         let mut problem = Problem::new(OptimizationDirection::Maximize);
         let shift = |m: &Vector3<f64>| Vector2::new(-m.y, m.x);
-        let lambda: Vec<Variable> = self
-            .moments
-            .iter()
+        let lambda = self.moments.iter();
+        let lambda: Vec<Variable> = lambda
             .map(|m| problem.add_var(direction.dot(&shift(m)), (0.0, f64::INFINITY)))
             .collect();
         let row = |values: &mut dyn Iterator<Item = f64>| {
@@ -122,10 +118,8 @@ impl Cones {
             }
         }
         let solution = problem.solve().ok()?.into_solution().ok()?;
-        let shifts = lambda
-            .iter()
-            .zip(&self.moments)
-            .map(|(&k, m)| shift(m) * solution.var_value(k));
+        let shifts = lambda.iter().zip(&self.moments);
+        let shifts = shifts.map(|(&k, m)| shift(m) * solution.var_value(k));
         Some(Point2::from(self.middle + shifts.sum::<Vector2<f64>>()))
     }
 
@@ -187,11 +181,9 @@ mod tests {
         let corners = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]];
         let turn = UnitQuaternion::rotation_between(&Vector3::z(), &normal)
             .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), TAU / 2.0));
-        let points_W = corners
-            .map(|[x, y]| Point3::from(centre) + turn * Vector3::new(x, y, 0.0))
-            .to_vec();
+        let corner = |[x, y]: [f64; 2]| Point3::from(centre) + turn * Vector3::new(x, y, 0.0);
         LoadedContact {
-            points_W,
+            points_W: corners.map(corner).to_vec(),
             normal_W: normal,
             friction,
         }
@@ -204,18 +196,11 @@ mod tests {
             square([0.4, -0.1, 0.3], Vector3::z(), 0.6),
         ];
         let region = ConvexPolygon::hull(&support_region(&contacts).unwrap()).unwrap();
-        let points: Vec<_> = contacts
-            .iter()
-            .flat_map(|c| &c.points_W)
-            .map(|p| p.xy())
-            .collect();
+        let points = contacts.iter().flat_map(|c| &c.points_W);
+        let points: Vec<_> = points.map(|p| p.xy()).collect();
         let hull = ConvexPolygon::hull(&points).unwrap();
-        assert!(
-            (region.area() - hull.area()).abs() < 1e-6,
-            "{} {}",
-            region.area(),
-            hull.area()
-        );
+        let (area, wanted) = (region.area(), hull.area());
+        assert!((area - wanted).abs() < 1e-6, "{area} {wanted}");
         for p in hull.vertices() {
             assert!(region.signed_distance(p).abs() < 1e-6, "{p} is no corner");
         }
@@ -262,9 +247,7 @@ mod tests {
         let reach = region.iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
         assert!((reach - REACH_M).abs() < 1e-6, "{reach}");
         assert!(support_region(&[]).is_none());
-        assert!(
-            support_region(&[square([0.0; 3], -Vector3::z(), 0.5)]).is_none(),
-            "a ceiling"
-        );
+        let ceiling = square([0.0; 3], -Vector3::z(), 0.5);
+        assert!(support_region(&[ceiling]).is_none());
     }
 }

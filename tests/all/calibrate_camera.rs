@@ -10,7 +10,7 @@ use scenes::camera_set::{frame, published_extrinsics, readings, table};
 use scenes::simulator::{DepthNoise, KINECT, distortion};
 use scenes::{stances, worlds};
 
-use crate::support::program::{self, assert_ended, robot, scandent, text};
+use crate::support::program::{self, assert_ended, robot, scandent};
 
 /// β and γ in degrees, height in m: pitch and roll mixed.
 const STANCES: [[f64; 3]; 8] = [
@@ -35,15 +35,8 @@ fn write_set(folder: &Path, name: &str, stances: &[[f64; 3]]) {
     for (i, stance) in stances.iter().enumerate() {
         let X_GR = stances::X_GR(*stance);
         configurations.push(readings(&robot, "standing", &X_GR).expect("in reach"));
-        let shot = frame(
-            &world,
-            &camera,
-            &X_GR,
-            &published_extrinsics(),
-            &noise,
-            &flat,
-            i as u64,
-        );
+        let mount = published_extrinsics();
+        let shot = frame(&world, &camera, &X_GR, &mount, &noise, &flat, i as u64);
         let points: Vec<_> = (0..camera.pixels())
             .filter(|i| shot.depth_mm[*i] > 0)
             .map(|i| {
@@ -68,15 +61,8 @@ fn write_set(folder: &Path, name: &str, stances: &[[f64; 3]]) {
 
 fn calibrate(folder: &Path, robot: &str) -> Output {
     let (poses, out) = (folder.join("poses.csv"), folder.join("out"));
-    let args = [
-        "calibrate",
-        "camera",
-        "--robot",
-        robot,
-        "--poses",
-        text(&poses),
-    ];
-    scandent(&[&args[..], &["--frames", text(folder), "-o", text(&out)]].concat())
+    let line = format!("calibrate camera --robot {robot} --poses @ --frames @ -o @");
+    scandent(&line, &[&poses, folder, &out])
 }
 
 #[test]
@@ -123,11 +109,8 @@ fn files_that_will_not_do_are_named() {
     let run = || calibrate(folder.path(), "builtin:hexapod");
     assert_ended(&run(), 1, &["poses.csv"]);
     write("frame,front_left_hip\na.png,0\n");
-    assert_ended(
-        &run(),
-        1,
-        &["poses.csv", "line 1", "front_left_hip", "front_left_coxa"],
-    );
+    let words = ["poses.csv", "line 1", "front_left_hip", "front_left_coxa"];
+    assert_ended(&run(), 1, &words);
     write("front_left_coxa\n0\n");
     assert_ended(&run(), 1, &["line 2", "front_left_thigh"]);
     write("height_m,roll_rad,pitch_rad\n0.6,0,0\n0.6,0.1,0\n");

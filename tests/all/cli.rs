@@ -3,109 +3,58 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::program::{ends_with, read, root, said, succeeds, text};
+use crate::support::program::{ends_with, read, root, said, succeeds};
 
 /// Command lines with their exit codes and what the message must say.
-const REFUSED: &[(&[&str], i32, &[&str])] = &[
+#[rustfmt::skip]
+const REFUSED: &[(&str, i32, &[&str])] = &[
     // A wrong command line is a usage error.
-    (&["--no-such-flag"], 2, &["--no-such-flag"]),
-    (&["no-such-command"], 2, &["no-such-command"]),
-    (&["run", "--threads", "0"], 2, &["--threads"]),
-    (&["run", "--seed", "minus-one"], 2, &["--seed"]),
-    (
-        &["plan", "--goal", "1,far"],
-        2,
-        &["far", "not a finite number"],
-    ),
-    (&["plan", "--goal", "1,2,3,4,5"], 2, &["5 numbers given"]),
-    (
-        &["export", "plan.json", "--format", "smoke"],
-        2,
-        &["mcc-yaml"],
-    ),
-    (
-        &["plan", "--mesh", "a.stl", "--surfaces", "b.json"],
-        2,
-        &["cannot be used with"],
-    ),
+    ("--no-such-flag", 2, &["--no-such-flag"]),
+    ("no-such-command", 2, &["no-such-command"]),
+    ("run --threads 0", 2, &["--threads"]),
+    ("run --seed minus-one", 2, &["--seed"]),
+    ("plan --goal 1,far", 2, &["far", "not a finite number"]),
+    ("plan --goal 1,2,3,4,5", 2, &["5 numbers given"]),
+    ("export plan.json --format yaml", 2, &["mcc-yaml, json, csv, motion-csv"]),
+    ("plan --mesh a.stl --surfaces b.json", 2, &["cannot be used with"]),
     // An unknown setting lists the known ones.
-    (
-        &["config", "--set", "planner.nodez_max=1"],
-        2,
-        &["nodez_max", "`nodes_max`"],
-    ),
-    (
-        &["config", "--set", "plannner.nodes_max=1"],
-        2,
-        &["plannner", "`planner`"],
-    ),
-    (
-        &["config", "--set", "planner.nodes_max=many"],
-        2,
-        &["planner.nodes_max=many"],
-    ),
-    (
-        &["config", "--set", "planner.nodes_max"],
-        2,
-        &["table.key=value"],
-    ),
+    ("config --set planner.nodez_max=1", 2, &["nodez_max", "`nodes_max`"]),
+    ("config --set plannner.nodes_max=1", 2, &["plannner", "`planner`"]),
+    ("config --set planner.nodes_max=many", 2, &["planner.nodes_max=many"]),
+    ("config --set planner.nodes_max", 2, &["table.key=value"]),
     // A missing file is named.
-    (&["surfaces", MISSING], 1, &[MISSING]),
-    (&["surfaces", "--mesh", MISSING], 1, &[MISSING]),
-    (&["verify", MISSING], 1, &[MISSING]),
-    (&["view", MISSING, "-o", "x.html"], 1, &[MISSING]),
-    (&["export", MISSING, "--format", "csv"], 1, &[MISSING]),
-    (&["robot", MISSING], 1, &[MISSING]),
-    (&["run", "no/such/scene.toml"], 1, &["no/such/scene.toml"]),
-    (
-        &["plan", "--surfaces", MISSING, "--goal", "1,0"],
-        1,
-        &[MISSING],
-    ),
-    (
-        &[
-            "posture",
-            MISSING,
-            "--robot",
-            "builtin:hrp2",
-            "-o",
-            "x.json",
-        ],
-        1,
-        &[MISSING],
-    ),
-    (&["config", "--config", MISSING], 1, &[MISSING]),
-    (&["slope", "no/such.pcap"], 1, &["no/such.pcap"]),
-    (
-        &["calibrate", "lidar", "no/such.pcap"],
-        1,
-        &["no/such.pcap"],
-    ),
+    ("surfaces no/such/file.x", 1, &["no/such/file.x"]),
+    ("surfaces --mesh no/such/file.x", 1, &["no/such/file.x"]),
+    ("verify no/such/file.x", 1, &["no/such/file.x"]),
+    ("view no/such/file.x -o x.html", 1, &["no/such/file.x"]),
+    ("export no/such/file.x --format csv", 1, &["no/such/file.x"]),
+    ("robot no/such/file.x", 1, &["no/such/file.x"]),
+    ("run no/such/scene.toml", 1, &["no/such/scene.toml"]),
+    ("plan --surfaces no/such/file.x --goal 1,0", 1, &["no/such/file.x"]),
+    ("posture no/such/file.x --robot builtin:hrp2 -o x.json", 1, &["no/such/file.x"]),
+    ("config --config no/such/file.x", 1, &["no/such/file.x"]),
+    ("slope no/such.pcap", 1, &["no/such.pcap"]),
+    ("calibrate lidar no/such.pcap", 1, &["no/such.pcap"]),
     // An unknown scene or robot lists those that ship.
-    (
-        &["run", "iregular-stairs"],
-        1,
-        &["iregular-stairs", "irregular-stairs"],
-    ),
-    (&["robot", "builtin:hrp3"], 1, &["hrp3", "hrp2"]),
+    ("run iregular-stairs", 1, &["iregular-stairs", "irregular-stairs"]),
+    ("robot builtin:hrp3", 1, &["hrp3", "hrp2"]),
 ];
-const MISSING: &str = "no/such/file.x";
 
 #[test]
 fn what_cannot_be_done_is_refused_by_name() {
-    for (args, code, words) in REFUSED {
-        ends_with(args, *code, words);
+    for (line, code, words) in REFUSED {
+        ends_with(line, &[], *code, words);
     }
 }
 
 #[test]
 fn the_printed_settings_can_be_read_back() {
-    let changed = succeeds(&["config", "--set", "planner.nodes_max=123"]);
+    let changed = succeeds("config --set planner.nodes_max=123", &[]);
     assert!(changed.contains("nodes_max = 123"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("settings.toml");
     std::fs::write(&file, &changed).expect("writable");
-    assert_eq!(succeeds(&["config", "--config", text(&file)]), changed);
+    assert_eq!(succeeds("config --config @", &[&file]), changed);
 }
 
 #[test]
@@ -113,20 +62,15 @@ fn a_broken_settings_file_names_file_and_line() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("broken.toml");
     std::fs::write(&file, "[planner]\nnodes_max = = 3\n").expect("writable");
-    ends_with(
-        &["config", "--config", text(&file)],
-        1,
-        &["broken.toml", "line 2"],
-    );
+    ends_with("config --config @", &[&file], 1, &["broken.toml", "line 2"]);
 }
 
 #[test]
 fn every_scene_that_ships_is_listed_with_what_it_shows() {
-    let list = succeeds(&["scenes"]);
+    let list = succeeds("scenes", &[]);
     for scene in scenes::names() {
-        let line = list
-            .lines()
-            .find(|line| line.starts_with(&format!("{scene} ")));
+        let mut lines = list.lines();
+        let line = lines.find(|line| line.starts_with(&format!("{scene} ")));
         let described = line.is_some_and(|line| line.len() > scene.len() + 20);
         assert!(described, "no description of {scene}: {list}");
     }
@@ -135,7 +79,7 @@ fn every_scene_that_ships_is_listed_with_what_it_shows() {
 #[test]
 fn the_robot_that_ships_is_described() {
     let words = ["30 joints", "left_foot", "right_foot", "half_sitting"];
-    ends_with(&["robot", "builtin:hrp2"], 0, &words);
+    ends_with("robot builtin:hrp2", &[], 0, &words);
 }
 
 /// Ids and number of the surfaces in a file.
@@ -146,44 +90,42 @@ fn surface_ids(path: &Path) -> Vec<String> {
 
 #[test]
 fn several_scans_are_one_set_and_can_be_registered() {
-    let scan = root("scenes/scenes/irregular-stairs_depth.png");
-    let scan = text(&scan);
+    let scan: &Path = &root("scenes/scenes/irregular-stairs_depth.png");
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("surfaces.json");
-    let (here, off) = (
-        "0,0,1.3,-0.6,0.6,-0.37416573867,0.37416573867",
-        "0.01,0,1.31,-0.6,0.6,-0.37416573867,0.37416573867",
-    );
-    let run = |more: &[&str]| {
-        let told = succeeds(&[&["surfaces", "-o", text(&file)], more].concat());
+    let turn = "-0.6,0.6,-0.37416573867,0.37416573867";
+    let run = |line: &str, scans: &[&Path]| {
+        let told = succeeds(
+            &format!("surfaces -o @ {line}"),
+            &[&[&*file], scans].concat(),
+        );
         (told, surface_ids(&file))
     };
-    let (_, single) = run(&[scan, "--pose", here]);
+    let here = format!("--pose 0,0,1.3,{turn}");
+    let (_, single) = run(&format!("@ {here}"), &[scan]);
     // The same scan twice: every face is found again, and keeps its name.
-    let twice = [scan, scan, "--pose", here, "--pose", here];
-    let (told, both) = run(&twice);
+    let twice = format!("@ @ {here} {here}");
+    let (told, both) = run(&twice, &[scan; 2]);
     assert!(told.contains("are one face"), "{told}");
     assert!(!told.contains("warning"), "{told}");
     let kept = both.iter().filter(|id| single.contains(id)).count();
     assert!(2 * kept > single.len(), "{single:?} became {both:?}");
     assert!(both.len() < single.len() + single.len() / 2);
-    let (_, apart) = run(&[&twice[..], &["--set", "perception.fuse_views=false"]].concat());
+    let apart = format!("{twice} --set perception.fuse_views=false");
+    let (_, apart) = run(&apart, &[scan; 2]);
     assert_eq!(apart.len(), 2 * single.len());
     // Stairs ahead and no wall beside: a shift is left open, and named.
-    let refine = ["--set", "perception.registration.refine=true"];
-    let moved = [scan, scan, "--pose", here, "--pose", off];
-    let (told, _) = run(&[&moved[..], &refine].concat());
-    let stays = told.contains("stays at the pose given");
-    assert!(
-        stays && told.contains("do not determine the shift along"),
-        "{told}"
-    );
+    let off = format!("--pose 0.01,0,1.31,{turn}");
+    let refine = "--set perception.registration.refine=true";
+    let (told, _) = run(&format!("@ @ {here} {off} {refine}"), &[scan; 2]);
+    assert!(told.contains("stays at the pose given"), "{told}");
+    assert!(told.contains("do not determine the shift along"), "{told}");
 }
 
 #[test]
 fn completions_name_the_commands() {
     for shell in ["bash", "zsh", "fish"] {
-        ends_with(&["completions", shell], 0, &["surfaces"]);
+        ends_with(&format!("completions {shell}"), &[], 0, &["surfaces"]);
     }
 }
 

@@ -4,7 +4,7 @@
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::support::program::{assert_ended, command, text};
+use crate::support::program::{assert_ended, command};
 
 #[test]
 fn an_interrupted_search_writes_the_way_so_far() {
@@ -12,24 +12,11 @@ fn an_interrupted_search_writes_the_way_so_far() {
     let out = folder.path().join("results");
     // Beside the stairs there is nothing to stand on, which no length proves; the budget is far beyond
     // what can be searched.
-    let child = command(&[
-        "plan",
-        "irregular-stairs",
-        "--goal",
-        "1.5,0.8",
-        "-o",
-        text(&out),
-    ])
-    .args([
-        "--set",
-        "planner.nodes_max=1000000",
-        "--set",
-        "planner.candidates_max=10000000",
-    ])
-    .stdout(Stdio::piped())
-    .stderr(Stdio::piped())
-    .spawn()
-    .expect("the program starts");
+    let budget = "--set planner.nodes_max=1000000 --set planner.candidates_max=10000000";
+    let line = format!("plan irregular-stairs --goal 1.5,0.8 -o @ {budget}");
+    let mut program = command(&line, &[&out]);
+    let program = program.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = program.spawn().expect("the program starts");
     std::thread::sleep(Duration::from_millis(1500));
     let killed = Command::new("kill")
         .args(["-INT", &child.id().to_string()])

@@ -5,30 +5,18 @@ use std::process::Output;
 
 use serde_json::{Value, json};
 
-use crate::support::program::{self, assert_ended, number, scandent, text};
+use crate::support::program::{self, assert_ended, list, number, scandent};
 
 fn solve(folder: &Path, problems: &Value) -> Output {
     let file = folder.join("problems.json");
     std::fs::write(&file, problems.to_string()).expect("writable");
     let results = folder.join("results.json");
-    let args = [
-        "posture",
-        text(&file),
-        "--robot",
-        "builtin:hrp2",
-        "-o",
-        text(&results),
-    ];
-    scandent(&args)
+    scandent("posture @ --robot builtin:hrp2 -o @", &[&file, &results])
 }
 
 /// A sole flat on z = 0.
 fn sole(side: &str, x: f64, y: f64) -> Value {
-    let link = if side == "left" {
-        "LLEG_LINK5"
-    } else {
-        "RLEG_LINK5"
-    };
+    let link = format!("{}LEG_LINK5", side[..1].to_uppercase());
     json!({
         "link": link, "patch": format!("{side}_foot"), "p": [x, y, 0.0],
         "R": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -38,12 +26,10 @@ fn sole(side: &str, x: f64, y: f64) -> Value {
 /// Forces and moments about the origin that the contacts exert.
 fn wrench(result: &Value) -> [f64; 6] {
     let mut sum = [0.0; 6];
-    let numbers =
-        |v: &Value| -> Vec<f64> { v.as_array().expect("a vector").iter().map(number).collect() };
-    for contact in result["forces"].as_array().expect("forces") {
-        let points = contact["points_W"].as_array().expect("points");
-        let forces = contact["forces_W"].as_array().expect("forces");
-        for (p, f) in points.iter().map(numbers).zip(forces.iter().map(numbers)) {
+    let vector = |v: &Value| [0, 1, 2].map(|i| number(&v[i]));
+    for contact in list(&result["forces"]) {
+        let (points, forces) = (list(&contact["points_W"]), list(&contact["forces_W"]));
+        for (p, f) in points.iter().map(vector).zip(forces.iter().map(vector)) {
             for i in 0..3 {
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                 sum[i] += f[i];
@@ -73,7 +59,7 @@ fn known_contact_sets_get_their_answers_in_order() {
     assert_ended(&output, 0, &[]);
     let file = program::json(folder.path().join("results.json"));
     assert_eq!(file["joint_names"].as_array().map(Vec::len), Some(30));
-    let results = file["results"].as_array().expect("results");
+    let results = list(&file["results"]);
     let ids: Vec<&Value> = results.iter().map(|r| &r["id"]).collect();
     assert_eq!(ids, [&json!(7), &json!("apart"), &json!(9)]);
 

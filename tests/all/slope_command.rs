@@ -6,15 +6,12 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use scenes::simulator::lidar::{RangeNoise, Vlp16, pcap, pcd, sweep};
 use scenes::worlds::slope::{PAPER, POLES_M, Ramp, room};
 
-use crate::support::program::{self, ends_with, number, succeeds, text};
+use crate::support::program::{self, ends_with, list, number, succeeds};
 
 /// Calibrates by a capture of flat ground with the poles; what the program said.
 pub fn calibrated(flat: &Path, toml: &Path) -> String {
-    let mut args = ["calibrate", "lidar", text(flat), "-o", text(toml)]
-        .map(str::to_owned)
-        .to_vec();
-    args.extend(POLES_M.iter().map(|[x, y]| format!("--pole={x},{y}")));
-    succeeds(&args)
+    let poles = POLES_M.map(|[x, y]| format!("--pole={x},{y}")).join(" ");
+    succeeds(&format!("calibrate lidar @ -o @ {poles}"), &[flat, toml])
 }
 
 /// Greatest distance of the ends of a described slope from the true ones, m.
@@ -35,82 +32,46 @@ fn a_calibration_makes_the_slope_right_in_the_world() {
     let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
     let pose = Isometry3::from_parts(Translation3::new(0.0, 0.0, 0.75), rotation);
     let (sensor, noise, row) = (Vlp16::default(), RangeNoise::default(), &PAPER[4]);
-    let flat = sweep(&room("flat", &[]).world(), &sensor, &pose, &noise, 3, 1);
-    let ramp = sweep(
-        &room("ramp", &[row.ramp()]).world(),
-        &sensor,
-        &pose,
-        &noise,
-        3,
-        2,
-    );
+    let taken = |ramps: &[Ramp], seed| {
+        let world = room("room", ramps).world();
+        sweep(&world, &sensor, &pose, &noise, 3, seed)
+    };
     let path = |name: &str| folder.path().join(name);
-    std::fs::write(path("flat.pcap"), pcap(&sensor, &flat)).expect("written");
-    std::fs::write(path("ramp.pcd"), pcd(&ramp)).expect("written");
     let (flat, ramp) = (path("flat.pcap"), path("ramp.pcd"));
+    std::fs::write(&flat, pcap(&sensor, &taken(&[], 1))).expect("written");
+    std::fs::write(&ramp, pcd(&taken(&[row.ramp()], 2))).expect("written");
     let (toml, json) = (path("lidar.toml"), path("slope.json"));
 
     let said = calibrated(&flat, &toml);
-    assert!(
-        said.contains("heading") && said.contains("ring 15"),
-        "{said}"
-    );
+    assert!(said.contains("heading"), "{said}");
+    assert!(said.contains("ring 15"), "{said}");
 
-    let said = succeeds(&[
-        "slope",
-        text(&ramp),
-        "--calibration",
-        text(&toml),
-        "--heading",
-        "0,90",
-        "-o",
-        text(&json),
-    ]);
+    let describe = "slope @ --calibration @ --heading 0,90 -o @";
+    let said = succeeds(describe, &[&ramp, &toml, &json]);
     assert!(said.contains("slope 0: 19.7"), "{said}");
     let file = program::json(&json);
     assert_eq!(file["calibrated"], true);
     let slope = &file["slopes"][0];
-    assert!(
-        (number(&slope["delta_deg"]) - row.angle_deg).abs() < 0.1,
-        "{slope}"
-    );
+    let off = number(&slope["delta_deg"]) - row.angle_deg;
+    assert!(off.abs() < 0.1, "{slope}");
     let off = ends_off_m(slope, &row.ramp());
     assert!(off < 0.02, "{off} m");
     for field in ["l", "psi"] {
         let norm: f64 = (0..3).map(|i| number(&slope[field][i]).powi(2)).sum();
         assert!((norm - 1.0).abs() < 1e-9, "{field}");
     }
-    assert_eq!(slope["lambda_l"].as_array().map(Vec::len), Some(9));
-    assert_eq!(slope["lambda_ls"].as_array().map(Vec::len), Some(6));
-    assert_eq!(slope["stepping"].as_array().map(Vec::len), Some(2));
+    let lengths = ["lambda_l", "lambda_ls", "stepping"].map(|field| list(&slope[field]).len());
+    assert_eq!(lengths, [9, 6, 2]);
     assert!(number(&slope["delta_sigma_deg"]) > 0.0);
 
     // The same, byte for byte; and its surfaces are a set that other commands read.
     let again = path("again.json");
-    succeeds(&[
-        "slope",
-        text(&ramp),
-        "--calibration",
-        text(&toml),
-        "--heading",
-        "0,90",
-        "-o",
-        text(&again),
-    ]);
+    succeeds(describe, &[&ramp, &toml, &again]);
     assert_eq!(program::read(&again), program::read(&json));
     let set = path("surfaces.json");
-    let said = succeeds(&[
-        "surfaces",
-        text(&ramp),
-        "--calibration",
-        text(&toml),
-        "-o",
-        text(&set),
-    ]);
-    assert!(
-        said.contains("slope0") && said.contains("ground0"),
-        "{said}"
-    );
+    let said = succeeds("surfaces @ --calibration @ -o @", &[&ramp, &toml, &set]);
+    assert!(said.contains("slope0"), "{said}");
+    assert!(said.contains("ground0"), "{said}");
     surfaces::Terrain::from_json(&program::read(&set)).expect("a terrain");
 }
 
@@ -128,9 +89,8 @@ fn a_moved_cloud_is_seen_from_where_the_sensor_stood() {
     std::fs::write(&plain, &taken).expect("written");
     // Points alone, moved, as a PLY.
     let eye = [4.0, -2.5, 1.25];
-    let cloud = perception::parse_lidar(&plain, &taken, None)
-        .expect("a cloud")
-        .cloud;
+    let read = perception::parse_lidar(&plain, &taken, None);
+    let cloud = read.expect("a cloud").cloud;
     let mut ply = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
          property float z\nend_header\n",
@@ -143,31 +103,19 @@ fn a_moved_cloud_is_seen_from_where_the_sensor_stood() {
     let moved = path("moved.ply");
     std::fs::write(&moved, ply).expect("written");
 
-    let describe = |cloud: &Path, more: &[&str], name: &str| -> (serde_json::Value, String) {
-        let json = path(name);
-        let mut args = vec!["slope", text(cloud), "-o", text(&json)];
-        args.extend(more);
-        let said = succeeds(&args);
-        (program::json(&json), said)
+    let describe = |cloud: &Path, more: &str, words: &[&str]| {
+        let json = path("slope.json");
+        ends_with(&format!("slope @ -o @ {more}"), &[cloud, &json], 0, words);
+        program::json(&json)
     };
-    let (still, said) = describe(&plain, &[], "plain.json");
-    assert!(
-        said.contains("wall 0: ") && said.contains("thing 0: "),
-        "{said}"
-    );
-    assert!(said.contains("slope 0: 19."), "{said}");
-    let (seen, _) = describe(&moved, &["--eye", "4,-2.5,1.25"], "moved.json");
-    let delta = |file: &serde_json::Value| number(&file["slopes"][0]["delta_deg"]);
-    assert!(
-        (delta(&still) - delta(&seen)).abs() < 0.1,
-        "{} {}",
-        delta(&still),
-        delta(&seen)
-    );
-    assert_eq!(seen["eye_m"], serde_json::json!([4.0, -2.5, 1.25]));
+    let still = describe(&plain, "", &["wall 0: ", "thing 0: ", "slope 0: 19."]);
+    let seen = describe(&moved, "--eye 4,-2.5,1.25", &[]);
+    let [a, b] = [&still, &seen].map(|file| number(&file["slopes"][0]["delta_deg"]));
+    assert!((a - b).abs() < 0.1, "{a} {b}");
+    assert_eq!(seen["eye_m"], serde_json::json!(eye));
     // The wall ahead, 6 m away, and the one beside, 4.5 m away, in both.
     for file in [&still, &seen] {
-        let walls = file["walls"].as_array().expect("a list");
+        let walls = list(&file["walls"]);
         for (axis, at) in [(0, 6.0), (1, 4.5)] {
             let is = |wall: &&serde_json::Value| {
                 number(&wall["normal"][axis]) < -0.99
@@ -190,31 +138,19 @@ fn what_cannot_be_used_is_named() {
     )
     .expect("written");
     // That nothing is ground is a result.
-    assert!(succeeds(&["slope", text(&three)]).contains("no ground"));
-    ends_with(
-        &["calibrate", "lidar", text(&three)],
-        1,
-        &["three.pcd", "ground"],
-    );
-    for (name, content, words) in [
-        (
-            "a.toml",
-            "format = \"scandent-lidar-calibration/1\"\n",
-            &["position_m"][..],
-        ),
-        ("b.toml", "not toml at all", &["a LiDAR's calibration"][..]),
+    ends_with("slope @", &[&three], 0, &["no ground"]);
+    ends_with("calibrate lidar @", &[&three], 1, &["three.pcd", "ground"]);
+    let format = "format = \"scandent-lidar-calibration/1\"\n";
+    for (name, content, word) in [
+        ("a.toml", format, "position_m"),
+        ("b.toml", "not toml at all", "a LiDAR's calibration"),
     ] {
         let file = path(name);
         std::fs::write(&file, content).expect("written");
-        let mut named = vec![name];
-        named.extend(words);
-        ends_with(
-            &["slope", text(&three), "--calibration", text(&file)],
-            1,
-            &named,
-        );
+        let line = "slope @ --calibration @";
+        ends_with(line, &[&three, &file], 1, &[name, word]);
     }
     let empty = path("empty.pcap");
     std::fs::write(&empty, [0xd4, 0xc3, 0xb2, 0xa1, 2, 0, 4, 0]).expect("written");
-    ends_with(&["slope", text(&empty)], 1, &["empty.pcap"]);
+    ends_with("slope @", &[&empty], 1, &["empty.pcap"]);
 }

@@ -14,7 +14,7 @@ fn the_hand_made_plan_passes() {
     // Nothing passes for want of being looked at: every check has been made, but those of a motion,
     // which this plan has not.
     let made: Vec<Check> = certificate.summary.iter().map(|s| s.check).collect();
-    let all = Check::ALL.into_iter();
+    let all = Check::ALL.iter().copied();
     let wanted: Vec<Check> = all.filter(|c| !c.name().starts_with("motion_")).collect();
     assert_eq!(made, wanted, "{table}");
 }

@@ -53,45 +53,41 @@ fn apply(value: &mut Value, path: &[usize], change: &Change) {
     let Some((&step, rest)) = path.split_first() else {
         return;
     };
-    let deeper = |child: &Value| !rest.is_empty() && (child.is_array() || child.is_object());
-    match value {
-        Value::Array(items) if !items.is_empty() => {
-            let index = step % items.len();
-            if deeper(&items[index]) {
-                apply(&mut items[index], rest, change);
-                return;
-            }
-            match change {
-                Change::Put(new) => items[index] = new.clone(),
-                Change::Remove => drop(items.remove(index)),
-                Change::Double => items.insert(index, items[index].clone()),
-                Change::Scale(factor) => scale(&mut items[index], *factor),
-            }
-        }
-        Value::Object(members) if !members.is_empty() => {
-            let Some(key) = members.keys().nth(step % members.len()).cloned() else {
-                return;
-            };
-            if deeper(&members[&key]) {
-                apply(&mut members[&key], rest, change);
-                return;
-            }
-            match change {
-                Change::Put(new) => members[&key] = new.clone(),
-                Change::Remove | Change::Double => drop(members.remove(&key)),
-                Change::Scale(factor) => scale(&mut members[&key], *factor),
-            }
-        }
-        _ => {}
+    let children = match value {
+        Value::Array(items) => items.len(),
+        Value::Object(members) => members.len(),
+        _ => 0,
+    };
+    if children == 0 {
+        return;
     }
-}
-
-fn scale(value: &mut Value, factor: f64) {
-    if let Some(number) = value.as_f64() {
-        let scaled = number * factor;
-        if scaled.is_finite() {
-            *value = scaled.into();
+    let index = step % children;
+    let child = match &mut *value {
+        Value::Array(items) => items.get_mut(index),
+        Value::Object(members) => members.values_mut().nth(index),
+        _ => None,
+    };
+    let child = child.expect("there are that many");
+    if !rest.is_empty() && (child.is_array() || child.is_object()) {
+        return apply(child, rest, change);
+    }
+    match change {
+        Change::Put(new) => *child = new.clone(),
+        Change::Scale(factor) => {
+            let scaled = child.as_f64().map(|number| number * factor);
+            if let Some(scaled) = scaled.filter(|x| x.is_finite()) {
+                *child = scaled.into();
+            }
         }
+        Change::Remove | Change::Double => match value {
+            Value::Array(items) if matches!(change, Change::Remove) => drop(items.remove(index)),
+            Value::Array(items) => items.insert(index, items[index].clone()),
+            Value::Object(members) => {
+                let key = members.keys().nth(index).cloned();
+                key.and_then(|key| members.remove(&key));
+            }
+            _ => {}
+        },
     }
 }
 

@@ -9,40 +9,26 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::support::program::{
-    assert_ended, ends_with, json, number, read, said, scandent, succeeds, text,
+    assert_ended, ends_with, json, list, number, read, scandent, succeeds,
 };
 use crate::support::shipped::shipped;
 
 /// Judges what a scene that ships leaves.
 fn judge(scene: &'static str) {
-    let (results, plan) = (
-        &shipped(scene).results,
-        shipped(scene).results.join("plan.json"),
-    );
+    let results = &shipped(scene).results;
+    let plan = results.join("plan.json");
     // On two threads as it was made, and on another number of them: `plan.json` is the same.
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for threads in ["1", "4"] {
-        succeeds(&[
-            "run",
-            scene,
-            "--threads",
-            threads,
-            "-o",
-            text(folder.path()),
-        ]);
+    for threads in [1, 4] {
+        let line = format!("run {scene} --threads {threads} -o @");
+        succeeds(&line, &[folder.path()]);
         let same = read(folder.path().join(scene).join("plan.json")) == read(&plan);
         assert!(same, "{scene}: {threads} threads change the plan");
     }
-    for name in [
-        "surfaces.json",
-        "contacts.yaml",
-        "plan.csv",
-        "certificate.json",
-    ] {
-        assert!(
-            !read(results.join(name)).is_empty(),
-            "{scene}: {name} is empty"
-        );
+    let files = "surfaces.json contacts.yaml plan.csv certificate.json";
+    for name in files.split(' ') {
+        let text = read(results.join(name));
+        assert!(!text.is_empty(), "{scene}: {name} is empty");
     }
     let page = read(results.join("view.html"));
     assert!(page.contains("</html>") && page.contains(scene));
@@ -52,21 +38,12 @@ fn judge(scene: &'static str) {
     }
     assert_eq!(report["threads"], 2);
     let size = |field: &str| number(&report[field]);
-    assert!(size("surfaces") > 0.0, "{report}");
-    assert!(
-        size("nodes_generated") >= size("nodes_expanded"),
-        "{report}"
-    );
-    assert!(
-        size("nodes_expanded") + 1.0 >= size("path_stances"),
-        "{report}"
-    );
-    succeeds(&["verify", text(&plan)]);
-    judge_times(
-        results,
-        &succeeds(&["export", text(&plan), "--format", "json"]),
-    );
-    succeeds(&["view", text(&plan)]);
+    let (generated, expanded) = (size("nodes_generated"), size("nodes_expanded"));
+    assert!(size("surfaces") > 0.0 && generated >= expanded, "{report}");
+    assert!(expanded + 1.0 >= size("path_stances"), "{report}");
+    succeeds("verify @", &[&plan]);
+    judge_times(results, &succeeds("export @ --format json", &[&plan]));
+    succeeds("view @", &[&plan]);
 }
 
 /// What is exported lands when the motion lands: 1 s later, as long as `export.start_s` is by default.
@@ -74,8 +51,7 @@ fn judge_times(results: &Path, exported: &str) {
     let document: Value = serde_json::from_str(exported).expect("JSON");
     let motion = json(results.join("motion.json"));
     let ends = |phases: &Value, patch: &str, end: &str, later: f64| -> Vec<(String, i64)> {
-        let phases = phases.as_array().expect("phases").iter();
-        phases
+        (list(phases).iter())
             .filter_map(|p| Some((p[patch].as_str()?.to_owned(), p[end].as_f64()? + later)))
             .map(|(patch, t)| (patch, (1e3 * t).round() as i64))
             .collect()
@@ -105,7 +81,7 @@ fn a_changed_plan_fails_verification_with_exit_code_1() {
     // Beside its motion.
     let broken = results.join("broken.json");
     std::fs::write(&broken, plan.to_string()).expect("writable");
-    ends_with(&["verify", text(&broken)], 1, &["stance 2"]);
+    ends_with("verify @", &[&broken], 1, &["stance 2"]);
 }
 
 /// Two steps of 0.15 m on a floor, as a mesh of boxes.
@@ -129,10 +105,7 @@ fn steps_obj() -> String {
             text += &format!("v {x} {y} {z0}\nv {x} {y} {z1}\n");
         }
         for face in faces {
-            let corners: Vec<String> = face
-                .iter()
-                .map(|i| (1 + i + 8 * number).to_string())
-                .collect();
+            let corners = face.map(|i| (1 + i + 8 * number).to_string());
             text += &format!("f {}\n", corners.join(" "));
         }
     }
@@ -145,39 +118,22 @@ fn a_known_mesh_is_climbed_without_any_scan() {
     let mesh = folder.path().join("steps.obj");
     std::fs::write(&mesh, steps_obj()).expect("writable");
     let out = folder.path().join("out");
-    let plan = |goal: &str, more: &[&str]| {
-        let args = [
-            "plan",
-            "--mesh",
-            text(&mesh),
-            "--goal",
-            goal,
-            "-o",
-            text(&out),
-        ];
-        scandent(&[&args, more].concat())
-    };
-    assert_ended(&plan("1.4,0", &[]), 0, &[]);
+    let plan = |goal: &str| scandent(&format!("plan --mesh @ -o @ --goal {goal}"), &[&mesh, &out]);
+    assert_ended(&plan("1.4,0"), 0, &[]);
     let written = json(out.join("plan.json"));
-    let last = written["stances"].as_array().and_then(|s| s.last());
-    let base = [0, 1].map(|i| number(&last.expect("a last stance")["q"][i]));
+    let last = list(&written["stances"]).last().expect("a last stance");
+    let [x, y] = [0, 1].map(|i| number(&last["q"][i]));
     // The goal's tolerance, and the solver's.
-    assert!(
-        (base[0] - 1.4).abs() < 0.1001 && base[1].abs() < 0.1001,
-        "{base:?}"
-    );
+    assert!((x - 1.4).abs() < 0.1001 && y.abs() < 0.1001, "{x} {y}");
 
     // A goal where the robot stands needs no step.
-    assert_ended(&plan("0,0", &[]), 0, &[]);
+    assert_ended(&plan("0,0"), 0, &[]);
     // In a wall, a metre under the floor, is no place for a base: the reason is said, no plan is
     // left over from before.
-    let blocked = plan("1.4,0,-1.0", &["--set", "planner.nodes_max=30"]);
-    assert!(matches!(blocked.status.code(), Some(3 | 4)));
-    assert!(
-        said(&blocked).contains("what blocks the way"),
-        "{}",
-        said(&blocked)
-    );
+    let blocked = plan("1.4,0,-1.0 --set planner.nodes_max=30");
+    let code = blocked.status.code().expect("a code");
+    assert!(matches!(code, 3 | 4));
+    assert_ended(&blocked, code, &["what blocks the way"]);
     assert!(out.join("partial_plan.json").exists() && !out.join("plan.json").exists());
 }
 
@@ -193,21 +149,9 @@ fn a_start_that_is_no_stance_is_an_error_with_the_reason() {
         ("half_sitting@0,0,0.6487,0.5,0,0", "balance"),
         ("no_such_posture", "half_sitting"),
     ] {
-        let args = [
-            "plan",
-            "--mesh",
-            text(&mesh),
-            "--goal",
-            "1.4,0",
-            "--start",
-            start,
-            "-o",
-        ];
-        ends_with(&[&args[..], &[text(&out)]].concat(), 1, &[word]);
-        assert!(
-            !out.exists(),
-            "{start}: results of a start that is no stance"
-        );
+        let line = format!("plan --mesh @ --goal 1.4,0 --start {start} -o @");
+        ends_with(&line, &[&mesh, &out], 1, &[word]);
+        assert!(!out.exists(), "{start}: results of no stance");
     }
 }
 
@@ -218,16 +162,12 @@ fn a_goal_out_of_reach_has_no_plan() {
     let nothing = r#"{"format": "scandent-surfaces/1", "surfaces": []}"#;
     std::fs::write(&surfaces, nothing).expect("writable");
     let out = folder.path().join("out");
-    let args = [
-        "plan",
-        "--surfaces",
-        text(&surfaces),
-        "--goal",
-        "2,0",
-        "-o",
-        text(&out),
-    ];
-    ends_with(&args, 3, &[]);
+    ends_with(
+        "plan --surfaces @ --goal 2,0 -o @",
+        &[&surfaces, &out],
+        3,
+        &[],
+    );
     let report = json(out.join("report.json"));
     assert_eq!(report["path_stances"], 0);
     assert_eq!(report["surfaces"], 1, "the ground under the feet");

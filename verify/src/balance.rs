@@ -63,6 +63,12 @@ impl Generators {
         Self { wrenches }
     }
 
+    /// A variable λ_k ≥ 0 for each.
+    fn variables(&self, problem: &mut Problem) -> Vec<Variable> {
+        let mut variable = |_| problem.add_var(0.0, (0.0, f64::INFINITY));
+        self.wrenches.iter().map(&mut variable).collect()
+    }
+
     /// Adds Σ λ_k w_k + (terms) = target to the problem, λ being its last variables.
     fn constrain(
         &self,
@@ -72,13 +78,10 @@ impl Generators {
         target: [f64; 6],
     ) {
         for (row, &wanted) in target.iter().enumerate() {
-            let terms: Vec<(Variable, f64)> = lambda
-                .iter()
-                .zip(&self.wrenches)
-                .map(|(&variable, w)| (variable, w[row]))
-                .chain([(extra.0, extra.1[row])])
-                .filter(|(_, c)| c.abs() > ROUNDING)
-                .collect();
+            let terms = lambda.iter().zip(&self.wrenches);
+            let terms = terms.map(|(&variable, w)| (variable, w[row]));
+            let terms = terms.chain([(extra.0, extra.1[row])]);
+            let terms: Vec<(Variable, f64)> = terms.filter(|(_, c)| c.abs() > ROUNDING).collect();
             problem.add_constraint(terms, ComparisonOp::Eq, wanted);
         }
     }
@@ -107,11 +110,7 @@ pub(crate) fn equilibrium(
     let share = 1.0 / count as f64;
     let mut problem = Problem::new(OptimizationDirection::Maximize);
     let t = problem.add_var(1.0, (-1e3, 1e3));
-    let mu: Vec<Variable> = generators
-        .wrenches
-        .iter()
-        .map(|_| problem.add_var(0.0, (0.0, f64::INFINITY)))
-        .collect();
+    let mu = generators.variables(&mut problem);
     let mut even = [0.0; 6];
     for w in &generators.wrenches {
         for (sum, value) in even.iter_mut().zip(w) {
@@ -134,19 +133,11 @@ pub(crate) fn reach(
     let generators = Generators::new(supports, com, edges);
     let mut problem = Problem::new(OptimizationDirection::Maximize);
     let r = problem.add_var(1.0, (0.0, REACH_M));
-    let lambda: Vec<Variable> = generators
-        .wrenches
-        .iter()
-        .map(|_| problem.add_var(0.0, (0.0, f64::INFINITY)))
-        .collect();
+    let lambda = generators.variables(&mut problem);
     // Weight at c + r d: its moment about c is r d × (−ẑ), which the contacts balance.
     let m = direction.cross(&Vector3::new(0.0, 0.0, -1.0));
-    generators.constrain(
-        &mut problem,
-        &lambda,
-        (r, [0.0, 0.0, 0.0, m.x, m.y, m.z]),
-        CARRIED,
-    );
+    let moved = (r, [0.0, 0.0, 0.0, m.x, m.y, m.z]);
+    generators.constrain(&mut problem, &lambda, moved, CARRIED);
     maximum(&problem)
 }
 
@@ -179,11 +170,8 @@ mod tests {
     #[test]
     fn the_centre_of_mass_moves_to_the_edge_of_a_foot_and_no_further() {
         let com = Vector3::new(0.03, 0.0, 0.8);
-        for (direction, expected) in [
-            (Vector3::x(), 0.07),
-            (-Vector3::x(), 0.13),
-            (Vector3::y(), 0.10),
-        ] {
+        let (x, y) = (Vector3::x(), Vector3::y());
+        for (direction, expected) in [(x, 0.07), (-x, 0.13), (y, 0.10)] {
             let r = reach(&[foot(0.0, 0.5)], &com, 16, &direction).unwrap();
             assert!((r - expected).abs() < 1e-6, "{direction:?}: {r}");
         }
@@ -212,9 +200,7 @@ mod tests {
 
     #[test]
     fn nothing_holds_nothing() {
-        assert!(matches!(
-            equilibrium(&[], &Vector3::zeros(), 16),
-            Err(Failure::None)
-        ));
+        let held = equilibrium(&[], &Vector3::zeros(), 16);
+        assert!(matches!(held, Err(Failure::None)));
     }
 }

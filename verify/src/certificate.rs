@@ -72,21 +72,24 @@ pub struct Summary {
 }
 
 impl Row {
-    /// How the row fails, in words: stance, subject, check, value, bound and by how much.
-    pub fn sentence(&self) -> String {
-        let mut text = match self.stance {
+    /// Stance and subject.
+    fn place(&self) -> String {
+        let mut place = match self.stance {
             Some(stance) => format!("stance {stance}"),
             None => "plan".to_owned(),
         };
         if !self.subject.is_empty() {
-            let _ = write!(text, ", {}", self.subject);
+            let _ = write!(place, ", {}", self.subject);
         }
-        let _ = write!(text, ": {}", self.check);
-        let unit = self.check.unit();
-        let unit = if unit.is_empty() {
-            String::new()
-        } else {
-            format!(" {unit}")
+        place
+    }
+
+    /// How the row fails, in words: stance, subject, check, value, bound and by how much.
+    pub fn sentence(&self) -> String {
+        let mut text = format!("{}: {}", self.place(), self.check);
+        let unit = match self.check.unit() {
+            "" => String::new(),
+            unit => format!(" {unit}"),
         };
         match (self.value, self.bound) {
             (Some(value), Some(bound)) => {
@@ -96,12 +99,8 @@ impl Row {
                     (_, true) => "≥",
                     (_, false) => "<",
                 };
-                let _ = write!(
-                    text,
-                    " {}{unit} {relation} {}{unit}",
-                    number(value),
-                    number(bound)
-                );
+                let (value, bound) = (number(value), number(bound));
+                let _ = write!(text, " {value}{unit} {relation} {bound}{unit}");
                 if let (false, Some(margin)) = (self.pass, self.margin) {
                     let _ = write!(text, " (by {}{unit})", number(-margin));
                 }
@@ -124,11 +123,8 @@ impl Certificate {
 
     /// The checks that do not hold, each once, in the order of [`Check::ALL`].
     pub fn failed_checks(&self) -> Vec<Check> {
-        self.summary
-            .iter()
-            .filter(|s| s.failed > 0)
-            .map(|s| s.check)
-            .collect()
+        let failed = self.summary.iter().filter(|s| s.failed > 0);
+        failed.map(|s| s.check).collect()
     }
 
     /// The certificate as a table: a line a check with its worst row, then every failure.
@@ -145,16 +141,10 @@ impl Certificate {
                 Sense::Holds => "",
             };
             let cell = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), number);
-            let mut place = worst
-                .stance
-                .map_or_else(|| "plan".to_owned(), |s| format!("stance {s}"));
-            if !worst.subject.is_empty() {
-                let _ = write!(place, ", {}", worst.subject);
-            }
-            let bound = worst.bound.map_or_else(
-                || "–".to_owned(),
-                |bound| format!("{relation} {}", number(bound)),
-            );
+            let bound = match worst.bound {
+                Some(bound) => format!("{relation} {}", number(bound)),
+                None => "–".to_owned(),
+            };
             let _ = writeln!(
                 text,
                 "{:<15} {:>6} {:>6}  {:>11} {:>13} {:>11}  {:<5} {}",
@@ -165,20 +155,16 @@ impl Certificate {
                 bound,
                 cell(worst.margin),
                 summary.check.unit(),
-                place
+                worst.place()
             );
         }
         for row in self.failures() {
             let _ = writeln!(text, "FAIL {}", row.sentence());
         }
         let verdict = if self.pass { "PASS" } else { "FAIL" };
-        let _ = writeln!(
-            text,
-            "{verdict}: {} checks over {} stances, {} failed",
-            self.rows.len(),
-            self.stances,
-            self.failures().count()
-        );
+        let (rows, stances, failed) = (self.rows.len(), self.stances, self.failures().count());
+        let sum = format!("{rows} checks over {stances} stances, {failed} failed");
+        let _ = writeln!(text, "{verdict}: {sum}");
         text
     }
 

@@ -2,83 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-/// One thing that a plan must fulfil.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Check {
-    /// The file is of the format that is read here.
-    Format,
-    /// The robot is the one the plan was made for: name, joint names in order, mass.
-    Robot,
-    /// The margins that the plan promises make sense.
-    Required,
-    /// Surfaces and obstacles have distinct names, finite numbers and a body behind them.
-    Environment,
-    /// The plan says how many contact sets it has, and has so many.
-    PathLength,
-    /// Vectors have the right length and hold numbers of a sane size.
-    Numbers,
-    /// Patches, links and surfaces exist, and every contact is described in full.
-    Names,
-    /// Quaternions have unit length.
-    Quaternion,
-    /// A stance follows from the one before it by the one contact that it says.
-    Sequence,
-    /// A contact that stays, stays where it was made.
-    Kept,
-    /// The last stance fulfils the goal.
-    Goal,
-    /// Joints are inside their limits by the margin.
-    JointLimit,
-    /// The stated centre of mass is the robot's.
-    Com,
-    /// Patches are where the posture puts them.
-    Pose,
-    /// Patch vertices lie in the plane of the surface.
-    Closure,
-    /// The patch's normal is that of the surface.
-    Normal,
-    /// Patch vertices lie in the surface's polygon, inset.
-    Inclusion,
-    /// Forces act inside the patch, shrunk by the margin of the centre of mass.
-    ForcePoint,
-    /// The contact that is made or broken bears nothing.
-    Unloaded,
-    /// Contacts push.
-    Unilateral,
-    /// Forces lie in the friction cone.
-    Friction,
-    /// The stated forces carry the weight.
-    BalanceForce,
-    /// The stated forces have no moment about the centre of mass.
-    BalanceMoment,
-    /// Joints hold the posture with the part of their torque that the plan allows.
-    Torque,
-    /// Forces that balance the robot can be found from nothing but the contacts.
-    Equilibrium,
-    /// The centre of mass may be elsewhere and the contacts still hold it.
-    ComMargin,
-    /// Nothing but contacts is near the environment.
-    Clearance,
-    /// What touches does not sink in.
-    ContactDepth,
-    /// Parts of the robot are apart.
-    SelfClearance,
-    /// The motion is of the format that is read here, and whole.
-    MotionRecord,
-    /// The motion's phases lead from stance to stance on contacts that both have.
-    MotionPhases,
-    /// Where phases meet at a stance, the motion is at its posture (m, rad).
-    MotionEnd,
-    /// Joints keep to their speed limits (part of them).
-    MotionSpeed,
-    /// No body moves farther from one sample to the next than the robot is kept clear of things.
-    MotionStep,
-    /// What the plan says of its margins is not better than what is found.
-    StatedMargin,
-}
-
 /// Which values are good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sense {
@@ -90,147 +13,125 @@ pub enum Sense {
     Holds,
 }
 
-impl Check {
-    /// Every check, in the order in which tables show them.
-    pub const ALL: [Check; 35] = [
-        Check::Format,
-        Check::Robot,
-        Check::Required,
-        Check::Environment,
-        Check::PathLength,
-        Check::Numbers,
-        Check::Names,
-        Check::Quaternion,
-        Check::Sequence,
-        Check::Kept,
-        Check::Goal,
-        Check::JointLimit,
-        Check::Com,
-        Check::Pose,
-        Check::Closure,
-        Check::Normal,
-        Check::Inclusion,
-        Check::ForcePoint,
-        Check::Unloaded,
-        Check::Unilateral,
-        Check::Friction,
-        Check::BalanceForce,
-        Check::BalanceMoment,
-        Check::Torque,
-        Check::Equilibrium,
-        Check::ComMargin,
-        Check::Clearance,
-        Check::ContactDepth,
-        Check::SelfClearance,
-        Check::MotionRecord,
-        Check::MotionPhases,
-        Check::MotionEnd,
-        Check::MotionSpeed,
-        Check::MotionStep,
-        Check::StatedMargin,
-    ];
+/// Rows of the table: what is checked, its name in tables and files, its unit, and which values are good.
+macro_rules! checks {
+    ($($(#[$meaning:meta])* $check:ident = $name:literal, $unit:literal, $sense:ident;)*) => {
+        /// One thing that a plan must fulfil.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[non_exhaustive]
+        pub enum Check {
+            $($(#[$meaning])* #[serde(rename = $name)] $check),*
+        }
 
+        impl Check {
+            /// Every check, in the order in which tables show them.
+            pub const ALL: &[Check] = &[$(Check::$check),*];
+
+            /// Its name in tables and files; the unit of its values, empty where there is none; and
+            /// which of them are good.
+            const fn row(self) -> (&'static str, &'static str, Sense) {
+                match self {
+                    $(Check::$check => ($name, $unit, Sense::$sense)),*
+                }
+            }
+        }
+    };
+}
+
+checks! {
+    /// The file is of the format that is read here.
+    Format = "format", "", Holds;
+    /// The robot is the one the plan was made for: name, joint names in order, mass.
+    Robot = "robot", "", Holds;
+    /// The margins that the plan promises make sense.
+    Required = "required", "", Holds;
+    /// Surfaces and obstacles have distinct names, finite numbers and a body behind them.
+    Environment = "environment", "", Holds;
+    /// The plan says how many contact sets it has, and has so many.
+    PathLength = "path_length", "", Holds;
+    /// Vectors have the right length and hold numbers of a sane size.
+    Numbers = "numbers", "", Holds;
+    /// Patches, links and surfaces exist, and every contact is described in full.
+    Names = "names", "", Holds;
+    /// Quaternions have unit length.
+    Quaternion = "quaternion", "", AtMost;
+    /// A stance follows from the one before it by the one contact that it says.
+    Sequence = "sequence", "", Holds;
+    /// A contact that stays, stays where it was made.
+    Kept = "kept", "m", AtMost;
+    /// The last stance fulfils the goal.
+    Goal = "goal", "m", AtMost;
+    /// Joints are inside their limits by the margin.
+    JointLimit = "joint_limit", "rad", AtLeast;
+    /// The stated centre of mass is the robot's.
+    Com = "com", "m", AtMost;
+    /// Patches are where the posture puts them.
+    Pose = "pose", "m", AtMost;
+    /// Patch vertices lie in the plane of the surface.
+    Closure = "closure", "m", AtMost;
+    /// The patch's normal is that of the surface.
+    Normal = "normal", "rad", AtMost;
+    /// Patch vertices lie in the surface's polygon, inset.
+    Inclusion = "inclusion", "m", AtLeast;
+    /// Forces act inside the patch, shrunk by the margin of the centre of mass.
+    ForcePoint = "force_point", "m", AtLeast;
+    /// The contact that is made or broken bears nothing.
+    Unloaded = "unloaded", "N", AtMost;
+    /// Contacts push.
+    Unilateral = "unilateral", "N", AtLeast;
+    /// Forces lie in the friction cone.
+    Friction = "friction", "", AtMost;
+    /// The stated forces carry the weight.
+    BalanceForce = "balance_force", "", AtMost;
+    /// The stated forces have no moment about the centre of mass.
+    BalanceMoment = "balance_moment", "m", AtMost;
+    /// Joints hold the posture with the part of their torque that the plan allows.
+    Torque = "torque", "", AtMost;
+    /// Forces that balance the robot can be found from nothing but the contacts.
+    Equilibrium = "equilibrium", "", AtLeast;
+    /// The centre of mass may be elsewhere and the contacts still hold it.
+    ComMargin = "com_margin", "m", AtLeast;
+    /// Nothing but contacts is near the environment.
+    Clearance = "clearance", "m", AtLeast;
+    /// What touches does not sink in.
+    ContactDepth = "contact_depth", "m", AtLeast;
+    /// Parts of the robot are apart.
+    SelfClearance = "self_clearance", "m", AtLeast;
+    /// The motion is of the format that is read here, and whole.
+    MotionRecord = "motion_record", "", Holds;
+    /// The motion's phases lead from stance to stance on contacts that both have.
+    MotionPhases = "motion_phases", "", Holds;
+    /// Where phases meet at a stance, the motion is at its posture (m, rad).
+    MotionEnd = "motion_end", "", AtMost;
+    /// Joints keep to their speed limits (part of them).
+    MotionSpeed = "motion_speed", "", AtMost;
+    /// No body moves farther from one sample to the next than the robot is kept clear of things.
+    MotionStep = "motion_step", "m", AtMost;
+    /// What the plan says of its margins is not better than what is found.
+    StatedMargin = "stated_margin", "", AtMost;
+}
+
+impl Check {
     /// Its name in tables and files.
     pub fn name(self) -> &'static str {
-        match self {
-            Check::Format => "format",
-            Check::Robot => "robot",
-            Check::Required => "required",
-            Check::Environment => "environment",
-            Check::PathLength => "path_length",
-            Check::Numbers => "numbers",
-            Check::Names => "names",
-            Check::Quaternion => "quaternion",
-            Check::Sequence => "sequence",
-            Check::Kept => "kept",
-            Check::Goal => "goal",
-            Check::JointLimit => "joint_limit",
-            Check::Com => "com",
-            Check::Pose => "pose",
-            Check::Closure => "closure",
-            Check::Normal => "normal",
-            Check::Inclusion => "inclusion",
-            Check::ForcePoint => "force_point",
-            Check::Unloaded => "unloaded",
-            Check::Unilateral => "unilateral",
-            Check::Friction => "friction",
-            Check::BalanceForce => "balance_force",
-            Check::BalanceMoment => "balance_moment",
-            Check::Torque => "torque",
-            Check::Equilibrium => "equilibrium",
-            Check::ComMargin => "com_margin",
-            Check::Clearance => "clearance",
-            Check::ContactDepth => "contact_depth",
-            Check::SelfClearance => "self_clearance",
-            Check::MotionRecord => "motion_record",
-            Check::MotionPhases => "motion_phases",
-            Check::MotionEnd => "motion_end",
-            Check::MotionSpeed => "motion_speed",
-            Check::MotionStep => "motion_step",
-            Check::StatedMargin => "stated_margin",
-        }
+        self.row().0
     }
 
     /// The unit of its values; empty where there is none.
     pub fn unit(self) -> &'static str {
-        match self {
-            Check::JointLimit | Check::Normal => "rad",
-            Check::Kept
-            | Check::Goal
-            | Check::Com
-            | Check::Pose
-            | Check::Closure
-            | Check::Inclusion
-            | Check::ForcePoint
-            | Check::BalanceMoment
-            | Check::ComMargin
-            | Check::Clearance
-            | Check::ContactDepth
-            | Check::MotionStep
-            | Check::SelfClearance => "m",
-            Check::Unloaded | Check::Unilateral => "N",
-            _ => "",
-        }
+        self.row().1
     }
 
     /// Which values are good.
     pub fn sense(self) -> Sense {
-        match self {
-            Check::Quaternion
-            | Check::Kept
-            | Check::Goal
-            | Check::Com
-            | Check::Pose
-            | Check::Closure
-            | Check::Normal
-            | Check::Unloaded
-            | Check::Friction
-            | Check::BalanceForce
-            | Check::BalanceMoment
-            | Check::Torque
-            | Check::MotionEnd
-            | Check::MotionSpeed
-            | Check::MotionStep
-            | Check::StatedMargin => Sense::AtMost,
-            Check::JointLimit
-            | Check::Inclusion
-            | Check::ForcePoint
-            | Check::Unilateral
-            | Check::Equilibrium
-            | Check::ComMargin
-            | Check::Clearance
-            | Check::ContactDepth
-            | Check::SelfClearance => Sense::AtLeast,
-            Check::Format
-            | Check::Robot
-            | Check::Required
-            | Check::Environment
-            | Check::PathLength
-            | Check::Numbers
-            | Check::Names
-            | Check::MotionRecord
-            | Check::MotionPhases
-            | Check::Sequence => Sense::Holds,
+        self.row().2
+    }
+
+    /// By how much a value is on the good side of a bound.
+    pub(crate) fn margin(self, value: f64, bound: f64) -> f64 {
+        match self.sense() {
+            Sense::AtMost => bound - value,
+            _ => value - bound,
         }
     }
 }
@@ -238,5 +139,24 @@ impl Check {
 impl std::fmt::Display for Check {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.pad(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checks_are_called_in_files_as_they_are_here() {
+        for check in Check::ALL {
+            let mut name = String::new();
+            for letter in format!("{check:?}").chars() {
+                if letter.is_uppercase() && !name.is_empty() {
+                    name.push('_');
+                }
+                name.extend(letter.to_lowercase());
+            }
+            assert_eq!(check.name(), name);
+        }
     }
 }

@@ -2,49 +2,15 @@
 //! are apart.
 
 use nalgebra::{Matrix4, Vector3};
-use plan::Plan;
 use robot_model::collision::{Shape, ShapeGeometry};
 
+use crate::Check;
 use crate::distance::{Solid, signed_distance};
+use crate::extremes::Extremes;
 use crate::findings::Findings;
-use crate::motion::Extremes;
 use crate::posture::{Posture, column, point};
 use crate::scene::{Scene, Touch};
-use crate::surroundings::{Ball, Surroundings};
-use crate::{Check, Options};
-
-/// The worst of some values against their bounds.
-struct Worst {
-    margin: f64,
-    value: f64,
-    bound: f64,
-    subject: String,
-}
-
-impl Worst {
-    fn new(bound: f64) -> Self {
-        let value = f64::INFINITY;
-        Self {
-            margin: value,
-            value,
-            bound,
-            subject: String::new(),
-        }
-    }
-
-    fn add(&mut self, value: f64, bound: f64, subject: impl FnOnce() -> String) {
-        let margin = value - bound;
-        // What is not a number is the worst of all.
-        if margin.is_nan() || margin < self.margin {
-            *self = Self {
-                margin,
-                value,
-                bound,
-                subject: subject(),
-            };
-        }
-    }
-}
+use crate::surroundings::Ball;
 
 /// The smallest distances found in a stance, m.
 pub(crate) struct Nearest {
@@ -54,84 +20,41 @@ pub(crate) struct Nearest {
 
 /// The distances of one stance.
 pub(crate) fn check(
-    plan: &Plan,
+    scene: &Scene,
     posture: &Posture,
     touches: &[Touch],
-    surroundings: &Surroundings,
-    options: &Options,
     stance: usize,
     findings: &mut Findings,
 ) -> Nearest {
-    let shapes = posture.robot.collision.shapes();
-    let solids: Vec<Option<Solid>> = shapes
-        .iter()
-        .map(|shape| {
-            let pose = posture.X_WB.get(shape.body)? * shape.X_BG.to_homogeneous();
-            Some(solid(&shape.geometry, &pose))
-        })
-        .collect();
-
-    // Robot and environment.
-    let free_bound = plan.required.clearance_m - options.distance_m;
-    let mut free = Worst::new(free_bound);
-    let mut touching = Worst::new(-options.contact_depth_m);
-    for (shape, solid) in shapes.iter().zip(&solids) {
-        let Some(solid) = solid else { continue };
-        let ball = ball_around(posture, shape);
-        for body in &surroundings.bodies {
-            // What is farther than the worst so far, however it may be touched, cannot be the worst.
-            let least = ball.as_ref().map_or(0.0, |ball| body.bounds.least_m(ball));
-            let touch_bound = -options.contact_depth_m;
-            if least - free_bound > free.margin && least - touch_bound > touching.margin {
-                continue;
-            }
-            let rise = touches
-                .iter()
-                .filter(|touch| touch.patch.body == shape.body)
-                .filter_map(|touch| Some((body.rise_over(touch.face, options)?, touch)))
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            let subject = || format!("{} / {}", shape.link, body.name);
-            match rise {
-                Some((rise, touch)) => {
-                    let hint = column(&touch.face.X_WF.to_homogeneous(), 2);
-                    let distance = signed_distance(solid, &body.solid, &[hint]);
-                    touching.add(distance, -options.contact_depth_m - rise, subject);
-                }
-                None => free.add(
-                    signed_distance(solid, &body.solid, &[]),
-                    free_bound,
-                    subject,
-                ),
-            }
-        }
-    }
-
-    // The robot and itself.
-    let own_bound = plan.required.self_clearance_m - options.distance_m;
-    let mut own = Worst::new(own_bound);
-    for &(i, j) in posture.robot.collision.pairs() {
-        if let (Some(Some(a)), Some(Some(b))) = (solids.get(i), solids.get(j)) {
-            own.add(signed_distance(a, b, &[]), own_bound, || {
-                format!("{} / {}", shapes[i].link, shapes[j].link)
-            });
-        }
-    }
-
+    let mut worst = Extremes::default();
+    let bounds = Bounds::new(scene, scene.options.distance_m);
+    // Where nothing is near, that is what is found.
+    worst.add(Check::Clearance, f64::INFINITY, bounds.free, String::new);
+    worst.add(
+        Check::ContactDepth,
+        f64::INFINITY,
+        bounds.touching,
+        String::new,
+    );
+    worst.add(Check::SelfClearance, f64::INFINITY, bounds.own, String::new);
+    distances(
+        scene,
+        posture,
+        touches,
+        &bounds,
+        f64::INFINITY,
+        "",
+        &mut worst,
+    );
     let nearest = Nearest {
-        environment: free.value,
-        own: own.value,
+        environment: worst.value(Check::Clearance),
+        own: worst.value(Check::SelfClearance),
     };
-    for (check, worst) in [
-        (Check::Clearance, free),
-        (Check::ContactDepth, touching),
-        (Check::SelfClearance, own),
-    ] {
-        findings.value(Some(stance), check, worst.subject, worst.value, worst.bound);
-    }
+    worst.report(stance, findings);
     nearest
 }
 
-/// The distances of one sample of a motion, of what could be near.
+/// The distances of one sample of a motion, of what could be nearer than it may.
 pub(crate) fn along(
     scene: &Scene,
     posture: &Posture,
@@ -139,61 +62,103 @@ pub(crate) fn along(
     t_s: f64,
     worst: &mut Extremes,
 ) {
-    let (plan, options) = (scene.plan, scene.options);
+    let bounds = Bounds::new(scene, scene.options.motion_distance_m);
+    let at = format!(" at {t_s:.2} s");
+    distances(scene, posture, touches, &bounds, 0.0, &at, worst);
+}
+
+/// The least distances that are allowed, m.
+struct Bounds {
+    free: f64,
+    touching: f64,
+    own: f64,
+}
+
+impl Bounds {
+    fn new(scene: &Scene, slack_m: f64) -> Self {
+        let required = &scene.plan.required;
+        Self {
+            free: required.clearance_m - slack_m,
+            touching: -scene.options.contact_depth_m,
+            own: required.self_clearance_m - slack_m,
+        }
+    }
+}
+
+/// The worst distances, of what cannot be told to be farther than `beyond_m` over its bound.
+fn distances(
+    scene: &Scene,
+    posture: &Posture,
+    touches: &[Touch],
+    bounds: &Bounds,
+    beyond_m: f64,
+    at: &str,
+    worst: &mut Extremes,
+) {
     let shapes = posture.robot.collision.shapes();
-    let solids: Vec<Option<(Solid, Ball)>> = shapes
-        .iter()
-        .map(|shape| {
-            let pose = posture.X_WB.get(shape.body)? * shape.X_BG.to_homogeneous();
-            Some((solid(&shape.geometry, &pose), ball_around(posture, shape)?))
-        })
-        .collect();
-    let free_bound = plan.required.clearance_m - options.motion_distance_m;
-    let own_bound = plan.required.self_clearance_m - options.motion_distance_m;
-    let far = |a: &Ball, b: &Ball, bound: f64| (a.0 - b.0).norm() - a.1 - b.1 > bound;
+    let placed = |shape: &Shape| {
+        let pose = posture.X_WB.get(shape.body)? * shape.X_BG.to_homogeneous();
+        Some((solid(&shape.geometry, &pose), ball(&shape.geometry, &pose)))
+    };
+    let solids: Vec<Option<(Solid, Ball)>> = shapes.iter().map(placed).collect();
+
+    // Robot and environment.
     for (shape, solid) in shapes.iter().zip(&solids) {
         let Some((solid, ball)) = solid else { continue };
         for body in &scene.surroundings.bodies {
-            if body.bounds.least_m(ball) > free_bound {
+            // What is farther than the worst so far, however it may be touched, cannot be the worst.
+            let least = body.bounds.least_m(ball);
+            let is_better = least - bounds.free > worst.margin(Check::Clearance)
+                && least - bounds.touching > worst.margin(Check::ContactDepth);
+            if is_better || least - bounds.free > beyond_m {
                 continue;
             }
-            let subject = || format!("{} / {} at {t_s:.2} s", shape.link, body.name);
-            let rise = touches
+            let own = touches
                 .iter()
-                .filter(|touch| touch.patch.body == shape.body)
-                .filter_map(|touch| Some((body.rise_over(touch.face, options)?, touch)))
+                .filter(|touch| touch.patch.body == shape.body);
+            let rise = own
+                .filter_map(|touch| Some((body.rise_over(touch.face, scene.options)?, touch)))
                 .max_by(|a, b| a.0.total_cmp(&b.0));
+            let subject = || format!("{} / {}{at}", shape.link, body.name);
             match rise {
                 Some((rise, touch)) => {
                     let hint = column(&touch.face.X_WF.to_homogeneous(), 2);
                     let distance = signed_distance(solid, &body.solid, &[hint]);
-                    let bound = -options.contact_depth_m - rise;
-                    worst.add(Check::ContactDepth, distance, bound, subject);
+                    worst.add(
+                        Check::ContactDepth,
+                        distance,
+                        bounds.touching - rise,
+                        subject,
+                    );
                 }
                 None => {
                     let distance = signed_distance(solid, &body.solid, &[]);
-                    worst.add(Check::Clearance, distance, free_bound, subject);
+                    worst.add(Check::Clearance, distance, bounds.free, subject);
                 }
             }
         }
     }
+
+    // The robot and itself.
     for &(i, j) in posture.robot.collision.pairs() {
-        if let (Some(Some((a, ball_a))), Some(Some((b, ball_b)))) = (solids.get(i), solids.get(j))
-            && !far(ball_a, ball_b, own_bound)
-        {
+        let (Some(Some((a, ball_a))), Some(Some((b, ball_b)))) = (solids.get(i), solids.get(j))
+        else {
+            continue;
+        };
+        let least = (ball_a.0 - ball_b.0).norm() - ball_a.1 - ball_b.1;
+        if least - bounds.own <= beyond_m {
             let distance = signed_distance(a, b, &[]);
-            worst.add(Check::SelfClearance, distance, own_bound, || {
-                format!("{} / {} at {t_s:.2} s", shapes[i].link, shapes[j].link)
+            worst.add(Check::SelfClearance, distance, bounds.own, || {
+                format!("{} / {}{at}", shapes[i].link, shapes[j].link)
             });
         }
     }
 }
 
 /// A ball around a shape of the robot, in W.
-fn ball_around(posture: &Posture, shape: &Shape) -> Option<Ball> {
-    let pose = posture.X_WB.get(shape.body)? * shape.X_BG.to_homogeneous();
-    let (centre, half) = shape.geometry.bounds();
-    Some((point(&pose, &centre.coords), half.norm()))
+fn ball(geometry: &ShapeGeometry, pose: &Matrix4<f64>) -> Ball {
+    let (centre, half) = geometry.bounds();
+    (point(pose, &centre.coords), half.norm())
 }
 
 /// A shape of the robot in W; round ones, cylinders and boxes are centred in their frame, with
@@ -214,12 +179,9 @@ fn solid(geometry: &ShapeGeometry, pose: &Matrix4<f64>) -> Solid {
             Solid::widened(ends, &column(pose, 2), *radius_m)
         }
         ShapeGeometry::Box { half_extents_m: h } => {
-            let corners = [-1.0, 1.0].into_iter().flat_map(|i| {
-                [-1.0, 1.0]
-                    .into_iter()
-                    .flat_map(move |j| [-1.0, 1.0].map(|k| (i, j, k)))
-            });
-            Solid::hull(corners.map(|(i, j, k)| at(i * h.x, j * h.y, k * h.z)), 0.0)
+            let sign = |k: usize, bit: usize| if k & bit == 0 { -1.0 } else { 1.0 };
+            let corner = |k| at(sign(k, 1) * h.x, sign(k, 2) * h.y, sign(k, 4) * h.z);
+            Solid::hull((0..8).map(corner), 0.0)
         }
         ShapeGeometry::ConvexHull(hull) => {
             Solid::hull(hull.vertices().iter().map(|v| at(v.x, v.y, v.z)), 0.0)
@@ -235,6 +197,7 @@ mod tests {
     use robot_model::collision::{Hull, closest};
 
     use super::*;
+    use crate::Options;
 
     fn geometries() -> impl Strategy<Value = ShapeGeometry> {
         let size = 0.02..0.5;
@@ -267,14 +230,11 @@ mod tests {
     }
 
     fn poses() -> impl Strategy<Value = Isometry3<f64>> {
-        (
-            prop::array::uniform3(-0.8..0.8),
-            prop::array::uniform3(-2.0..2.0),
-        )
-            .prop_map(|(p, turn)| {
-                let turn = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
-                Isometry3::from_parts(Vector3::from(p).into(), turn)
-            })
+        let turn = prop::array::uniform3(-2.0..2.0);
+        (prop::array::uniform3(-0.8..0.8), turn).prop_map(|(p, turn)| {
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
+            Isometry3::from_parts(Vector3::from(p).into(), turn)
+        })
     }
 
     proptest! {

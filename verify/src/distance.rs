@@ -105,17 +105,10 @@ pub(crate) fn signed_distance(a: &Solid, b: &Solid, hints: &[Vector3<f64>]) -> f
         }
         b.core.local_support_point(-d).dot(d) - a.core.local_support_point(d).dot(d)
     };
-    let axes = [Vector::X, Vector::Y, Vector::Z];
-    let directions = axes
-        .into_iter()
-        .chain(hints.iter().map(vector))
-        .chain([start]);
-    let best = directions
-        .flat_map(|d| [d, -d])
-        .chain(way_out(&a.core, &b.core, start))
-        .map(gap)
-        .fold(f64::NEG_INFINITY, f64::max);
-    best - inflation
+    let axes = [Vector::X, Vector::Y, Vector::Z, start].into_iter();
+    let directions = axes.chain(hints.iter().map(vector)).flat_map(|d| [d, -d]);
+    let directions = directions.chain(way_out(&a.core, &b.core, start));
+    directions.map(gap).fold(f64::NEG_INFINITY, f64::max) - inflation
 }
 
 /// The direction in which EPA finds the least overlap.
@@ -155,10 +148,8 @@ mod tests {
     fn apart(a: &Solid, b: &Solid, expected: f64) {
         for (a, b) in [(a, b), (b, a)] {
             let found = signed_distance(a, b, &[]);
-            assert!(
-                (found - expected).abs() < 1e-9,
-                "{found}, expected {expected}"
-            );
+            let off = (found - expected).abs();
+            assert!(off < 1e-9, "{found}, expected {expected}");
         }
     }
 
@@ -177,10 +168,8 @@ mod tests {
         let ball = |x: f64, r: f64| Solid::hull([Vector3::new(x, 0.0, 0.0)], r);
         apart(&ball(0.0, 0.3), &ball(1.0, 0.2), 0.5);
         apart(&ball(0.0, 0.6), &ball(1.0, 0.6), -0.2);
-        let capsule = Solid::hull(
-            [Vector3::new(0.0, -1.0, 2.0), Vector3::new(0.0, 1.0, 2.0)],
-            0.25,
-        );
+        let ends = [-1.0, 1.0].map(|y| Vector3::new(0.0, y, 2.0));
+        let capsule = Solid::hull(ends, 0.25);
         apart(&ball(0.0, 0.5), &capsule, 1.25);
         apart(&cube([0.0; 3], 0.5), &capsule, 1.25);
     }
@@ -207,12 +196,9 @@ mod tests {
 
     #[test]
     fn a_sole_on_a_deep_body_touches_it() {
-        let floor = Solid::hull(
-            [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
-                .into_iter()
-                .flat_map(|[x, y]| [Vector3::new(x, y, 0.0), Vector3::new(x, y, -0.2)]),
-            0.0,
-        );
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].into_iter();
+        let points = corners.flat_map(|[x, y]| [0.0, -0.2].map(|z| Vector3::new(x, y, z)));
+        let floor = Solid::hull(points, 0.0);
         apart(&cube([0.3, 0.2, 0.05], 0.05), &floor, 0.0);
         apart(&cube([0.3, 0.2, 0.047], 0.05), &floor, -0.003);
     }

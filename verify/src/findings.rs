@@ -1,11 +1,25 @@
 //! Collects the rows while a plan is gone through.
 
 use crate::certificate::{CERTIFICATE_FORMAT, Certificate, Row, Summary};
-use crate::{Check, Options, Sense};
+use crate::{Check, Options};
 
 /// Whether the value is above the bound, or no number at all.
 pub(crate) fn exceeds(value: f64, bound: f64) -> bool {
     value.is_nan() || value > bound
+}
+
+/// A row without numbers.
+fn row(stance: Option<usize>, check: Check, subject: String, pass: bool, note: String) -> Row {
+    Row {
+        stance,
+        check,
+        subject,
+        value: None,
+        bound: None,
+        margin: None,
+        pass,
+        note,
+    }
 }
 
 /// Rows found so far.
@@ -24,27 +38,19 @@ impl Findings {
         value: f64,
         bound: f64,
     ) {
-        let margin = match check.sense() {
-            Sense::AtMost => bound - value,
-            _ => value - bound,
-        };
-        let finite = |x: f64| x.is_finite().then_some(x);
+        let margin = check.margin(value, bound);
         // An infinite distance from everything is no flaw; a NaN is.
         let pass = margin >= 0.0;
-        let note = if pass || finite(value).is_some() {
-            String::new()
-        } else {
-            format!("the value is {value}")
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let note = match pass || value.is_finite() {
+            true => String::new(),
+            false => format!("the value is {value}"),
         };
         self.rows.push(Row {
-            stance,
-            check,
-            subject: subject.into(),
             value: finite(value),
             bound: finite(bound),
             margin: finite(margin),
-            pass,
-            note,
+            ..row(stance, check, subject.into(), pass, note)
         });
     }
 
@@ -56,39 +62,22 @@ impl Findings {
         subject: impl Into<String>,
         note: impl Into<String>,
     ) {
-        self.rows.push(Row {
-            stance,
-            check,
-            subject: subject.into(),
-            value: None,
-            bound: None,
-            margin: None,
-            pass: false,
-            note: note.into(),
-        });
+        let flaw = row(stance, check, subject.into(), false, note.into());
+        self.rows.push(flaw);
     }
 
     /// The check holds unless a flaw of it was noted for the stance before.
     pub fn holds_unless_flawed(&mut self, stance: Option<usize>, check: Check) {
         if !self.flawed(stance, check) {
-            self.rows.push(Row {
-                stance,
-                check,
-                subject: String::new(),
-                value: None,
-                bound: None,
-                margin: None,
-                pass: true,
-                note: String::new(),
-            });
+            let (nothing, no_note) = (String::new(), String::new());
+            self.rows.push(row(stance, check, nothing, true, no_note));
         }
     }
 
     /// Whether the check failed in the stance.
     pub fn flawed(&self, stance: Option<usize>, check: Check) -> bool {
-        self.rows
-            .iter()
-            .any(|row| row.stance == stance && row.check == check && !row.pass)
+        let mut rows = self.rows.iter();
+        rows.any(|row| row.stance == stance && row.check == check && !row.pass)
     }
 
     /// The certificate of what was found.
@@ -99,10 +88,8 @@ impl Findings {
         stances: usize,
         options: &Options,
     ) -> Certificate {
-        let summary = Check::ALL
-            .into_iter()
-            .filter_map(|check| self.summarise(check))
-            .collect();
+        let checks = Check::ALL.iter();
+        let summary = checks.filter_map(|&check| self.summarise(check)).collect();
         Certificate {
             format: CERTIFICATE_FORMAT.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -121,11 +108,7 @@ impl Findings {
         // Failures before passes, then by margin; the first of equals. A row without a margin
         // has an infinite one when it passes and none at all when it fails.
         let badness = |row: &Row| {
-            let without = if row.pass {
-                f64::INFINITY
-            } else {
-                f64::NEG_INFINITY
-            };
+            let without = [f64::NEG_INFINITY, f64::INFINITY][usize::from(row.pass)];
             (row.pass, row.margin.unwrap_or(without))
         };
         let worst = rows.iter().min_by(|a, b| {

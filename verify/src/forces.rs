@@ -62,31 +62,20 @@ fn points(scene: &Scene, index: usize, touch: &Touch, findings: &mut Findings) {
     let ball = touch.patch.point_radius_m().and(touch.vertices_W.first());
     let off = |p: &[f64; 3]| ball.map(|touched| (Vector3::from(*p) - touched).norm());
     // Distance from the edge, or below zero the distance from the patch's plane.
-    let inside = touch
-        .stated
-        .force_points_W
-        .iter()
-        .map(|p| {
-            if let Some(off) = off(p) {
-                return -off;
-            }
-            let p = inverse_point(&touch.X_WC, &Vector3::from(*p));
-            let edge = -polygon::outside(&polygon, [p.x, p.y]);
-            if p.z.abs() > options.closure_m {
-                edge.min(-p.z.abs())
-            } else {
-                edge
-            }
-        })
-        .fold(f64::INFINITY, f64::min);
+    let inside = |p: &[f64; 3]| {
+        if let Some(off) = off(p) {
+            return -off;
+        }
+        let p = inverse_point(&touch.X_WC, &Vector3::from(*p));
+        let edge = -polygon::outside(&polygon, [p.x, p.y]);
+        let in_plane = p.z.abs() <= options.closure_m;
+        if in_plane { edge } else { edge.min(-p.z.abs()) }
+    };
+    let points = touch.stated.force_points_W.iter();
+    let least = points.map(inside).fold(f64::INFINITY, f64::min);
     let bound = shrunk_by(touch, scene.plan.required.com_m, options) - options.closure_m;
-    findings.value(
-        Some(index),
-        Check::ForcePoint,
-        &touch.stated.patch,
-        inside,
-        bound,
-    );
+    let (at, patch) = (Some(index), &touch.stated.patch);
+    findings.value(at, Check::ForcePoint, patch, least, bound);
 }
 
 /// A contact that is made or broken bears nothing.
@@ -94,23 +83,11 @@ fn unloaded(scene: &Scene, index: usize, touch: &Touch, weight: f64, findings: &
     if touch.stated.loaded {
         return;
     }
-    let most = norms(touch).fold(0.0, f64::max);
+    let forces = touch.stated.forces_W.iter();
+    let most = forces.map(|f| Vector3::from(*f).norm()).fold(0.0, f64::max);
     let bound = scene.options.force * weight;
-    findings.value(
-        Some(index),
-        Check::Unloaded,
-        &touch.stated.patch,
-        most,
-        bound,
-    );
-}
-
-fn norms<'a>(touch: &'a Touch) -> impl Iterator<Item = f64> + 'a {
-    touch
-        .stated
-        .forces_W
-        .iter()
-        .map(|f| Vector3::from(*f).norm())
+    let (at, patch) = (Some(index), &touch.stated.patch);
+    findings.value(at, Check::Unloaded, patch, most, bound);
 }
 
 /// Contacts push, inside the round friction cone; what part of the friction they use.
@@ -148,15 +125,13 @@ fn cones(
 
 /// Where each stated force acts and on which body; only loaded contacts bear.
 fn loads(touches: &[Touch]) -> Vec<Load> {
-    touches
-        .iter()
-        .filter(|t| t.stated.loaded)
-        .flat_map(|t| {
-            let body = t.patch.body;
-            let pairs = t.stated.force_points_W.iter().zip(&t.stated.forces_W);
-            pairs.map(move |(p, f)| (body, Vector3::from(*p), Vector3::from(*f)))
-        })
-        .collect()
+    let loaded = touches.iter().filter(|t| t.stated.loaded);
+    let loads = loaded.flat_map(|t| {
+        let body = t.patch.body;
+        let pairs = t.stated.force_points_W.iter().zip(&t.stated.forces_W);
+        pairs.map(move |(p, f)| (body, Vector3::from(*p), Vector3::from(*f)))
+    });
+    loads.collect()
 }
 
 /// The stated forces carry the weight and have no moment about the centre of mass.
@@ -174,21 +149,10 @@ fn balanced(
         force += f;
         moment += (p - posture.com_W).cross(&f);
     }
-    let bound = scene.options.balance;
-    findings.value(
-        Some(index),
-        Check::BalanceForce,
-        "",
-        force.norm() / weight,
-        bound,
-    );
-    findings.value(
-        Some(index),
-        Check::BalanceMoment,
-        "",
-        moment.norm() / weight,
-        bound,
-    );
+    let (at, bound) = (Some(index), scene.options.balance);
+    let (force, moment) = (force.norm() / weight, moment.norm() / weight);
+    findings.value(at, Check::BalanceForce, "", force, bound);
+    findings.value(at, Check::BalanceMoment, "", moment, bound);
 }
 
 /// The joint that uses most of its torque, and every one that uses too much.
@@ -201,23 +165,14 @@ fn torques(
 ) -> f64 {
     let loads = loads(touches);
     let bound = scene.plan.required.torque_use + scene.options.part;
-    let uses: Vec<(f64, &str)> = posture
-        .robot
-        .bodies
-        .iter()
-        .enumerate()
-        .skip(1)
-        .map(|(i, body)| {
-            let torque = posture.holding_torque(i, &loads).abs();
-            // No effort, no torque; nothing to hold is held by nothing.
-            let part = if torque == 0.0 {
-                0.0
-            } else {
-                torque / body.effort
-            };
-            (part, body.joint.as_str())
-        })
-        .collect();
+    let bodies = posture.robot.bodies.iter().enumerate().skip(1);
+    let uses = bodies.map(|(i, body)| {
+        let torque = posture.holding_torque(i, &loads).abs();
+        // No effort, no torque; nothing to hold is held by nothing.
+        let part = torque / body.effort;
+        (if torque == 0.0 { 0.0 } else { part }, body.joint.as_str())
+    });
+    let uses: Vec<(f64, &str)> = uses.collect();
     let too_much = |part| exceeds(part, bound);
     let most = uses.iter().max_by(|a, b| a.0.total_cmp(&b.0));
     let failed = uses.iter().filter(|(part, _)| too_much(*part));
@@ -239,16 +194,12 @@ fn found_again(
     let required = &scene.plan.required;
     let with_friction = |part: f64| -> Vec<Support> {
         let loaded = touches.iter().filter(|t| t.stated.loaded);
-        loaded
-            .map(|t| {
-                let axes = [0, 1, 2].map(|k| column(&t.X_WC, k));
-                Support {
-                    vertices: t.vertices_W.clone(),
-                    axes: Matrix3::from_columns(&axes),
-                    friction: part * t.stated.friction,
-                }
-            })
-            .collect()
+        let support = |t: &Touch| Support {
+            vertices: t.vertices_W.clone(),
+            axes: Matrix3::from_columns(&[0, 1, 2].map(|k| column(&t.X_WC, k))),
+            friction: part * t.stated.friction,
+        };
+        loaded.map(support).collect()
     };
 
     // Inside the friction that the plan allows itself.
@@ -294,14 +245,12 @@ fn promised_reach(scene: &Scene, touches: &[Touch]) -> f64 {
     if loaded.all(|t| t.patch.point_radius_m().is_some() && upward(t) > UPWARD_MIN) {
         return required.com_m;
     }
-    touches
-        .iter()
-        .filter(|t| t.stated.loaded)
-        .map(|t| {
-            let normal = column(&t.face.X_WF.to_homogeneous(), 2);
-            let (cos, sin) = (normal.z.abs(), normal.x.hypot(normal.y));
-            let lever = (cos + required.friction_use * t.stated.friction * sin).max(1.0);
-            shrunk_by(t, required.com_m, scene.options) / lever
-        })
-        .fold(f64::INFINITY, f64::min)
+    let reach = |t: &Touch| {
+        let normal = column(&t.face.X_WF.to_homogeneous(), 2);
+        let (cos, sin) = (normal.z.abs(), normal.x.hypot(normal.y));
+        let lever = (cos + required.friction_use * t.stated.friction * sin).max(1.0);
+        shrunk_by(t, required.com_m, scene.options) / lever
+    };
+    let loaded = touches.iter().filter(|t| t.stated.loaded);
+    loaded.map(reach).fold(f64::INFINITY, f64::min)
 }

@@ -17,14 +17,22 @@
 //!
 //! A plan that fails is told where: stance, contact or joint or pair, check, and by how much.
 //!
-//! ```no_run
-//! let robot = scenes::builtin_robot("hrp2").expect("it ships");
-//! let robot = robot.load(&robot_model::Config::default())?;
-//! let plan: plan::Plan = serde_json::from_slice(&std::fs::read("plan.json")?)?;
+//! ```
+//! let robot = scenes::builtin_robot("quadruped").expect("it ships").load(&Default::default())?;
+//! let plan: plan::Plan = serde_json::from_value(serde_json::json!({
+//!     "format": plan::PLAN_FORMAT, "program": {"name": "by hand", "version": "1"}, "scene": "none",
+//!     "seed": 0, "config": null, "inputs": [], "faces": [], "obstacles": [], "thin_body_m": 0.03,
+//!     "robot": {"name": "quadruped", "joint_names": robot.joint_names().collect::<Vec<_>>(),
+//!         "mass_kg": robot.mass_kg},
+//!     "required": {"friction_use": 0.8, "torque_use": 0.8, "joint_rad": 0.03, "clearance_m": 0.01,
+//!         "self_clearance_m": 0.005, "com_m": 0.03, "edge_sigmas": 2.0},
+//!     "goal": {"base_position_m": null, "tolerance_m": 0.1, "yaw_rad": null, "contacts": []},
+//!     "stances": [], "motion": null, "search": {"nodes_generated": 0, "nodes_expanded": 0,
+//!         "candidates_solved": 0, "path_stances": 0},
+//! }))?;
 //! let certificate = verify::verify(&plan, &robot, &verify::Options::default());
-//! for row in certificate.failures() {
-//!     println!("{}", row.sentence());
-//! }
+//! let failures: Vec<String> = certificate.failures().map(|row| row.sentence()).collect();
+//! assert_eq!(failures, ["plan: sequence does not hold: there are no stances"]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -32,7 +40,9 @@ mod balance;
 pub mod certificate;
 mod check;
 mod clearance;
+mod convex_parts;
 mod distance;
+mod extremes;
 mod findings;
 mod forces;
 mod motion;

@@ -58,26 +58,22 @@ pub(crate) fn to_origin(
 fn nearest_of_hull(points: &[Vector3<f64>]) -> (Vector3<f64>, Vec<Vector3<f64>>) {
     let mut best: Option<(f64, Vector3<f64>, Vec<Vector3<f64>>)> = None;
     for bits in 1..1_u32 << points.len().min(4) {
-        let subset: Vec<Vector3<f64>> = points
-            .iter()
-            .enumerate()
+        let subset = points.iter().enumerate();
+        let subset = subset
             .filter(|(k, _)| bits & (1 << k) != 0)
-            .map(|(_, p)| *p)
-            .collect();
+            .map(|(_, p)| *p);
+        let subset: Vec<Vector3<f64>> = subset.collect();
         if let Some(v) = foot_in_hull(&subset) {
-            let length = v.norm_squared();
-            if best
-                .as_ref()
-                .is_none_or(|(shortest, ..)| length < *shortest)
-            {
-                best = Some((length, v, subset));
+            let shortest = best.as_ref().map_or(f64::INFINITY, |best| best.0);
+            if v.norm_squared() < shortest {
+                best = Some((v.norm_squared(), v, subset));
             }
         }
     }
-    best.map_or_else(
-        || (Vector3::zeros(), points.to_vec()),
-        |(_, v, subset)| (v, subset),
-    )
+    match best {
+        Some((_, v, subset)) => (v, subset),
+        None => (Vector3::zeros(), points.to_vec()),
+    }
 }
 
 /// The foot of the perpendicular from the origin on the flat through the points, where it lies in
@@ -101,13 +97,8 @@ fn foot_in_hull(points: &[Vector3<f64>]) -> Option<Vector3<f64>> {
         _ => return None,
     };
     let inside = weights.iter().all(|x| *x >= 0.0) && weights.iter().sum::<f64>() <= 1.0;
-    inside.then(|| {
-        p + edges
-            .iter()
-            .zip(&weights)
-            .map(|(e, x)| e * *x)
-            .sum::<Vector3<f64>>()
-    })
+    let along = edges.iter().zip(&weights).map(|(e, x)| e * *x);
+    inside.then(|| p + along.sum::<Vector3<f64>>())
 }
 
 #[cfg(test)]
@@ -117,44 +108,31 @@ mod tests {
     fn nearest(points: &[[f64; 3]]) -> Nearest {
         let points: Vec<Vector3<f64>> = points.iter().map(|p| Vector3::from(*p)).collect();
         let support = |d: &Vector3<f64>| {
-            *points
-                .iter()
-                .max_by(|a, b| a.dot(d).total_cmp(&b.dot(d)))
-                .unwrap()
+            let farthest = points.iter().max_by(|a, b| a.dot(d).total_cmp(&b.dot(d)));
+            *farthest.unwrap()
         };
         to_origin(support, &Vector3::x())
     }
 
     #[test]
     fn corners_edges_and_faces() {
-        let corner = nearest(&[
-            [1.0, 2.0, 2.0],
-            [3.0, 3.0, 3.0],
-            [1.0, 4.0, 5.0],
-            [2.0, 2.0, 4.0],
-        ]);
-        assert!((corner.point.norm() - 3.0).abs() < 1e-12 && corner.at_least > 3.0 - 1e-9);
-        let edge = nearest(&[[1.0, -1.0, 0.0], [1.0, 2.0, 0.0], [2.0, 0.0, 1.0]]);
-        assert!((edge.point - Vector3::x()).norm() < 1e-12 && edge.at_least > 1.0 - 1e-9);
-        let face = nearest(&[
-            [-1.0, -1.0, 2.0],
-            [2.0, -1.0, 2.0],
-            [0.0, 2.0, 2.0],
-            [0.0, 0.0, 5.0],
-        ]);
-        assert!(
-            (face.point - Vector3::new(0.0, 0.0, 2.0)).norm() < 1e-12 && face.at_least > 2.0 - 1e-9
-        );
+        #[rustfmt::skip]
+        let bodies: [(&[[f64; 3]], [f64; 3]); 3] = [
+            (&[[1.0, 2.0, 2.0], [3.0, 3.0, 3.0], [1.0, 4.0, 5.0], [2.0, 2.0, 4.0]], [1.0, 2.0, 2.0]),
+            (&[[1.0, -1.0, 0.0], [1.0, 2.0, 0.0], [2.0, 0.0, 1.0]], [1.0, 0.0, 0.0]),
+            (&[[-1.0, -1.0, 2.0], [2.0, -1.0, 2.0], [0.0, 2.0, 2.0], [0.0, 0.0, 5.0]], [0.0, 0.0, 2.0]),
+        ];
+        for (points, expected) in bodies {
+            let (found, expected) = (nearest(points), Vector3::from(expected));
+            assert!((found.point - expected).norm() < 1e-12);
+            assert!(found.at_least > expected.norm() - 1e-9);
+        }
     }
 
     #[test]
     fn inside_is_at_no_distance() {
-        let inside = nearest(&[
-            [-1.0, -1.0, -1.0],
-            [2.0, -1.0, -1.0],
-            [0.0, 2.0, -1.0],
-            [0.0, 0.0, 5.0],
-        ]);
+        let below = [[-1.0, -1.0], [2.0, -1.0], [0.0, 2.0]].map(|[x, y]| [x, y, -1.0]);
+        let inside = nearest(&[&below[..], &[[0.0, 0.0, 5.0]]].concat());
         assert!(inside.at_least <= 0.0 && inside.point.norm() < 1e-12);
     }
 }

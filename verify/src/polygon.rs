@@ -38,10 +38,8 @@ pub(crate) fn centroid(polygon: &[[f64; 2]]) -> [f64; 2] {
 
 /// The edges, the closing one included.
 fn edges(polygon: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> + '_ {
-    polygon
-        .iter()
-        .copied()
-        .zip(polygon.iter().copied().cycle().skip(1))
+    let next = polygon.iter().copied().cycle().skip(1);
+    polygon.iter().copied().zip(next)
 }
 
 #[cfg(test)]

@@ -30,29 +30,23 @@ impl<'a> Posture<'a> {
             return None;
         }
         let mut X_WB: Vec<Matrix4<f64>> = Vec::with_capacity(robot.bodies.len());
-        X_WB.push(pose(
-            &[base[0], base[1], base[2]],
-            &[base[3], base[4], base[5], base[6]],
-        ));
+        let [x, y, z, qx, qy, qz, qw] = *base else {
+            return None;
+        };
+        X_WB.push(pose(&[x, y, z], &[qx, qy, qz, qw]));
         for (body, &value) in robot.bodies.iter().skip(1).zip(joints) {
             let parent = X_WB.get(body.parent?)?;
             let motion = match body.kind {
-                JointKind::Prismatic => translation(&(body.axis * value)),
+                JointKind::Prismatic => Matrix4::new_translation(&(body.axis * value)),
                 _ => rotation(&body.axis, value),
             };
             X_WB.push(parent * body.X_PJ.to_homogeneous() * motion);
         }
-        let coms_W: Vec<_> = X_WB
-            .iter()
-            .zip(&robot.bodies)
-            .map(|(X, body)| point(X, &body.com_B))
-            .collect();
+        let placed = X_WB.iter().zip(&robot.bodies);
+        let coms_W: Vec<_> = placed.map(|(X, body)| point(X, &body.com_B)).collect();
         let mass: f64 = robot.bodies.iter().map(|body| body.mass_kg).sum();
-        let sum: Vector3<f64> = coms_W
-            .iter()
-            .zip(&robot.bodies)
-            .map(|(c, body)| c * body.mass_kg)
-            .sum();
+        let moments = coms_W.iter().zip(&robot.bodies);
+        let sum: Vector3<f64> = moments.map(|(c, body)| c * body.mass_kg).sum();
         Some(Self {
             robot,
             X_WB,
@@ -63,12 +57,8 @@ impl<'a> Posture<'a> {
 
     /// The robot's weight, N.
     pub fn weight(&self) -> f64 {
-        self.robot
-            .bodies
-            .iter()
-            .map(|body| body.mass_kg)
-            .sum::<f64>()
-            * GRAVITY_M_S2
+        let masses = self.robot.bodies.iter().map(|body| body.mass_kg);
+        masses.sum::<f64>() * GRAVITY_M_S2
     }
 
     /// What the joint of `body` must exert to hold everything beyond it, N·m or N:
@@ -158,11 +148,8 @@ pub(crate) fn column(X: &Matrix4<f64>, axis: usize) -> Vector3<f64> {
 /// The angle of the rotation between two frames, rad.
 pub(crate) fn angle_between(a: &Matrix4<f64>, b: &Matrix4<f64>) -> f64 {
     let R = a.fixed_view::<3, 3>(0, 0).transpose() * b.fixed_view::<3, 3>(0, 0);
-    let sine = Vector3::new(
-        R[(2, 1)] - R[(1, 2)],
-        R[(0, 2)] - R[(2, 0)],
-        R[(1, 0)] - R[(0, 1)],
-    );
+    let sine = [(2, 1), (0, 2), (1, 0)].map(|(i, j)| R[(i, j)] - R[(j, i)]);
+    let sine = Vector3::from(sine);
     (0.5 * sine.norm()).atan2(0.5 * (R.trace() - 1.0))
 }
 
@@ -171,10 +158,6 @@ fn rotation(axis: &Vector3<f64>, angle: f64) -> Matrix4<f64> {
     let K = axis.cross_matrix();
     let R = Matrix3::identity() + K * angle.sin() + K * K * (1.0 - angle.cos());
     R.to_homogeneous()
-}
-
-fn translation(p: &Vector3<f64>) -> Matrix4<f64> {
-    Matrix4::new_translation(p)
 }
 
 #[cfg(test)]
@@ -194,23 +177,15 @@ mod tests {
     /// Base anywhere and turned anyhow, joints within their limits.
     fn configurations() -> impl Strategy<Value = Vec<f64>> {
         let robot = robot();
-        let joints: Vec<_> = robot
-            .bodies
-            .iter()
-            .skip(1)
-            .map(|body| body.lower..=body.upper)
-            .collect();
+        let bodies = robot.bodies.iter().skip(1);
+        let joints: Vec<_> = bodies.map(|body| body.lower..=body.upper).collect();
         let base = prop::array::uniform3(-2.0..2.0);
-        let turn = prop::array::uniform4(-1.0..1.0_f64)
-            .prop_filter("too short to normalise", |q| {
-                q.iter().map(|x| x * x).sum::<f64>() > 0.1
-            });
-        (base, turn, joints).prop_map(|(p, turn, joints)| {
-            let norm = turn.iter().map(|x| x * x).sum::<f64>().sqrt();
-            p.into_iter()
-                .chain(turn.map(|x| x / norm))
-                .chain(joints)
-                .collect()
+        let norm = |q: &[f64; 4]| q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let turn = prop::array::uniform4(-1.0..1.0_f64);
+        let turn = turn.prop_filter("too short to normalise", move |q| norm(q) > 0.3);
+        (base, turn, joints).prop_map(move |(p, turn, joints)| {
+            let unit = turn.map(|x| x / norm(&turn));
+            [&p[..], &unit, &joints].concat()
         })
     }
 
@@ -260,10 +235,8 @@ mod tests {
         let robot = robot();
         let right = 7 + robot.bodies.len() - 1;
         for length in [0, 6, 7, right - 1, right + 1] {
-            assert!(
-                Posture::new(&robot, &vec![0.5; length]).is_none(),
-                "{length}"
-            );
+            let posture = Posture::new(&robot, &vec![0.5; length]);
+            assert!(posture.is_none(), "{length}");
         }
     }
 

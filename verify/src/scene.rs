@@ -21,6 +21,19 @@ pub(crate) struct Touch<'a> {
     pub vertices_W: Vec<Vector3<f64>>,
 }
 
+impl<'a> Scene<'a> {
+    /// The patch and the face that a contact names.
+    pub fn named(&self, contact: &Contact) -> Option<(&'a ContactPatch, &'a Face)> {
+        let patch = self
+            .robot
+            .patches
+            .iter()
+            .find(|p| p.name == contact.patch)?;
+        let face = self.plan.faces.iter().find(|f| f.id == contact.face)?;
+        Some((patch, face))
+    }
+}
+
 /// What all stances share.
 pub(crate) struct Scene<'a> {
     pub plan: &'a Plan,

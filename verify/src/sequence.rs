@@ -28,16 +28,11 @@ pub(crate) fn check(plan: &Plan, options: &Options, findings: &mut Findings) {
             findings.flaw(at, Check::Sequence, "", note);
         }
         if stance.change == Change::Goal && index + 1 != plan.stances.len() {
-            findings.flaw(
-                at,
-                Check::Sequence,
-                "",
-                "the goal is reached before the last stance",
-            );
+            let note = "the goal is reached before the last stance";
+            findings.flaw(at, Check::Sequence, "", note);
         }
         kept(index, stance, &held, options, findings);
-        let next = follow(index, stance, &held, findings);
-        held = next;
+        held = follow(index, stance, &held, findings);
         findings.holds_unless_flawed(at, Check::Sequence);
     }
     goal(plan, &held, options, findings);
@@ -52,10 +47,10 @@ fn follow<'a>(
 ) -> Held<'a> {
     let mut next = held.clone();
     // What must be listed: patch → (face, loaded).
-    let mut expected: BTreeMap<&str, (&FaceId, bool)> = held
+    let listed = held
         .iter()
-        .map(|(patch, (face, _))| (*patch, (*face, true)))
-        .collect();
+        .map(|(patch, (face, _))| (*patch, (*face, true)));
+    let mut expected: BTreeMap<&str, (&FaceId, bool)> = listed.collect();
     let mut flaw = |subject: &str, note: String| {
         findings.flaw(Some(index), Check::Sequence, subject, note);
     };
@@ -77,12 +72,8 @@ fn follow<'a>(
                 flaw(patch, format!("is added, but touches {already} already"));
             }
             expected.insert(patch, (face, false));
-            let made = stance
-                .contacts
-                .iter()
-                .find(|c| c.patch == *patch)
-                .map(stated_pose);
-            next.insert(patch, (face, made));
+            let made = stance.contacts.iter().find(|c| c.patch == *patch);
+            next.insert(patch, (face, made.map(stated_pose)));
         }
         Change::Remove { patch, face } => {
             match held.get(patch.as_str()) {
@@ -157,12 +148,9 @@ fn goal(plan: &Plan, held: &Held, options: &Options, findings: &mut Findings) {
     };
     if let Some(wanted) = &goal.base_position_m {
         // Over the coordinates that are wanted.
-        let off = wanted
-            .iter()
-            .zip([x, y, z])
-            .filter_map(|(wanted, is)| wanted.map(|w| (w - is).powi(2)))
-            .sum::<f64>()
-            .sqrt();
+        let squares = wanted.iter().zip([x, y, z]);
+        let squares = squares.filter_map(|(wanted, is)| wanted.map(|w| (w - is).powi(2)));
+        let off = squares.sum::<f64>().sqrt();
         let bound = goal.tolerance_m + options.distance_m;
         findings.value(at, Check::Goal, "base position", off, bound);
     }
@@ -176,17 +164,12 @@ fn goal(plan: &Plan, held: &Held, options: &Options, findings: &mut Findings) {
         }
     }
     for contact in &goal.contacts {
-        match held.get(contact.patch.as_str()) {
-            Some((face, _)) if **face == contact.face => {}
-            Some((face, _)) => {
-                let note = format!("is on {face}, not on {}", contact.face);
-                findings.flaw(at, Check::Goal, &contact.patch, note);
-            }
-            None => {
-                let note = format!("does not touch {}", contact.face);
-                findings.flaw(at, Check::Goal, &contact.patch, note);
-            }
-        }
+        let note = match held.get(contact.patch.as_str()) {
+            Some((face, _)) if **face == contact.face => continue,
+            Some((face, _)) => format!("is on {face}, not on {}", contact.face),
+            None => format!("does not touch {}", contact.face),
+        };
+        findings.flaw(at, Check::Goal, &contact.patch, note);
     }
     findings.holds_unless_flawed(at, Check::Goal);
 }

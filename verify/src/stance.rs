@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use nalgebra::Vector3;
-use plan::Stance;
+use plan::{Contact, Stance};
 
 use crate::clearance::{self, Nearest};
 use crate::findings::Findings;
@@ -19,12 +19,8 @@ pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut
         return;
     }
     let Some(posture) = Posture::new(scene.robot, &stance.q) else {
-        findings.flaw(
-            at,
-            Check::Numbers,
-            "q",
-            "the robot has another number of joints",
-        );
+        let note = "the robot has another number of joints";
+        findings.flaw(at, Check::Numbers, "q", note);
         return;
     };
     let touches = place(scene, stance, &posture);
@@ -37,48 +33,32 @@ pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut
         contact(scene, index, touch, findings);
     }
     let used = forces::check(scene, index, &posture, &touches, findings);
-    let nearest = clearance::check(
-        scene.plan,
-        &posture,
-        &touches,
-        &scene.surroundings,
-        scene.options,
-        index,
-        findings,
-    );
+    let nearest = clearance::check(scene, &posture, &touches, index, findings);
     stated_margins(scene, index, stance, &used, &nearest, findings);
 }
 
 /// The contacts with what they refer to, which [`well_formed::check`] has found to exist.
 fn place<'a>(scene: &Scene<'a>, stance: &'a Stance, posture: &Posture) -> Vec<Touch<'a>> {
-    let (plan, robot) = (scene.plan, scene.robot);
-    stance
-        .contacts
-        .iter()
-        .filter_map(|stated| {
-            let patch = robot.patches.iter().find(|p| p.name == stated.patch)?;
-            let face = plan.faces.iter().find(|f| f.id == stated.face)?;
-            let mut X_WC = posture.X_WB.get(patch.body)? * patch.X_BC.to_homogeneous();
-            let radius = patch.point_radius_m();
-            if radius.is_some() {
-                let axes = face.X_WF.rotation.to_rotation_matrix();
-                X_WC.fixed_view_mut::<3, 3>(0, 0).copy_from(axes.matrix());
-            }
-            let below = -radius.unwrap_or(0.0);
-            let vertices_W = patch
-                .polygon
-                .iter()
-                .map(|v| point(&X_WC, &Vector3::new(v.x, v.y, below)))
-                .collect();
-            Some(Touch {
-                stated,
-                patch,
-                face,
-                X_WC,
-                vertices_W,
-            })
+    let touch = |stated: &'a Contact| {
+        let (patch, face) = scene.named(stated)?;
+        let mut X_WC = posture.X_WB.get(patch.body)? * patch.X_BC.to_homogeneous();
+        let radius = patch.point_radius_m();
+        if radius.is_some() {
+            let axes = face.X_WF.rotation.to_rotation_matrix();
+            X_WC.fixed_view_mut::<3, 3>(0, 0).copy_from(axes.matrix());
+        }
+        let below = -radius.unwrap_or(0.0);
+        let vertices = patch.polygon.iter();
+        let vertices = vertices.map(|v| point(&X_WC, &Vector3::new(v.x, v.y, below)));
+        Some(Touch {
+            stated,
+            patch,
+            face,
+            vertices_W: vertices.collect(),
+            X_WC,
         })
-        .collect()
+    };
+    stance.contacts.iter().filter_map(touch).collect()
 }
 
 fn quaternions(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
@@ -98,23 +78,19 @@ fn quaternions(scene: &Scene, index: usize, stance: &Stance, findings: &mut Find
 /// The joint that is nearest to a limit, and every one that is too near.
 fn joint_limits(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
     let bound = scene.plan.required.joint_rad - scene.options.joint_rad;
-    let joints = stance.q.get(7..).unwrap_or_default();
-    let distances: Vec<(f64, &str)> = scene
-        .robot
-        .bodies
-        .iter()
-        .skip(1)
-        .zip(joints)
-        .map(|(body, q)| ((q - body.lower).min(body.upper - q), body.joint.as_str()))
-        .collect();
+    let distances: Vec<(f64, &str)> = to_limits(scene, stance).collect();
     let nearest = distances.iter().min_by(|a, b| a.0.total_cmp(&b.0));
     let too_near = distances.iter().filter(|(d, _)| *d < bound);
-    let rows: Vec<_> = too_near
-        .chain(nearest.filter(|(d, _)| *d >= bound))
-        .collect();
-    for (distance, joint) in rows {
+    for (distance, joint) in too_near.chain(nearest.filter(|(d, _)| *d >= bound)) {
         findings.value(Some(index), Check::JointLimit, *joint, *distance, bound);
     }
+}
+
+/// How far each joint is from its nearer limit, and its name.
+fn to_limits<'a>(scene: &Scene<'a>, stance: &Stance) -> impl Iterator<Item = (f64, &'a str)> {
+    let joints = stance.q.get(7..).unwrap_or_default();
+    let bodies = scene.robot.bodies.iter().skip(1).zip(joints);
+    bodies.map(|(body, q)| ((q - body.lower).min(body.upper - q), body.joint.as_str()))
 }
 
 /// Where one contact is, on its face and in the file.
@@ -132,21 +108,13 @@ fn contact(scene: &Scene, index: usize, touch: &Touch, findings: &mut Findings) 
     findings.value(at, Check::Pose, name, off, options.closure_m);
     let turned = angle_between(&X_stated, &touch.X_WC);
     if turned > options.pose_rad {
-        let most = options.pose_rad;
-        findings.flaw(
-            at,
-            Check::Pose,
-            name,
-            format!("turned by {turned:.4} rad, {most} allowed"),
-        );
+        let note = format!("turned by {turned:.4} rad, {} allowed", options.pose_rad);
+        findings.flaw(at, Check::Pose, name, note);
     }
 
     // Plane, normal, polygon.
-    let in_face: Vec<Vector3<f64>> = touch
-        .vertices_W
-        .iter()
-        .map(|p| inverse_point(&X_WF, p))
-        .collect();
+    let in_face = touch.vertices_W.iter().map(|p| inverse_point(&X_WF, p));
+    let in_face: Vec<Vector3<f64>> = in_face.collect();
     let height = in_face.iter().map(|p| p.z.abs()).fold(0.0, f64::max);
     findings.value(at, Check::Closure, name, height, options.closure_m);
     // A ball may be turned as it likes.
@@ -170,26 +138,16 @@ fn stated_margins(
     findings: &mut Findings,
 ) {
     let stated = &stance.margins;
-    let joints = stance.q.get(7..).unwrap_or_default();
-    let joint = scene
-        .robot
-        .bodies
-        .iter()
-        .skip(1)
-        .zip(joints)
-        .map(|(body, q)| (q - body.lower).min(body.upper - q))
-        .fold(f64::INFINITY, f64::min);
+    let joints = to_limits(scene, stance).map(|(distance, _)| distance);
+    let joint = joints.fold(f64::INFINITY, f64::min);
     // How much better than found, and how much of that is arithmetic, for each. A margin that is
     // better than stated is no flaw: the bodies that it was measured from may be larger.
     let options = scene.options;
     let clearance = stated.clearance_m.map_or(0.0, |s| s - nearest.environment);
     let own = stated.self_clearance_m.map_or(0.0, |s| s - nearest.own);
+    let friction = used.friction - stated.friction_use;
     let better = [
-        (
-            "friction_use",
-            used.friction - stated.friction_use,
-            options.part,
-        ),
+        ("friction_use", friction, options.part),
         ("torque_use", used.torque - stated.torque_use, options.part),
         ("joint_rad", stated.joint_rad - joint, options.joint_rad),
         ("clearance_m", clearance, options.distance_m),

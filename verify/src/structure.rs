@@ -22,11 +22,8 @@ pub(crate) fn check(
     same_robot(plan, robot, findings);
     required(plan, options, findings);
     environment(plan, options, findings);
-    let sets = plan
-        .stances
-        .iter()
-        .filter(|s| s.change != Change::Goal)
-        .count();
+    let sets = plan.stances.iter().filter(|s| s.change != Change::Goal);
+    let sets = sets.count();
     if plan.search.path_stances != sets {
         let note = format!("{} stated, the plan has {sets}", plan.search.path_stances);
         findings.flaw(None, Check::PathLength, "", note);
@@ -47,27 +44,15 @@ fn same_robot(plan: &Plan, robot: &Robot, findings: &mut Findings) {
     let mut flaw = |note: String| findings.flaw(None, Check::Robot, "", note);
     let stated = &plan.robot;
     if stated.name != robot.name {
-        flaw(format!(
-            "the plan is for {:?}, the robot is {:?}",
-            stated.name, robot.name
-        ));
+        let (meant, given) = (&stated.name, &robot.name);
+        flaw(format!("the plan is for {meant:?}, the robot is {given:?}"));
     }
-    let joints: Vec<&str> = robot
-        .bodies
-        .iter()
-        .skip(1)
-        .map(|b| b.joint.as_str())
-        .collect();
+    let joints: Vec<&str> = (robot.bodies.iter().skip(1).map(|b| b.joint.as_str())).collect();
+    let mut pairs = stated.joint_names.iter().zip(&joints).enumerate();
     if stated.joint_names.len() != joints.len() {
         let (s, r) = (stated.joint_names.len(), joints.len());
         flaw(format!("the plan has {s} joints, the robot {r}"));
-    } else if let Some((k, (s, r))) = stated
-        .joint_names
-        .iter()
-        .zip(&joints)
-        .enumerate()
-        .find(|(_, (s, r))| s != *r)
-    {
+    } else if let Some((k, (s, r))) = pairs.find(|(_, (s, r))| s != *r) {
         flaw(format!(
             "joint {k} is {s:?} in the plan, {r:?} in the robot"
         ));
@@ -75,9 +60,9 @@ fn same_robot(plan: &Plan, robot: &Robot, findings: &mut Findings) {
     let mass: f64 = robot.bodies.iter().map(|b| b.mass_kg).sum();
     // A part in a million: the mass is a sum that may be rounded, nothing else.
     if exceeds((stated.mass_kg - mass).abs(), 1e-6 * mass) {
+        let meant = stated.mass_kg;
         flaw(format!(
-            "the plan's robot weighs {} kg, the robot {mass} kg",
-            stated.mass_kg
+            "the plan's robot weighs {meant} kg, the robot {mass} kg"
         ));
     }
 }
@@ -86,12 +71,8 @@ fn same_robot(plan: &Plan, robot: &Robot, findings: &mut Findings) {
 fn required(plan: &Plan, options: &Options, findings: &mut Findings) {
     let required = &plan.required;
     let mut flaw = |name: &str, value: f64, allowed: String| {
-        findings.flaw(
-            None,
-            Check::Required,
-            name,
-            format!("{value} is not in {allowed}"),
-        );
+        let note = format!("{value} is not in {allowed}");
+        findings.flaw(None, Check::Required, name, note);
     };
     for (name, value) in [
         ("friction_use", required.friction_use),
@@ -118,13 +99,12 @@ fn required(plan: &Plan, options: &Options, findings: &mut Findings) {
     }
     let [thinnest, thickest] = options.thin_body_m;
     if !(thinnest..=thickest).contains(&plan.thin_body_m) {
-        flaw(
-            "thin_body_m",
-            plan.thin_body_m,
-            format!("[{thinnest}, {thickest}]"),
-        );
+        let allowed = format!("[{thinnest}, {thickest}]");
+        flaw("thin_body_m", plan.thin_body_m, allowed);
     }
 }
+
+const INSANE: &str = "a coordinate is not finite or out of all proportion";
 
 /// Faces and obstacles are distinct and drawn with finite numbers.
 fn environment(plan: &Plan, options: &Options, findings: &mut Findings) {
@@ -146,10 +126,7 @@ fn environment(plan: &Plan, options: &Options, findings: &mut Findings) {
         let mut vertices = rings.iter().flat_map(|ring| &ring.vertices);
         let finite = vertices.all(|v| sane(v.x) && sane(v.y));
         if !(pose.translation.vector.iter().all(|x| sane(*x)) && finite && sane(face.depth_m)) {
-            flaw(
-                id,
-                "a coordinate is not finite or out of all proportion".to_owned(),
-            );
+            flaw(id, INSANE.to_owned());
         }
         let norm = pose.rotation.coords.norm();
         // Poses of faces are read as unit quaternions.
@@ -177,16 +154,9 @@ fn environment(plan: &Plan, options: &Options, findings: &mut Findings) {
         if obstacle.points_W.is_empty() {
             flaw(id, "has no points".to_owned());
         }
-        if !obstacle
-            .points_W
-            .iter()
-            .flat_map(|p| p.coords.iter())
-            .all(|x| sane(*x))
-        {
-            flaw(
-                id,
-                "a coordinate is not finite or out of all proportion".to_owned(),
-            );
+        let mut coordinates = obstacle.points_W.iter().flat_map(|p| p.coords.iter());
+        if !coordinates.all(|x| sane(*x)) {
+            flaw(id, INSANE.to_owned());
         }
     }
 }

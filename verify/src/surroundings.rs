@@ -4,9 +4,10 @@ use nalgebra::{Matrix4, Vector3};
 use plan::Plan;
 use surfaces::{Face, Source};
 
+use crate::Options;
+use crate::convex_parts::convex_parts;
 use crate::distance::Solid;
 use crate::posture::{inverse_point, point};
-use crate::{Options, region};
 
 /// Everything that is not the robot, in W.
 pub(crate) struct Surroundings {
@@ -45,28 +46,21 @@ impl Surroundings {
         for face in plan.faces.iter().filter(has_own) {
             let pose = face.X_WF.to_homogeneous();
             let depth = plan.thin_body_m.max(face.depth_m);
-            for part in region::convex_parts(face) {
+            for part in convex_parts(face) {
                 let at = |z: f64| {
                     let corners = part.iter().map(|p| point(&pose, &p.push(z)));
                     corners.collect::<Vec<_>>()
                 };
                 let points = [at(0.0), at(-depth)].concat();
-                add(
-                    format!("face {}", face.id),
-                    Some(face.id.to_string()),
-                    &pose,
-                    points,
-                );
+                let name = format!("face {}", face.id);
+                add(name, Some(face.id.to_string()), &pose, points);
             }
         }
         for obstacle in &plan.obstacles {
             let points = obstacle.points_W.iter().map(|p| p.coords).collect();
-            add(
-                format!("obstacle {}", obstacle.id),
-                obstacle.surface.clone(),
-                &Matrix4::identity(),
-                points,
-            );
+            let name = format!("obstacle {}", obstacle.id);
+            let frame = Matrix4::identity();
+            add(name, obstacle.surface.clone(), &frame, points);
         }
         Self { bodies }
     }
@@ -80,11 +74,8 @@ impl Body {
             return Some(0.0);
         }
         let plane = touched.X_WF.to_homogeneous();
-        let rise = self
-            .points
-            .iter()
-            .map(|p| inverse_point(&plane, p).z)
-            .fold(f64::NEG_INFINITY, f64::max);
+        let heights = self.points.iter().map(|p| inverse_point(&plane, p).z);
+        let rise = heights.fold(f64::NEG_INFINITY, f64::max);
         (rise <= options.same_plane_m).then_some(rise.max(0.0))
     }
 }

@@ -7,43 +7,29 @@ use crate::Check;
 use crate::findings::Findings;
 use crate::scene::Scene;
 
+const INSANE: &str = "a value is not finite or out of all proportion";
+
 /// Whether the stance can be gone through at all: lengths, finite numbers, known names.
 pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) -> bool {
     let at = Some(index);
-    let sane = |values: &[f64]| {
-        values
-            .iter()
-            .all(|x| x.is_finite() && x.abs() <= scene.options.extent_m)
-    };
+    let extent = scene.options.extent_m;
+    let sane = |values: &[f64]| values.iter().all(|x| x.is_finite() && x.abs() <= extent);
+    let mut flaw = |subject: &str, note: &str| findings.flaw(at, Check::Numbers, subject, note);
     let wanted = scene.robot.bodies.len() + 6;
     if stance.q.len() != wanted {
-        let note = format!("{} values, {wanted} wanted", stance.q.len());
-        findings.flaw(at, Check::Numbers, "q", note);
+        flaw("q", &format!("{} values, {wanted} wanted", stance.q.len()));
     } else if !sane(&stance.q) {
-        findings.flaw(
-            at,
-            Check::Numbers,
-            "q",
-            "a value is not finite or out of all proportion",
-        );
+        flaw("q", INSANE);
     } else if stance.q[3..7].iter().all(|x| x.abs() < 1e-3) {
-        findings.flaw(at, Check::Numbers, "q", "the quaternion is zero");
+        flaw("q", "the quaternion is zero");
     }
     if !sane(&stance.com_W) {
-        findings.flaw(
-            at,
-            Check::Numbers,
-            "com_W",
-            "a value is not finite or out of all proportion",
-        );
+        flaw("com_W", INSANE);
     }
     for (k, contact) in stance.contacts.iter().enumerate() {
         let points = contact.vertices_W.iter().chain(&contact.force_points_W);
         // Forces have no extent, but no robot here weighs 1e7 N either.
-        let forces = contact
-            .forces_W
-            .iter()
-            .all(|f| f.iter().all(|x| x.abs() <= 1e7));
+        let forces = contact.forces_W.iter().flatten().all(|x| x.abs() <= 1e7);
         let quaternion = &contact.X_WC.quat_xyzw;
         if !(sane(&contact.X_WC.p)
             && sane(quaternion)
@@ -51,8 +37,7 @@ pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut
             && forces
             && contact.friction.is_finite())
         {
-            let note = "a value is not finite or out of all proportion";
-            findings.flaw(at, Check::Numbers, &contact.patch, note);
+            findings.flaw(at, Check::Numbers, &contact.patch, INSANE);
         } else if quaternion.iter().all(|x| x.abs() < 1e-3) {
             findings.flaw(at, Check::Numbers, &contact.patch, "the quaternion is zero");
         }
@@ -73,23 +58,14 @@ fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut 
     };
     match scene.robot.patches.iter().find(|p| p.name == contact.patch) {
         None => {
-            let known: Vec<&str> = scene
-                .robot
-                .patches
-                .iter()
-                .map(|p| p.name.as_str())
-                .collect();
-            flaw(format!(
-                "the robot has no such patch; it has {}",
-                known.join(", ")
-            ));
+            let known = scene.robot.patches.iter().map(|p| p.name.as_str());
+            let known = known.collect::<Vec<_>>().join(", ");
+            flaw(format!("the robot has no such patch; it has {known}"));
         }
         Some(patch) => {
             if patch.link != contact.link {
-                flaw(format!(
-                    "is on link {}, not on {}",
-                    patch.link, contact.link
-                ));
+                let (real, stated) = (&patch.link, &contact.link);
+                flaw(format!("is on link {real}, not on {stated}"));
             }
             if patch.polygon.len() != contact.vertices_W.len() {
                 let (stated, real) = (contact.vertices_W.len(), patch.polygon.len());
@@ -100,12 +76,8 @@ fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut 
     if !scene.plan.faces.iter().any(|s| s.id == contact.face) {
         flaw(format!("there is no face {}", contact.face));
     }
-    if stance
-        .contacts
-        .iter()
-        .take(k)
-        .any(|other| other.patch == contact.patch)
-    {
+    let before = &stance.contacts[..k];
+    if before.iter().any(|other| other.patch == contact.patch) {
         flaw("is listed twice".to_owned());
     }
     let (points, forces) = (contact.force_points_W.len(), contact.forces_W.len());
@@ -113,23 +85,15 @@ fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut 
         flaw(format!("{forces} forces at {points} points"));
     }
     if !(contact.friction > 0.0 && contact.friction <= scene.options.friction_max) {
-        let most = scene.options.friction_max;
-        flaw(format!(
-            "friction {} is not in (0, {most}]",
-            contact.friction
-        ));
+        let (friction, most) = (contact.friction, scene.options.friction_max);
+        flaw(format!("friction {friction} is not in (0, {most}]"));
     }
     // One pair, one coefficient, in whichever stance.
-    let elsewhere = scene
-        .plan
-        .stances
-        .iter()
-        .flat_map(|s| &s.contacts)
-        .find(|other| {
-            other.patch == contact.patch
-                && other.face == contact.face
-                && other.friction != contact.friction
-        });
+    let mut all = scene.plan.stances.iter().flat_map(|s| &s.contacts);
+    let elsewhere = all.find(|other| {
+        let same = other.patch == contact.patch && other.face == contact.face;
+        same && other.friction != contact.friction
+    });
     if let Some(other) = elsewhere {
         flaw(format!(
             "friction {} on {}, but {} in another stance",

@@ -28,7 +28,7 @@ pub struct Agreement {
 impl Agreement {
     /// The disagreement of `pair` at the mount `X_RV`.
     ///
-    /// Source: [chai2015] Section 5.2, Fig. 16.
+    /// Source: \[chai2015\] Section 5.2, Fig. 16.
     pub fn of(pair: &PlanePair, X_RV: &Isometry3<f64>, weight: f64) -> Self {
         let predicted: GroundPlane = pair.robot.seen_from(X_RV);
         let numbers = |normal: &Vector3<f64>| [normal.x, normal.y, normal.z];

@@ -38,9 +38,8 @@ pub struct NextPose {
 /// What the poses so far tell of the mount: Σ Jᵀ Σᵢ⁻¹ J and the prior.
 pub fn information(pairs: &[PlanePair], X_RV: &Isometry3<f64>) -> Matrix6<f64> {
     let prior = Matrix6::identity() / (PRIOR_SIGMA * PRIOR_SIGMA);
-    pairs
-        .iter()
-        .fold(prior, |sum, pair| sum + information_of(pair, X_RV))
+    let each = pairs.iter().map(|pair| information_of(pair, X_RV));
+    each.fold(prior, |sum, one| sum + one)
 }
 
 fn information_of(pair: &PlanePair, X_RV: &Isometry3<f64>) -> Matrix6<f64> {
@@ -63,7 +62,7 @@ fn criterion(information: &Matrix6<f64>) -> f64 {
 /// The candidate after which a point seen at [`REACH_M`] is known best; `None` without
 /// candidates.
 ///
-/// Source: [pukelsheim2006], the A-criterion.
+/// Source: \[pukelsheim2006\], the A-criterion.
 pub fn next_pose(
     pairs: &[PlanePair],
     X_RV: &Isometry3<f64>,
@@ -75,15 +74,12 @@ pub fn next_pose(
         criterion(&(known + information_of(&pair, X_RV)))
     };
     let before = criterion(&known);
-    candidates
-        .iter()
-        .map(after)
-        .enumerate()
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(candidate, after)| NextPose {
-            candidate,
-            error_m: [before.sqrt(), after.sqrt()],
-        })
+    let errors = candidates.iter().map(after).enumerate();
+    let (candidate, after) = errors.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(NextPose {
+        candidate,
+        error_m: [before.sqrt(), after.sqrt()],
+    })
 }
 
 #[cfg(test)]
@@ -105,17 +101,15 @@ mod tests {
     #[test]
     fn after_pitching_the_next_pose_rolls() {
         let known: Vec<PlanePair> = (-3..=3).map(|k| pair(0.0, 6.0 * f64::from(k)).1).collect();
-        let candidates: Vec<Candidate> = [(0.0, 20.0), (0.0, -20.0), (5.0, 0.0), (20.0, 0.0)]
-            .iter()
-            .map(|(roll, pitch)| {
-                let (X_GR, pair) = self::pair(*roll, *pitch);
-                Candidate {
-                    X_GR,
-                    robot: pair.robot,
-                    sensor: pair.sensor,
-                }
-            })
-            .collect();
+        let tilts = [(0.0, 20.0), (0.0, -20.0), (5.0, 0.0), (20.0, 0.0)];
+        let candidates = tilts.map(|(roll, pitch)| {
+            let (X_GR, pair) = self::pair(roll, pitch);
+            Candidate {
+                X_GR,
+                robot: pair.robot,
+                sensor: pair.sensor,
+            }
+        });
         let next = next_pose(&known, &mount(), &candidates).unwrap();
         assert_eq!(next.candidate, 3);
         // Unknown along y to a metre before, to centimetres after.

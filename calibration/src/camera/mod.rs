@@ -11,11 +11,11 @@
 //! distortion, which all frames share, is estimated along: unknowns c of unit variance that move
 //! eᵢ by Cᵢ c.
 //!
-//! * [`paper`]: the six parameters as [chai2015] writes them.
+//! * [`paper`]: the six parameters as \[chai2015\] writes them.
 //! * [`observability`]: what a set of poses can tell, and the names of those that cannot.
 //! * [`design`]: which posture to add.
 //!
-//! Source: [chai2015] Section 4.3; deviation: Eq. 31 weighs direction cosines and metres alike and
+//! Source: \[chai2015\] Section 4.3; deviation: Eq. 31 weighs direction cosines and metres alike and
 //! takes the robot's pose for exact. Its two halves decouple, which gives the start: the rotation
 //! by the nearest rotation of the normals, the position by linear least squares.
 #![allow(non_snake_case)]
@@ -101,11 +101,8 @@ pub fn identify(pairs: &[PlanePair], config: &CameraConfig) -> Result<Identifica
     let refined = refine::refine(pairs, &start, config)?;
     let observability = observability.at(pairs, &refined.X_RV);
     // 3. What is left over.
-    let agreement: Vec<Agreement> = pairs
-        .iter()
-        .zip(&refined.weights)
-        .map(|(pair, weight)| Agreement::of(pair, &refined.X_RV, *weight))
-        .collect();
+    let weighed = pairs.iter().zip(&refined.weights);
+    let agreement = weighed.map(|(pair, weight)| Agreement::of(pair, &refined.X_RV, *weight));
     let freedom = (3 * pairs.len()).saturating_sub(6).max(1) as f64;
     let noise_factor = (refined.chi2 / freedom).sqrt();
     Ok(Identification {
@@ -113,7 +110,7 @@ pub fn identify(pairs: &[PlanePair], config: &CameraConfig) -> Result<Identifica
         covariance: refined.covariance * noise_factor.max(1.0).powi(2),
         noise_factor,
         observability,
-        agreement,
+        agreement: agreement.collect(),
         iterations: refined.iterations,
     })
 }

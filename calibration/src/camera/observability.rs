@@ -93,10 +93,8 @@ impl Observability {
     pub fn of(pairs: &[PlanePair], spread_min_rad: f64) -> Self {
         let normals: Vec<Vector3<f64>> = pairs.iter().map(|pair| *pair.robot.normal).collect();
         let tilts = different(&normals, SAME_TILT * spread_min_rad);
-        let scatter: Matrix3<f64> = normals
-            .iter()
-            .map(|n| n * n.transpose() / normals.len().max(1) as f64)
-            .sum();
+        let count = normals.len().max(1) as f64;
+        let scatter: Matrix3<f64> = normals.iter().map(|n| n * n.transpose() / count).sum();
         let eigen = scatter.symmetric_eigen();
         let mut order = [0, 1, 2];
         order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
@@ -123,7 +121,7 @@ impl Observability {
 
     /// The same with rank and condition at a mount.
     ///
-    ///   J = [ R_RVᵀ [n_R]×   0 ;   0   n_Rᵀ ] · ∂(δθ, δp)/∂(α, β, γ, p), all poses stacked
+    ///   J = [ R_RVᵀ \[n_R\]×   0 ;   0   n_Rᵀ ] · ∂(δθ, δp)/∂(α, β, γ, p), all poses stacked
     #[must_use]
     pub fn at(mut self, pairs: &[PlanePair], X_RV: &Isometry3<f64>) -> Self {
         let to_step = PaperParameters::of_mount(X_RV).to_step();
@@ -210,26 +208,20 @@ mod tests {
         let two = [(10.0, 0.0), (0.0, 10.0), (10.0, 0.0), (0.0, 10.0)];
         assert_eq!(refusal(&two), Degeneracy::FewTilts { found: 2 });
         // Small tilts about a slanted axis, to first order: roll and pitch in one ratio.
-        let slanted: Vec<_> = (-4..=4)
-            .map(f64::from)
-            .map(|k| (2.0 * k, 2.0 * k))
-            .collect();
+        let slanted = [-8.0, -6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0, 8.0].map(|k| (k, k));
         let Degeneracy::OneAxis { heading_rad } = refusal(&slanted) else {
             panic!("{:?}", refusal(&slanted));
         };
-        assert!(
-            (heading_rad.to_degrees() - 45.0).abs() < 2.0,
-            "{heading_rad}"
-        );
-        for name in [
-            "pitch only",
-            "roll only",
-            "constant tilt",
-            "2 different tilts",
+        let heading = heading_rad.to_degrees();
+        assert!((heading - 45.0).abs() < 2.0, "{heading}°");
+        for (tilts, name) in [
+            (&pitches[..], "pitch only"),
+            (&rolls, "roll only"),
+            (&constant, "constant tilt"),
+            (&two, "2 different tilts"),
         ] {
-            let texts = [&pitches, &rolls, &constant, &two.to_vec()]
-                .map(|tilts| refusal(tilts).to_string());
-            assert!(texts.iter().any(|t| t.contains(name)), "{name}");
+            let text = refusal(tilts).to_string();
+            assert!(text.contains(name), "{name}: {text}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! Poses as [chai2015] writes them: three fixed angles and a position, y up.
+//! Poses as \[chai2015\] writes them: three fixed angles and a position, y up.
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 ///
 ///   R = R_Y(α) R_Z(β) R_X(γ)
 ///
-/// Source: [chai2015] Eqs. 1–3 and 17–19.
+/// Source: \[chai2015\] Eqs. 1–3 and 17–19.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PaperParameters {
     /// α, β, γ, rad.
@@ -30,11 +30,10 @@ fn from_optical() -> Matrix3<f64> {
 impl PaperParameters {
     fn rotation(&self) -> Matrix3<f64> {
         let [alpha, beta, gamma] = self.angles_rad;
-        let about = |axis, angle| Rotation3::from_axis_angle(&axis, angle);
-        (about(Vector3::y_axis(), alpha)
-            * about(Vector3::z_axis(), beta)
-            * about(Vector3::x_axis(), gamma))
-        .into_inner()
+        let R_Y = Rotation3::from_axis_angle(&Vector3::y_axis(), alpha);
+        let R_Z = Rotation3::from_axis_angle(&Vector3::z_axis(), beta);
+        let R_X = Rotation3::from_axis_angle(&Vector3::x_axis(), gamma);
+        (R_Y * R_Z * R_X).into_inner()
     }
 
     fn from_rotation(R: &Matrix3<f64>, position: Vector3<f64>) -> Self {
@@ -67,16 +66,15 @@ impl PaperParameters {
 
     /// The parameters of a sensor's mount.
     pub fn of_mount(X_RV: &Isometry3<f64>) -> Self {
-        let R = from_body()
-            * X_RV.rotation.to_rotation_matrix().into_inner()
-            * from_optical().transpose();
+        let R = X_RV.rotation.to_rotation_matrix().into_inner();
+        let R = from_body() * R * from_optical().transpose();
         Self::from_rotation(&R, from_body() * X_RV.translation.vector)
     }
 
     /// The parameters of a robot's pose.
     pub fn of_stance(X_GR: &Isometry3<f64>) -> Self {
-        let R =
-            from_body() * X_GR.rotation.to_rotation_matrix().into_inner() * from_body().transpose();
+        let R = X_GR.rotation.to_rotation_matrix().into_inner();
+        let R = from_body() * R * from_body().transpose();
         Self::from_rotation(&R, from_body() * X_GR.translation.vector)
     }
 
@@ -88,8 +86,8 @@ impl PaperParameters {
         let [alpha, beta, _] = self.angles_rad;
         let R_Y = Rotation3::from_axis_angle(&Vector3::y_axis(), alpha);
         let R_Z = Rotation3::from_axis_angle(&Vector3::z_axis(), beta);
-        let axes =
-            Matrix3::from_columns(&[Vector3::y(), R_Y * Vector3::z(), R_Y * (R_Z * Vector3::x())]);
+        let axes = [Vector3::y(), R_Y * Vector3::z(), R_Y * (R_Z * Vector3::x())];
+        let axes = Matrix3::from_columns(&axes);
         let C_t = from_body().transpose();
         let mut out = Matrix6::zeros();
         out.fixed_view_mut::<3, 3>(0, 0).copy_from(&(C_t * axes));
@@ -100,10 +98,8 @@ impl PaperParameters {
     /// Standard deviations of (α, β, γ, p) where (δθ, δp) has this covariance; rad, m. `None` at
     /// β = ±90°, where α and γ turn about one axis.
     pub fn deviations(&self, covariance: &Matrix6<f64>) -> Option<[f64; 6]> {
-        let inverse = self
-            .to_step()
-            .try_inverse()
-            .filter(|_| self.angles_rad[1].cos() > 1e-6)?;
+        let regular = self.angles_rad[1].cos() > 1e-6;
+        let inverse = self.to_step().try_inverse().filter(|_| regular)?;
         let own = inverse * covariance * inverse.transpose();
         Some([0, 1, 2, 3, 4, 5].map(|k| own[(k, k)].max(0.0).sqrt()))
     }

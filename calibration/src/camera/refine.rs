@@ -84,10 +84,8 @@ pub(super) fn refine(
     let not_converged = || Error::NotConverged {
         iterations: ITERATIONS_MAX,
     };
-    let cells: BTreeSet<u32> = pairs
-        .iter()
-        .flat_map(|pair| pair.common.iter().map(|common| common.cell))
-        .collect();
+    let common = pairs.iter().flat_map(|pair| &pair.common);
+    let cells: BTreeSet<u32> = common.map(|common| common.cell).collect();
     let problem = Problem {
         pairs,
         cells: cells.into_iter().collect(),
@@ -107,10 +105,8 @@ pub(super) fn refine(
             for k in 0..damped.nrows() {
                 damped[(k, k)] *= 1.0 + damping;
             }
-            let delta = damped
-                .cholesky()
-                .ok_or_else(not_converged)?
-                .solve(&here.gradient);
+            let factor = damped.cholesky().ok_or_else(not_converged)?;
+            let delta = factor.solve(&here.gradient);
             let next = at.step(&delta);
             let small = delta.amax() < STEP_MIN;
             if small || problem.system(&weights, &next).cost <= here.cost {
@@ -146,21 +142,17 @@ pub(super) fn whitening(covariance: &Matrix3<f64>) -> Matrix3<f64> {
     let floored = covariance + Matrix3::identity() * (SIGMA_MIN * SIGMA_MIN);
     // A positive semi-definite matrix plus a positive one; should rounding spoil it, its diagonal
     // is still right.
-    let diagonal =
-        || Matrix3::from_diagonal(&floored.diagonal().map(|v| 1.0 / v.max(1e-12).sqrt()));
-    floored
-        .cholesky()
-        .and_then(|cholesky| cholesky.l().try_inverse())
-        .unwrap_or_else(diagonal)
+    let factor = floored.cholesky().map(|cholesky| cholesky.l());
+    factor.and_then(|l| l.try_inverse()).unwrap_or_else(|| {
+        Matrix3::from_diagonal(&floored.diagonal().map(|v| 1.0 / v.max(1e-12).sqrt()))
+    })
 }
 
 impl Problem<'_> {
     /// W with Wᵀ W = Σᵢ⁻¹ for every pair.
     fn whitenings(&self, X_RV: &Isometry3<f64>) -> Vec<Matrix3<f64>> {
-        self.pairs
-            .iter()
-            .map(|pair| whitening(&Residual::of(pair, X_RV).covariance))
-            .collect()
+        let whitening = |pair| whitening(&Residual::of(pair, X_RV).covariance);
+        self.pairs.iter().map(whitening).collect()
     }
 
     fn system(&self, whitenings: &[Matrix3<f64>], at: &Estimate) -> System {

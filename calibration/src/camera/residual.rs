@@ -37,17 +37,14 @@ impl Residual {
         value.z = pair.sensor.distance_m - (n_R.dot(&p_RV) + pair.robot.distance_m);
 
         let mut jacobian = Matrix3x6::zeros();
-        jacobian
-            .fixed_view_mut::<2, 3>(0, 0)
-            .copy_from(&(turn * n_R.cross_matrix()));
-        jacobian
-            .fixed_view_mut::<1, 3>(2, 3)
-            .copy_from(&n_R.transpose());
+        let turned = turn * n_R.cross_matrix();
+        jacobian.fixed_view_mut::<2, 3>(0, 0).copy_from(&turned);
+        jacobian.fixed_view_mut::<1, 3>(2, 3).tr_copy_from(&n_R);
 
         let mut A = Matrix3::zeros();
+        let lever = p_RV.transpose() * U;
         A.fixed_view_mut::<2, 2>(0, 0).copy_from(&(turn * U));
-        A.fixed_view_mut::<1, 2>(2, 0)
-            .copy_from(&(p_RV.transpose() * U));
+        A.fixed_view_mut::<1, 2>(2, 0).copy_from(&lever);
         A[(2, 2)] = 1.0;
         Self {
             value,
@@ -127,8 +124,8 @@ pub(super) mod tests {
             let h = 1e-6;
             let mut moved = exact;
             if k < 2 {
-                moved.normal =
-                    nalgebra::Unit::new_normalize(exact.normal.into_inner() + U.column(k) * h);
+                let turned = exact.normal.into_inner() + U.column(k) * h;
+                moved.normal = nalgebra::Unit::new_normalize(turned);
             } else {
                 moved.distance_m += h;
             }

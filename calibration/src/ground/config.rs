@@ -39,7 +39,7 @@ pub struct GroundConfig {
     /// Which distances are trimmed.
     #[serde(skip)]
     pub form: GroundForm,
-    /// Standard deviations beyond which a point is trimmed ([chai2015] has 2); at 1.73 and below,
+    /// Standard deviations beyond which a point is trimmed (\[chai2015\] has 2); at 1.73 and below,
     /// uniform distances are trimmed to nothing.
     #[serde(skip)]
     pub trim_sigmas: f64,
@@ -76,12 +76,7 @@ impl GroundConfig {
     /// # Errors
     /// [`Error::Config`] naming it.
     pub fn check(&self) -> Result<(), Error> {
-        let ratio = self.distortion_ratio.unwrap_or(0.0);
-        within(
-            "distortion_ratio",
-            ratio,
-            [0.0, 1.0],
-            "must be a ratio below 1",
-        )
+        let (ratio, cause) = (self.distortion_ratio, "must be a ratio below 1");
+        within("distortion_ratio", ratio.unwrap_or(0.0), [0.0, 1.0], cause)
     }
 }

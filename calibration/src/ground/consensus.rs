@@ -17,14 +17,12 @@ const BOUND: f64 = 3.0;
 /// Source: [torr2000], whose MSAC this is.
 pub(super) fn plane(samples: &Samples, draws: usize, seed: u64) -> Option<Vector3<f64>> {
     let stride = (samples.len() / COMPARED).max(1);
-    let thinned: Vec<(Vector3<f64>, f64, f64)> = (0..samples.len())
-        .step_by(stride)
-        .map(|i| {
-            let ray = Vector3::from(samples.rays[i].map(f64::from));
-            let w = f64::from(samples.inverse[i]);
-            (ray, w, f64::from(samples.sharpness[i]))
-        })
-        .collect();
+    let thinned = (0..samples.len()).step_by(stride).map(|i| {
+        let ray = Vector3::from(samples.rays[i].map(f64::from));
+        let w = f64::from(samples.inverse[i]);
+        (ray, w, f64::from(samples.sharpness[i]))
+    });
+    let thinned: Vec<(Vector3<f64>, f64, f64)> = thinned.collect();
     let n = thinned.len() as u64;
     if n < 3 {
         return None;
@@ -42,13 +40,11 @@ pub(super) fn plane(samples: &Samples, draws: usize, seed: u64) -> Option<Vector
         let Some(m) = rows.try_inverse().map(|inverse| inverse * wanted) else {
             continue;
         };
-        let cost: f64 = thinned
-            .iter()
-            .map(|(ray, w, sharpness)| {
-                let s = (m.dot(ray) - w) * sharpness;
-                (s * s).min(BOUND * BOUND)
-            })
-            .sum();
+        let costs = thinned.iter().map(|(ray, w, sharpness)| {
+            let s = (m.dot(ray) - w) * sharpness;
+            (s * s).min(BOUND * BOUND)
+        });
+        let cost: f64 = costs.sum();
         if cost.is_finite() && best.is_none_or(|(least, _)| cost < least) {
             best = Some((cost, m));
         }

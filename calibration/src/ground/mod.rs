@@ -15,8 +15,8 @@
 //! kept apart ([`Ground::common`]).
 //!
 //! * [`samples`](Samples): the rays, from an image or a cloud.
-//! * [`consensus`]: where to start when not all that is seen is ground.
-//! * [`trimming`]: the iterations, in the converging form and as [chai2015] prints them.
+//! * `consensus`: where to start when not all that is seen is ground.
+//! * `trimming`: the iterations, in the converging form and as \[chai2015\] prints them.
 
 mod config;
 mod consensus;
@@ -60,7 +60,7 @@ pub struct Ground {
 ///
 /// # Errors
 /// [`Error::NoGround`] when too few points lie on one plane; [`Error::Config`].
-/// Source: [chai2015] Section 4.1; deviations: distances are weighed by their noise and trimmed
+/// Source: \[chai2015\] Section 4.1; deviations: distances are weighed by their noise and trimmed
 /// with their sign, and the start does not need most points to be ground.
 pub fn ground(scan: &Scan, config: &GroundConfig) -> Result<Ground, Error> {
     config.check()?;
@@ -79,13 +79,12 @@ fn plane_of(m: &Vector3<f64>) -> Option<(GroundPlane, Matrix3<f64>)> {
     let distance_m = 1.0 / m.norm();
     let normal = Unit::try_new(-m, 1e-12)?;
     let mut J = Matrix3::zeros();
-    J.fixed_rows_mut::<2>(0)
-        .copy_from(&(tangents(&normal).transpose() * -distance_m));
-    J.fixed_rows_mut::<1>(2)
-        .copy_from(&(normal.transpose() * (distance_m * distance_m)));
-    distance_m
-        .is_finite()
-        .then(|| (GroundPlane::exact(normal, distance_m), J))
+    let turn = tangents(&normal).transpose() * -distance_m;
+    J.fixed_rows_mut::<2>(0).copy_from(&turn);
+    let shift = normal.transpose() * (distance_m * distance_m);
+    J.fixed_rows_mut::<1>(2).copy_from(&shift);
+    let plane = GroundPlane::exact(normal, distance_m);
+    distance_m.is_finite().then_some((plane, J))
 }
 
 /// The two parts of a symmetric matrix that rounding has made different, as one.

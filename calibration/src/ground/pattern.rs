@@ -44,10 +44,9 @@ pub(super) fn effects(
     }
     *sums.entry(run.0).or_insert_with(Vector3::zeros) += run.1;
     sums.remove(&u32::MAX);
-    sums.into_iter()
-        .map(|(cell, sum)| CellEffect {
-            cell,
-            effect: transform * sum,
-        })
-        .collect()
+    let effects = sums.into_iter().map(|(cell, sum)| CellEffect {
+        cell,
+        effect: transform * sum,
+    });
+    effects.collect()
 }

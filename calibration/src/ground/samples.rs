@@ -88,12 +88,8 @@ impl Samples {
         let columns = (image.width as f64 / edge) as u32 + 1;
         let room = image.z_m.len() / (stride * stride) + 1;
         samples.reserve(room);
-        for (v, row) in image
-            .z_m
-            .chunks_exact(image.width.max(1))
-            .enumerate()
-            .step_by(stride)
-        {
+        let rows = image.z_m.chunks_exact(image.width.max(1)).enumerate();
+        for (v, row) in rows.step_by(stride) {
             let y = (v as f64 - k.cy) / k.fy;
             let row_of_cells = (v as f64 / edge) as u32 * columns;
             for (u, z) in row.iter().enumerate().step_by(stride) {
@@ -117,12 +113,12 @@ impl Samples {
         noise: &Noise,
         config: &GroundConfig,
     ) -> Self {
-        let seen: Vec<(Vector3<f64>, f64)> = cloud
-            .finite()
-            .map(|p| Vector3::from(p.map(f64::from)) - eye_V)
-            .map(|p| (p, p.norm()))
-            .filter(|(_, range)| (RANGE_MIN_M..=RANGE_MAX_M).contains(range))
-            .collect();
+        let ranged = |p: &[f32; 3]| {
+            let p = Vector3::from(p.map(f64::from)) - eye_V;
+            (p, p.norm())
+        };
+        let within = |(_, range): &(Vector3<f64>, f64)| (RANGE_MIN_M..=RANGE_MAX_M).contains(range);
+        let seen: Vec<_> = cloud.finite().map(ranged).filter(within).collect();
         // Samples within one correlated patch: density × 4π s², s as an angle.
         let density = seen.len() as f64 / solid_angle(seen.iter().map(|(p, _)| p)).max(1e-9);
         let angles = [noise.correlation_px, noise.systematic_scale_px]
@@ -171,8 +167,8 @@ impl Samples {
         let [area_noise, area_slow] = weighing.areas;
         let (white, slow) = (area_noise * white, area_slow * slow);
         self.weight.push((1.0 / (white + slow)) as f32);
-        self.anew
-            .push(((white + (1.0 - weighing.shared) * slow) / (white + slow)) as f32);
+        let anew = (white + (1.0 - weighing.shared) * slow) / (white + slow);
+        self.anew.push(anew as f32);
         self.cells.push(cell);
     }
 }
@@ -191,19 +187,14 @@ fn cube_cell(direction: &Vector3<f64>, cells: f64) -> [u32; 3] {
 
 /// Solid angle that the directions cover, sr: cells of a cube's sides with a direction in them.
 fn solid_angle<'a>(directions: impl Iterator<Item = &'a Vector3<f64>>) -> f64 {
-    let cells: BTreeSet<[u32; 3]> = directions
-        .map(|direction| cube_cell(direction, CUBE_CELLS))
-        .collect();
+    let cells: BTreeSet<[u32; 3]> = directions.map(|d| cube_cell(d, CUBE_CELLS)).collect();
     // A cell of edge 2/n at (a, b) of the side covers (2/n)² / (1 + a² + b²)^1.5.
     let edge = 2.0 / CUBE_CELLS;
-    cells
-        .iter()
-        .map(|[_, i, j]| {
-            let centre = |k: &u32| (f64::from(*k) + 0.5) * edge - 1.0;
-            let (a, b) = (centre(i), centre(j));
-            edge * edge / (1.0 + a * a + b * b).powf(1.5)
-        })
-        .sum()
+    let angle = |[_, i, j]: &[u32; 3]| {
+        let [a, b] = [i, j].map(|k| (f64::from(*k) + 0.5) * edge - 1.0);
+        edge * edge / (1.0 + a * a + b * b).powf(1.5)
+    };
+    cells.iter().map(angle).sum()
 }
 
 #[cfg(test)]
@@ -214,14 +205,13 @@ mod tests {
     fn directions_all_around_cover_the_sphere() {
         let n = 200_000;
         // A spiral with equal areas.
-        let directions: Vec<Vector3<f64>> = (0..n)
-            .map(|i| {
-                let z = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(n);
-                let (s, c) = (2.399_963 * f64::from(i)).sin_cos();
-                let r = (1.0 - z * z).sqrt();
-                Vector3::new(r * c, r * s, z)
-            })
-            .collect();
+        let directions = (0..n).map(|i| {
+            let z = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(n);
+            let (s, c) = (2.399_963 * f64::from(i)).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            Vector3::new(r * c, r * s, z)
+        });
+        let directions: Vec<Vector3<f64>> = directions.collect();
         let all = solid_angle(directions.iter());
         assert!((all / (4.0 * PI) - 1.0).abs() < 1e-3, "{all}");
         let half = solid_angle(directions.iter().filter(|d| d.z > 0.0));

@@ -35,11 +35,8 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
         let mean = left.iter().map(|i| value(*i)).sum::<f64>() / n;
         let square: f64 = left.iter().map(|i| (value(*i) - mean).powi(2)).sum();
         let bound = config.trim_sigmas * (square / (n - 1.0)).sqrt();
-        let next: Vec<usize> = left
-            .iter()
-            .copied()
-            .filter(|i| value(*i).abs() <= bound)
-            .collect();
+        let near = left.iter().copied().filter(|i| value(*i).abs() <= bound);
+        let next: Vec<usize> = near.collect();
         if next.len() == left.len() {
             converged = true;
             break;
@@ -53,10 +50,8 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
     if left.len() < config.inliers_min {
         return Err(no_ground(left.len(), samples, config));
     }
-    let square: f64 = left
-        .iter()
-        .map(|i| (found.normal.dot(&samples.point(*i)) + found.distance_m).powi(2))
-        .sum();
+    let off = |i: &usize| found.normal.dot(&samples.point(*i)) + found.distance_m;
+    let square: f64 = left.iter().map(|i| off(i).powi(2)).sum();
     let (anew, common) = covariance(samples, &left, &found);
     Ok(Ground {
         plane: GroundPlane {
@@ -75,10 +70,8 @@ pub(super) fn trim(samples: &Samples, config: &GroundConfig) -> Result<Ground, E
 /// The plane of total least squares, d > 0.
 fn fit(samples: &Samples, left: &[usize]) -> Option<GroundPlane> {
     let found = perception::lidar::Plane::fitted(left.iter().map(|i| samples.point(*i)))?;
-    Some(GroundPlane::exact(
-        Unit::new_normalize(found.normal),
-        found.offset_m,
-    ))
+    let normal = Unit::new_normalize(found.normal);
+    Some(GroundPlane::exact(normal, found.offset_m))
 }
 
 /// Covariance of the unweighted fit under the stated noise that is drawn anew in each frame,

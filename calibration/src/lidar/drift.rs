@@ -56,7 +56,7 @@ const FREE_M: f64 = 1e3;
 ///
 /// # Errors
 /// [`Error::Lidar`] when fewer than two are given, or fewer than two of them are found.
-/// Source: [meng] Eqs. 4 and 5; deviation: the signed angle, and the poles' own uncertainty.
+/// Source: \[meng\] Eqs. 4 and 5; deviation: the signed angle, and the poles' own uncertainty.
 pub fn drift(
     found: &[Pole],
     given: &[[f64; 2]],

@@ -3,7 +3,7 @@
 //!
 //!   p_W = R_d R_r p_V + T,   T = (0, 0, h)
 //!
-//! Source: [meng] II-B (Eqs. 1 to 8) with its formulas corrected: R_r is built from the axes
+//! Source: \[meng\] II-B (Eqs. 1 to 8) with its formulas corrected: R_r is built from the axes
 //! ([`perception::lidar::levelled`]), the drift angle has a sign ([`drift`]).
 
 mod drift;

@@ -30,7 +30,7 @@ pub struct Footprint {
 /// `postures` holds the feet's places in R, m, one list a posture; `heights_m` how high the tracked
 /// point of every foot is over the ground (a ball's radius, 0 for a vertex of a sole). G lies below
 /// R of the first posture, x_G over its x. Places and poses are found in turns, as in generalised
-/// Procrustes analysis [gower1975], with the heights kept.
+/// Procrustes analysis \[gower1975\], with the heights kept.
 ///
 /// # Errors
 /// [`Error::Feet`] naming the posture of which the feet do not fit the others'; [`Error::Collinear`].

@@ -3,8 +3,8 @@
 //! Legs know where the feet are in the robot's frame R. The ground's frame G knows that they stand
 //! on z = 0 and, once a first posture has been taken, where: feet do not move while the body does.
 //!
-//! * [`register`](crate::register): all feet at known places, the nearest pose.
-//! * [`trilateration`]: three feet at known places, as [chai2015] has it.
+//! * [`register`]: all feet at known places, the nearest pose.
+//! * [`trilateration`]: three feet at known places, as \[chai2015\] has it.
 //! * [`footprint`]: the places of the feet in G, from all postures together.
 #![allow(non_snake_case)]
 
@@ -24,7 +24,7 @@ pub enum StanceMethod {
     /// The nearest pose to all feet.
     #[default]
     AllFeet,
-    /// Trilateration with three feet, as in [chai2015].
+    /// Trilateration with three feet, as in \[chai2015\].
     ThreeFeet,
 }
 

@@ -1,6 +1,6 @@
 //! The robot's pose from its distances to three feet.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3};
 
 use crate::{Error, nearest_rotation};
 
@@ -13,7 +13,7 @@ use crate::{Error, nearest_rotation};
 ///
 /// # Errors
 /// [`Error::Feet`] where no point has these distances; [`Error::Collinear`].
-/// Source: [chai2015] Eqs. 21–25; deviation: the matrix of Eq. 25 is not a rotation as soon as
+/// Source: \[chai2015\] Eqs. 21–25; deviation: the matrix of Eq. 25 is not a rotation as soon as
 /// there is noise.
 pub fn trilateration(
     feet_R: &[Point3<f64>; 3],
@@ -27,9 +27,8 @@ pub fn trilateration(
     let (ab, ac) = (b - a, c - a);
     let x = ab.try_normalize(1e-9).ok_or(collinear)?;
     let across = ac - x * ac.dot(&x);
-    let y = across
-        .try_normalize(1e-9)
-        .ok_or(Error::Collinear { what: "feet" })?;
+    let y = across.try_normalize(1e-9);
+    let y = y.ok_or(Error::Collinear { what: "feet" })?;
     let up = x.cross(&y);
     let normal = if up.z < 0.0 { -up } else { up };
 
@@ -39,20 +38,14 @@ pub fn trilateration(
     let height_squared = ra - u * u - v * v;
     let exists = height_squared > 0.0;
     if !exists {
-        let cause = format!(
-            "no point has the distances {:.3}, {:.3} and {:.3} m to the three feet",
-            ra.sqrt(),
-            rb.sqrt(),
-            rc.sqrt()
-        );
+        let [a, b, c] = [ra, rb, rc].map(f64::sqrt);
+        let cause =
+            format!("no point has the distances {a:.3}, {b:.3} and {c:.3} m to the three feet");
         return Err(Error::Feet { cause });
     }
     let p_GR = a.coords + x * u + y * v + normal * height_squared.sqrt();
-    let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = feet_R
-        .iter()
-        .zip(feet_G)
-        .map(|(r, g)| (r.coords, g.coords - p_GR))
-        .collect();
-    let rotation = nearest_rotation(pairs.iter().map(|(r, g)| (r, g)), "feet")?;
+    let arms_G = feet_G.map(|foot| foot.coords - p_GR);
+    let pairs = feet_R.iter().map(|foot| &foot.coords).zip(&arms_G);
+    let rotation = nearest_rotation(pairs, "feet")?;
     Ok(Isometry3::from_parts(p_GR.into(), rotation))
 }

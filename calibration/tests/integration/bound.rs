@@ -11,6 +11,7 @@
 //! share nothing with those of the estimator.
 #![allow(non_snake_case)]
 
+use crate::support::degrees_and_mm;
 use calibration::GroundPlane;
 use calibration::camera::{CameraConfig, PaperParameters, PlanePair, identify};
 use nalgebra::{Isometry3, Matrix3, Matrix3x6, Matrix6, SMatrix, UnitQuaternion, Vector3, Vector6};
@@ -65,28 +66,17 @@ fn bound(tilt_rad: f64, height_m: f64, sensor: &Matrix3<f64>) -> [f64; 6] {
         let first = n.cross(&Vector3::x()).normalize();
         let second = n.cross(&first);
         let rows = |(n, d): (Vector3<f64>, f64)| Vector3::new(first.dot(&n), second.dot(&n), d);
-        let J: Matrix3x6<f64> = quotient(
-            |p: &Vector6<f64>| rows(measured(stance, &mount(p), &Vector3::zeros())),
-            &at,
-        );
-        let A: Matrix3<f64> = quotient(
-            |e: &Vector3<f64>| rows(measured(stance, &mount(&at), e)),
-            &Vector3::zeros(),
-        );
-        let weight = (A * P * A.transpose() + sensor)
-            .try_inverse()
-            .expect("regular");
+        let none = Vector3::zeros();
+        let by_mount = |p: &Vector6<f64>| rows(measured(stance, &mount(p), &none));
+        let by_error = |e: &Vector3<f64>| rows(measured(stance, &mount(&at), e));
+        let J: Matrix3x6<f64> = quotient(by_mount, &at);
+        let A: Matrix3<f64> = quotient(by_error, &none);
+        let covariance = A * P * A.transpose() + sensor;
+        let weight = covariance.try_inverse().expect("regular");
         information += J.transpose() * weight * J;
     }
     let covariance = information.try_inverse().expect("regular");
-    [0, 1, 2, 3, 4, 5].map(|k| {
-        let sigma = covariance[(k, k)].sqrt();
-        if k < 3 {
-            sigma.to_degrees()
-        } else {
-            1e3 * sigma
-        }
-    })
+    degrees_and_mm([0, 1, 2, 3, 4, 5].map(|k| covariance[(k, k)].sqrt()))
 }
 
 /// Computed once more with numpy from the paper's table, not by this code.
@@ -117,27 +107,18 @@ fn the_estimator_reaches_the_bound() {
     };
     let sensor = noise(0.02_f64.to_radians(), 0.0005);
     let X_RV = published_extrinsics();
-    let pairs: Vec<PlanePair> = TABLE_A1
-        .iter()
-        .map(|stance| {
-            let robot = GroundPlane::ground(&X_GR(*stance), noise(tilt, height));
-            let mut seen = robot.seen_from(&X_RV);
-            seen.covariance = sensor;
-            PlanePair::new(robot, seen)
-        })
-        .collect();
+    let pairs = TABLE_A1.map(|stance| {
+        let robot = GroundPlane::ground(&X_GR(stance), noise(tilt, height));
+        let mut seen = robot.seen_from(&X_RV);
+        seen.covariance = sensor;
+        PlanePair::new(robot, seen)
+    });
     let found = identify(&pairs, &config).expect("the poses determine the mount");
-    let sigma = PaperParameters::of_mount(&found.X_RV)
-        .deviations(&found.covariance)
-        .expect("β is not ±90°");
+    let sigma = PaperParameters::of_mount(&found.X_RV).deviations(&found.covariance);
+    let own = degrees_and_mm(sigma.expect("β is not ±90°"));
     let best = bound(tilt, height, &sensor);
     println!("bound {best:.4?}");
-    for k in 0..6 {
-        let own = if k < 3 {
-            sigma[k].to_degrees()
-        } else {
-            1e3 * sigma[k]
-        };
-        assert!((own / best[k] - 1.0).abs() < 0.01, "{k}: {own}, {best:?}");
+    for (own, best) in own.iter().zip(&best) {
+        assert!((own / best - 1.0).abs() < 0.01, "{own}, {best}");
     }
 }

@@ -27,13 +27,8 @@ fn take(X_WV: &Isometry3<f64>, device: u64, seed: u64) -> (LidarCloud, Sweep) {
 }
 
 fn calibrated(clouds: &[LidarCloud], poles: &[[f64; 2]]) -> Calibrated {
-    calibrate(
-        clouds,
-        poles,
-        &LidarExtrinsicsConfig::default(),
-        &LidarConfig::default(),
-    )
-    .unwrap()
+    let (mount, lidar) = (LidarExtrinsicsConfig::default(), LidarConfig::default());
+    calibrate(clouds, poles, &mount, &lidar).unwrap()
 }
 
 /// Roll and pitch up to 20°, drift up to 30°; the first exactly level, half with A < 0.
@@ -87,27 +82,23 @@ fn the_rings_errors_come_out_of_ground_and_walls() {
     }
     let found = calibrated(&clouds, &[]);
     assert!(found.drift.is_none() && !found.calibration.heading_known);
-    let rms =
-        |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
-    let left: Vec<f64> = (found.calibration.ring_bias_m.iter().zip(&truth))
-        .map(|(a, b)| a - b)
-        .collect();
-    let in_sigmas: Vec<f64> = (left.iter().zip(&found.calibration.ring_bias_sigma_m))
-        .map(|(e, s)| e / s)
-        .collect();
-    println!(
-        "rms of the errors {:.2} mm, {:.2} mm left, {:.2} σ; fit {:?}",
-        1e3 * rms(&truth),
-        1e3 * rms(&left),
-        rms(&in_sigmas),
-        found.adjustment.rms_m
-    );
+    let rms = |values: &[f64]| {
+        let square: f64 = values.iter().map(|v| v * v).sum();
+        (square / values.len() as f64).sqrt()
+    };
+    let (biases, fit) = (&found.calibration, found.adjustment.rms_m);
+    let left = biases.ring_bias_m.iter().zip(&truth).map(|(a, b)| a - b);
+    let left: Vec<f64> = left.collect();
+    let in_sigmas = left.iter().zip(&biases.ring_bias_sigma_m);
+    let in_sigmas: Vec<f64> = in_sigmas.map(|(e, s)| e / s).collect();
+    let [was, is, sigmas] = [&truth[..], &left, &in_sigmas].map(rms);
+    println!("rms of the errors {was:.5} m, {is:.5} m left, {sigmas:.2} σ; fit {fit:?}");
     assert_eq!(left.len(), 16);
-    assert!(rms(&truth) > 0.005);
+    assert!(was > 0.005);
     // A third of what they were, at least.
-    assert!(rms(&left) < rms(&truth) / 3.0, "{left:?}");
-    assert!(rms(&in_sigmas) < 2.5, "{in_sigmas:?}");
-    assert!(found.adjustment.rms_m[1] < found.adjustment.rms_m[0]);
+    assert!(is < was / 3.0, "{left:?}");
+    assert!(sigmas < 2.5, "{in_sigmas:?}");
+    assert!(fit[1] < fit[0]);
 }
 
 #[test]
@@ -120,12 +111,9 @@ fn without_ground_or_with_other_poles_the_cause_is_named() {
     let error = calibrate(&[wall], &[], &config.0, &config.1).unwrap_err();
     assert!(error.to_string().contains("ground"), "{error}");
     let (cloud, _) = take(&mount(0.0, 8.0, 0.0), 1, 1);
-    for (poles, word) in [
-        (&[[9.0, 9.0], [1.0, -7.0]][..], "poles"),
-        (&POLES_M[..1], "two"),
-    ] {
-        let error =
-            calibrate(std::slice::from_ref(&cloud), poles, &config.0, &config.1).unwrap_err();
+    let (clouds, elsewhere) = ([cloud], [[9.0, 9.0], [1.0, -7.0]]);
+    for (poles, word) in [(&elsewhere[..], "poles"), (&POLES_M[..1], "two")] {
+        let error = calibrate(&clouds, poles, &config.0, &config.1).unwrap_err();
         assert!(error.to_string().contains(word), "{error}");
     }
     let three = LidarCloud::from_points([[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [2.0, 0.0, 0.1]]);

@@ -1,6 +1,7 @@
 //! The identification against the figures of [chai2015].
 #![allow(non_snake_case)]
 
+use crate::support::values;
 use calibration::GroundPlane;
 use calibration::camera::{Agreement, Observability, PaperParameters, PlanePair, closed_form};
 use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
@@ -64,22 +65,13 @@ fn ground(stance: [f64; 3]) -> GroundPlane {
 fn six_equations_give_the_mount_that_minimises_the_papers_function() {
     let pairs =
         EQUATIONS.map(|(stance, measured, _)| PlanePair::new(ground(stance), in_V(measured)));
-    let found = PaperParameters::of_mount(&closed_form(&pairs).unwrap());
+    let got = values(&closed_form(&pairs).unwrap());
     // Computed from the same six equations by a numerical minimiser of Eq. 31, not by this code.
     let expected = [-0.527, -37.415, -3.122, 525.4, 364.8, -39.5];
-    let got: Vec<f64> = found
-        .angles_rad
-        .iter()
-        .map(|a| a.to_degrees())
-        .chain(found.position_m.iter().map(|p| 1e3 * p))
-        .collect();
     println!("α β γ (°), p (mm): {got:.3?}; expected {expected:?}");
     for (k, (got, expected)) in got.iter().zip(expected).enumerate() {
-        let tolerance = if k < 3 { 0.01 } else { 0.2 };
-        assert!(
-            (got - expected).abs() <= tolerance,
-            "{k}: {got} against {expected}"
-        );
+        let (off, tolerance) = ((got - expected).abs(), if k < 3 { 0.01 } else { 0.2 });
+        assert!(off <= tolerance, "{k}: {got} against {expected}");
     }
 }
 
@@ -94,10 +86,8 @@ fn predicted_planes_are_those_of_table_3() {
         // paper's residuals of 0.2° on average bound how far they were off.
         let angle = predicted.angle_to(&printed).to_degrees();
         let distance = (predicted.distance_m - printed.distance_m).abs();
-        assert!(
-            angle < 0.1 && distance < 0.002,
-            "{stance:?}: {angle}°, {distance} m"
-        );
+        let near = angle < 0.1 && distance < 0.002;
+        assert!(near, "{stance:?}: {angle}°, {distance} m");
         let pair = PlanePair::new(robot, in_V(measured));
         let agreement = Agreement::of(&pair, &X_RV, 1.0);
         // Fig. 17's greatest angle, 0.52°, and Fig. 18's greatest distance, 3.24 mm.
@@ -109,22 +99,16 @@ fn predicted_planes_are_those_of_table_3() {
 #[test]
 fn the_52_poses_observe_all_six_parameters() {
     let X_RV = published().X_RV();
-    let pairs: Vec<PlanePair> = scenes::stances::TABLE_A1
-        .iter()
-        .map(|stance| {
-            let robot = ground(*stance);
-            PlanePair::new(robot, robot.seen_from(&X_RV))
-        })
-        .collect();
+    let pairs = scenes::stances::TABLE_A1.map(|stance| {
+        let robot = ground(stance);
+        PlanePair::new(robot, robot.seen_from(&X_RV))
+    });
     let told = Observability::of(&pairs, 0.017).at(&pairs, &X_RV);
     println!("{told:?}");
     // Computed numerically from Eq. 31, not by this code; rad and m.
-    for (got, expected) in told
-        .singular_values
-        .iter()
-        .zip([7.08, 6.86, 5.74, 2.16, 2.06, 0.87])
-    {
-        assert!((got - expected).abs() < 0.01, "{:?}", told.singular_values);
+    let (values, expected) = (told.singular_values, [7.08, 6.86, 5.74, 2.16, 2.06, 0.87]);
+    for (got, expected) in values.iter().zip(expected) {
+        assert!((got - expected).abs() < 0.01, "{values:?}");
     }
     assert_eq!((told.rank, told.degeneracy), (6, None));
 }

@@ -48,12 +48,8 @@ fn compare_some(name: &str, series: &Series, published: &[[f64; 6]], held: &[usi
     for published in published {
         row("  published", published);
         for &k in held {
-            assert!(
-                sigma[k] <= published[k],
-                "{name}: parameter {k}: {} > {}",
-                sigma[k],
-                published[k]
-            );
+            let (got, most) = (sigma[k], published[k]);
+            assert!(got <= most, "{name}: parameter {k}: {got} > {most}");
         }
     }
     // Runs that do not differ would prove nothing.
@@ -79,47 +75,28 @@ fn illumination() {
         speckle_dropout: 0.3,
         ..louder(2.0)
     };
-    compare(
-        "normal illumination, flat ground",
-        &series(&normal),
-        &[
-            [0.0327, 0.0093, 0.0084, 0.2941, 0.2089, 0.4269],
-            [0.0220, 0.0079, 0.0048, 0.3997, 0.2708, 0.2574],
-        ],
-    );
-    compare(
-        "weak illumination",
-        &series(&weak),
-        &[[0.0317, 0.0149, 0.0400, 0.5935, 0.1166, 0.6543]],
-    );
-    compare(
-        "strong illumination",
-        &series(&strong),
-        &[[0.0517, 0.0204, 0.0431, 0.7932, 0.1651, 0.7295]],
-    );
+    let published = [
+        [0.0327, 0.0093, 0.0084, 0.2941, 0.2089, 0.4269],
+        [0.0220, 0.0079, 0.0048, 0.3997, 0.2708, 0.2574],
+    ];
+    compare("normal light, flat ground", &series(&normal), &published);
+    let published = [[0.0317, 0.0149, 0.0400, 0.5935, 0.1166, 0.6543]];
+    compare("weak illumination", &series(&weak), &published);
+    let published = [[0.0517, 0.0204, 0.0431, 0.7932, 0.1651, 0.7295]];
+    compare("strong illumination", &series(&strong), &published);
     // Twice the noise and three tenths of the pixels: all but the height, whose published deviation in
     // sunlight is less than under normal light, stay as narrow.
-    compare_some(
-        "glaring light",
-        &series(&glaring),
-        &[[0.0517, 0.0204, 0.0431, 0.7932, 0.1651, 0.7295]],
-        &[0, 1, 2, 3, 5],
-    );
+    let held = [0, 1, 2, 3, 5];
+    compare_some("glaring light", &series(&glaring), &published, &held);
 }
 
 #[test]
 fn bumps() {
     let mut series = series(&DepthNoise::default());
     series.world = ground::truth(Some(LITTLE), 1).world();
-    compare(
-        "little bumps",
-        &series,
-        &[[0.0264, 0.0171, 0.0068, 0.4042, 0.2649, 0.4256]],
-    );
+    let published = [[0.0264, 0.0171, 0.0068, 0.4042, 0.2649, 0.4256]];
+    compare("little bumps", &series, &published);
     series.world = ground::truth(Some(BIG), 1).world();
-    compare(
-        "big bumps",
-        &series,
-        &[[0.0461, 0.0278, 0.0161, 0.7120, 0.3441, 0.5747]],
-    );
+    let published = [[0.0461, 0.0278, 0.0161, 0.7120, 0.3441, 0.5747]];
+    compare("big bumps", &series, &published);
 }

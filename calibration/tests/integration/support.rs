@@ -56,31 +56,14 @@ impl Device {
         distortion: &Field,
         seed: u64,
     ) -> Scan {
-        let shot = frame(
-            world,
-            &self.camera,
-            X_GR,
-            X_RV,
-            &self.noise,
-            distortion,
-            seed,
-        );
-        let Pinhole {
-            width,
-            height,
-            fx,
-            fy,
-            cx,
-            cy,
-        } = self.camera;
+        let (camera, noise) = (&self.camera, &self.noise);
+        let shot = frame(world, camera, X_GR, X_RV, noise, distortion, seed);
+        let metres = shot.depth_mm.iter().map(|mm| 0.001 * f32::from(*mm));
+        let &Pinhole { fx, fy, cx, cy, .. } = camera;
         let depth = DepthImage {
-            width,
-            height,
-            z_m: shot
-                .depth_mm
-                .iter()
-                .map(|mm| 0.001 * f32::from(*mm))
-                .collect(),
+            width: camera.width,
+            height: camera.height,
+            z_m: metres.collect(),
             intrinsics: Intrinsics { fx, fy, cx, cy },
         };
         Scan {
@@ -127,30 +110,25 @@ impl Series {
     /// The planes of the 52 poses in one run.
     pub fn measure(&self, run: u64) -> Vec<PlanePair> {
         let X_RV = published_extrinsics();
-        let fixed = self
-            .device
-            .distortion(self.device_seed.unwrap_or(7000 + run));
-        stances::TABLE_A1
-            .iter()
-            .enumerate()
-            .map(|(i, stance)| {
-                let said = stances::X_GR(*stance);
-                let real = self
-                    .pose_noise
-                    .disturb(&said, self.pose_seed.unwrap_or(run), i as u64);
-                let real = self.repeatability.disturb(&real, 5000 + run, i as u64);
-                let seed = 1000 * (run + 1) + i as u64;
-                let anew = self.distorted_anew.then(|| self.device.distortion(seed));
-                let field = anew.as_ref().unwrap_or(&fixed);
-                let scan = self.device.shoot(&self.world, &real, &X_RV, field, seed);
-                let seen = ground(&scan, &self.config.ground).expect("there is ground");
-                PlanePair {
-                    robot: robot_plane(&said, &self.config.camera),
-                    sensor: seen.plane,
-                    common: seen.common,
-                }
-            })
-            .collect()
+        let fixed = self.device_seed.unwrap_or(7000 + run);
+        let fixed = self.device.distortion(fixed);
+        let pose_seed = self.pose_seed.unwrap_or(run);
+        let pair = |(i, stance): (u64, &[f64; 3])| {
+            let said = stances::X_GR(*stance);
+            let real = self.pose_noise.disturb(&said, pose_seed, i);
+            let real = self.repeatability.disturb(&real, 5000 + run, i);
+            let seed = 1000 * (run + 1) + i;
+            let anew = self.distorted_anew.then(|| self.device.distortion(seed));
+            let field = anew.as_ref().unwrap_or(&fixed);
+            let scan = self.device.shoot(&self.world, &real, &X_RV, field, seed);
+            let seen = ground(&scan, &self.config.ground).expect("there is ground");
+            PlanePair {
+                robot: robot_plane(&said, &self.config.camera),
+                sensor: seen.plane,
+                common: seen.common,
+            }
+        };
+        (0..).zip(&stances::TABLE_A1).map(pair).collect()
     }
 }
 
@@ -158,10 +136,8 @@ impl Series {
 pub fn robot_plane(X_GR: &Isometry3<f64>, config: &CameraConfig) -> GroundPlane {
     let tilt = config.robot_tilt_sigma_rad.powi(2);
     let height = config.robot_height_sigma_m.powi(2);
-    GroundPlane::ground(
-        X_GR,
-        Matrix3::from_diagonal(&Vector3::new(tilt, tilt, height)),
-    )
+    let noise = Matrix3::from_diagonal(&Vector3::new(tilt, tilt, height));
+    GroundPlane::ground(X_GR, noise)
 }
 
 /// One run against the truth.
@@ -183,24 +159,14 @@ pub fn outcome(pairs: &[PlanePair], config: &CameraConfig) -> Outcome {
     let found = identify(pairs, config).expect("the poses determine the mount");
     let closed = closed_form(pairs).expect("the poses determine the mount");
     let delta = step(&truth, &found.X_RV);
-    let inverse = found
-        .covariance
-        .try_inverse()
-        .unwrap_or_else(Matrix6::identity);
-    let sigma = PaperParameters::of_mount(&found.X_RV)
-        .deviations(&found.covariance)
-        .expect("β is not ±90°");
+    let inverse = found.covariance.try_inverse();
+    let inverse = inverse.unwrap_or_else(Matrix6::identity);
+    let sigma = PaperParameters::of_mount(&found.X_RV).deviations(&found.covariance);
     Outcome {
         error: difference(&values(&found.X_RV), &values(&truth)),
         closed_error: difference(&values(&closed), &values(&truth)),
         values: values(&found.X_RV),
-        sigma: [0, 1, 2, 3, 4, 5].map(|k| {
-            if k < 3 {
-                sigma[k].to_degrees()
-            } else {
-                1e3 * sigma[k]
-            }
-        }),
+        sigma: degrees_and_mm(sigma.expect("β is not ±90°")),
         nees: delta.dot(&(inverse * delta)) / 6.0,
         found,
     }
@@ -216,8 +182,14 @@ fn step(from: &Isometry3<f64>, to: &Isometry3<f64>) -> Vector6<f64> {
 /// α, β, γ in degrees, p in mm.
 pub fn values(X_RV: &Isometry3<f64>) -> [f64; 6] {
     let p = PaperParameters::of_mount(X_RV);
-    let [a, b, c] = p.angles_rad.map(f64::to_degrees);
-    let [x, y, z] = p.position_m.map(|p| 1e3 * p);
+    let ([a, b, c], [x, y, z]) = (p.angles_rad, p.position_m);
+    degrees_and_mm([a, b, c, x, y, z])
+}
+
+/// Three angles, rad, and three lengths, m, in degrees and mm.
+pub fn degrees_and_mm([a, b, c, x, y, z]: [f64; 6]) -> [f64; 6] {
+    let [a, b, c] = [a, b, c].map(f64::to_degrees);
+    let [x, y, z] = [x, y, z].map(|length| 1e3 * length);
     [a, b, c, x, y, z]
 }
 
@@ -245,11 +217,6 @@ pub fn row(name: &str, values: &[f64; 6]) {
 }
 
 pub fn heading() {
-    println!(
-        "{:<44}{}",
-        "",
-        ["α °", "β °", "γ °", "p_x mm", "p_y mm", "p_z mm"]
-            .map(|h| format!("{h:>9}"))
-            .join("")
-    );
+    let heads = ["α °", "β °", "γ °", "p_x mm", "p_y mm", "p_z mm"];
+    println!("{:<44}{}", "", heads.map(|h| format!("{h:>9}")).join(""));
 }

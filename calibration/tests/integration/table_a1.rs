@@ -9,9 +9,8 @@ const RUNS: u64 = 20;
 const SMALLER: usize = 5;
 
 fn outcomes(series: &Series) -> Vec<Outcome> {
-    (0..RUNS)
-        .map(|run| outcome(&series.measure(run), &series.config.camera))
-        .collect()
+    let run = |run| outcome(&series.measure(run), &series.config.camera);
+    (0..RUNS).map(run).collect()
 }
 
 /// A series in numbers: α, β, γ in degrees, p in mm.

@@ -15,12 +15,8 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
     let z = it.q.R_WB * Vector3::z();
     let upright = ctx.problem.reference.R_WB * Vector3::z();
     let tilt = 1.0 - z.dot(&upright);
-    let row = rows.push(
-        Tag::BaseTilt,
-        ANGLE_ARM_M * tilt,
-        f64::NEG_INFINITY,
-        ANGLE_ARM_M * (1.0 - most_rad.cos()),
-    );
+    let (tilt, most) = (ANGLE_ARM_M * tilt, ANGLE_ARM_M * (1.0 - most_rad.cos()));
+    let row = rows.push(Tag::BaseTilt, tilt, f64::NEG_INFINITY, most);
     if !row.is_empty() {
         // dz = φ × z, so that −dz·z_R = φ·(z_R × z)
         let gradient = ANGLE_ARM_M * upright.cross(&z);

@@ -34,30 +34,16 @@ impl Clearances {
         let robot = ctx.robot();
         self.own.clear();
         self.world.clear();
-        robot
-            .collision
-            .self_proximities(robot, &it.kinematics, PREDICTION_M, &mut self.own);
+        let (collision, kin, within) = (&robot.collision, &it.kinematics, PREDICTION_M);
+        collision.self_proximities(kin, within, &mut self.own);
         let environment = ctx.problem.environment;
         let touches = |shape: BodyShape, obstacle: usize| {
-            ctx.problem
-                .contacts
-                .iter()
-                .zip(&ctx.contacts)
-                .any(|(contact, model)| {
-                    model.body == shape.body
-                        && contact
-                            .face
-                            .is_some_and(|f| environment.is_behind(f, obstacle))
-                })
+            let mut contacts = ctx.problem.contacts.iter().zip(&ctx.contacts);
+            let behind = |face| environment.is_behind(face, obstacle);
+            contacts.any(|(c, model)| model.body == shape.body && c.face.is_some_and(behind))
         };
-        robot.collision.world_proximities(
-            robot,
-            &it.kinematics,
-            environment.world(),
-            PREDICTION_M,
-            &touches,
-            &mut self.world,
-        );
+        let world = environment.world();
+        collision.world_proximities(kin, world, within, &touches, &mut self.world);
     }
 
     pub fn rows(&mut self, ctx: &Context, it: &Iterate, rows: &mut Rows) {

@@ -23,8 +23,7 @@ use crate::rows::{Rows, Tag};
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
     let body = ctx.contacts[contact].body;
     let radius = ctx.contacts[contact].radius;
-    let X_BC = &ctx.robot().patches[ctx.problem.contacts[contact].patch].X_BC;
-    let X_WC = it.kinematics.X_WB[body] * X_BC;
+    let X_WC = ctx.X_WC(it, contact);
     let p_WC = X_WC.translation.vector;
     let z_C = X_WC.rotation * Vector3::z();
     let asked = &ctx.problem.contacts[contact];
@@ -88,12 +87,8 @@ fn aligned(
     }
     let cos = z.dot(z_C);
     if cos < 0.8 {
-        let row = rows.push(
-            Tag::Closure(contact),
-            ANGLE_ARM_M * cos,
-            ANGLE_ARM_M * 0.5,
-            f64::INFINITY,
-        );
+        let (value, least) = (ANGLE_ARM_M * cos, ANGLE_ARM_M * 0.5);
+        let row = rows.push(Tag::Closure(contact), value, least, f64::INFINITY);
         if !row.is_empty() {
             ctx.add_rotation_gradient(it, body, &(ANGLE_ARM_M * z_C.cross(z)), row);
         }

@@ -36,10 +36,8 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
             }
         }
     }
-    let moment: Vector3<f64> = points
-        .iter()
-        .map(|((_, _, p, f), _)| (p - c).cross(f))
-        .sum();
+    let moments = points.iter().map(|((_, _, p, f), _)| (p - c).cross(f));
+    let moment: Vector3<f64> = moments.sum();
     for k in 0..3 {
         let row = rows.push(Tag::Balance, moment[k], 0.0, 0.0);
         if row.is_empty() {

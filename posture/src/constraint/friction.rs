@@ -49,9 +49,8 @@ impl Load {
             return Self::default();
         }
         let contacts = &ctx.problem.contacts;
-        let loaded: Vec<usize> = (0..contacts.len())
-            .filter(|i| contacts[*i].loaded)
-            .collect();
+        let loaded = (0..contacts.len()).filter(|i| contacts[*i].loaded);
+        let loaded: Vec<usize> = loaded.collect();
         let origin = Point2::origin();
         let place = |&i: &usize| match contacts[i].area() {
             None => {

@@ -22,15 +22,12 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
         return;
     };
     let body = ctx.contacts[contact].body;
-    let vertices: Vec<_> = ctx.contacts[contact]
-        .vertices
-        .iter()
-        .map(|v| {
-            let p_W = ctx.patch_point_W(it, contact, v);
-            let p_F = area.X_WF.inverse_transform_point(&Point3::from(p_W)).xy();
-            (ctx.carried_point_W(it, contact, v), p_F)
-        })
-        .collect();
+    let vertices = ctx.contacts[contact].vertices.iter().map(|v| {
+        let p_W = ctx.patch_point_W(it, contact, v);
+        let p_F = area.X_WF.inverse_transform_point(&Point3::from(p_W)).xy();
+        (ctx.carried_point_W(it, contact, v), p_F)
+    });
+    let vertices: Vec<_> = vertices.collect();
     let radius = ctx.contacts[contact].radius.unwrap_or(0.0);
     let margin = ctx.config.patch_margin_m + radius;
     for edge in area.polygon.half_planes() {

@@ -99,13 +99,13 @@ impl Torques {
                 loaded[p] = true;
             }
         }
-        for (b, &loaded) in loaded.iter().enumerate().skip(1) {
+        for (b, _) in ctx.layout.joints() {
             let limit = ctx.robot().bodies[b].effort * ctx.config.torque_use;
-            if ctx.layout.column[b].is_none() || !(limit > 0.0 && limit.is_finite()) {
+            if !(limit > 0.0 && limit.is_finite()) {
                 continue;
             }
             let value = self.holding(ctx, it, b) / limit;
-            if value.abs() < WATCHED_USE && !loaded {
+            if value.abs() < WATCHED_USE && !loaded[b] {
                 continue;
             }
             let row = rows.push(Tag::Torque(b), value, -1.0, 1.0);
@@ -132,11 +132,8 @@ impl Torques {
         for k in 0..3 {
             row[3 + k] += scale * turn[k];
         }
-        let mut k = if revolute {
-            Some(b)
-        } else {
-            robot.bodies[b].parent
-        };
+        let parent = robot.bodies[b].parent;
+        let mut k = if revolute { Some(b) } else { parent };
         while let Some(i) = k {
             if let Some(column) = ctx.layout.column[i]
                 && robot.bodies[i].kind != JointKind::Prismatic
@@ -147,13 +144,8 @@ impl Torques {
         }
         // Joints beyond it move only what is beyond them.
         if revolute {
-            for i in b + 1..robot.bodies.len() {
-                let Some(column) = ctx.layout.column[i] else {
-                    continue;
-                };
-                if !robot.supports(b, i) {
-                    continue;
-                }
+            let beyond = |i: usize| i > b && robot.supports(b, i);
+            for (i, column) in ctx.layout.joints().filter(|(i, _)| beyond(*i)) {
                 let a = &kin.axis_W[i];
                 let change = if robot.bodies[i].kind == JointKind::Prismatic {
                     a.cross(&self.force[i])
@@ -172,14 +164,11 @@ impl Torques {
             }
             for (v, &column) in ctx.contacts[contact].force_points.iter().zip(columns) {
                 let p = ctx.patch_point_W(it, contact, v);
-                let lever = if revolute {
-                    axis.cross(&(p - kin.origin_W[b]))
-                } else {
-                    *axis
-                };
+                let turns = axis.cross(&(p - kin.origin_W[b]));
+                let lever = if revolute { turns } else { *axis };
+                let axes = &ctx.contacts[contact].axes;
                 for j in 0..3 {
-                    row[column + j] -=
-                        scale * ctx.weight * lever.dot(&ctx.contacts[contact].axes.column(j));
+                    row[column + j] -= scale * ctx.weight * lever.dot(&axes.column(j));
                 }
             }
         }

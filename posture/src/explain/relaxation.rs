@@ -70,11 +70,10 @@ pub(super) fn eased(
         base_goal,
         ..*problem
     };
-    let outcome = solve_relaxed(&problem, &config, relaxed)?;
-    Ok(match outcome {
-        Outcome::Feasible(posture) => Some(posture),
-        _ => None,
-    })
+    match solve_relaxed(&problem, &config, relaxed)? {
+        Outcome::Feasible(posture) => Ok(Some(posture)),
+        _ => Ok(None),
+    }
 }
 
 /// The least by which a group has to give way while the others hold; nothing where it alone is
@@ -85,9 +84,8 @@ pub(super) fn relax(
     group: Group,
 ) -> Result<Option<Relaxation>, Error> {
     let with = |amount: Ease| {
-        eased(problem, config, |g| {
-            if g == group { amount } else { Ease::Kept }
-        })
+        let ease = |g| if g == group { amount } else { Ease::Kept };
+        eased(problem, config, ease)
     };
     let Some(free) = with(Ease::Gone)? else {
         return Ok(None);
@@ -100,17 +98,13 @@ pub(super) fn relax(
     }
     let (mut low, mut high) = match group {
         Group::Friction => {
-            let least = problem
-                .contacts
-                .iter()
-                .map(|c| c.friction)
-                .fold(f64::INFINITY, f64::min);
-            (least, ANY_FRICTION)
+            let frictions = problem.contacts.iter().map(|c| c.friction);
+            (frictions.fold(f64::INFINITY, f64::min), ANY_FRICTION)
         }
-        Group::Torques => (
-            config.torque_use,
-            (1.01 * free.margins.torque_use).max(config.torque_use),
-        ),
+        Group::Torques => {
+            let needed = 1.01 * free.margins.torque_use;
+            (config.torque_use, needed.max(config.torque_use))
+        }
         Group::JointLimits => (0.0, std::f64::consts::PI),
         _ => (0.0, 0.5),
     };
@@ -158,10 +152,8 @@ fn displacement(problem: &Problem, i: usize, free: &Posture) -> Option<Relaxatio
         }
         Some(area) => {
             let (beside, over) = area.distances_m(&shape.touched_W(&free.contacts[i].X_WC));
-            (
-                beside.hypot(over),
-                format!(" ({:+.0} along the normal)", 1e3 * over),
-            )
+            let direction = format!(" ({:+.0} along the normal)", 1e3 * over);
+            (beside.hypot(over), direction)
         }
     };
     Some(Relaxation {
@@ -185,22 +177,14 @@ fn words(group: Group, amount: f64) -> String {
 
 /// The joints that a posture has beyond their limits, the worst three.
 fn wider_limits(problem: &Problem, config: &Config, posture: &Posture) -> String {
-    let mut beyond: Vec<(f64, &str)> = problem
-        .robot
-        .joint_bodies()
-        .iter()
-        .zip(posture.q.joints.iter())
-        .map(|(b, q)| {
-            let inside = (q - b.lower).min(b.upper - q) - config.joint_margin_rad;
-            (-inside, b.joint.as_str())
-        })
-        .filter(|(by, _)| *by > 1e-3)
-        .collect();
+    let bodies = problem.robot.joint_bodies().iter();
+    let over = bodies.zip(posture.q.joints.iter()).map(|(b, q)| {
+        let inside = (q - b.lower).min(b.upper - q) - config.joint_margin_rad;
+        (-inside, b.joint.as_str())
+    });
+    let mut beyond: Vec<(f64, &str)> = over.filter(|(by, _)| *by > 1e-3).collect();
     beyond.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let names: Vec<String> = beyond
-        .iter()
-        .take(3)
-        .map(|(by, joint)| format!("{joint} by {:.1}°", by.to_degrees()))
-        .collect();
+    let said = |(by, joint): &(f64, &str)| format!("{joint} by {:.1}°", by.to_degrees());
+    let names: Vec<String> = beyond.iter().take(3).map(said).collect();
     format!("wider joint limits: {}", names.join(", "))
 }

@@ -51,19 +51,15 @@ impl QpEngine for ActiveSet {
         fill(model, program);
         name(&mut self.names, program.names);
         let warm = warm_start(self.last.take(), &self.names, model);
-        match self
-            .backend
-            .solve(model, warm.as_ref(), &CancellationToken::default())
-        {
+        let (warm, never) = (warm.as_ref(), CancellationToken::default());
+        match self.backend.solve(model, warm, &never) {
             Ok(QpOutcome::Optimal(solution)) => {
-                self.last = solution.active_set.map(|set| Active {
-                    rows: self
-                        .names
-                        .iter()
-                        .filter(|n| set.rows[n.2] != Activity::Inactive)
-                        .map(|n| (n.0, n.1, set.rows[n.2]))
-                        .collect(),
-                    variables: set.variables,
+                self.last = solution.active_set.map(|set| {
+                    let rows = self.names.iter().map(|n| (n.0, n.1, set.rows[n.2]));
+                    Active {
+                        rows: rows.filter(|row| row.2 != Activity::Inactive).collect(),
+                        variables: set.variables,
+                    }
                 });
                 Ok(solution.step)
             }
@@ -110,7 +106,7 @@ fn warm_start(
 }
 
 fn empty() -> QpModel {
-    let nothing = || CsrMatrix {
+    let nothing = CsrMatrix {
         pattern: CsrPattern {
             rows: 0,
             cols: 0,
@@ -120,10 +116,10 @@ fn empty() -> QpModel {
         values: Vec::new(),
     };
     QpModel {
-        hessian_lower: nothing(),
+        hessian_lower: nothing.clone(),
         gradient: Vec::new(),
         variables: Bounds::new(Vec::new(), Vec::new()),
-        matrix: nothing(),
+        matrix: nothing,
         rows: Bounds::new(Vec::new(), Vec::new()),
     }
 }

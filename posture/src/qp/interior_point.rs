@@ -23,12 +23,8 @@ impl QpEngine for InteriorPoint {
             })
         };
         for (i, &hard) in program.hard.iter().enumerate() {
-            let row: Vec<(usize, f64)> = program.a[i * n..(i + 1) * n]
-                .iter()
-                .copied()
-                .enumerate()
-                .filter(|&(_, v)| v != 0.0)
-                .collect();
+            let row = program.a[i * n..(i + 1) * n].iter().copied().enumerate();
+            let row: Vec<(usize, f64)> = row.filter(|&(_, v)| v != 0.0).collect();
             let (lower, upper) = (program.row_lower[i], program.row_upper[i]);
             if lower == upper {
                 let mut entries = row;

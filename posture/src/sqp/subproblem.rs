@@ -114,8 +114,7 @@ impl<'a> Subproblem<'a> {
             let reach = trust * self.step_max(k);
             (self.lower[k], self.upper[k]) = (-reach, reach);
         }
-        for (i, column) in ctx.layout.column.iter().enumerate().skip(1) {
-            let Some(column) = *column else { continue };
+        for (i, column) in ctx.layout.joints() {
             let reach = trust * self.step_max(column);
             let (low, high) = ctx.joint_bounds(i);
             let q = it.q.joints[i - 1];
@@ -155,24 +154,19 @@ impl<'a> Subproblem<'a> {
                 change += self.hessian[(i, j)] * delta[i] * delta[j];
             }
         }
-        let violation = (0..self.rows.len())
-            .map(|i| {
-                let value = self.rows.value[i] + self.rows.change(i, delta);
-                (self.rows.lower[i] - value)
-                    .max(value - self.rows.upper[i])
-                    .max(0.0)
-            })
-            .sum();
-        (change, violation)
+        let rows = &self.rows;
+        let violation = |i: usize| {
+            let value = rows.value[i] + rows.change(i, delta);
+            (rows.lower[i] - value).max(value - rows.upper[i]).max(0.0)
+        };
+        (change, (0..rows.len()).map(violation).sum())
     }
 
     /// Length of a step as a part of the largest that the trust region of scale 1 allows.
     pub fn length(&self, delta: &[f64]) -> f64 {
-        delta[..self.ctx.layout.nq]
-            .iter()
-            .enumerate()
-            .map(|(k, d)| d.abs() / self.step_max(k))
-            .fold(0.0, f64::max)
+        let steps = delta[..self.ctx.layout.nq].iter().enumerate();
+        let parts = steps.map(|(k, d)| d.abs() / self.step_max(k));
+        parts.fold(0.0, f64::max)
     }
 
     /// Largest step in a column of the configuration.

@@ -102,13 +102,11 @@ fn inside(posture: &Posture) -> f64 {
 fn it_stands_on_six_balls_and_on_three() {
     let hexapod = Hexapod::new(vec![floor()]);
     for feet in [&[0, 1, 2, 3, 4, 5][..], &[0, 2, 4], &[1, 3, 5]] {
-        let names = || feet.iter().map(|&i| FEET[i]);
-        hexapod.stands(&names().map(|foot| hexapod.fixed(foot)).collect::<Vec<_>>());
-        hexapod.stands(
-            &names()
-                .map(|foot| hexapod.on(foot, "floor"))
-                .collect::<Vec<_>>(),
-        );
+        let names = feet.iter().map(|&i| FEET[i]);
+        let fixed = names.clone().map(|foot| hexapod.fixed(foot));
+        hexapod.stands(&fixed.collect::<Vec<_>>());
+        let free = names.map(|foot| hexapod.on(foot, "floor"));
+        hexapod.stands(&free.collect::<Vec<_>>());
     }
 }
 
@@ -160,11 +158,8 @@ fn feet_on_a_slope_and_a_step_touch_along_their_normals() {
     let hexapod = Hexapod::new(vec![floor(), slope, step]);
     let faces = ["slope", "floor", "step", "step", "floor", "slope"];
     let feet = FEET.iter().zip(faces);
-    hexapod.stands(
-        &feet
-            .map(|(foot, face)| hexapod.on(foot, face))
-            .collect::<Vec<_>>(),
-    );
+    let contacts = feet.map(|(foot, face)| hexapod.on(foot, face));
+    hexapod.stands(&contacts.collect::<Vec<_>>());
 }
 
 #[test]
@@ -172,10 +167,8 @@ fn feet_on_one_side_hold_it_only_where_it_leans_over_them() {
     let hexapod = Hexapod::new(vec![floor()]);
     let margin_m = Config::default().com_margin_m;
     // The other feet, at the same places, touch and bear nothing.
-    let feet = FEET.iter().enumerate();
-    let contacts: Vec<Contact> = feet
-        .map(|(i, foot)| hexapod.fixed(foot).loaded(i < 3))
-        .collect();
+    let feet = (0..6).map(|i| hexapod.fixed(FEET[i]).loaded(i < 3));
+    let contacts: Vec<Contact> = feet.collect();
     // Free to lean, it brings its weight just between the three, and no margin inside.
     let refused = hexapod.solve(&contacts, None, margin_m, &hexapod.q);
     assert!(refused.violation().is_some(), "{refused:?}");

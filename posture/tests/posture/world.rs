@@ -99,14 +99,10 @@ fn assert_sound(robot: &Robot, contacts: &[Contact], posture: &Posture, config: 
     assert!(moment.norm() < 1e-4 * weight, "unbalanced moment {moment}");
     for (j, body) in robot.joint_bodies().iter().enumerate() {
         let (torque, q, joint) = (torques[6 + j], posture.q.joints[j], &body.joint);
-        assert!(
-            (torque - posture.torques[j]).abs() < 1e-6 * weight,
-            "{joint}"
-        );
-        assert!(
-            torque.abs() <= body.effort * (config.torque_use + 1e-4),
-            "{joint}"
-        );
+        let off = (torque - posture.torques[j]).abs();
+        assert!(off < 1e-6 * weight, "{joint}");
+        let most = body.effort * (config.torque_use + 1e-4);
+        assert!(torque.abs() <= most, "{joint}");
         assert!(q >= body.lower && q <= body.upper, "{joint}");
     }
 }

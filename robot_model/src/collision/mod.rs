@@ -15,12 +15,14 @@ mod model;
 mod narrow;
 mod overlap;
 mod parry;
+mod quickhull;
 mod segment;
 mod world;
 
 pub use closest::Closest;
 pub use geometry::ShapeGeometry;
-pub use hull::{Hull, HullError};
+pub use hull::Hull;
 pub use model::{BodyShape, CollidingPair, CollisionModel, Other, Proximity, Shape};
 pub use narrow::closest;
+pub use quickhull::HullError;
 pub use world::{Obstacle, World};

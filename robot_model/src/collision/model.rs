@@ -95,13 +95,8 @@ impl CollisionModel {
         // The nearest ancestor with a shape, by body; parents come first.
         let mut above: Vec<Option<usize>> = vec![None; bodies.len()];
         for (i, body) in bodies.iter().enumerate() {
-            above[i] = body.parent.filter(|p| *p < i).and_then(|parent| {
-                if has_shape[parent] {
-                    Some(parent)
-                } else {
-                    above[parent]
-                }
-            });
+            let parent = body.parent.filter(|p| *p < i);
+            above[i] = parent.and_then(|p| if has_shape[p] { Some(p) } else { above[p] });
         }
         let above = |body: usize| above.get(body).copied().flatten();
         let parent = |body: usize| bodies.get(body).and_then(|b| b.parent);
@@ -154,13 +149,11 @@ impl CollisionModel {
     pub(crate) fn disable_overlapping_neighbours(&mut self, kinematics: &Kinematics) {
         let mut near = Vec::new();
         self.near(kinematics, 0.0, &self.joined, &mut near);
-        let overlapping: Vec<(usize, usize)> = near
-            .iter()
-            .filter_map(|p| match p.b {
-                Other::Shape(b) => Some((p.a.shape, b.shape)),
-                Other::Obstacle(_) => None,
-            })
-            .collect();
+        let pair = |p: &Proximity| match p.b {
+            Other::Shape(b) => Some((p.a.shape, b.shape)),
+            Other::Obstacle(_) => None,
+        };
+        let overlapping: Vec<(usize, usize)> = near.iter().filter_map(pair).collect();
         self.pairs.retain(|pair| !overlapping.contains(pair));
     }
 
@@ -173,7 +166,6 @@ impl CollisionModel {
     /// [`Self::pairs`].
     pub fn self_proximities(
         &self,
-        _robot: &Robot,
         kinematics: &Kinematics,
         prediction_m: f64,
         out: &mut Vec<Proximity>,
@@ -196,11 +188,8 @@ impl CollisionModel {
             }
             let (a, b) = (&self.shapes[i].geometry, &self.shapes[j].geometry);
             if let Some(found) = closest(a, X_WA, b, X_WB, prediction_m) {
-                out.push(proximity(
-                    self.body_shape(i),
-                    Other::Shape(self.body_shape(j)),
-                    found,
-                ));
+                let other = Other::Shape(self.body_shape(j));
+                out.push(proximity(self.body_shape(i), other, found));
             }
         }
     }
@@ -209,7 +198,6 @@ impl CollisionModel {
     /// excepted for which `skip` holds; by shape, then by obstacle.
     pub fn world_proximities(
         &self,
-        _robot: &Robot,
         kinematics: &Kinematics,
         world: &World,
         prediction_m: f64,
@@ -233,14 +221,12 @@ impl CollisionModel {
 
     /// Pose and bounding box of each shape.
     fn place(&self, kinematics: &Kinematics) -> Vec<(Isometry3<f64>, Bounds)> {
-        self.shapes
-            .iter()
-            .zip(&self.bounds)
-            .map(|(shape, bounds)| {
-                let X_WG = kinematics.X_WB[shape.body] * shape.X_BG;
-                (X_WG, Bounds::around(bounds, &X_WG))
-            })
-            .collect()
+        let shapes = self.bounds.iter().enumerate();
+        let placed = shapes.map(|(i, bounds)| {
+            let X_WG = self.X_WG(kinematics, i);
+            (X_WG, Bounds::around(bounds, &X_WG))
+        });
+        placed.collect()
     }
 
     fn body_shape(&self, shape: usize) -> BodyShape {
@@ -257,31 +243,22 @@ impl Robot {
     pub fn colliding_pairs(&self, configuration: &Configuration) -> Vec<CollidingPair> {
         let kinematics = Kinematics::new(self, configuration);
         let mut near = Vec::new();
-        self.collision
-            .self_proximities(self, &kinematics, 0.0, &mut near);
+        self.collision.self_proximities(&kinematics, 0.0, &mut near);
         near.sort_by(|p, q| p.distance.total_cmp(&q.distance));
         let mut seen = BTreeSet::new();
-        let mut pairs: Vec<CollidingPair> = near
-            .iter()
-            .filter_map(|p| {
-                let Other::Shape(b) = p.b else { return None };
-                let link = |shape: usize| self.collision.shapes[shape].link.clone();
-                let (link_a, link_b) = (link(p.a.shape), link(b.shape));
-                let (link_a, link_b) = if link_a <= link_b {
-                    (link_a, link_b)
-                } else {
-                    (link_b, link_a)
-                };
-                let overlaps = p.distance < 0.0;
-                (overlaps && seen.insert((link_a.clone(), link_b.clone()))).then_some(
-                    CollidingPair {
-                        link_a,
-                        link_b,
-                        distance: p.distance,
-                    },
-                )
+        let deepest = near.iter().filter_map(|p| {
+            let Other::Shape(b) = p.b else { return None };
+            let mut links = [p.a.shape, b.shape].map(|k| self.collision.shapes[k].link.clone());
+            links.sort();
+            let is_new = p.distance < 0.0 && seen.insert(links.clone());
+            let [link_a, link_b] = links;
+            is_new.then_some(CollidingPair {
+                link_a,
+                link_b,
+                distance: p.distance,
             })
-            .collect();
+        });
+        let mut pairs: Vec<CollidingPair> = deepest.collect();
         pairs.sort_by(|p, q| (&p.link_a, &p.link_b).cmp(&(&q.link_a, &q.link_b)));
         pairs
     }

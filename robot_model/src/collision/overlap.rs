@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use super::ShapeGeometry;
 use super::closest::{Closest, separation};
-use super::hull::{Facet, Growing};
+use super::quickhull::{Facet, Growing};
 
 /// Depths closer than this are one; m.
 const ENOUGH_M: f64 = 1e-9;

@@ -67,35 +67,28 @@ enum Kind {
 /// a point without a radius, a name given twice;
 /// [`Error::Unknown`] for a link that is not there.
 pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactPatch>, Error> {
-    let parsed: File =
-        toml::from_str(text).map_err(|error| Error::file(file, error.to_string().trim_end()))?;
+    let parsed: Result<File, _> = toml::from_str(text);
+    let parsed = parsed.map_err(|error| Error::file(file, error.to_string().trim_end()))?;
     let mut patches: Vec<ContactPatch> = Vec::new();
     for patch in &parsed.patch {
         let refuse = |cause: String| Error::part(file, "patch", &patch.name, cause);
         if patches.iter().any(|other| other.name == patch.name) {
             return Err(refuse("its name is given twice".to_owned()));
         }
-        let frame = robot
-            .frames
-            .iter()
-            .find(|f| f.name == patch.link)
-            .ok_or_else(|| {
-                let place = format!("{file}: patch \"{}\"", patch.name);
-                let links = robot.frames.iter().map(|f| f.name.as_str());
-                Error::unknown(Some(&place), "link", &patch.link, links)
-            })?;
+        let frame = robot.frames.iter().find(|f| f.name == patch.link);
+        let frame = frame.ok_or_else(|| {
+            let place = format!("{file}: patch \"{}\"", patch.name);
+            let links = robot.frames.iter().map(|f| f.name.as_str());
+            Error::unknown(Some(&place), "link", &patch.link, links)
+        })?;
         let numbers = patch.position_m.iter().chain(&patch.rpy_rad);
-        if !numbers
-            .chain(patch.polygon_m.iter().flatten().flatten())
-            .all(|v| v.is_finite())
-        {
+        let mut numbers = numbers.chain(patch.polygon_m.iter().flatten().flatten());
+        if !numbers.all(|v| v.is_finite()) {
             return Err(refuse("it holds a number that is not finite".to_owned()));
         }
-        if !(patch.friction.is_finite() && patch.friction > 0.0) {
-            return Err(refuse(format!(
-                "its friction {} is not positive",
-                patch.friction
-            )));
+        let friction = patch.friction;
+        if !(friction.is_finite() && friction > 0.0) {
+            return Err(refuse(format!("its friction {friction} is not positive")));
         }
         let (kind, polygon) = shape(patch).map_err(refuse)?;
         let [roll, pitch, yaw] = patch.rpy_rad;
@@ -111,7 +104,7 @@ pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactP
             kind,
             polygon,
             roles: patch.roles.clone(),
-            friction: patch.friction,
+            friction,
         });
     }
     Ok(patches)
@@ -144,9 +137,8 @@ const SMALLEST_M: f64 = 1e-6;
 fn flaw(polygon: &[Point2<f64>]) -> Option<String> {
     let n = polygon.len();
     if n < 3 {
-        return Some(format!(
-            "its polygon has {n} vertices, at least 3 are wanted"
-        ));
+        let cause = format!("its polygon has {n} vertices, at least 3 are wanted");
+        return Some(cause);
     }
     for i in 0..n {
         for j in 0..i {
@@ -155,9 +147,8 @@ fn flaw(polygon: &[Point2<f64>]) -> Option<String> {
             }
         }
     }
-    let area = (0..n)
-        .map(|i| polygon[i].coords.perp(&polygon[(i + 1) % n].coords))
-        .sum::<f64>();
+    let doubled = |i: usize| polygon[i].coords.perp(&polygon[(i + 1) % n].coords);
+    let area: f64 = (0..n).map(doubled).sum();
     if area <= 0.0 {
         return Some("its polygon runs clockwise, counter-clockwise is wanted".to_owned());
     }
@@ -197,10 +188,10 @@ mod tests {
         assert!(flaw_of(&repeated).contains("the same"));
         let dented = [[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]];
         assert!(flaw_of(&dented).contains("convex"));
-        let star: Vec<[f64; 2]> = (0..5)
-            .map(|k| (f64::from(k) * 2.0 * std::f64::consts::TAU / 5.0).sin_cos())
-            .map(|(y, x)| [x, y])
-            .collect();
+        let star = [0.0, 0.4, 0.8, 1.2, 1.6].map(|turns| {
+            let (y, x) = f64::sin_cos(turns * std::f64::consts::TAU);
+            [x, y]
+        });
         assert!(flaw_of(&star).contains("crosses"));
     }
 }

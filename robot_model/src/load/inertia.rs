@@ -42,8 +42,8 @@ impl Lump {
         let X_BI = X_BL * pose(&link.inertial.origin);
         let R_BI = X_BI.rotation.to_rotation_matrix();
         let inertia_B = R_BI.matrix() * inertia * R_BI.matrix().transpose();
-        self.parts
-            .push((mass_kg, X_BI.translation.vector, inertia_B));
+        let com = X_BI.translation.vector;
+        self.parts.push((mass_kg, com, inertia_B));
         Ok(())
     }
 
@@ -53,20 +53,13 @@ impl Lump {
     pub fn total(&self) -> (f64, Vector3<f64>, Matrix3<f64>) {
         let mass: f64 = self.parts.iter().map(|part| part.0).sum();
         let moment: Vector3<f64> = self.parts.iter().map(|part| part.1 * part.0).sum();
-        let com = if mass > 0.0 {
-            moment / mass
-        } else {
-            Vector3::zeros()
-        };
-        let inertia = self
-            .parts
-            .iter()
-            .map(|(m, p, inertia)| {
-                let r = p - com;
-                inertia + (Matrix3::identity() * r.norm_squared() - r * r.transpose()) * *m
-            })
-            .sum();
-        (mass, com, inertia)
+        // Without mass there is no moment either.
+        let com = moment / if mass > 0.0 { mass } else { 1.0 };
+        let inertia = self.parts.iter().map(|(m, p, inertia)| {
+            let r = p - com;
+            inertia + (Matrix3::identity() * r.norm_squared() - r * r.transpose()) * *m
+        });
+        (mass, com, inertia.sum())
     }
 }
 
@@ -89,10 +82,10 @@ pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Res
         if *carried < MASSLESS_KG {
             let cause = match body.kind {
                 JointKind::Floating => "the whole robot is massless".to_owned(),
-                _ => format!(
-                    "it is massless, as is all that joint \"{}\" moves",
-                    body.joint
-                ),
+                _ => {
+                    let joint = &body.joint;
+                    format!("it is massless, as is all that joint \"{joint}\" moves")
+                }
             };
             findings.refuse_unless_lenient(refuse(cause))?;
         } else if body.mass_kg < MASSLESS_KG {

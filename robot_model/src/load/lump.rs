@@ -85,9 +85,8 @@ fn base_of(urdf: &Urdf, tree: &Tree, findings: &mut Findings) -> usize {
     match tree.children[tree.root].as_slice() {
         [(j, child)] if is_dummy && joints[*j].joint_type == JointType::Floating => {
             let (name, base) = (&root.name, &links[*child].name);
-            findings.note(format!(
-                "link \"{base}\" floats; the dummy root \"{name}\" is dropped"
-            ));
+            let what = format!("link \"{base}\" floats; the dummy root \"{name}\" is dropped");
+            findings.note(what);
             *child
         }
         _ => tree.root,
@@ -133,19 +132,11 @@ fn motion_of(file: &str, urdf: &Urdf, j: usize, findings: &mut Findings) -> Resu
     // A mimic joint is no freedom of its own: it stays where it is while its leader is at zero.
     if let Some(mimic) = &joint.mimic {
         let offset = mimic.offset.unwrap_or(0.0);
-        if !urdf
-            .robot
-            .joints
-            .iter()
-            .any(|other| other.name == mimic.joint)
-        {
-            // Locked all the same.
-            findings.note(format!(
-                "joint \"{name}\" mimics no joint: \"{}\"",
-                mimic.joint
-            ));
-        }
         let leader = &mimic.joint;
+        if !urdf.robot.joints.iter().any(|other| other.name == *leader) {
+            // Locked all the same.
+            findings.note(format!("joint \"{name}\" mimics no joint: \"{leader}\""));
+        }
         let at = format!("\"{name}\" at {offset} (mimics \"{leader}\")");
         findings.list("mimic joints are locked", at);
         return Ok(Motion::Locked(moved(kind, &axis, offset)));
@@ -163,9 +154,8 @@ fn motion_of(file: &str, urdf: &Urdf, j: usize, findings: &mut Findings) -> Resu
         (lower, upper) = (lower.max(-TAU), upper.min(TAU));
     }
     if lower > upper {
-        return refuse(&format!(
-            "its lower limit {lower} is above its upper limit {upper}"
-        ));
+        let cause = format!("its lower limit {lower} is above its upper limit {upper}");
+        return refuse(&cause);
     }
     if lower == upper {
         let at = format!("\"{name}\" at {lower}");
@@ -199,10 +189,7 @@ fn motion_of(file: &str, urdf: &Urdf, j: usize, findings: &mut Findings) -> Resu
 fn moved(kind: JointKind, axis: &UnitVector3<f64>, value: f64) -> Isometry3<f64> {
     match kind {
         JointKind::Prismatic => Translation3::from(axis.into_inner() * value).into(),
-        _ => Isometry3::from_parts(
-            Translation3::identity(),
-            UnitQuaternion::from_axis_angle(axis, value),
-        ),
+        _ => nalgebra::convert(UnitQuaternion::from_axis_angle(axis, value)),
     }
 }
 
@@ -231,24 +218,16 @@ fn moving_body(
     X_PJ: Isometry3<f64>,
     range: Range,
 ) -> Body {
-    let Range {
-        kind,
-        axis,
-        lower,
-        upper,
-        effort,
-        velocity,
-    } = range;
     Body {
         joint: joint.name.clone(),
         parent: Some(parent),
         X_PJ,
-        kind,
-        axis: axis.into_inner(),
-        lower,
-        upper,
-        effort,
-        velocity,
+        kind: range.kind,
+        axis: range.axis.into_inner(),
+        lower: range.lower,
+        upper: range.upper,
+        effort: range.effort,
+        velocity: range.velocity,
         ..base_body(link.to_owned())
     }
 }

@@ -58,28 +58,21 @@ impl ShapeReader<'_> {
         geometry: &Geometry,
         findings: &mut Findings,
     ) -> Result<ShapeGeometry, Error> {
+        #[rustfmt::skip]
         let (what, shape) = match geometry {
-            Geometry::Box { size } => (
-                "box",
-                ShapeGeometry::Box {
-                    half_extents_m: Vector3::from(**size) / 2.0,
-                },
-            ),
+            Geometry::Box { size } => {
+                let half_extents_m = Vector3::from(**size) / 2.0;
+                ("box", ShapeGeometry::Box { half_extents_m })
+            }
             Geometry::Sphere { radius } => ("sphere", ShapeGeometry::Sphere { radius_m: *radius }),
-            Geometry::Cylinder { radius, length } => (
-                "cylinder",
-                ShapeGeometry::Cylinder {
-                    half_length_m: length / 2.0,
-                    radius_m: *radius,
-                },
-            ),
-            Geometry::Capsule { radius, length } => (
-                "capsule",
-                ShapeGeometry::Capsule {
-                    half_length_m: length / 2.0,
-                    radius_m: *radius,
-                },
-            ),
+            Geometry::Cylinder { radius, length } => {
+                let (half_length_m, radius_m) = (length / 2.0, *radius);
+                ("cylinder", ShapeGeometry::Cylinder { half_length_m, radius_m })
+            }
+            Geometry::Capsule { radius, length } => {
+                let (half_length_m, radius_m) = (length / 2.0, *radius);
+                ("capsule", ShapeGeometry::Capsule { half_length_m, radius_m })
+            }
             Geometry::Mesh { filename, scale } => {
                 let scale = scale.map_or([1.0; 3], |scale| *scale);
                 let hull = self.hull(link, filename, &scale, findings)?;
@@ -109,11 +102,9 @@ impl ShapeReader<'_> {
             Error::File { cause, .. } => self.refuse(link, filename, cause),
             other => other,
         })?;
-        let scaled: Vec<Point3<f64>> = mesh
-            .vertices
-            .iter()
-            .map(|v| Point3::from(v.coords.component_mul(&Vector3::from(*scale))))
-            .collect();
+        let scale = Vector3::from(*scale);
+        let scaled = |v: &Point3<f64>| Point3::from(v.coords.component_mul(&scale));
+        let scaled: Vec<Point3<f64>> = mesh.vertices.iter().map(scaled).collect();
         let hull = Hull::with_at_most(&scaled, HULL_VERTICES)
             .map_err(|error| self.refuse(link, filename, error.to_string()))?;
         // A millimetre is what a clearance margin does not notice.

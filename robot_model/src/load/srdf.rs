@@ -47,9 +47,8 @@ pub(super) fn apply(
             disabled.insert((a.to_owned(), b.to_owned()));
         }
     }
-    robot
-        .collision
-        .disable(|a, b| disabled.contains(&(a.to_owned(), b.to_owned())));
+    let is_disabled = |a: &str, b: &str| disabled.contains(&(a.to_owned(), b.to_owned()));
+    robot.collision.disable(is_disabled);
     // Tags that look like a slip of the pen would otherwise pass in silence.
     for element in root.children().filter(Node::is_element) {
         let tag = element.tag_name().name();
@@ -87,19 +86,16 @@ fn posture(
 ) -> Result<(), Error> {
     let name = source.text(state, "name")?.to_owned();
     let neutral = robot.neutral();
-    let mut joints = robot
-        .postures
-        .remove(&name)
-        .unwrap_or_else(|| neutral.joints.iter().copied().collect());
+    let known = robot.postures.remove(&name);
+    let mut joints = known.unwrap_or_else(|| neutral.joints.as_slice().to_vec());
     let (mut absent, mut outside) = (Vec::new(), Vec::new());
     for node in children(state, "joint") {
         let joint = source.text(node, "name")?;
-        let values: Vec<f64> = source
-            .text(node, "value")?
-            .split_whitespace()
-            .map(|word| word.parse::<f64>().ok().filter(|value| value.is_finite()))
-            .collect::<Option<_>>()
-            .ok_or_else(|| source.refuse(node, format!("joint \"{joint}\": not a number")))?;
+        let number = |word: &str| word.parse::<f64>().ok().filter(|value| value.is_finite());
+        let words = source.text(node, "value")?.split_whitespace();
+        let values: Option<Vec<f64>> = words.map(number).collect();
+        let no_number = || source.refuse(node, format!("joint \"{joint}\": not a number"));
+        let values = values.ok_or_else(no_number)?;
         let place = robot.joint_names().position(|n| n == joint);
         match (place, values.as_slice()) {
             (Some(at), [value]) => {
@@ -117,25 +113,19 @@ fn posture(
                 }
             }
             (Some(_), values) => {
-                let count = values.len();
-                findings.note(format!(
-                    "posture \"{name}\": joint \"{joint}\" has {count} values; left at neutral"
-                ));
+                let has = format!("joint \"{joint}\" has {} values", values.len());
+                findings.note(format!("posture \"{name}\": {has}; left at neutral"));
             }
             (None, _) => absent.push(joint.to_owned()),
         }
     }
     if !absent.is_empty() {
-        let list = absent.join(", ");
-        findings.note(format!(
-            "posture \"{name}\" names joints that the robot lacks: {list}"
-        ));
+        let what = format!("names joints that the robot lacks: {}", absent.join(", "));
+        findings.note(format!("posture \"{name}\" {what}"));
     }
     if !outside.is_empty() {
-        let list = outside.join(", ");
-        findings.note(format!(
-            "posture \"{name}\" is outside the limits of {list}"
-        ));
+        let what = format!("is outside the limits of {}", outside.join(", "));
+        findings.note(format!("posture \"{name}\" {what}"));
     }
     robot.postures.insert(name, joints);
     Ok(())

@@ -28,21 +28,16 @@ pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, Error> {
     let source = Source::parse(file, text)?;
     let root = source.robot()?;
     let mut clean = String::from("<robot");
-    attribute(
-        "name",
-        root.attribute("name").unwrap_or("robot"),
-        &mut clean,
-    );
+    let name = root.attribute("name").unwrap_or("robot");
+    attribute("name", name, &mut clean);
     if let Some(version) = root.attribute("version") {
         attribute("version", version, &mut clean);
     }
     clean.push('>');
     if child(root, "link").is_none() {
-        let is_xacro = text.contains("xacro");
-        let hint = if is_xacro {
-            "; it is a xacro file: expand it first"
-        } else {
-            ""
+        let hint = match text.contains("xacro") {
+            true => "; it is a xacro file: expand it first",
+            false => "",
         };
         return Err(source.refuse(root, format!("there is no <link>{hint}")));
     }
@@ -57,8 +52,8 @@ pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, Error> {
         joint_lines.push(source.line(joint));
     }
     clean.push_str("</robot>");
-    let robot =
-        urdf_rs::read_from_string(&clean).map_err(|error| Error::file(file, error.to_string()))?;
+    let robot = urdf_rs::read_from_string(&clean);
+    let robot = robot.map_err(|error| Error::file(file, error.to_string()))?;
     Ok(Urdf { robot, joint_lines })
 }
 
@@ -212,14 +207,11 @@ const JOINT: Element = Element {
 /// Refuses types of joints that are not supported, and absent limits, which urdf-rs takes for 0.
 fn check_joint(source: &Source, joint: Node) -> Result<(), Error> {
     let kind = source.text(joint, "type")?;
+    // A mimic joint moves as another one does and has no use for limits of its own.
+    let limited = child(joint, "limit").is_some() || child(joint, "mimic").is_some();
     match kind {
         "fixed" | "continuous" | "floating" => Ok(()),
-        // A mimic joint moves as another one does and has no use for limits of its own.
-        "revolute" | "prismatic"
-            if child(joint, "limit").is_some() || child(joint, "mimic").is_some() =>
-        {
-            Ok(())
-        }
+        "revolute" | "prismatic" if limited => Ok(()),
         "revolute" | "prismatic" => {
             let cause = format!("line {}: it has no <limit>", source.line(joint));
             let name = source.text(joint, "name")?;
@@ -238,10 +230,7 @@ fn copy(source: &Source, node: Node, element: &Element, clean: &mut String) -> R
     clean.extend(["<", tag]);
     for &(name, value, absent) in element.attributes {
         let stated = match value {
-            Text => node
-                .attribute(name)
-                .map(str::trim)
-                .filter(|t| !t.is_empty()),
+            Text => (node.attribute(name).map(str::trim)).filter(|t| !t.is_empty()),
             Numbers(count) => source.numbers(node, name, count)?,
         };
         match (stated, absent) {
@@ -255,11 +244,8 @@ fn copy(source: &Source, node: Node, element: &Element, clean: &mut String) -> R
     clean.push('>');
     for wanted in element.children {
         // Only collisions stand several times in one element.
-        let most = if wanted.tag == COLLISION.tag {
-            usize::MAX
-        } else {
-            1
-        };
+        let repeats = wanted.tag == COLLISION.tag;
+        let most = if repeats { usize::MAX } else { 1 };
         for found in children(node, wanted.tag).take(most) {
             copy(source, found, wanted, clean)?;
         }
@@ -278,8 +264,8 @@ fn copy(source: &Source, node: Node, element: &Element, clean: &mut String) -> R
         let shape = shape.ok_or_else(|| source.refuse(node, "<geometry> is empty"))?;
         let name = shape.tag_name().name();
         let known = GEOMETRIES.iter().find(|known| known.tag == name);
-        let known =
-            known.ok_or_else(|| source.refuse(shape, format!("unknown geometry <{name}>")))?;
+        let unknown = || source.refuse(shape, format!("unknown geometry <{name}>"));
+        let known = known.ok_or_else(unknown)?;
         copy(source, shape, known, clean)?;
     }
     clean.extend(["</", tag, ">"]);

@@ -4,6 +4,7 @@
 //! the bytes that are there, and vertices keep their double precision.
 
 mod dae;
+mod dae_primitive;
 mod obj;
 mod stl;
 

@@ -39,9 +39,8 @@ fn assert_refuses(
         let (edit, parts) = case.split_once(" ! ").unwrap();
         let (from, to) = edit.split_once(" =>").unwrap();
         assert!(good.contains(from), "there is no {from}");
-        let complaint = read(&good.replacen(from, to.trim(), 1))
-            .expect_err(case)
-            .to_string();
+        let refused = read(&good.replacen(from, to.trim(), 1));
+        let complaint = refused.expect_err(case).to_string();
         assert!(complaint.starts_with(file), "{case}: {complaint}");
         assert_says(&complaint, &parts.split(", ").collect::<Vec<_>>());
     }
@@ -95,25 +94,17 @@ fn what_urdf_rs_would_refuse_or_guess_is_completed_first() {
         (body.upper, body.effort, body.velocity)
     };
     let limit = r#"<limit lower="-1.5" upper="2.0" effort="120" velocity="8"/>"#;
-    for (to, wanted) in [
-        (
-            r#"<limit upper="2.0" effort="120"/>"#,
-            (2.0, 120.0, f64::INFINITY),
-        ),
-        (
-            r#"<limit upper="2.0" velocity="8"/><limit/>"#,
-            (2.0, f64::INFINITY, 8.0),
-        ),
-    ] {
+    let inf = f64::INFINITY;
+    let (effort, velocity) = (r#"effort="120"/>"#, r#"velocity="8"/><limit/>"#);
+    for (stated, wanted) in [(effort, (2.0, 120.0, inf)), (velocity, (2.0, inf, 8.0))] {
+        let to = &format!(r#"<limit upper="2.0" {stated}"#);
         let robot = read(&tree().replace(limit, to), None, None).unwrap();
         assert_eq!(limits(&robot), wanted);
     }
     // Version 1.2 lets a joint turn without limits.
-    let endless = tree()
-        .replace(limit, "<limit/>")
-        .replace("<robot ", r#"<robot version="1.2" "#);
+    let endless = tree().replace(limit, "<limit/>");
+    let endless = endless.replace("<robot ", r#"<robot version="1.2" "#);
     let robot = read(&endless, None, None).unwrap();
-    let inf = f64::INFINITY;
     assert_eq!(limits(&robot), (std::f64::consts::TAU, inf, inf));
     // Nobody asks for what a link looks like.
     let look = r#"<link name="sole"><visual><geometry/><material name="a&quot;&amp;"><texture/></material></visual></link>"#;
@@ -141,13 +132,8 @@ fn missing_meshes_are_named_with_the_places_looked_at() {
     std::fs::write(&urdf, text).unwrap();
     let complaint = |urdf| load(&RobotFiles::new(urdf)).unwrap_err().to_string();
     let looked = dir.path().join("pack/meshes/toe.stl").display().to_string();
-    let parts = [
-        "robot.urdf",
-        "link \"shank\"",
-        "package://pack/meshes/toe.stl",
-        &looked,
-    ];
-    assert_says(&complaint(&urdf), &parts);
+    let (link, toe) = ("link \"shank\"", "package://pack/meshes/toe.stl");
+    assert_says(&complaint(&urdf), &["robot.urdf", link, toe, &looked]);
     // There, but cut off; then flat.
     std::fs::create_dir_all(dir.path().join("pack/meshes")).unwrap();
     std::fs::write(&looked, [0; 100]).unwrap();
@@ -157,7 +143,7 @@ fn missing_meshes_are_named_with_the_places_looked_at() {
         (ascii.as_bytes(), "span no volume"),
     ] {
         std::fs::write(&looked, bytes).unwrap();
-        assert_says(&complaint(&urdf), &["link \"shank\"", "toe.stl", cause]);
+        assert_says(&complaint(&urdf), &[link, "toe.stl", cause]);
     }
     assert_says(&complaint(&dir.path().join("none.urdf")), &["none.urdf"]);
 }
@@ -181,15 +167,8 @@ fn srdf_postures_are_read_and_its_slips_are_noted() {
     let crouch = robot.posture("crouch").unwrap();
     assert_eq!((crouch.p_WB.z, crouch.joints[0]), (0.5, 0.5));
     let notes = robot.notes.join("\n");
-    assert_says(
-        &notes,
-        &[
-            "lacks: bite",
-            "outside the limits of slide",
-            "\"spin\" has 2 values",
-        ],
-    );
-    assert_says(&notes, &["<disable_colisions>"]);
+    assert_says(&notes, &["lacks: bite", "outside the limits of slide"]);
+    assert_says(&notes, &["\"spin\" has 2 values", "<disable_colisions>"]);
     // Trunk × (cylinder, sphere) of the shank is all that is not next to each other.
     let without = read(&tree(), None, None).unwrap();
     let pairs = |robot: &Robot| robot.collision.pairs().len();
@@ -201,12 +180,8 @@ fn unknown_srdf_links_are_refused_with_candidates() {
     let srdf = r#"<robot name="r">
       <disable_collisions link1="shenk" link2="trunk" reason="Never"/></robot>"#;
     let complaint = read(&tree(), Some(srdf), None).unwrap_err().to_string();
-    let parts = [
-        "test.srdf: line 2",
-        "unknown link \"shenk\"",
-        "candidates: shank",
-    ];
-    assert_says(&complaint, &parts);
+    assert_says(&complaint, &["test.srdf: line 2", "candidates: shank"]);
+    assert_says(&complaint, &["unknown link \"shenk\""]);
     let robot = load_from_strings(&tree(), Some(srdf), None, "test", &no_meshes, &LENIENT);
     assert_says(&robot.unwrap().notes.join("\n"), &["shenk"]);
 }

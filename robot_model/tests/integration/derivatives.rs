@@ -34,10 +34,8 @@ fn differences<const N: usize>(
 fn assert_near(found: &DMatrix<f64>, expected: &DMatrix<f64>) -> Result<(), TestCaseError> {
     let scale = expected.amax().max(1.0);
     let error = (found - expected).amax();
-    prop_assert!(
-        error < TOLERANCE * scale,
-        "off by {error}:\n{found}\n{expected}"
-    );
+    let is_near = error < TOLERANCE * scale;
+    prop_assert!(is_near, "off by {error}:\n{found}\n{expected}");
     Ok(())
 }
 
@@ -98,7 +96,7 @@ proptest! {
         let robot = support::test_tree();
         let find = |k: &Kinematics| {
             let mut near: Vec<Proximity> = Vec::new();
-            robot.collision.self_proximities(&robot, k, f64::INFINITY, &mut near);
+            robot.collision.self_proximities(k, f64::INFINITY, &mut near);
             near
         };
         let kinematics = Kinematics::new(&robot, &at);

@@ -40,14 +40,11 @@ fn shape() -> impl Strategy<Value = ShapeGeometry> {
 }
 
 fn pose(reach: f64) -> impl Strategy<Value = Isometry3<f64>> {
-    (
-        prop::array::uniform3(-reach..reach),
-        prop::array::uniform3(-3.0..3.0_f64),
-    )
-        .prop_map(|(p, turn)| {
-            let turn = UnitQuaternion::new(Vector3::from(turn));
-            Isometry3::from_parts(Translation3::from(Vector3::from(p)), turn)
-        })
+    let turn = prop::array::uniform3(-3.0..3.0_f64);
+    (prop::array::uniform3(-reach..reach), turn).prop_map(|(p, turn)| {
+        let turn = UnitQuaternion::new(Vector3::from(turn));
+        Isometry3::from_parts(Translation3::from(p), turn)
+    })
 }
 
 /// How far apart two shapes are along n.
@@ -77,15 +74,14 @@ fn check(
     let n = found.normal_W;
     prop_assert!((n.norm() - 1.0).abs() < 1e-9);
     let attained = separation(a, X_WA, b, X_WB, &n);
-    prop_assert!(
-        (found.distance - attained).abs() < tolerance(a, b),
-        "{found:?} {attained}"
-    );
+    let off = (found.distance - attained).abs();
+    prop_assert!(off < tolerance(a, b), "{found:?} {attained}");
     // Coaxial cylinders have sides that are all equally near; the witness points on them are
     // those of a polygon with a hundred corners.
     let between = found.p_a_W - found.p_b_W;
     let tilt = X_WA.rotation.angle_to(&X_WB.rotation);
-    let skew = if tilt < 1e-6 {
+    let coaxial = tilt < 1e-6;
+    let skew = if coaxial {
         1e-2
     } else {
         50.0 * tolerance(a, b)
@@ -93,10 +89,8 @@ fn check(
     prop_assert!((between - n * found.distance).norm() < skew, "{found:?}");
     for direction in directions {
         let other = separation(a, X_WA, b, X_WB, direction);
-        prop_assert!(
-            other <= found.distance + tolerance(a, b),
-            "{found:?} {direction} {other}"
-        );
+        let most = found.distance + tolerance(a, b);
+        prop_assert!(other <= most, "{found:?} {direction} {other}");
     }
     Ok(found)
 }
@@ -169,29 +163,20 @@ fn known_distances() {
         half_extents_m: Vector3::repeat(0.2),
     };
     let at = |x: f64, y: f64, z: f64| Isometry3::translation(x, y, z);
+    let (off, away) = (0.1_f64.hypot(0.3) - 0.15, Vector3::new(0.0, -0.1, -0.3));
     for (a, b, pose, distance, normal) in [
         (&ball, &ball, at(0.5, 0.0, 0.0), 0.3, -Vector3::x()),
         (&ball, &cube, at(0.0, 0.0, 0.5), 0.2, -Vector3::z()),
         (&ball, &cube, at(0.0, 0.0, 0.25), -0.05, -Vector3::z()),
-        (
-            &bar,
-            &ball,
-            at(0.0, 0.1, 0.8),
-            0.1_f64.hypot(0.3) - 0.15,
-            Vector3::new(0.0, -0.1, -0.3),
-        ),
+        (&bar, &ball, at(0.0, 0.1, 0.8), off, away),
         (&bar, &cube, at(0.0, 0.3, 0.0), 0.05, -Vector3::y()),
         (&cube, &cube, at(0.3, 0.01, 0.0), -0.1, -Vector3::x()),
     ] {
         let found = closest(a, &Isometry3::identity(), b, &pose, 1.0).unwrap();
-        assert!(
-            (found.distance - distance).abs() < 1e-9,
-            "{found:?} {distance}"
-        );
-        assert!(
-            (found.normal_W - normal.normalize()).norm() < 1e-6,
-            "{found:?} {normal}"
-        );
+        let off = (found.distance - distance).abs();
+        assert!(off < 1e-9, "{found:?} {distance}");
+        let turned = (found.normal_W - normal.normalize()).norm();
+        assert!(turned < 1e-6, "{found:?} {normal}");
     }
 }
 

@@ -65,10 +65,8 @@ fn talos_agrees_with_pinocchio() {
         return;
     };
     let urdf = data.join("talos_data/robots/talos_reduced.urdf");
-    compare(
-        &load(&RobotFiles::new(urdf)).unwrap(),
-        &support::golden("talos_reduced.json"),
-    );
+    let talos = load(&RobotFiles::new(urdf)).unwrap();
+    compare(&talos, &support::golden("talos_reduced.json"));
 }
 
 fn compare(robot: &Robot, golden: &Path) {
@@ -78,13 +76,8 @@ fn compare(robot: &Robot, golden: &Path) {
     for sample in &golden.configurations {
         assert_eq!(sample.joints.len(), robot.nj(), "the same joints move");
         let joints = robot.joint_names().map(|name| sample.joints[name]);
-        let q: Vec<f64> = sample
-            .p_WB
-            .iter()
-            .chain(&sample.quat_xyzw)
-            .copied()
-            .chain(joints)
-            .collect();
+        let base = sample.p_WB.iter().chain(&sample.quat_xyzw).copied();
+        let q: Vec<f64> = base.chain(joints).collect();
         let kinematics = Kinematics::new(robot, &Configuration::from_q(&q).unwrap());
         compare_poses(robot, &kinematics, sample);
         compare_masses(robot, &kinematics, sample);
@@ -117,10 +110,8 @@ fn compare_masses(robot: &Robot, kinematics: &Kinematics, sample: &Sample) {
     let base = expected.force_W.iter().chain(&expected.moment_W);
     let joints = robot.joint_names().map(|name| &expected.joints[name]);
     let expected = DVector::from_iterator(robot.nv(), base.chain(joints).copied());
-    assert!(
-        (&found - &expected).amax() < TOLERANCE,
-        "{found} {expected}"
-    );
+    let off = (&found - &expected).amax();
+    assert!(off < TOLERANCE, "{found} {expected}");
 }
 
 #[allow(non_snake_case)]

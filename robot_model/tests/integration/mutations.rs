@@ -86,21 +86,12 @@ fn exercise(robot: &Robot) {
     let neutral = robot.neutral();
     let kinematics = Kinematics::new(robot, &neutral);
     let mut out = Vec::new();
-    robot
-        .collision
-        .self_proximities(robot, &kinematics, 0.1, &mut out);
-    assert!(
-        robot
-            .bodies
-            .iter()
-            .all(|b| b.lower < b.upper && b.mass_kg >= 0.0)
-    );
-    assert!(
-        robot
-            .postures
-            .values()
-            .all(|joints| joints.len() == robot.nj())
-    );
+    let collision = &robot.collision;
+    collision.self_proximities(&kinematics, 0.1, &mut out);
+    let mut bodies = robot.bodies.iter();
+    assert!(bodies.all(|b| b.lower < b.upper && b.mass_kg >= 0.0));
+    let mut postures = robot.postures.values();
+    assert!(postures.all(|joints| joints.len() == robot.nj()));
 }
 
 proptest! {

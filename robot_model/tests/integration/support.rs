@@ -8,9 +8,8 @@ use robot_model::{Configuration, Robot, RobotFiles, load};
 
 /// A file beside the golden values.
 pub fn golden(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/golden")
-        .join(name)
+    let crate_ = Path::new(env!("CARGO_MANIFEST_DIR"));
+    crate_.join("tests/golden").join(name)
 }
 
 /// The robot of `tests/golden/test_tree.urdf`.
@@ -23,10 +22,8 @@ pub fn robot_data() -> Option<PathBuf> {
     let own = workspace().join("third_party/example-robot-data");
     let named = std::env::var_os("SCANDENT_ROBOT_DATA").map(PathBuf::from);
     let places = [named, Some(own.join("robots")), Some(own)];
-    let found = places
-        .into_iter()
-        .flatten()
-        .find(|dir| dir.join("talos_data").is_dir());
+    let mut places = places.into_iter().flatten();
+    let found = places.find(|dir| dir.join("talos_data").is_dir());
     if found.is_none() {
         eprintln!("SKIPPED: example-robot-data is not there (SCANDENT_ROBOT_DATA or third_party/)");
     }
@@ -59,18 +56,13 @@ pub fn cases(cases: u32) -> ProptestConfig {
 
 /// Any configuration of a robot, joints within their limits.
 pub fn configuration(robot: &Robot) -> impl Strategy<Value = Configuration> + use<> {
-    let ranges: Vec<(f64, f64)> = robot
-        .joint_bodies()
-        .iter()
-        .map(|b| (b.lower, b.upper))
-        .collect();
+    let joints = robot.joint_bodies().iter();
+    let ranges: Vec<(f64, f64)> = joints.map(|b| (b.lower, b.upper)).collect();
     let parts = prop::collection::vec(0.0..1.0_f64, ranges.len());
     let axis_angle = prop::array::uniform3(-3.0..3.0_f64);
     (prop::array::uniform3(-2.0..2.0_f64), axis_angle, parts).prop_map(move |(p, turn, parts)| {
-        let joints = parts
-            .iter()
-            .zip(&ranges)
-            .map(|(t, (low, high))| low + t * (high - low));
+        let joints = parts.iter().zip(&ranges);
+        let joints = joints.map(|(t, (low, high))| low + t * (high - low));
         Configuration {
             p_WB: Vector3::from(p),
             R_WB: UnitQuaternion::new(Vector3::from(turn)),

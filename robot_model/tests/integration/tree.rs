@@ -74,10 +74,7 @@ fn bodies_out_of_order_are_refused() {
         let mut bodies = robot.bodies.clone();
         edit(&mut bodies);
         let built = Robot::new("r".into(), bodies, Vec::new(), Default::default());
-        built
-            .err()
-            .map(|error| error.to_string())
-            .unwrap_or_default()
+        built.err().map_or(String::new(), |error| error.to_string())
     };
     assert_eq!(build(&|_| {}), "");
     assert!(build(&|bodies| bodies.clear()).contains("no floating base"));
@@ -96,17 +93,11 @@ fn configurations_of_another_length_are_refused() {
     assert!(robot.configuration(&q).is_ok());
     q.push(0.0);
     let complaint = robot.configuration(&q).unwrap_err().to_string();
-    assert!(
-        complaint.contains("12 values, 11 wanted for \"test_tree\""),
-        "{complaint}"
-    );
+    let wanted = "12 values, 11 wanted for \"test_tree\"";
+    assert!(complaint.contains(wanted), "{complaint}");
     assert!(robot.check_joints(&[0.0; 4], 1e-9).is_ok());
-    let complaint = robot
-        .check_joints(&[0.0, 0.3, 0.0, 0.0], 1e-9)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        complaint.contains("\"slide\" at 0.3 is outside"),
-        "{complaint}"
-    );
+    let outside = robot.check_joints(&[0.0, 0.3, 0.0, 0.0], 1e-9);
+    let complaint = outside.unwrap_err().to_string();
+    let wanted = "\"slide\" at 0.3 is outside";
+    assert!(complaint.contains(wanted), "{complaint}");
 }

@@ -1,6 +1,6 @@
 //! The hexapod of three hinges a leg. Units: m, kg, rad, N·m.
 
-use crate::writer::{Link, Robot, Shape, ball_foot, leg_joints};
+use crate::parts::{Link, Robot, Shape, ball_foot, leg};
 
 /// Distance of the hips from the body's middle.
 pub const HIP_RADIUS: f64 = 0.208;
@@ -76,30 +76,28 @@ fn standing() -> [f64; 3] {
 
 pub fn robot() -> Robot {
     let mut links = vec![body()];
-    for (leg, degrees) in LEGS {
+    let end = |i: usize| [LENGTHS[i], 0.0, 0.0];
+    let link = |i: usize| {
+        let (length, width) = (LENGTHS[i], WIDTHS[i]);
+        // Links are drawn short of the joint beyond them, where the next one turns.
+        let middle = [0.5 * length - 0.01, 0.0, 0.0];
+        let mut shapes = vec![Shape::AlongX(middle, length - 0.06, 0.5 * width)];
+        if i == 2 {
+            shapes.push(Shape::Ball(end(i), FOOT_RADIUS));
+        }
+        let (name, com) = (["coxa", "thigh", "shank"][i], [0.5 * length, 0.0, 0.0]);
+        Link::solid(name, LEG_KG[i], com, [length, width, width]).with(&shapes)
+    };
+    for (name, degrees) in LEGS {
         let heading = degrees.to_radians();
         let (sin, cos) = heading.sin_cos();
-        let mut parent = "body".to_owned();
-        let mut at = ([HIP_RADIUS * cos, HIP_RADIUS * sin, 0.0], heading);
-        for (i, motion) in leg_joints(JOINTS).into_iter().enumerate() {
-            let (joint, length) = (format!("{leg}_{}", motion.name), LENGTHS[i]);
-            let link = format!("{leg}_{}", ["coxa", "thigh", "shank"][i]);
-            let edges = [length, WIDTHS[i], WIDTHS[i]];
-            // Links are drawn short of the joint beyond them, where the next one turns.
-            let middle = [0.5 * length - 0.01, 0.0, 0.0];
-            let mut shapes = vec![Shape::AlongX(middle, length - 0.06, 0.5 * WIDTHS[i])];
-            if i == 2 {
-                shapes.push(Shape::Ball([length, 0.0, 0.0], FOOT_RADIUS));
-            }
-            let solid = Link::solid(&link, LEG_KG[i], [0.5 * length, 0.0, 0.0], edges);
-            let placed = solid
-                .with(&shapes)
-                .on(&joint, &parent, at.0, [0.0, 0.0, at.1]);
-            links.push(placed.moving(motion));
-            (parent, at) = (link, ([length, 0.0, 0.0], 0.0));
-        }
-        let foot = Link::frame(&format!("{leg}_foot"));
-        links.push(foot.on(&format!("{leg}_foot_mount"), &parent, at.0, [0.0; 3]));
+        let hip = [HIP_RADIUS * cos, HIP_RADIUS * sin, 0.0];
+        let bones = [
+            (link(0), hip, [0.0, 0.0, heading]),
+            (link(1), end(0), [0.0; 3]),
+            (link(2), end(1), [0.0; 3]),
+        ];
+        links.extend(leg(name, JOINTS, bones, end(2)));
     }
     Robot {
         name: "hexapod",

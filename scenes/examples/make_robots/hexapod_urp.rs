@@ -1,7 +1,7 @@
 //! The hexapod with a universal joint at each hip and a leg that slides. Units: m, kg, rad, N, N·m.
 
 use crate::hexapod::{FOOT_RADIUS, FRICTION, HIP_RADIUS, LEGS, STANCE_HEIGHT, STANCE_RADIUS, body};
-use crate::writer::{Link, Robot, Shape, ball_foot, leg_joints};
+use crate::parts::{Link, Robot, Shape, ball_foot, leg};
 
 /// Shortest leg, from the hip to the middle of the foot's ball.
 const SHORTEST: f64 = 0.718;
@@ -50,39 +50,27 @@ fn standing() -> [f64; 3] {
 
 pub fn robot() -> Robot {
     let mut links = vec![body()];
-    for (leg, degrees) in LEGS {
+    let end = [ROD, 0.0, 0.0];
+    let link = |i: usize| {
+        let [begin, length, radius] = CYLINDERS[i];
+        let middle = [begin + 0.5 * length, 0.0, 0.0];
+        let mut shapes = vec![Shape::AlongX(middle, length, radius)];
+        if i == 2 {
+            shapes.push(Shape::Ball(end, FOOT_RADIUS));
+        }
+        let edges = [length, 2.0 * radius, 2.0 * radius];
+        Link::solid(LINKS[i], LINK_KG[i], middle, edges).with(&shapes)
+    };
+    for (name, degrees) in LEGS {
         let heading = degrees.to_radians();
         let (sin, cos) = heading.sin_cos();
         let hip = [HIP_RADIUS * cos, HIP_RADIUS * sin, 0.0];
-        let mut parent = "body".to_owned();
-        for (i, motion) in leg_joints(JOINTS).into_iter().enumerate() {
-            let (xyz, rpy) = match i {
-                0 => (hip, [0.0, DOWN, heading]),
-                1 => ([0.0; 3], [0.0; 3]),
-                _ => ([SHORTEST - ROD, 0.0, 0.0], [0.0; 3]),
-            };
-            let [begin, length, radius] = CYLINDERS[i];
-            let middle = [begin + 0.5 * length, 0.0, 0.0];
-            let mut shapes = vec![Shape::AlongX(middle, length, radius)];
-            if i == 2 {
-                shapes.push(Shape::Ball([ROD, 0.0, 0.0], FOOT_RADIUS));
-            }
-            let (joint, link) = (
-                format!("{leg}_{}", motion.name),
-                format!("{leg}_{}", LINKS[i]),
-            );
-            let edges = [length, 2.0 * radius, 2.0 * radius];
-            let solid = Link::solid(&link, LINK_KG[i], middle, edges).with(&shapes);
-            links.push(solid.on(&joint, &parent, xyz, rpy).moving(motion));
-            parent = link;
-        }
-        let foot = Link::frame(&format!("{leg}_foot"));
-        links.push(foot.on(
-            &format!("{leg}_foot_mount"),
-            &parent,
-            [ROD, 0.0, 0.0],
-            [0.0; 3],
-        ));
+        let parts = [
+            (link(0), hip, [0.0, DOWN, heading]),
+            (link(1), [0.0; 3], [0.0; 3]),
+            (link(2), [SHORTEST - ROD, 0.0, 0.0], [0.0; 3]),
+        ];
+        links.extend(leg(name, JOINTS, parts, end));
     }
     Robot {
         name: "hexapod_urp",

@@ -1,7 +1,7 @@
 //! The humanoid: what is known or estimated of its joints and masses. Units: m, kg, rad, N·m.
 
 use crate::hrp2_shapes::{collision, inertia_box};
-use crate::writer::{Inertial, Link, Motion, Patch, PatchKind, Robot, box_moments};
+use crate::parts::{Inertial, Link, Motion, Patch, PatchKind, Robot, box_moments};
 
 /// Mass of the robot without batteries and covers: the sum that the single source gives, kg.
 const DRY_MASS_KG: f64 = 56.04;
@@ -44,21 +44,14 @@ const EFFORTS: &str = "
 ";
 
 /// Neighbours-but-one whose shapes meet in every or nearly every posture.
+#[rustfmt::skip]
 const OVERLAPPING: [(&str, &str, &str); 7] = [
-    (
-        "LEG_LINK3",
-        "LEG_LINK5",
-        "the ankle's limits keep shank and foot apart",
-    ),
+    ("LEG_LINK3", "LEG_LINK5", "the ankle's limits keep shank and foot apart"),
     ("BODY", "CHEST_LINK1", "the chest sits on the waist"),
     ("CHEST_LINK1", "HEAD_LINK1", "the head sits on the chest"),
     ("CHEST_LINK1", "ARM_LINK1", "the shoulder sits in the chest"),
     ("ARM_LINK1", "ARM_LINK3", "kept apart by the upper arm"),
-    (
-        "ARM_LINK3",
-        "ARM_LINK5",
-        "the hand turns about the forearm's end",
-    ),
+    ("ARM_LINK3", "ARM_LINK5", "the hand turns about the forearm's end"),
     ("ARM_LINK3", "ARM_LINK6", "the finger turns with the hand"),
 ];
 
@@ -97,46 +90,32 @@ fn link(line: &str) -> Result<Link, String> {
         return Err(format!("{} cells in: {line}", cells.len()));
     };
     let numbers = numbers.iter().map(|cell| cell.parse::<f64>());
-    let numbers = numbers
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|e| format!("{e} in: {line}"))?;
-    let &[
-        ax,
-        ay,
-        az,
-        x,
-        y,
-        z,
-        lower,
-        upper,
-        velocity,
-        _placeholder,
-        mass,
-        cx,
-        cy,
-        cz,
-    ] = numbers.as_slice()
+    let numbers: Vec<f64> =
+        (numbers.collect::<Result<_, _>>()).map_err(|e| format!("{e} in: {line}"))?;
+    let [axis, at, limits, com] = [0, 3, 6, 11].map(|i| numbers.get(i..i + 3));
+    let (Some(axis), Some(at), Some(&[lower, upper, velocity]), Some(com)) =
+        (axis, at, limits, com)
     else {
-        return Err(format!(
-            "{} numbers instead of 14 in: {line}",
-            numbers.len()
-        ));
+        let count = numbers.len();
+        return Err(format!("{count} numbers instead of 14 in: {line}"));
     };
+    let triple = |v: &[f64]| [v[0], v[1], v[2]];
     let (effort, reason) = effort(joint).ok_or_else(|| format!("no effort of {joint}"))?;
-    let solid = Link::solid(child, mass, [cx, cy, cz], inertia_box(child));
-    Ok(solid
+    // The tenth number is a placeholder for the effort, the eleventh the mass.
+    let solid = Link::solid(child, numbers[10], triple(com), inertia_box(child));
+    let placed = solid
         .with(&collision(child))
-        .on(joint, parent, [x, y, z], [0.0; 3])
-        .moving(Motion {
-            name: (*joint).into(),
-            slides: false,
-            axis: [ax, ay, az],
-            lower: lower.to_radians(),
-            upper: upper.to_radians(),
-            effort,
-            velocity,
-            reason: reason.into(),
-        }))
+        .on(joint, parent, triple(at), [0.0; 3]);
+    Ok(placed.moving(Motion {
+        name: (*joint).into(),
+        slides: false,
+        axis: triple(axis),
+        lower: lower.to_radians(),
+        upper: upper.to_radians(),
+        effort,
+        velocity,
+        reason: reason.into(),
+    }))
 }
 
 /// What is not in the table: the floating base, which carries the batteries.
@@ -196,34 +175,24 @@ fn patches() -> Vec<Patch> {
     let foot = |position| PatchKind::Rectangle(position, [0.115, 0.0655], "the whole sole");
     let note = "the closed fist; place and size are estimates";
     let hand = PatchKind::Rectangle([0.0, 0.0, -0.2], [0.03, 0.03], note);
-    let patch = |name: &str, link: &str, kind, role, friction| {
-        let (name, link) = (name.to_owned(), link.to_owned());
-        Patch {
-            name,
-            link,
-            kind,
-            role,
-            friction,
-        }
+    let (left, right) = (
+        foot([0.015, 0.0095, -0.105]),
+        foot([0.015, -0.0095, -0.105]),
+    );
+    let patches = [
+        ("left_foot", "LLEG_LINK5", left, "foot", 0.6),
+        ("right_foot", "RLEG_LINK5", right, "foot", 0.6),
+        ("left_hand", "LARM_LINK5", hand, "hand", 0.5),
+        ("right_hand", "RARM_LINK5", hand, "hand", 0.5),
+    ];
+    let patch = |(name, link, kind, role, friction): (&str, &str, _, _, _)| Patch {
+        name: name.to_owned(),
+        link: link.to_owned(),
+        kind,
+        role,
+        friction,
     };
-    vec![
-        patch(
-            "left_foot",
-            "LLEG_LINK5",
-            foot([0.015, 0.0095, -0.105]),
-            "foot",
-            0.6,
-        ),
-        patch(
-            "right_foot",
-            "RLEG_LINK5",
-            foot([0.015, -0.0095, -0.105]),
-            "foot",
-            0.6,
-        ),
-        patch("left_hand", "LARM_LINK5", hand, "hand", 0.5),
-        patch("right_hand", "RARM_LINK5", hand, "hand", 0.5),
-    ]
+    patches.map(patch).into()
 }
 
 pub fn robot() -> Result<Robot, String> {

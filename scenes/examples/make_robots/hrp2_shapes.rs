@@ -2,7 +2,7 @@
 //!
 //! Tables are for the left side; the right side is mirrored in y.
 
-use crate::writer::Shape;
+use crate::parts::Shape;
 
 /// A box from its lower to its upper corner.
 fn block(a: [f64; 3], b: [f64; 3]) -> Shape {

@@ -10,6 +10,7 @@ mod hexapod;
 mod hexapod_urp;
 mod hrp2;
 mod hrp2_shapes;
+mod parts;
 mod quadruped;
 mod writer;
 

@@ -1,6 +1,6 @@
 //! The quadruped; a design of its own, of the size of the machines in use. Units: m, kg, rad, N·m.
 
-use crate::writer::{Link, Robot, Shape, ball_foot, leg_joints};
+use crate::parts::{Link, Robot, Shape, ball_foot, leg};
 
 /// Place of the abduction axes beside the body's middle, ahead and to the side.
 pub const HIP: [f64; 2] = [0.33, 0.11];
@@ -78,35 +78,21 @@ fn bone(name: &str, mass_kg: f64, width: f64, end: &[Shape]) -> Link {
 
 pub fn robot() -> Robot {
     let mut links = vec![body()];
-    for (leg, [front, left]) in LEGS {
-        let [hip, thigh, shank] = ["hip", "thigh", "shank"].map(|name| format!("{leg}_{name}"));
-        let [at_hip, at_thigh, at_knee] = leg_joints(JOINTS);
+    let end = [0.0, 0.0, -BONE];
+    for (name, [front, left]) in LEGS {
         let out = left * ABDUCTION;
         let middle = [0.0, 0.5 * out, 0.0];
         let drive = Shape::AlongY(middle, ABDUCTION - 0.03, 0.05);
-        let end = [0.0, 0.0, -BONE];
-        let foot = Shape::Ball(end, FOOT_RADIUS);
-        let joint = |name: &str| format!("{leg}_{name}");
-        links.push(
-            Link::solid(&hip, LEG_KG[0], middle, [0.10, ABDUCTION, 0.10])
-                .with(&[drive])
-                .on(&hip, "body", [front * HIP[0], left * HIP[1], 0.0], [0.0; 3])
-                .moving(at_hip),
-        );
-        let upper = bone(&thigh, LEG_KG[1], 0.07, &[]);
-        links.push(
-            upper
-                .on(&thigh, &hip, [0.0, out, 0.0], [0.0; 3])
-                .moving(at_thigh),
-        );
-        let lower = bone(&shank, LEG_KG[2], 0.04, &[foot]);
-        links.push(
-            lower
-                .on(&joint("knee"), &thigh, end, [0.0; 3])
-                .moving(at_knee),
-        );
-        let ball = Link::frame(&joint("foot"));
-        links.push(ball.on(&joint("foot_mount"), &shank, end, [0.0; 3]));
+        let hip = Link::solid("hip", LEG_KG[0], middle, [0.10, ABDUCTION, 0.10]);
+        let thigh = bone("thigh", LEG_KG[1], 0.07, &[]);
+        let shank = bone("shank", LEG_KG[2], 0.04, &[Shape::Ball(end, FOOT_RADIUS)]);
+        let at_hip = [front * HIP[0], left * HIP[1], 0.0];
+        let bones = [
+            (hip.with(&[drive]), at_hip, [0.0; 3]),
+            (thigh, [0.0, out, 0.0], [0.0; 3]),
+            (shank, end, [0.0; 3]),
+        ];
+        links.extend(leg(name, JOINTS, bones, end));
     }
     links.push(Link::frame("vlp16").on("vlp16_mount", "body", LIDAR, [0.0; 3]));
     Robot {

@@ -20,11 +20,9 @@ const LAYOUTS: usize = 12;
 pub(super) fn draw(maker: &Maker, draws: &mut Draws) -> Option<ProblemRecord> {
     let (q, touches, mu) = easy::witness(maker, draws)?;
     let faces = (0..LAYOUTS).find_map(|_| {
-        let faces: Vec<Face> = touches
-            .iter()
-            .enumerate()
-            .map(|(k, touch)| around(maker, touch, k, draws))
-            .collect::<Option<_>>()?;
+        let places = touches.iter().enumerate();
+        let faces = places.map(|(k, touch)| around(maker, touch, k, draws));
+        let faces: Vec<Face> = faces.collect::<Option<_>>()?;
         let bodies = faces.iter().flat_map(|face| face.bodies_W(BODY_M));
         let bodies: Vec<Vec<Point3<f64>>> = bodies.collect();
         let world = World::new(&bodies).ok()?;
@@ -48,11 +46,8 @@ pub(super) fn draw(maker: &Maker, draws: &mut Draws) -> Option<ProblemRecord> {
 /// axes are those of the patch.
 fn around(maker: &Maker, touch: &Touch, k: usize, draws: &mut Draws) -> Option<Face> {
     let patch = &maker.robot.patches[touch.limb.patch];
-    let radius = patch
-        .polygon
-        .iter()
-        .map(|v| v.coords.norm())
-        .fold(0.0, f64::max);
+    let radii = patch.polygon.iter().map(|v| v.coords.norm());
+    let radius = radii.fold(0.0, f64::max);
     // Vertices on an ellipse around the patch.
     let [a, b] = [(); 2].map(|()| radius + EDGE_M + draws.between(0.03, 0.25));
     let n = 4 + draws.index(4);

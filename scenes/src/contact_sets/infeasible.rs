@@ -15,15 +15,13 @@ use nalgebra::{Isometry3, Unit, Vector3};
 
 use super::Maker;
 use super::draw::Draws;
+use super::easy::{self, TILT_MAX};
 use super::forces::{self, Pyramid};
-use super::limbs::{Limb, Wanted};
-use super::place::{Touch, Under, decimals, tilt};
+use super::place::{Touch, Under, decimals};
 use super::record::{Expected, ProblemRecord};
 
 /// Largest coefficient of friction of any pair.
 const FRICTION_MAX: f64 = 1.0;
-/// Largest tilt of the feet before the set is turned over, rad.
-const TILT_MAX: f64 = 20.0_f64.to_radians();
 
 pub(super) fn draw(maker: &Maker, draws: &mut Draws, number: usize) -> Option<ProblemRecord> {
     let (reason, problem) = match number % 3 {
@@ -41,18 +39,8 @@ pub(super) fn draw(maker: &Maker, draws: &mut Draws, number: usize) -> Option<Pr
 /// The contacts of a configuration, turned over about a level axis by between `turn` rad.
 fn turned<'a>(maker: &'a Maker, turn: [f64; 2], draws: &mut Draws) -> Option<Vec<Touch<'a>>> {
     let mut limbs = maker.limbs.some_feet(draws);
-    limbs.extend(maker.limbs.some_hands(0, 2, draws));
-    let fits = |limb: &Limb, X_WC: &Isometry3<f64>| {
-        let ball = maker.robot.patches[limb.patch].point_radius_m().is_some();
-        ball || tilt(X_WC) <= TILT_MAX
-    };
-    let wanted = Wanted {
-        limbs: limbs.clone(),
-        range: [0.25, 0.6],
-        base_tilt: 0.1,
-        fits: &fits,
-    };
-    let mut q = maker.configuration(&wanted, draws)?;
+    limbs.extend(maker.limbs.some_hands([0, 2], draws));
+    let mut q = easy::level(maker, &limbs, 0.1, draws)?;
     if !maker.is_clear_of_itself(&q, 0.0) {
         return None;
     }

@@ -20,22 +20,18 @@
 //!
 //! The problem of a number depends on the robot, the family, the seed and the number alone.
 
-mod chimney;
 mod draw;
 mod easy;
 mod forces;
 mod free;
+mod hard;
 mod infeasible;
 mod limbs;
-mod one_foot;
 mod place;
 mod plausible;
 mod record;
-mod spread;
-mod steep;
 mod witness;
 
-use nalgebra::DVector;
 use robot_model::{Configuration, Robot};
 
 pub use record::{
@@ -104,10 +100,8 @@ impl Family {
         if name == "hard" {
             return Some(Self::HARD.to_vec());
         }
-        Self::ALL
-            .into_iter()
-            .find(|family| family.name() == name)
-            .map(|family| vec![family])
+        let one = Self::ALL.into_iter().find(|family| family.name() == name);
+        one.map(|family| vec![family])
     }
 
     /// Whether the robot has the limbs that the family is about.
@@ -138,14 +132,14 @@ pub fn generate(
         robot: robot.name.clone(),
         reason,
     };
-    let suitable: Vec<Family> = families
-        .iter()
-        .copied()
-        .filter(|f| f.suits(robot))
-        .collect();
-    if suitable.is_empty() {
+    let names = |families: &[Family], between: &str| {
         let names: Vec<&str> = families.iter().map(|f| f.name()).collect();
-        let names = names.join(", ");
+        names.join(between)
+    };
+    let mut suitable = families.to_vec();
+    suitable.retain(|family| family.suits(robot));
+    if suitable.is_empty() {
+        let names = names(families, ", ");
         return Err(refuse(format!("it has no limbs for the family {names}")));
     }
     let maker = Maker::new(robot);
@@ -153,20 +147,16 @@ pub fn generate(
     for k in 0..count {
         let family = suitable[k % suitable.len()];
         let number = k / suitable.len();
-        let problem = maker.problem(family, number, seed).ok_or_else(|| {
+        problems.push(maker.problem(family, number, seed).ok_or_else(|| {
             let name = family.name();
-            refuse(format!(
-                "none of {DRAWS_MAX} draws is a problem of the family {name}"
-            ))
-        })?;
-        problems.push(problem);
+            refuse(format!("none of {DRAWS_MAX} draws is of the family {name}"))
+        })?);
     }
-    let families = suitable.iter().map(|f| f.name()).collect::<Vec<_>>();
     Ok(ProblemSet {
         format: FORMAT.to_owned(),
         robot: robot.name.clone(),
         joint_names: robot.joint_names().map(str::to_owned).collect(),
-        family: families.join(" "),
+        family: names(&suitable, " "),
         seed,
         body_m: BODY_M,
         problems,
@@ -183,14 +173,13 @@ struct Maker<'a> {
 
 impl<'a> Maker<'a> {
     fn new(robot: &'a Robot) -> Self {
-        let mut rest = robot.resting();
+        let mut rest = Configuration {
+            joints: robot.resting().joints,
+            ..Configuration::zero(robot.nj())
+        };
         for (q, body) in rest.joints.iter_mut().zip(robot.joint_bodies()) {
             *q = q.clamp(body.lower, body.upper);
         }
-        let rest = Configuration {
-            joints: DVector::from_column_slice(rest.joints.as_slice()),
-            ..Configuration::zero(robot.nj())
-        };
         let limbs = Limbs::new(robot);
         Self { robot, rest, limbs }
     }
@@ -203,11 +192,8 @@ impl<'a> Maker<'a> {
             let mut problem = match family {
                 Family::Easy => easy::draw(self, &mut draws),
                 Family::Free => free::draw(self, &mut draws),
-                Family::Steep => steep::draw(self, &mut draws),
-                Family::OneFoot => one_foot::draw(self, &mut draws),
-                Family::Chimney => chimney::draw(self, &mut draws),
-                Family::Spread => spread::draw(self, &mut draws),
                 Family::Infeasible => infeasible::draw(self, &mut draws, number),
+                hard => hard::draw(self, hard, &mut draws),
             }?;
             problem.id = id.clone().into();
             Some(problem)

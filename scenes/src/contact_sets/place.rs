@@ -1,7 +1,7 @@
 //! Surfaces where the patches of a configuration are.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, Kinematics, PatchKind};
 use surfaces::ConvexPolygon;
 
@@ -25,15 +25,11 @@ impl Maker<'_> {
         q.R_WB = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw) * q.R_WB;
         q.p_WB = Vector3::new(draws.between(-1.0, 1.0), draws.between(-1.0, 1.0), 0.0);
         let kinematics = Kinematics::new(self.robot, q);
-        let lowest = limbs
-            .iter()
-            .map(|limb| {
-                kinematics
-                    .X_WC(&self.robot.patches[limb.patch])
-                    .translation
-                    .z
-            })
-            .fold(f64::INFINITY, f64::min);
+        let height = |limb: &&Limb| {
+            let patch = &self.robot.patches[limb.patch];
+            kinematics.X_WC(patch).translation.z
+        };
+        let lowest = limbs.iter().map(height).fold(f64::INFINITY, f64::min);
         if lowest.is_finite() {
             q.p_WB.z = -lowest;
         }
@@ -66,19 +62,14 @@ impl Maker<'_> {
     pub fn supports(&self, touches: &[Touch], inset_m: f64, part: f64) -> Vec<Support> {
         let support = |touch: &Touch| {
             let patch = &self.robot.patches[touch.limb.patch];
-            let shrunk = ConvexPolygon::new(patch.polygon.clone())
-                .ok()
-                .and_then(|p| {
-                    let half_width = p.inscribed_circle().1;
-                    p.inset(inset_m.min(part * half_width))
-                });
+            let whole = ConvexPolygon::new(patch.polygon.clone()).ok();
+            let shrunk = whole.and_then(|p| p.inset(inset_m.min(part * p.inscribed_circle().1)));
             let points = shrunk.map_or_else(|| patch.polygon.clone(), |p| p.vertices().to_vec());
+            let points = points.iter();
+            let in_W = |v: &Point2<f64>| (touch.X_WS * Point3::new(v.x, v.y, 0.0)).coords;
             Support {
                 body: patch.body,
-                points_W: points
-                    .iter()
-                    .map(|v| (touch.X_WS * Point3::new(v.x, v.y, 0.0)).coords)
-                    .collect(),
+                points_W: points.map(in_W).collect(),
                 axes: touch.X_WS.rotation.to_rotation_matrix(),
             }
         };
@@ -156,7 +147,7 @@ impl Limbs {
     }
 
     /// At least `least` and at most `most` hands, as far as there are any.
-    pub fn some_hands(&self, least: usize, most: usize, draws: &mut Draws) -> Vec<&Limb> {
+    pub fn some_hands(&self, [least, most]: [usize; 2], draws: &mut Draws) -> Vec<&Limb> {
         let hands: Vec<&Limb> = self.hands.iter().collect();
         let n = (least + draws.index(most - least + 1)).min(hands.len());
         draws.some(&hands, n)

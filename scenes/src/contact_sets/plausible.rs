@@ -7,7 +7,7 @@ use super::Maker;
 use super::draw::Draws;
 use super::forces::{self, Pyramid};
 use super::limbs::{Limb, Wanted};
-use super::place::{Touch, Under};
+use super::place::Under;
 use super::record::ProblemRecord;
 
 /// How far contacts are moved away from the configuration they come from, m.
@@ -42,10 +42,7 @@ impl Maker<'_> {
         self.set_down(&mut q, limbs, draws);
         let mut touches = self.touches(&q, limbs, under, draws);
         for touch in &mut touches {
-            *touch = Touch {
-                X_WS: moved(&touch.X_WS, draws),
-                limb: touch.limb,
-            };
+            touch.X_WS = moved(&touch.X_WS, draws);
         }
         let supports = self.supports(&touches, 0.0, 0.0);
         (forces::carry_somewhere(&supports, mu, Pyramid::Inscribed) == Some(true))

@@ -40,7 +40,7 @@ impl Maker<'_> {
         let kinematics = Kinematics::new(self.robot, q);
         let mut near = Vec::new();
         let collision = &self.robot.collision;
-        collision.self_proximities(self.robot, &kinematics, clearance_m, &mut near);
+        collision.self_proximities(&kinematics, clearance_m, &mut near);
         near.iter().all(|pair| pair.distance >= clearance_m)
     }
 
@@ -48,20 +48,14 @@ impl Maker<'_> {
     /// k of the world is that of touch k.
     pub fn is_clear_of(&self, world: &World, q: &Configuration, touches: &[Touch]) -> bool {
         let kinematics = Kinematics::new(self.robot, q);
+        let body = |touch: &Touch| self.robot.patches[touch.limb.patch].body;
         let touched = |shape: BodyShape, obstacle: usize| {
-            touches
-                .get(obstacle)
-                .is_some_and(|t| self.robot.patches[t.limb.patch].body == shape.body)
+            let touch = touches.get(obstacle);
+            touch.is_some_and(|touch| body(touch) == shape.body)
         };
         let mut near = Vec::new();
-        self.robot.collision.world_proximities(
-            self.robot,
-            &kinematics,
-            world,
-            CLEARANCE_M,
-            &touched,
-            &mut near,
-        );
+        let collision = &self.robot.collision;
+        collision.world_proximities(&kinematics, world, CLEARANCE_M, &touched, &mut near);
         near.iter().all(|pair| pair.distance >= CLEARANCE_M)
     }
 }

@@ -40,7 +40,7 @@ enum Source {
 ///   z' = quantise( z·(1 + δ_LF) + σ(z)·n ),   z at a point displaced by the lateral jitter
 ///
 /// Jitter that stays on the same face does not bias the depth: there the pixel's own ray counts.
-/// Source: [nguyen2012] for σ(z) and the lateral noise.
+/// Source: \[nguyen2012\] for σ(z) and the lateral noise.
 #[allow(non_snake_case)]
 pub fn scan(
     world: &World,
@@ -82,17 +82,15 @@ pub fn scan_distorted(
         let v = (i / camera.width) as f64 + jitter * jv.values[i];
         X_WV * camera.ray(u, v)
     };
-    let nominal: Vec<Option<Hit>> = (0..camera.pixels())
-        .map(|i| world.cast(&p_WV, &ray_W(i, 0.0)))
-        .collect();
-    let rays_W: Vec<Vector3<f64>> = (0..camera.pixels())
-        .map(|i| ray_W(i, noise.jitter_px))
-        .collect();
-    let seen: Vec<Option<Hit>> = rays_W.iter().map(|ray| world.cast(&p_WV, ray)).collect();
+    let cast = |ray: Vector3<f64>| world.cast(&p_WV, &ray);
+    let pixels = 0..camera.pixels();
+    let rays_W: Vec<Vector3<f64>> = (pixels.clone().map(|i| ray_W(i, noise.jitter_px))).collect();
+    let nominal: Vec<Option<Hit>> = pixels.clone().map(|i| cast(ray_W(i, 0.0))).collect();
+    let seen: Vec<Option<Hit>> = rays_W.iter().copied().map(cast).collect();
 
     // 2. Depth with distortion, correlated noise and quantised disparity.
     let n = smooth(noise.correlation_px, Source::Depth);
-    let measured: Vec<Option<f64>> = (0..camera.pixels())
+    let measured: Vec<Option<f64>> = (pixels.clone())
         .map(|i| {
             let hit = seen[i]?;
             let z = nominal[i]
@@ -105,19 +103,10 @@ pub fn scan_distorted(
 
     // 3. Pixels without a value.
     let mut valid: Vec<bool> = seen.iter().map(Option::is_some).collect();
-    dropout::edges(
-        &mut valid,
-        &seen,
-        camera,
-        noise.edge_dropout,
-        stream(Source::Edge),
-    );
+    let (p, edge) = (noise.edge_dropout, stream(Source::Edge));
+    dropout::edges(&mut valid, &seen, camera, p, edge);
     dropout::shadow(&mut valid, &seen, &rays_W, world, X_WV, noise.baseline_m);
-    let streams = [
-        stream(Source::Grazing),
-        stream(Source::Speckle),
-        stream(Source::Blob),
-    ];
+    let streams = [Source::Grazing, Source::Speckle, Source::Blob].map(stream);
     dropout::incidence_and_speckle(&mut valid, &seen, &rays_W, world, camera, noise, streams);
 
     // 4. Millimetres, within the sensor's range.
@@ -129,13 +118,8 @@ pub fn scan_distorted(
     };
     Scan {
         camera: *camera,
-        depth_mm: (0..camera.pixels())
-            .map(|i| millimetres(i).unwrap_or(0))
-            .collect(),
-        true_depth_m: nominal
-            .iter()
-            .map(|hit| hit.map_or(f64::NAN, |hit| hit.t))
-            .collect(),
+        depth_mm: pixels.map(|i| millimetres(i).unwrap_or(0)).collect(),
+        true_depth_m: (nominal.iter().map(|hit| hit.map_or(f64::NAN, |hit| hit.t))).collect(),
         face: nominal.iter().map(|hit| hit.map(|hit| hit.face)).collect(),
     }
 }

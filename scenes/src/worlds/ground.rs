@@ -20,7 +20,7 @@ pub const LITTLE: Bumps = Bumps {
     count: 34,
     height_m: 0.01,
 };
-/// Big bumps: up to 30 mm, where [chai2015]'s robot lifts its feet by 50 mm at least.
+/// Big bumps: up to 30 mm, where \[chai2015\]'s robot lifts its feet by 50 mm at least.
 pub const BIG: Bumps = Bumps {
     count: 34,
     height_m: 0.03,

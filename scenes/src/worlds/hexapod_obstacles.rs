@@ -2,7 +2,7 @@
 //!
 //! Blocks are 50 to 100 mm high: the legs lift by 200 mm at the body's height of 0.68 m, and a
 //! robot that is 20 mm wrong about a top stamps or stumbles. The depth camera sits where
-//! [chai2015] Eq. 32 found it; the scene file takes its place from an identification.
+//! \[chai2015\] Eq. 32 found it; the scene file takes its place from an identification.
 #![allow(non_snake_case)]
 
 use nalgebra::Isometry3;
@@ -16,41 +16,11 @@ pub const BODY_HEIGHT_M: f64 = 0.68;
 
 /// The blocks.
 pub const BLOCKS: [Block; 5] = [
-    Block {
-        name: "left slab",
-        centre_m: [1.55, 0.62],
-        size_m: [0.60, 0.50],
-        top_m: 0.08,
-        yaw_deg: 0.0,
-    },
-    Block {
-        name: "right slab",
-        centre_m: [1.75, -0.66],
-        size_m: [0.60, 0.50],
-        top_m: 0.10,
-        yaw_deg: 6.0,
-    },
-    Block {
-        name: "middle block",
-        centre_m: [1.50, 0.0],
-        size_m: [0.22, 0.30],
-        top_m: 0.10,
-        yaw_deg: 15.0,
-    },
-    Block {
-        name: "far block",
-        centre_m: [2.35, 0.35],
-        size_m: [0.45, 0.55],
-        top_m: 0.05,
-        yaw_deg: -8.0,
-    },
-    Block {
-        name: "far right block",
-        centre_m: [2.60, -0.55],
-        size_m: [0.40, 0.50],
-        top_m: 0.07,
-        yaw_deg: 0.0,
-    },
+    Block::new("left slab", [1.55, 0.62], [0.60, 0.50], 0.08, 0.0),
+    Block::new("right slab", [1.75, -0.66], [0.60, 0.50], 0.10, 6.0),
+    Block::new("middle block", [1.50, 0.0], [0.22, 0.30], 0.10, 15.0),
+    Block::new("far block", [2.35, 0.35], [0.45, 0.55], 0.05, -8.0),
+    Block::new("far right block", [2.60, -0.55], [0.40, 0.50], 0.07, 0.0),
 ];
 
 /// The bodies: floor and blocks.

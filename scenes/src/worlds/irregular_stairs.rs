@@ -21,45 +21,15 @@ use crate::truth::Truth;
 
 /// The four steps.
 pub const STEPS: [Block; 4] = [
-    Block {
-        name: "step 1",
-        centre_m: [0.48, 0.19],
-        size_m: [0.34, 0.34],
-        top_m: 0.14,
-        yaw_deg: -4.0,
-    },
-    Block {
-        name: "step 2",
-        centre_m: [0.49, -0.17],
-        size_m: [0.36, 0.34],
-        top_m: 0.26,
-        yaw_deg: 5.0,
-    },
-    Block {
-        name: "step 3",
-        centre_m: [0.88, 0.15],
-        size_m: [0.36, 0.36],
-        top_m: 0.41,
-        yaw_deg: -6.0,
-    },
-    Block {
-        name: "step 4",
-        centre_m: [1.26, -0.14],
-        size_m: [0.34, 0.38],
-        top_m: 0.56,
-        yaw_deg: 4.0,
-    },
+    Block::new("step 1", [0.48, 0.19], [0.34, 0.34], 0.14, -4.0),
+    Block::new("step 2", [0.49, -0.17], [0.36, 0.34], 0.26, 5.0),
+    Block::new("step 3", [0.88, 0.15], [0.36, 0.36], 0.41, -6.0),
+    Block::new("step 4", [1.26, -0.14], [0.34, 0.38], 0.56, 4.0),
 ];
 
 /// The table.
 pub const TABLE: Table = Table {
-    block: Block {
-        name: "table",
-        centre_m: [1.98, 0.0],
-        size_m: [1.0, 1.5],
-        top_m: 0.71,
-        yaw_deg: 1.0,
-    },
+    block: Block::new("table", [1.98, 0.0], [1.0, 1.5], 0.71, 1.0),
     slab_m: 0.03,
     leg_m: 0.05,
     leg_inset_m: 0.10,

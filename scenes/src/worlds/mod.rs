@@ -27,6 +27,17 @@ pub struct Block {
 }
 
 impl Block {
+    /// The values in the order of the fields.
+    const fn new(name: &'static str, c: [f64; 2], size_m: [f64; 2], top_m: f64, yaw: f64) -> Self {
+        Self {
+            name,
+            centre_m: c,
+            size_m,
+            top_m,
+            yaw_deg: yaw,
+        }
+    }
+
     /// The box.
     pub fn body(&self) -> OrientedBox {
         let centre = Vector3::new(self.centre_m[0], self.centre_m[1], self.top_m / 2.0);
@@ -51,38 +62,21 @@ pub struct Table {
 impl Table {
     /// The slab and its legs, `NAME` and `NAME leg 1` … `4`.
     pub fn bodies(&self) -> Vec<OrientedBox> {
-        let Block {
-            name,
-            centre_m,
-            size_m,
-            top_m,
-            yaw_deg,
-        } = self.block;
-        let rotation = about_z(yaw_deg);
-        let centre = Vector3::new(centre_m[0], centre_m[1], top_m - self.slab_m / 2.0);
-        let mut bodies = vec![OrientedBox::new(
-            name,
-            centre,
-            [size_m[0], size_m[1], self.slab_m],
-            rotation,
-        )];
+        let Block { name, top_m, .. } = self.block;
+        let ([x, y], [width, depth]) = (self.block.centre_m, self.block.size_m);
+        let rotation = about_z(self.block.yaw_deg);
+        let centre = Vector3::new(x, y, top_m - self.slab_m / 2.0);
+        let slab = OrientedBox::new(name, centre, [width, depth, self.slab_m], rotation);
         let height = top_m - self.slab_m;
         let reach = |edge: f64| edge / 2.0 - self.leg_inset_m - self.leg_m / 2.0;
-        for (i, (sx, sy)) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
-            .iter()
-            .enumerate()
-        {
-            let corner = rotation * Vector3::new(sx * reach(size_m[0]), sy * reach(size_m[1]), 0.0);
-            let centre = Vector3::new(centre_m[0], centre_m[1], height / 2.0) + corner;
+        let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
+        let legs = corners.into_iter().enumerate().map(|(i, (sx, sy))| {
+            let corner = rotation * Vector3::new(sx * reach(width), sy * reach(depth), 0.0);
+            let centre = Vector3::new(x, y, height / 2.0) + corner;
             let size = [self.leg_m, self.leg_m, height];
-            bodies.push(OrientedBox::new(
-                &format!("{name} leg {}", i + 1),
-                centre,
-                size,
-                rotation,
-            ));
-        }
-        bodies
+            OrientedBox::new(&format!("{name} leg {}", i + 1), centre, size, rotation)
+        });
+        std::iter::once(slab).chain(legs).collect()
     }
 }
 

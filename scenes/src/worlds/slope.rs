@@ -1,6 +1,6 @@
 //! `slope-NN`: a ramp ahead of a quadruped, in a room with two walls and three poles.
 //!
-//! The seven ramps of [meng], Tables 1 and 2: their angles are those of its inclinometer, and each
+//! The seven ramps of \[meng\], Tables 1 and 2: their angles are those of its inclinometer, and each
 //! begins where its table says (the mean of the two end points, their distance as the width, the
 //! direction between them). They are 2.4 m long, so that a quadruped can stand on them. In
 //! `slope-NN-at-30` such a ramp is wider, and turned by 30° from the robot's way.
@@ -25,7 +25,7 @@ pub struct Ramp {
     pub length_m: f64,
 }
 
-/// A row of [meng]'s tables.
+/// A row of \[meng\]'s tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Angle by the inclinometer, degrees.
@@ -54,7 +54,7 @@ const fn row(
     }
 }
 
-/// Tables 1 and 2 of [meng].
+/// Tables 1 and 2 of \[meng\].
 #[rustfmt::skip]
 pub const PAPER: [Row; 7] = [
     row(10.5, [0.0042, 0.1887], [1.9330, -0.6047], [1.9584, 0.5429], -0.0009, [0.1853, -0.0041, 0.0356]),

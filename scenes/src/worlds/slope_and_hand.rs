@@ -95,38 +95,14 @@ pub const BOARD: Board = Board {
 
 /// The step, the cabinet and the shelf.
 pub const BLOCKS: [Block; 3] = [
-    Block {
-        name: "step",
-        centre_m: [1.30, 0.05],
-        size_m: [0.34, 0.90],
-        top_m: 0.34,
-        yaw_deg: 0.0,
-    },
-    Block {
-        name: "cabinet",
-        centre_m: [0.785, 0.775],
-        size_m: [0.73, 0.45],
-        top_m: 0.95,
-        yaw_deg: 0.0,
-    },
-    Block {
-        name: "shelf",
-        centre_m: [1.71, 0.81],
-        size_m: [0.38, 0.34],
-        top_m: 1.15,
-        yaw_deg: 0.0,
-    },
+    Block::new("step", [1.30, 0.05], [0.34, 0.90], 0.34, 0.0),
+    Block::new("cabinet", [0.785, 0.775], [0.73, 0.45], 0.95, 0.0),
+    Block::new("shelf", [1.71, 0.81], [0.38, 0.34], 1.15, 0.0),
 ];
 
 /// The table.
 pub const TABLE: Table = Table {
-    block: Block {
-        name: "table",
-        centre_m: [2.0, -0.05],
-        size_m: [1.0, 1.2],
-        top_m: 0.53,
-        yaw_deg: 1.0,
-    },
+    block: Block::new("table", [2.0, -0.05], [1.0, 1.2], 0.53, 1.0),
     slab_m: 0.03,
     leg_m: 0.05,
     leg_inset_m: 0.10,

@@ -1,8 +1,8 @@
 //! The drawn posture problems are what their families say.
 #![allow(non_snake_case)]
 
-use nalgebra::{Matrix3, Vector3};
-use robot_model::{Kinematics, Robot};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector2, Vector3};
+use robot_model::{ContactPatch, Kinematics, Robot};
 use scenes::contact_sets::{
     ContactRecord, Expected, FORMAT, Family, ProblemRecord, ProblemSet, generate,
 };
@@ -23,10 +23,19 @@ fn tilt_deg(contact: &ContactRecord) -> f64 {
 }
 
 fn is_foot(contact: &ContactRecord) -> bool {
-    contact
-        .patch
-        .as_deref()
-        .is_some_and(|p| p.ends_with("foot"))
+    let patch = contact.patch.as_deref();
+    patch.is_some_and(|p| p.ends_with("foot"))
+}
+
+/// Problems of a family.
+fn draw(robot: &Robot, family: Family, count: usize, seed: u64) -> Vec<ProblemRecord> {
+    let set = generate(robot, &[family], count, seed);
+    set.expect("problems").problems
+}
+
+fn patch<'a>(robot: &'a Robot, contact: &ContactRecord) -> &'a ContactPatch {
+    let name = contact.patch.as_deref().expect("a name");
+    robot.patch(name).expect("a patch")
 }
 
 /// Angles of the perturbed families differ from their ranges by up to 0.05 rad.
@@ -36,12 +45,10 @@ const TURNED_DEG: f64 = 2.9;
 fn a_problem_depends_on_seed_and_number_alone() {
     let robot = hrp2();
     for family in Family::ALL {
-        let few = generate(&robot, &[family], 2, 7).expect("problems");
-        let more = generate(&robot, &[family], 4, 7).expect("problems");
-        assert_eq!(few.problems[..], more.problems[..2], "{}", family.name());
-        let other = generate(&robot, &[family], 2, 8).expect("problems");
-        assert_ne!(few.problems[0], other.problems[0]);
-        assert_ne!(more.problems[0].mu, more.problems[1].mu);
+        let (few, more) = (draw(&robot, family, 2, 7), draw(&robot, family, 4, 7));
+        assert_eq!(few[..], more[..2], "{}", family.name());
+        assert_ne!(few[0], draw(&robot, family, 2, 8)[0]);
+        assert_ne!(more[0].mu, more[1].mu);
     }
 }
 
@@ -62,22 +69,16 @@ fn files_are_read_back_as_they_were() {
 fn witnesses_are_where_the_contacts_are() {
     let robot = hrp2();
     for family in [Family::Easy, Family::Free] {
-        for problem in generate(&robot, &[family], 20, 1)
-            .expect("problems")
-            .problems
-        {
+        for problem in draw(&robot, family, 20, 1) {
             assert_eq!(problem.expected, Some(Expected::Solvable));
-            let q = robot
-                .configuration(problem.witness.as_deref().expect("a witness"))
-                .expect("a configuration");
-            robot
-                .check_joints(q.joints.as_slice(), -0.03)
-                .expect("inside the limits by a planner's margin");
+            let witness = problem.witness.as_deref().expect("a witness");
+            let q = robot.configuration(witness).expect("a configuration");
+            // Inside the limits by a planner's margin.
+            let kept = robot.check_joints(q.joints.as_slice(), -0.03);
+            kept.expect("inside the limits");
             let kinematics = Kinematics::new(&robot, &q);
             for contact in &problem.contacts {
-                let patch = robot
-                    .patch(contact.patch.as_deref().expect("a name"))
-                    .expect("a patch");
+                let patch = patch(&robot, contact);
                 let X_WC = kinematics.X_WC(patch);
                 let z_C = X_WC.rotation * Vector3::z();
                 assert!(z_C.angle(&Vector3::z()).to_degrees() <= 20.0 + 1e-9);
@@ -95,27 +96,19 @@ fn witnesses_are_where_the_contacts_are() {
 }
 
 /// The patch lies in the surface's plane and in its polygon.
-fn inside(
-    problem: &ProblemRecord,
-    id: &str,
-    X_WC: &nalgebra::Isometry3<f64>,
-    patch: &robot_model::ContactPatch,
-) {
-    let surface = problem
-        .surfaces
-        .iter()
-        .find(|s| s.id == id)
-        .expect("it is there");
+fn inside(problem: &ProblemRecord, id: &str, X_WC: &Isometry3<f64>, patch: &ContactPatch) {
+    let surface = problem.surfaces.iter().find(|s| s.id == id);
+    let surface = surface.expect("it is there");
     let R = rotation(&surface.R);
     for v in &patch.polygon {
-        let p_W = (X_WC * nalgebra::Point3::new(v.x, v.y, 0.0)).coords;
+        let p_W = (X_WC * Point3::new(v.x, v.y, 0.0)).coords;
         let p = R.transpose() * (p_W - Vector3::from(surface.p));
         assert!(p.z.abs() < 1e-12, "{} above the plane", p.z);
         let n = surface.polygon_m.len();
         for i in 0..n {
             let [a, b] = [surface.polygon_m[i], surface.polygon_m[(i + 1) % n]];
-            let e = nalgebra::Vector2::new(b[0] - a[0], b[1] - a[1]);
-            let left = e.perp(&nalgebra::Vector2::new(p.x - a[0], p.y - a[1])) / e.norm();
+            let e = Vector2::new(b[0] - a[0], b[1] - a[1]);
+            let left = e.perp(&Vector2::new(p.x - a[0], p.y - a[1])) / e.norm();
             assert!(left > 0.009, "{left} m inside edge {i} of {id}");
         }
     }
@@ -124,54 +117,37 @@ fn inside(
 #[test]
 fn families_are_what_they_say() {
     let robot = hrp2();
-    let draw = |family| {
-        generate(&robot, &[family], 20, 5)
-            .expect("problems")
-            .problems
+    let draw = |family| draw(&robot, family, 20, 5);
+    let feet = |p: &ProblemRecord| -> Vec<ContactRecord> {
+        let feet = p.contacts.iter().filter(|c| is_foot(c));
+        feet.cloned().collect()
     };
-    let feet = |p: &ProblemRecord| p.contacts.iter().filter(|c| is_foot(c)).count();
     for problem in draw(Family::Steep) {
-        assert_eq!((feet(&problem), problem.contacts.len()), (2, 3));
-        for foot in problem.contacts.iter().filter(|c| is_foot(c)) {
-            let tilt = tilt_deg(foot);
-            assert!(
-                (20.0 - TURNED_DEG..=40.0 + TURNED_DEG).contains(&tilt),
-                "{tilt}"
-            );
+        assert_eq!((feet(&problem).len(), problem.contacts.len()), (2, 3));
+        for tilt in feet(&problem).iter().map(tilt_deg) {
+            let range = 20.0 - TURNED_DEG..=40.0 + TURNED_DEG;
+            assert!(range.contains(&tilt), "{tilt}");
         }
     }
     for problem in draw(Family::OneFoot) {
-        assert_eq!((feet(&problem), problem.contacts.len()), (1, 3));
+        assert_eq!((feet(&problem).len(), problem.contacts.len()), (1, 3));
     }
     for problem in draw(Family::Chimney) {
-        let normals: Vec<Vector3<f64>> = problem
-            .contacts
-            .iter()
-            .filter(|c| is_foot(c))
-            .map(|c| rotation(&c.R.expect("fixed")).column(2).into_owned())
-            .collect();
         // The walls under the feet look at each other.
-        assert!(normals[0].xy().dot(&normals[1].xy()) < 0.0, "{normals:?}");
+        let normal = |c: &ContactRecord| rotation(&c.R.expect("fixed")).column(2).xy();
+        let [a, b] = [0, 1].map(|i| normal(&feet(&problem)[i]));
+        assert!(a.dot(&b) < 0.0, "{a} {b}");
     }
     for problem in draw(Family::Spread) {
-        let p: Vec<Vector3<f64>> = problem
-            .contacts
-            .iter()
-            .filter(|c| is_foot(c))
-            .map(|c| c.p.expect("fixed").into())
-            .collect();
-        let apart = (p[0] - p[1]).norm();
-        assert!(
-            apart > 0.2 && problem.mu <= 0.3,
-            "{apart} m, friction {}",
-            problem.mu
-        );
+        let place = |c: &ContactRecord| Vector3::from(c.p.expect("fixed"));
+        let [a, b] = [0, 1].map(|i| place(&feet(&problem)[i]));
+        let (apart, mu) = ((a - b).norm(), problem.mu);
+        assert!(apart > 0.2 && mu <= 0.3, "{apart} m, friction {mu}");
     }
-    let reasons: Vec<String> = draw(Family::Infeasible)
+    let reasons = draw(Family::Infeasible)
         .into_iter()
-        .filter_map(|p| p.reason)
-        .take(3)
-        .collect();
+        .filter_map(|p| p.reason);
+    let reasons: Vec<String> = reasons.take(3).collect();
     assert_eq!(reasons, ["out_of_reach", "no_equilibrium", "friction"]);
 }
 
@@ -192,10 +168,7 @@ fn robots_without_the_limbs_are_told() {
 fn ball_feet_get_surfaces_to_stand_on() {
     let robot = shipped("hexapod");
     for family in Family::ALL.into_iter().filter(|f| f.suits(&robot)) {
-        for problem in generate(&robot, &[family], 6, 2)
-            .expect("problems")
-            .problems
-        {
+        for problem in draw(&robot, family, 6, 2) {
             assert!(problem.contacts.len() >= 3, "{}", problem.id);
             let Some(witness) = &problem.witness else {
                 continue;
@@ -203,9 +176,7 @@ fn ball_feet_get_surfaces_to_stand_on() {
             let q = robot.configuration(witness).expect("a configuration");
             let kinematics = Kinematics::new(&robot, &q);
             for contact in problem.contacts.iter().filter(|c| c.p.is_some()) {
-                let patch = robot
-                    .patch(contact.patch.as_deref().expect("a name"))
-                    .expect("a patch");
+                let patch = patch(&robot, contact);
                 let n = rotation(&contact.R.expect("fixed")).column(2).into_owned();
                 let radius = patch.point_radius_m().expect("a ball");
                 let touched = kinematics.X_WC(patch).translation.vector - radius * n;

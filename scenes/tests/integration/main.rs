@@ -11,6 +11,8 @@ mod hexapod_urp;
 mod hrp2;
 #[path = "../../examples/make_robots/hrp2_shapes.rs"]
 mod hrp2_shapes;
+#[path = "../../examples/make_robots/parts.rs"]
+mod parts;
 #[path = "../../examples/make_robots/quadruped.rs"]
 mod quadruped;
 mod robots;

@@ -40,16 +40,10 @@ fn they_weigh_what_they_should_and_nothing_is_assumed_of_them() {
         ("quadruped", 12, 4, 50.0, "standing", 0.1),
     ] {
         let robot = shipped(name);
-        assert_eq!(
-            (robot.nj(), robot.patches.len()),
-            (joints, patches),
-            "{name}"
-        );
-        assert!(
-            (robot.mass_kg - mass_kg).abs() < 1e-6,
-            "{name}: {} kg",
-            robot.mass_kg
-        );
+        let counted = (robot.nj(), robot.patches.len());
+        assert_eq!(counted, (joints, patches), "{name}");
+        let weighed = robot.mass_kg;
+        assert!((weighed - mass_kg).abs() < 1e-6, "{name}: {weighed} kg");
         assert!(robot.notes.is_empty(), "{name}: {:?}", robot.notes);
         let q = robot.posture(posture).expect("a posture");
         robot
@@ -59,17 +53,9 @@ fn they_weigh_what_they_should_and_nothing_is_assumed_of_them() {
         for body in &robot.bodies {
             let moments = body.inertia_B.symmetric_eigenvalues();
             let (least, greatest) = (moments.min(), moments.max());
-            assert!(
-                least > 0.0,
-                "{}: {moments} is not positive definite",
-                body.name
-            );
+            // Positive definite, and the triangle inequality.
             let spare = moments.sum() - 2.0 * greatest;
-            assert!(
-                spare > 0.0,
-                "{}: triangle inequality of {moments}",
-                body.name
-            );
+            assert!(least > 0.0 && spare > 0.0, "{}: {moments}", body.name);
         }
     }
 }
@@ -85,20 +71,16 @@ fn balls_stand_where_the_postures_should_put_them() {
             let p = kinematics.X_WC(patch).translation.vector;
             // Joint values are written with ten decimals.
             assert!((p.xy().norm() - hexapod::STANCE_RADIUS).abs() < 1e-9, "{p}");
-            assert!(
-                (p.z + hexapod::STANCE_HEIGHT - radius_m).abs() < 1e-9,
-                "{p}"
-            );
+            let height = p.z + hexapod::STANCE_HEIGHT;
+            assert!((height - radius_m).abs() < 1e-9, "{p}");
         }
     }
     let robot = shipped("quadruped");
     let kinematics = Kinematics::new(&robot, &robot.posture("standing").unwrap());
     for (patch, (leg, [front, left])) in robot.patches.iter().zip(quadruped::LEGS) {
         let (radius_m, [x, y]) = (quadruped::FOOT_RADIUS, quadruped::HIP);
-        assert_eq!(
-            (patch.name.as_str(), patch.kind),
-            (leg, PatchKind::Point { radius_m })
-        );
+        let expected = (leg, PatchKind::Point { radius_m });
+        assert_eq!((patch.name.as_str(), patch.kind), expected);
         let height = radius_m - quadruped::STANCE_HEIGHT;
         let expected = Vector3::new(front * x, left * (y + quadruped::ABDUCTION), height);
         let p = kinematics.X_WC(patch).translation.vector;
@@ -128,18 +110,11 @@ fn three_legs_hold_them_within_their_efforts() {
             let share = robot.mass_kg * GRAVITY_M_S2 / 3.0;
             torque -= J.transpose() * Vector3::new(0.0, 0.0, share);
         }
-        assert_eq!(
-            torque.rows(0, 6).norm() < 1e-6,
-            is_balanced,
-            "{name}: {torque}"
-        );
+        let balanced = torque.rows(0, 6).norm() < 1e-6;
+        assert_eq!(balanced, is_balanced, "{name}: {torque}");
         for (j, body) in robot.joint_bodies().iter().enumerate() {
             let used = torque[6 + j].abs() / body.effort;
-            assert!(
-                used <= 0.8,
-                "{name}: {} uses {used} of its effort",
-                body.joint
-            );
+            assert!(used <= 0.8, "{name}: {} uses {used}", body.joint);
         }
         assert!(torque.rows(6, robot.nj()).amax() > least, "{name}");
     }
@@ -159,10 +134,8 @@ fn both_hexapods_take_the_52_poses() {
             for patch in &robot.patches {
                 let p = kinematics.X_WC(patch).translation.vector;
                 let off = (p.xy().norm() - hexapod::STANCE_RADIUS).abs();
-                assert!(
-                    off < 1e-8 && (p.z - hexapod::FOOT_RADIUS).abs() < 1e-8,
-                    "{p}"
-                );
+                let above = (p.z - hexapod::FOOT_RADIUS).abs();
+                assert!(off < 1e-8 && above < 1e-8, "{p}");
             }
         }
     }

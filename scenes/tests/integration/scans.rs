@@ -30,36 +30,26 @@ fn camera(scene: &Builtin) -> &'static Pinhole {
 /// Where the sensor really was.
 #[allow(non_snake_case)]
 fn X_WV(scene: &Builtin) -> Isometry3<f64> {
-    scene
-        .sensor
-        .map_or_else(|| only_scan(scene).X_WV(), |pose| pose())
+    let stated = || only_scan(scene).X_WV();
+    scene.sensor.map_or_else(stated, |pose| pose())
 }
 
 fn simulate(scene: &Builtin, noise: &DepthNoise) -> Scan {
-    scan(
-        &(scene.truth)().world(),
-        camera(scene),
-        &X_WV(scene),
-        noise,
-        scene.seed,
-    )
+    let world = (scene.truth)().world();
+    scan(&world, camera(scene), &X_WV(scene), noise, scene.seed)
 }
 
 fn embedded(scene: &Builtin) -> Vec<u16> {
     let bytes = scene.file(&only_scan(scene).depth.unwrap()).unwrap();
-    let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes[..]))
-        .read_info()
-        .unwrap();
+    let reader = png::Decoder::new(std::io::Cursor::new(&bytes[..]));
+    let mut reader = reader.read_info().unwrap();
     let mut raw = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut raw).unwrap();
     assert_eq!((info.width, info.height), (640, 480));
-    assert_eq!(
-        (info.color_type, info.bit_depth),
-        (png::ColorType::Grayscale, png::BitDepth::Sixteen)
-    );
-    raw.chunks_exact(2)
-        .map(|b| u16::from_be_bytes([b[0], b[1]]))
-        .collect()
+    let depths = (png::ColorType::Grayscale, png::BitDepth::Sixteen);
+    assert_eq!((info.color_type, info.bit_depth), depths);
+    let pixels = raw.chunks_exact(2);
+    pixels.map(|b| u16::from_be_bytes([b[0], b[1]])).collect()
 }
 
 /// Whoever changes geometry, noise or pose must run `make_scans` again.
@@ -69,10 +59,10 @@ fn embedded_scans_are_what_the_simulator_makes_now() {
         let now = simulate(scene, &DepthNoise::default()).depth_mm;
         let then = embedded(scene);
         let differing = now.iter().zip(&then).filter(|(a, b)| a != b).count();
+        let name = scene.name;
         assert!(
             now == then,
-            "{}: {differing} pixels differ; run make_scans",
-            scene.name
+            "{name}: {differing} pixels differ; run make_scans"
         );
     }
 }
@@ -102,12 +92,8 @@ fn scans_are_taken_from_the_robots_head() {
         assert!(head_yaw.abs() <= 45f64.to_radians() && head_pitch <= 45f64.to_radians());
         let expected = X_WB * head_depth(&robot, head_yaw, head_pitch);
         let error = expected.inverse() * X_WV;
-        assert!(
-            error.translation.vector.norm() < 1e-6,
-            "{}: {error}",
-            scene.name
-        );
-        assert!(error.rotation.angle() < 1e-6, "{}: {error}", scene.name);
+        let (shift, turn) = (error.translation.vector.norm(), error.rotation.angle());
+        assert!(shift < 1e-6 && turn < 1e-6, "{}: {error}", scene.name);
     }
 }
 
@@ -117,9 +103,8 @@ fn head_depth(robot: &Robot, yaw: f64, pitch: f64) -> Isometry3<f64> {
     for (joint, angle) in [("HEAD_JOINT0", yaw), ("HEAD_JOINT1", pitch)] {
         q.joints[robot.joint_index(joint).unwrap()] = angle;
     }
-    Kinematics::new(robot, &q)
-        .X_WL(robot, "head_depth")
-        .unwrap()
+    let kinematics = Kinematics::new(robot, &q);
+    kinematics.X_WL(robot, "head_depth").unwrap()
 }
 
 /// The depth errors that remain after the dropouts have the RMS of the noise model.
@@ -144,20 +129,12 @@ fn depth_errors_have_the_modelled_size() {
                 + (quantum * quantum + 1e-6) / 12.0;
             ratio.push((measured - z).powi(2) / variance);
         }
-        let mean = ratio.iter().sum::<f64>() / ratio.len() as f64;
-        assert!(
-            ratio.len() > 150_000,
-            "{}: {} pixels",
-            scene.name,
-            ratio.len()
-        );
+        let (name, pixels) = (scene.name, ratio.len());
+        let mean = ratio.iter().sum::<f64>() / pixels as f64;
+        assert!(pixels > 150_000, "{name}: {pixels} pixels");
         // The distortion has some (640·480)/(4π·40²) ≈ 15 independent spots: its variance alone is
         // uncertain by a third.
-        assert!(
-            (0.6..1.5).contains(&mean),
-            "{}: variance ratio {mean}",
-            scene.name
-        );
+        assert!((0.6..1.5).contains(&mean), "{name}: variance ratio {mean}");
     }
 }
 
@@ -214,30 +191,19 @@ fn the_sensor_sees_every_foothold() {
         let X_VW = only_scan(scene).X_WV().inverse();
         for (body, [x, y]) in footholds {
             let top = truth.body(body).unwrap().top();
-            let face = truth
-                .faces()
-                .iter()
-                .position(|f| f.name == top.name)
-                .unwrap();
-            for (sx, sy) in [
-                (1.0, 1.0),
-                (-1.0, 1.0),
-                (-1.0, -1.0),
-                (1.0, -1.0),
-                (0.0, 0.0),
-            ] {
+            let face = truth.faces().iter().position(|f| f.name == top.name);
+            let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+            for (sx, sy) in corners.into_iter().chain([(0.0, 0.0)]) {
                 let (px, py) = (x + sx * 0.130, y + sy * 0.0805);
                 let n = top.normal_W;
                 let p_W = nalgebra::Point3::new(px, py, (top.offset_m - n.x * px - n.y * py) / n.z);
                 let p_V = X_VW * p_W;
                 let u = (XTION.fx * p_V.x / p_V.z + XTION.cx).round();
                 let v = (XTION.fy * p_V.y / p_V.z + XTION.cy).round();
-                assert!(
-                    (0.0..640.0).contains(&u) && (0.0..480.0).contains(&v),
-                    "{body} {x} {y}"
-                );
+                let inside = (0.0..640.0).contains(&u) && (0.0..480.0).contains(&v);
+                assert!(inside, "{body} {x} {y}");
                 let pixel = v as usize * 640 + u as usize;
-                assert_eq!(scan.face[pixel], Some(face), "{name}: {body} at {x}, {y}");
+                assert_eq!(scan.face[pixel], face, "{name}: {body} at {x}, {y}");
             }
         }
     }

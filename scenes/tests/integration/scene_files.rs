@@ -9,56 +9,30 @@ fn stairs() -> &'static str {
 
 #[test]
 fn shipped_scenes_name_only_what_ships() {
-    assert_eq!(
-        scenes::names().collect::<Vec<_>>(),
-        [
-            "irregular-stairs",
-            "slope-and-hand",
-            "hexapod-obstacles",
-            "slope-10.5",
-            "slope-13.5",
-            "slope-15.3",
-            "slope-17.4",
-            "slope-19.7",
-            "slope-22",
-            "slope-23.8",
-            "slope-10.5-at-30",
-            "slope-23.8-at-30"
-        ]
-    );
+    let names = "irregular-stairs slope-and-hand hexapod-obstacles slope-10.5 slope-13.5 \
+                 slope-15.3 slope-17.4 slope-19.7 slope-22 slope-23.8 slope-10.5-at-30 \
+                 slope-23.8-at-30";
+    assert_eq!(scenes::names().collect::<Vec<_>>().join(" "), names);
     for scene in scenes::names().filter_map(scenes::builtin) {
         let file = SceneFile::parse(scene.toml).unwrap();
         assert_eq!(file.name, scene.name);
         assert_eq!((scene.truth)().scene, scene.name);
-        let named: Vec<&str> = file
-            .scan
-            .iter()
-            .flat_map(|s| {
-                [
-                    s.depth.as_deref(),
-                    s.cloud.as_deref(),
-                    s.extrinsics.as_deref(),
-                ]
-            })
-            .flatten()
-            .collect();
+        let files = file.scan.iter();
+        let files = files
+            .flat_map(|s| [&s.depth, &s.cloud, &s.extrinsics])
+            .flatten();
+        let named: Vec<&str> = files.map(String::as_str).collect();
         let shipped = scene.files.iter().map(|f| f.0).chain(scene.sweep);
         assert_eq!(named, shipped.collect::<Vec<_>>());
         for name in named {
-            assert!(
-                scene.file(name).is_some_and(|bytes| !bytes.is_empty()),
-                "{name}"
-            );
+            let bytes = scene.file(name);
+            assert!(bytes.is_some_and(|bytes| !bytes.is_empty()), "{name}");
         }
         let robot = file.robot.urdf.strip_prefix("builtin:").unwrap();
         let robot = scenes::builtin_robot(robot).unwrap();
         let contacts: toml::Table = robot.contacts.parse().unwrap();
-        let patches: Vec<&str> = contacts["patch"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|patch| patch["name"].as_str().unwrap())
-            .collect();
+        let patches = contacts["patch"].as_array().unwrap().iter();
+        let patches: Vec<&str> = patches.map(|p| p["name"].as_str().unwrap()).collect();
         for patch in file.start.contacts.iter().chain(file.friction.patch.keys()) {
             assert!(patches.contains(&patch.as_str()), "{patch}");
         }
@@ -71,10 +45,7 @@ fn shipped_scenes_name_only_what_ships() {
             (None, Some(_)) => 3.2,
             (None, None) => 2.0,
         };
-        assert_eq!(
-            file.goal.base_position_m.as_deref(),
-            Some(&[ahead, 0.0][..])
-        );
+        assert_eq!(file.goal.base_position_m, Some(vec![ahead, 0.0]));
     }
     let degrees = |name: &str| scenes::builtin(name).map(|scene| scene.name);
     assert_eq!(degrees("slope-15"), Some("slope-15.3"));
@@ -88,10 +59,8 @@ fn shipped_scenes_name_only_what_ships() {
 fn a_scene_file_survives_writing_and_reading() {
     for scene in scenes::names().filter_map(scenes::builtin) {
         let file = SceneFile::parse(scene.toml).unwrap();
-        assert_eq!(
-            SceneFile::parse(&toml::to_string(&file).unwrap()).unwrap(),
-            file
-        );
+        let written = toml::to_string(&file).unwrap();
+        assert_eq!(SceneFile::parse(&written).unwrap(), file);
     }
 }
 
@@ -134,10 +103,8 @@ fn a_value_that_makes_no_sense_is_refused_by_name() {
 fn an_unknown_key_is_refused_with_its_line() {
     let text = stairs().replacen("tolerance_m", "tolerance_mm", 1);
     let message = SceneFile::parse(&text).unwrap_err().to_string();
-    assert!(
-        message.contains("tolerance_mm") && message.contains("line"),
-        "{message}"
-    );
+    let named = message.contains("tolerance_mm") && message.contains("line");
+    assert!(named, "{message}");
 }
 
 proptest! {

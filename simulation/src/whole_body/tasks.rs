@@ -142,10 +142,10 @@ impl Stack {
     }
 
     pub fn finish(self) -> (DMatrix<f64>, DVector<f64>) {
-        let filled = self.filled;
+        let rows = self.filled;
         (
-            self.A.rows(0, filled).into_owned(),
-            self.b.rows(0, filled).into_owned(),
+            self.A.resize_vertically(rows, 0.0),
+            self.b.resize_vertically(rows, 0.0),
         )
     }
 }

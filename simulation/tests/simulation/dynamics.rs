@@ -1,19 +1,20 @@
 //! The equations of motion against energy, gravity and differences.
 
 use nalgebra::DVector;
-use robot_model::{Configuration, Robot};
+use robot_model::{Body, Configuration, Robot};
 use simulation::dynamics::Dynamics;
 
 use crate::robot::hrp2;
 
 fn moving(robot: &Robot) -> (Configuration, DVector<f64>) {
     let mut configuration = robot.resting();
-    let twist: Vec<f64> = (0..robot.nv()).map(|k| (k as f64 * 1.7).sin()).collect();
-    let turn: Vec<f64> = (0..robot.nv())
-        .map(|k| 0.2 * (k as f64 * 0.9).cos())
-        .collect();
-    configuration.integrate_in_place(&turn);
-    (configuration, DVector::from_vec(twist))
+    let nv = robot.nv();
+    let turn = DVector::from_fn(nv, |k, _| 0.2 * (k as f64 * 0.9).cos());
+    configuration.integrate_in_place(turn.as_slice());
+    (
+        configuration,
+        DVector::from_fn(nv, |k, _| (k as f64 * 1.7).sin()),
+    )
 }
 
 #[test]
@@ -23,18 +24,14 @@ fn kinetic_energy_is_that_of_the_bodies() {
     let mut dynamics = Dynamics::new(&robot, &configuration);
     dynamics.update(&robot, &configuration, &v);
     let whole = 0.5 * (v.transpose() * &dynamics.M * &v)[0];
-    let parts: f64 = robot
-        .bodies
-        .iter()
-        .enumerate()
-        .map(|(i, body)| {
-            let X_WB = dynamics.kinematics.X_WB[i];
-            let com = X_WB.rotation * body.com_B + X_WB.translation.vector;
-            let omega = X_WB.rotation.inverse() * dynamics.omega_W[i];
-            0.5 * body.mass_kg * dynamics.point_velocity(i, &com).norm_squared()
-                + 0.5 * omega.dot(&(body.inertia_B * omega))
-        })
-        .sum();
+    let energy = |(i, body): (usize, &Body)| {
+        let X_WB = dynamics.kinematics.X_WB[i];
+        let com = X_WB.rotation * body.com_B + X_WB.translation.vector;
+        let omega = X_WB.rotation.inverse() * dynamics.omega_W[i];
+        let speed = dynamics.point_velocity(i, &com);
+        0.5 * (body.mass_kg * speed.norm_squared() + omega.dot(&(body.inertia_B * omega)))
+    };
+    let parts: f64 = robot.bodies.iter().enumerate().map(energy).sum();
     assert!((whole - parts).abs() < 1e-9 * parts, "{whole} {parts}");
 }
 
@@ -87,10 +84,8 @@ fn free_motion_keeps_its_energy() {
     let acceleration = -cholesky.solve(&dynamics.h);
     let step = 1e-6;
     let at = |sign: f64| {
-        energy(
-            &configuration.integrate(&(&v * (sign * step))),
-            &(&v + &acceleration * (sign * step)),
-        )
+        let q = configuration.integrate(&(&v * (sign * step)));
+        energy(&q, &(&v + &acceleration * (sign * step)))
     };
     let power = (at(1.0) - at(-1.0)) / (2.0 * step);
     assert!(power.abs() < 1e-3, "{power} W");

@@ -1,7 +1,7 @@
 //! Stances and motions in MuJoCo.
 
-use nalgebra::{DVector, Isometry3, Vector3};
-use robot_model::{GRAVITY_M_S2, Kinematics};
+use nalgebra::{DVector, Vector3};
+use robot_model::{GRAVITY_M_S2, Kinematics, Robot};
 
 use simulation::config::{Config, Controller};
 use simulation::dynamics::Dynamics;
@@ -24,10 +24,15 @@ fn floor(end_x_m: f64) -> Vec<WorldBody> {
     vec![WorldBody {
         name: "floor".to_owned(),
         shape: WorldShape::Box {
-            X_WO: Isometry3::translation(centre.x, centre.y, centre.z),
+            X_WO: centre.into(),
             half_m: Vector3::new(10.0, 10.0, 0.25),
         },
     }]
+}
+
+/// The robot in a world with a floor, under these conditions.
+fn plant<'a>(robot: &'a Robot, physics: &Physics, servo: Servo, scales: &Scales) -> Plant<'a> {
+    Plant::new(robot, &floor(5.0), physics, servo, scales).expect("a model")
 }
 
 fn value(held: &Held, name: &str) -> f64 {
@@ -41,11 +46,8 @@ fn the_model_has_the_robots_mass_and_velocities() {
     let robot = hrp2();
     let physics = Physics::from(&Config::default());
     for mass in [1.0, 0.95] {
-        let scales = Scales {
-            mass,
-            ..Scales::default()
-        };
-        Plant::new(&robot, &floor(5.0), &physics, Servo::STIFF, &scales).expect("a model");
+        let friction = 1.0;
+        plant(&robot, &physics, Servo::STIFF, &Scales { mass, friction });
     }
 }
 
@@ -61,8 +63,7 @@ fn accelerations_agree_with_mujoco() {
         ..Physics::from(&Config::default())
     };
     let servo = Servo { kp: 1.0, kv: 0.0 };
-    let mut plant =
-        Plant::new(&robot, &floor(5.0), &physics, servo, &Scales::default()).expect("a model");
+    let mut plant = plant(&robot, &physics, servo, &Scales::default());
     let mut configuration = half_sitting(&robot);
     configuration.p_WB.z += 2.0;
     let mut turn = vec![0.3; 6];
@@ -97,14 +98,8 @@ fn accelerations_agree_with_mujoco() {
 fn soles_lie_flat_in_the_collision_shapes() {
     let robot = hrp2();
     let configuration = half_sitting(&robot);
-    let mut plant = Plant::new(
-        &robot,
-        &floor(5.0),
-        &Physics::from(&Config::default()),
-        Servo::STIFF,
-        &Scales::default(),
-    )
-    .expect("a model");
+    let physics = Physics::from(&Config::default());
+    let mut plant = plant(&robot, &physics, Servo::STIFF, &Scales::default());
     // Half a millimetre deep, so that every corner touches.
     let mut pressed = configuration.clone();
     pressed.p_WB.z -= 0.0005;
@@ -117,15 +112,10 @@ fn soles_lie_flat_in_the_collision_shapes() {
         let X_WC = kinematics.X_WC(patch);
         for vertex in &patch.polygon {
             let p_W = X_WC * nalgebra::Point3::new(vertex.x, vertex.y, 0.0);
-            let near = touches
-                .iter()
-                .filter(|t| t.other == Side::World(0))
-                .map(|t| (t.p_W - p_W.coords).norm())
-                .fold(f64::INFINITY, f64::min);
-            assert!(
-                near < 1e-3,
-                "{name}: no contact within {near} m of a corner"
-            );
+            let on_floor = touches.iter().filter(|t| t.other == Side::World(0));
+            let away = on_floor.map(|t| (t.p_W - p_W.coords).norm());
+            let near = away.fold(f64::INFINITY, f64::min);
+            assert!(near < 1e-3, "{name}: nearest contact {near} m off a corner");
         }
     }
     for touch in &touches {
@@ -155,18 +145,12 @@ fn the_edge_of_the_support_region_tells() {
     let stance = standing(&robot, half_sitting(&robot), &FEET);
     let com_x = Kinematics::new(&robot, &half_sitting(&robot)).com_W.x;
     let config = Config::default();
-    let at = |margin_m: f64| {
-        hold(&robot, &floor(com_x + margin_m), &stance, &config, None).expect("a run")
-    };
-    let inside = at(0.03);
+    let at = |x: f64| hold(&robot, &floor(x), &stance, &config, None).expect("a run");
+    let inside = at(com_x + 0.03);
     assert!(value(&inside, "com drift") < 3.0, "{:#?}", inside.criteria);
-    let outside = at(-0.01);
-    assert!(!outside.pass);
-    assert!(
-        value(&outside, "com drift") > 100.0,
-        "{:#?}",
-        outside.criteria
-    );
+    let outside = at(com_x - 0.01);
+    let drift = value(&outside, "com drift");
+    assert!(!outside.pass && drift > 100.0, "{:#?}", outside.criteria);
 }
 
 /// On one foot over an edge that runs under the middle of the sole.
@@ -174,12 +158,10 @@ fn the_edge_of_the_support_region_tells() {
 fn a_foot_half_over_the_edge_falls() {
     let robot = hrp2();
     let stance = standing(&robot, half_sitting(&robot), &FEET);
-    let sole = Kinematics::new(&robot, &half_sitting(&robot))
-        .X_WC(robot.patch("left_foot").expect("a patch"))
-        .translation
-        .vector;
-    let config = Config::default();
-    let held = hold(&robot, &floor(sole.x - 0.03), &stance, &config, None).expect("a run");
+    let patch = robot.patch("left_foot").expect("a patch");
+    let X_WC = Kinematics::new(&robot, &half_sitting(&robot)).X_WC(patch);
+    let edge = floor(X_WC.translation.x - 0.03);
+    let held = hold(&robot, &edge, &stance, &Config::default(), None).expect("a run");
     assert!(!held.pass, "{:#?}", held.criteria);
 }
 
@@ -192,16 +174,8 @@ fn stepping(controller: Controller, perturbation: &Perturbation) -> Executed {
         controller,
         ..Config::default()
     };
-    let world = floor(5.0);
-    execute(
-        &robot,
-        &world,
-        &playback,
-        &config,
-        perturbation,
-        &mut Unobserved,
-    )
-    .expect("a run")
+    let (world, nobody) = (floor(5.0), &mut Unobserved);
+    execute(&robot, &world, &playback, &config, perturbation, nobody).expect("a run")
 }
 
 #[test]
@@ -220,15 +194,13 @@ fn a_step_in_place_survives_other_mass_friction_and_pushes() {
             duration_s: 0.2,
             force_W: [60.0 * angle.cos(), 60.0 * angle.sin(), 0.0],
         };
-        let run = stepping(
-            Controller::WholeBody,
-            &Perturbation {
-                friction_factor: Some(0.75),
-                mass_factor: Some(mass),
-                shifts_W: Vec::new(),
-                pushes: vec![push(1.0), push(3.2)],
-            },
-        );
+        let disturbed = Perturbation {
+            friction_factor: Some(0.75),
+            mass_factor: Some(mass),
+            shifts_W: Vec::new(),
+            pushes: vec![push(1.0), push(3.2)],
+        };
+        let run = stepping(Controller::WholeBody, &disturbed);
         assert_eq!(run.fell_s, None, "{:#?}", run.criteria);
         assert!(run.pass, "{:#?}", run.criteria);
     }
@@ -241,13 +213,11 @@ fn a_push_that_is_too_strong_fells_and_is_reported() {
         duration_s: 0.4,
         force_W: [0.0, -400.0, 0.0],
     };
-    let run = stepping(
-        Controller::WholeBody,
-        &Perturbation {
-            pushes: vec![push],
-            ..Perturbation::default()
-        },
-    );
+    let disturbed = Perturbation {
+        pushes: vec![push],
+        ..Perturbation::default()
+    };
+    let run = stepping(Controller::WholeBody, &disturbed);
     assert!(!run.pass);
     assert!(run.fell_s.is_some_and(|t| t > 3.0 && t < 5.0), "{run:#?}");
     assert!(run.cause.is_some_and(|cause| cause.contains("fell")));

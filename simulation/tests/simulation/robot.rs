@@ -7,10 +7,9 @@ use simulation::reference::{ReferenceContact, Standing};
 
 /// The robot hrp2 that ships.
 pub fn hrp2() -> Robot {
-    scenes::builtin_robot("hrp2")
-        .expect("it ships")
-        .load(&robot_model::Config::default())
-        .expect("it loads")
+    let builtin = scenes::builtin_robot("hrp2").expect("it ships");
+    let loaded = builtin.load(&robot_model::Config::default());
+    loaded.expect("it loads")
 }
 
 /// Half sitting with the soles in the plane z = 0.
@@ -35,38 +34,30 @@ pub fn balanced(
     patches: &[&str],
 ) -> Vec<ReferenceContact> {
     let kinematics = Kinematics::new(robot, configuration);
-    let poses: Vec<(usize, Isometry3<f64>)> = patches
-        .iter()
-        .map(|name| {
-            let index = robot.patch_index(name).expect("a patch");
-            (index, kinematics.X_WC(&robot.patches[index]))
-        })
-        .collect();
+    let pose = |name: &&str| {
+        let index = robot.patch_index(name).expect("a patch");
+        (index, kinematics.X_WC(&robot.patches[index]))
+    };
+    let poses: Vec<(usize, Isometry3<f64>)> = patches.iter().map(pose).collect();
     let mut grasp = DMatrix::zeros(6, 6 * poses.len());
     for (k, (_, X_WC)) in poses.iter().enumerate() {
         let r = X_WC.translation.vector - kinematics.com_W;
         let mut block = grasp.view_mut((0, 6 * k), (6, 6));
-        block.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
-        block
-            .fixed_view_mut::<3, 3>(3, 0)
-            .copy_from(&r.cross_matrix());
         // Moments count ten times: soles are small.
-        block
-            .fixed_view_mut::<3, 3>(3, 3)
-            .copy_from(&(Matrix3::identity() * 0.1));
+        let moment = Matrix3::identity() * 0.1;
+        block.view_mut((0, 0), (3, 3)).fill_with_identity();
+        block.view_mut((3, 0), (3, 3)).copy_from(&r.cross_matrix());
+        block.view_mut((3, 3), (3, 3)).copy_from(&moment);
     }
     let weight = robot.mass_kg * GRAVITY_M_S2;
     let wrench = DVector::from_vec(vec![0.0, 0.0, weight, 0.0, 0.0, 0.0]);
     let x = grasp.pseudo_inverse(1e-9).expect("a pseudo-inverse") * wrench;
-    poses
-        .into_iter()
-        .enumerate()
-        .map(|(k, (patch, X_WC))| ReferenceContact {
-            patch,
-            X_WC,
-            friction: robot.patches[patch].friction,
-            force_W: x.fixed_rows::<3>(6 * k).into(),
-            moment_W: x.fixed_rows::<3>(6 * k + 3) * 0.1,
-        })
-        .collect()
+    let contact = |(k, (patch, X_WC))| ReferenceContact {
+        patch,
+        X_WC,
+        friction: robot.patches[patch].friction,
+        force_W: x.fixed_rows::<3>(6 * k).into(),
+        moment_W: x.fixed_rows::<3>(6 * k + 3) * 0.1,
+    };
+    poses.into_iter().enumerate().map(contact).collect()
 }

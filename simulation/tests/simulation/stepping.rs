@@ -20,9 +20,7 @@ pub fn step_in_place(robot: &Robot) -> Motion {
     let kinematics = Kinematics::new(robot, &start);
     let com = kinematics.com_W;
     let feet = FEET.map(|name| kinematics.X_WC(robot.patch(name).expect("a patch")));
-    let mut over = com;
-    over.y = feet[1].translation.vector.y;
-    over.x = feet[1].translation.vector.x;
+    let over = feet[1].translation.vector.xy().push(com.z);
     let contact = |k: usize| Contact {
         patch: FEET[k].to_owned(),
         link: robot.patch(FEET[k]).expect("a patch").link.clone(),
@@ -44,57 +42,38 @@ pub fn step_in_place(robot: &Robot) -> Motion {
         swing: swing.map(str::to_owned),
     };
     let both = || vec![contact(0), contact(1)];
+    let (right, left) = (vec![contact(1)], Some(FEET[0]));
+    let lowered = SHIFT_S + SWING_S;
     let phases = vec![
         phase(PhaseKind::Shift, 0.0, SHIFT_S, both(), None),
-        phase(
-            PhaseKind::Swing,
-            SHIFT_S,
-            SWING_S,
-            vec![contact(1)],
-            Some(FEET[0]),
-        ),
-        phase(PhaseKind::Shift, SHIFT_S + SWING_S, SHIFT_S, both(), None),
+        phase(PhaseKind::Swing, SHIFT_S, SWING_S, right, left),
+        phase(PhaseKind::Shift, lowered, SHIFT_S, both(), None),
     ];
-    let end = 2.0 * SHIFT_S + SWING_S;
     let mut configuration = start.clone();
-    let samples = (0..=(end / DT_S).round() as usize)
-        .map(|k| {
-            let t = k as f64 * DT_S;
-            let (onto, lifted) = if t < SHIFT_S {
-                (quintic(t / SHIFT_S), 0.0)
-            } else if t < SHIFT_S + SWING_S {
-                // Up and down, at rest at both ends and at the top.
-                let s = (t - SHIFT_S) / SWING_S * 2.0;
-                (
-                    1.0,
-                    if s < 1.0 {
-                        quintic(s)
-                    } else {
-                        quintic(2.0 - s)
-                    },
-                )
-            } else {
-                (1.0 - quintic((t - SHIFT_S - SWING_S) / SHIFT_S), 0.0)
-            };
-            let mut left = feet[0];
-            left.translation.vector.z += LIFT_M * lifted;
-            let target = com + (over - com) * onto;
-            reach(robot, &mut configuration, &start, &[left, feet[1]], &target);
-            let swings = (SHIFT_S - 1e-9..SHIFT_S + SWING_S - 1e-9).contains(&t);
-            Sample {
-                t_s: t,
-                q: configuration.to_q(),
-                com_W: target.into(),
-                forces_W: forces(robot, &configuration, onto, swings),
-            }
-        })
-        .collect();
+    let sample = |k: usize| {
+        let t = k as f64 * DT_S;
+        // Onto the right foot and back; the left one up and down, at rest at both ends and at the top.
+        let onto = quintic(t / SHIFT_S).min(1.0 - quintic((t - lowered) / SHIFT_S));
+        let s = (t - SHIFT_S) / SWING_S * 2.0;
+        let mut left = feet[0];
+        left.translation.vector.z += LIFT_M * quintic(s).min(quintic(2.0 - s));
+        let target = com + (over - com) * onto;
+        reach(robot, &mut configuration, &start, &[left, feet[1]], &target);
+        let swings = (SHIFT_S - 1e-9..lowered - 1e-9).contains(&t);
+        Sample {
+            t_s: t,
+            q: configuration.to_q(),
+            com_W: target.into(),
+            forces_W: forces(robot, &configuration, onto, swings),
+        }
+    };
+    let steps = ((lowered + SHIFT_S) / DT_S).round() as usize;
     Motion {
         format: MOTION_FORMAT.to_owned(),
         robot: robot.name.clone(),
         dt_s: DT_S,
         phases,
-        samples,
+        samples: (0..=steps).map(sample).collect(),
     }
 }
 
@@ -113,23 +92,18 @@ fn forces(
         let mut grasp = DMatrix::zeros(6, 3 * polygon.len());
         for (k, p) in polygon.iter().enumerate() {
             grasp.view_mut((0, 3 * k), (3, 3)).fill_with_identity();
-            grasp
-                .view_mut((3, 3 * k), (3, 3))
-                .copy_from(&Vector3::new(p.x, p.y, 0.0).cross_matrix());
+            let cross = p.coords.push(0.0).cross_matrix();
+            grasp.view_mut((3, 3 * k), (3, 3)).copy_from(&cross);
         }
         let wrench = DVector::from_iterator(6, force.iter().chain(moment.iter()).copied());
         let x = grasp.pseudo_inverse(1e-9).expect("a pseudo-inverse") * wrench;
-        (0..polygon.len())
-            .map(|k| [x[3 * k], x[3 * k + 1], x[3 * k + 2]])
-            .collect::<Vec<_>>()
+        let corner = |k: usize| [x[3 * k], x[3 * k + 1], x[3 * k + 2]];
+        (0..polygon.len()).map(corner).collect::<Vec<_>>()
     };
     let on_right = |part: f64| {
         let (a, b) = (&both[1], &right[0]);
-        corner_forces(
-            a.patch,
-            a.force_W * (1.0 - part) + b.force_W * part,
-            a.moment_W * (1.0 - part) + b.moment_W * part,
-        )
+        let force = a.force_W.lerp(&b.force_W, part);
+        corner_forces(a.patch, force, a.moment_W.lerp(&b.moment_W, part))
     };
     if swings {
         return vec![on_right(1.0)];
@@ -164,8 +138,8 @@ fn reach(
             kinematics.point_jacobian(robot, patch.body, &at, &mut rows);
             let mut rows = A.rows_mut(6 * k + 3, 3);
             kinematics.angular_jacobian(robot, patch.body, &mut rows);
-            b.rows_mut(6 * k, 3)
-                .copy_from(&(feet[k].translation.vector - at));
+            let way = feet[k].translation.vector - at;
+            b.rows_mut(6 * k, 3).copy_from(&way);
             let turn = (feet[k].rotation * X_WC.rotation.inverse()).scaled_axis();
             b.rows_mut(6 * k + 3, 3).copy_from(&turn);
         }

@@ -11,8 +11,8 @@ use crate::robot::{half_sitting, hrp2, standing};
 
 fn torques(stance: &Standing, v: &DVector<f64>) -> Vec<f64> {
     let robot = hrp2();
-    let mut controller =
-        WholeBodyController::new(&robot, &Physics::from(&Config::default())).unwrap();
+    let physics = Physics::from(&Config::default());
+    let mut controller = WholeBodyController::new(&robot, &physics).unwrap();
     let wanted = stance.wanted();
     let touching = vec![true; robot.patches.len()];
     let found = controller.torques(&wanted.configuration, v, wanted, &touching);
@@ -38,12 +38,9 @@ fn a_robot_that_drifts_is_pulled_back() {
     let mut v = DVector::zeros(robot.nv());
     // The base moves forward: both ankles push the toes down.
     v[0] = 0.2;
-    let ankles = ["LLEG_JOINT4", "RLEG_JOINT4"];
-    let (at_rest, drifting) = (
-        torques(&stance, &DVector::zeros(robot.nv())),
-        torques(&stance, &v),
-    );
-    for name in ankles {
+    let at_rest = torques(&stance, &DVector::zeros(robot.nv()));
+    let drifting = torques(&stance, &v);
+    for name in ["LLEG_JOINT4", "RLEG_JOINT4"] {
         let joint = robot.joint_index(name).unwrap();
         assert!(drifting[joint] > at_rest[joint] + 1.0, "{name}");
     }

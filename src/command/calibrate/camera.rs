@@ -68,12 +68,13 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let robot = args.robot.files().load(&config.robot_model, &mut inputs)?;
     let feet = Feet::of(&robot, &args.feet, args.link.as_deref())?;
     let name = args.poses.display().to_string();
-    let text = String::from_utf8(inputs.read("poses", &args.poses)?)
-        .with_context(|| format!("{name}: not a text file"))?;
+    let text = String::from_utf8(inputs.read("poses", &args.poses)?);
+    let text = text.with_context(|| format!("{name}: not a text file"))?;
     let joints: Vec<&str> = robot.joint_names().collect();
     let rows = stances_file::parse(&text, &joints).with_context(|| name.clone())?;
+    let work = || identify::stances(&robot, &feet, &rows);
     let stances = stages
-        .measure("stances", || identify::stances(&robot, &feet, &rows))
+        .measure("stances", work)
         .with_context(|| name.clone())?;
 
     // Frames → where the sensor saw it.
@@ -90,12 +91,14 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
 
     // Both → the mount.
     let found = stages.measure("identification", || identify::mount(&measured, calibration))?;
+    let footholds = stances.footholds.as_ref();
+    let view = measured.first().and_then(|one| one.view.as_ref());
     let next = stages.measure("next stance", || {
         next::next(
             &robot,
             &feet,
-            stances.footholds.as_ref(),
-            measured.first().and_then(|one| one.view.as_ref()),
+            footholds,
+            view,
             &measured,
             &found,
             calibration,
@@ -115,25 +118,10 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let page = args.output.join("report.html");
     let html = page::html(&measured, &found, &written, advice.as_deref());
     output::write(&page, html.as_bytes())?;
-    let times: Vec<String> = stages
-        .ms
-        .iter()
-        .map(|(stage, ms)| format!("{stage} {ms:.1} ms"))
-        .collect();
-    writeln!(
-        out,
-        "{} frames in {:.2} s: {}",
-        measured.len(),
-        1e-3 * stages.ms.values().sum::<f64>(),
-        times.join(", ")
-    )?;
-    writeln!(
-        out,
-        "written: {}, {}, {}",
-        toml.display(),
-        csv.display(),
-        page.display()
-    )?;
+    let (count, all_s) = (measured.len(), 1e-3 * stages.ms.values().sum::<f64>());
+    writeln!(out, "{count} frames in {all_s:.2} s: {}", stages.text())?;
+    let (toml, csv, page) = (toml.display(), csv.display(), page.display());
+    writeln!(out, "written: {toml}, {csv}, {page}")?;
     Ok(Status::Done)
 }
 
@@ -153,19 +141,13 @@ fn advice(pose: &Isometry3<f64>, next: &NextPose, reach_m: f64) -> String {
 /// The frame of every stance: the named ones, or those of the folder by name.
 fn frames(folder: &Path, rows: &[StanceRow]) -> Result<Vec<PathBuf>> {
     if rows.iter().all(|row| row.frame.is_some()) {
-        return Ok(rows
-            .iter()
-            .flat_map(|row| &row.frame)
-            .map(|name| folder.join(name))
-            .collect());
+        let names = rows.iter().flat_map(|row| &row.frame);
+        return Ok(names.map(|name| folder.join(name)).collect());
     }
     let mut found = Vec::new();
-    let entries = std::fs::read_dir(folder)
-        .with_context(|| format!("{}: cannot be read", folder.display()))?;
-    for entry in entries {
-        let path = entry
-            .with_context(|| format!("{}: cannot be read", folder.display()))?
-            .path();
+    let unreadable = || format!("{}: cannot be read", folder.display());
+    for entry in std::fs::read_dir(folder).with_context(unreadable)? {
+        let path = entry.with_context(unreadable)?.path();
         let ending = path.extension().and_then(|e| e.to_str());
         if ending.is_some_and(|e| ENDINGS.iter().any(|known| e.eq_ignore_ascii_case(known))) {
             found.push(path);

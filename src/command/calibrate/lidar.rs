@@ -73,12 +73,8 @@ fn print(calibrated: &Calibrated, given: &[[f64; 2]], out: &mut dyn Write) -> Re
     let (roll, pitch, yaw) = calibration.X_WV().rotation.euler_angles();
     let sigma = |i: usize| calibration.covariance[i][i].max(0.0).sqrt();
     for (name, angle, i) in [("roll", roll, 0), ("pitch", pitch, 1)] {
-        writeln!(
-            out,
-            "{name:<8} {:8.3}° ± {:.3}°",
-            angle.to_degrees(),
-            sigma(i).to_degrees()
-        )?;
+        let (angle, spread) = (angle.to_degrees(), sigma(i).to_degrees());
+        writeln!(out, "{name:<8} {angle:8.3}° ± {spread:.3}°")?;
     }
     match &calibrated.drift {
         Some(drift) => {
@@ -87,12 +83,8 @@ fn print(calibrated: &Calibrated, given: &[[f64; 2]], out: &mut dyn Write) -> Re
         }
         None => writeln!(out, "heading  unknown: no pole given; x is the sensor's")?,
     }
-    let height_mm = 1e3 * sigma(3);
-    writeln!(
-        out,
-        "height   {:8.4} m ± {height_mm:.1} mm",
-        calibration.position_m[2]
-    )?;
+    let (height_m, spread_mm) = (calibration.position_m[2], 1e3 * sigma(3));
+    writeln!(out, "height   {height_m:8.4} m ± {spread_mm:.1} mm")?;
     if let Some(drift) = &calibrated.drift {
         for m in &drift.matches {
             let [x, y] = given[m.given];
@@ -101,21 +93,12 @@ fn print(calibrated: &Calibrated, given: &[[f64; 2]], out: &mut dyn Write) -> Re
         }
     }
     let [before, after] = adjustment.rms_m.map(|rms| 1e3 * rms);
-    writeln!(
-        out,
-        "{} planes, rms {before:.2} mm, {after:.2} mm with the rings' errors",
-        adjustment.planes
-    )?;
-    for (ring, (bias, sigma)) in (adjustment.ring_bias_m.iter())
-        .zip(&adjustment.ring_bias_sigma_m)
-        .enumerate()
-    {
-        writeln!(
-            out,
-            "ring {ring:>2}  {:+6.1} ± {:.1} mm",
-            1e3 * bias,
-            1e3 * sigma
-        )?;
+    let rms = format!("rms {before:.2} mm, {after:.2} mm with the rings' errors");
+    writeln!(out, "{} planes, {rms}", adjustment.planes)?;
+    let (biases, sigmas) = (&adjustment.ring_bias_m, &adjustment.ring_bias_sigma_m);
+    for (ring, (bias, sigma)) in biases.iter().zip(sigmas).enumerate() {
+        let (bias, sigma) = (1e3 * bias, 1e3 * sigma);
+        writeln!(out, "ring {ring:>2}  {bias:+6.1} ± {sigma:.1} mm")?;
     }
     Ok(())
 }

@@ -11,20 +11,16 @@ pub(super) fn quantile(values: &mut [f64], q: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);
     let rank = (q * values.len() as f64).ceil() as usize;
-    values
-        .get(rank.saturating_sub(1).min(last))
-        .copied()
-        .unwrap_or(0.0)
+    let value = values.get(rank.saturating_sub(1).min(last));
+    value.copied().unwrap_or(0.0)
 }
 
 /// Median and 95th percentile of the times of those with and of those without a posture.
 pub(super) fn print(answers: &[Answer], out: &mut dyn Write) -> Result<()> {
     for (what, solved) in [("with a posture", true), ("without one", false)] {
-        let mut us: Vec<f64> = answers
-            .iter()
-            .filter(|answer| (answer.outcome == FEASIBLE) == solved)
-            .map(|answer| answer.us)
-            .collect();
+        let such = answers.iter();
+        let such = such.filter(|a| (a.outcome == FEASIBLE) == solved);
+        let mut us: Vec<f64> = such.map(|answer| answer.us).collect();
         if us.is_empty() {
             continue;
         }

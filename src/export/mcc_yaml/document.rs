@@ -117,11 +117,11 @@ pub(super) struct Target(pub Vec<(String, f64)>);
 
 impl Serialize for Target {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(
-            self.0
-                .iter()
-                .map(|(joint, value)| (joint, FlowSeq([*value]))),
-        )
+        let lists = self
+            .0
+            .iter()
+            .map(|(joint, value)| (joint, FlowSeq([*value])));
+        serializer.collect_map(lists)
     }
 }
 

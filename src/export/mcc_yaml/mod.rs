@@ -16,9 +16,9 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use plan::{Change, Contact, Plan};
-use robot_model::Robot;
+use robot_model::{ContactPatch, Robot};
 use serde_saphyr::FlowSeq;
 
 use super::limbs::Limbs;
@@ -47,20 +47,13 @@ pub(super) fn write(
     }
     let limbs = Limbs::new(robot, config)?;
     let start = plan.stances.first().context("the plan has no stances")?;
-    let initial_contacts = start
-        .contacts
-        .iter()
-        .map(|contact| {
-            Ok((
-                limbs.of(&contact.patch)?.to_owned(),
-                constraint(plan, contact),
-            ))
-        })
-        .collect::<Result<_>>()?;
-    let name = config
-        .robot
-        .clone()
-        .unwrap_or_else(|| plan.robot.name.clone());
+    let initial_contacts = start.contacts.iter().map(|contact| {
+        let limb = limbs.of(&contact.patch)?.to_owned();
+        Ok((limb, constraint(plan, contact)))
+    });
+    let initial_contacts = initial_contacts.collect::<Result<_>>()?;
+    let name = config.robot.as_ref().unwrap_or(&plan.robot.name).clone();
+    let base = robot.bodies.first().map(|b| b.name.clone());
     let document = Document {
         states: States {
             initial: State {
@@ -85,11 +78,7 @@ pub(super) fn write(
             RobotConfig {
                 frames: contact_frames(robot, &limbs)?,
                 base_orientation: BaseOrientation {
-                    frame: robot
-                        .bodies
-                        .first()
-                        .map(|b| b.name.clone())
-                        .unwrap_or_default(),
+                    frame: base.unwrap_or_default(),
                 },
                 centroidal: Centroidal {
                     nominal_centroidal_pose_base_frame: "World",
@@ -144,50 +133,35 @@ fn steps(
         };
         let contact = frames::contact(plan, phase.stance, patch)?;
         let to = frames::isometry(&contact.X_WC);
-        let off = swing::off_surface();
+        let off = Some(triple(&swing::off_surface()));
         let part = Some(APPROACH_PART);
-        let (kind, swing_config) = match phase.kind {
+        let swing_config = match phase.kind {
             Move::Shift => continue,
             Move::Step { from } => {
                 let from = frames::isometry(&frames::contact(plan, from, patch)?.X_WC);
                 let swing = swing::between(&from, &to);
-                let swing_config = SwingConfig {
+                SwingConfig {
                     withdraw_duration_ratio: part,
                     withdraw_offset: Some(triple(&swing.withdraw)),
                     approach_duration_ratio: part,
                     approach_offset: Some(triple(&swing.approach)),
                     swing_offset: Some(triple(&swing.middle)),
-                };
-                ("Add", swing_config)
+                }
             }
-            Move::Make => {
-                let approach_offset = Some(triple(&off));
-                let approach_duration_ratio = part;
-                let rest = SwingConfig::default();
-                (
-                    "Add",
-                    SwingConfig {
-                        approach_duration_ratio,
-                        approach_offset,
-                        ..rest
-                    },
-                )
-            }
-            Move::Release => {
-                let withdraw_offset = Some(triple(&off));
-                (
-                    "Remove",
-                    SwingConfig {
-                        withdraw_offset,
-                        ..SwingConfig::default()
-                    },
-                )
-            }
+            Move::Make => SwingConfig {
+                approach_duration_ratio: part,
+                approach_offset: off,
+                ..SwingConfig::default()
+            },
+            Move::Release => SwingConfig {
+                withdraw_offset: off,
+                ..SwingConfig::default()
+            },
         };
-        let makes = kind == "Add";
+        let makes = phase.kind != Move::Release;
         steps.push(StepCommand {
             limb: limbs.of(patch)?.to_owned(),
-            kind,
+            kind: if makes { "Add" } else { "Remove" },
             start_time: time,
             end_time: frames::rounded(phase.end_s),
             pose: makes.then(|| pose(&to)),
@@ -222,53 +196,42 @@ fn centroidal_pose(plan: &Plan, stance: usize) -> Result<Pose> {
 }
 
 fn limb_tasks(robot: &Robot, limbs: &Limbs) -> Result<Vec<LimbTask>> {
-    robot
-        .patches
-        .iter()
-        .map(|patch| {
-            let limb = limbs.of(&patch.name)?.to_owned();
-            // Kind, period and weight of the controller's own samples.
-            Ok(LimbTask {
-                kind: "firstOrderImpedance",
-                frame: frame_name(&limb),
-                limb,
-                cutoff_period: 0.01,
-                weight: 1000.0,
-            })
+    let task = |patch: &ContactPatch| {
+        let limb = limbs.of(&patch.name)?.to_owned();
+        // Kind, period and weight of the controller's own samples.
+        Ok(LimbTask {
+            kind: "firstOrderImpedance",
+            frame: frame_name(&limb),
+            limb,
+            cutoff_period: 0.01,
+            weight: 1000.0,
         })
-        .collect()
+    };
+    robot.patches.iter().map(task).collect()
 }
 
 fn vertices(robot: &Robot, limbs: &Limbs) -> Result<Vec<Vertices>> {
-    robot
-        .patches
-        .iter()
-        .map(|patch| {
-            let corner =
-                |v: &nalgebra::Point2<f64>| [frames::rounded(v.x), frames::rounded(v.y), 0.0];
-            Ok(Vertices {
-                name: limbs.of(&patch.name)?.to_owned(),
-                vertices: FlowSeq(patch.polygon.iter().map(corner).collect()),
-            })
+    let corner = |v: &Point2<f64>| [frames::rounded(v.x), frames::rounded(v.y), 0.0];
+    let vertices = |patch: &ContactPatch| {
+        Ok(Vertices {
+            name: limbs.of(&patch.name)?.to_owned(),
+            vertices: FlowSeq(patch.polygon.iter().map(corner).collect()),
         })
-        .collect()
+    };
+    robot.patches.iter().map(vertices).collect()
 }
 
 /// The patches as frames on their links.
 fn contact_frames(robot: &Robot, limbs: &Limbs) -> Result<Vec<Frame>> {
-    robot
-        .patches
-        .iter()
-        .map(|patch| {
-            let link = robot.frame(&patch.link)?;
-            let X_LC = link.X_BL.inverse() * patch.X_BC;
-            Ok(Frame {
-                name: frame_name(limbs.of(&patch.name)?),
-                parent: patch.link.clone(),
-                X_p_f: pose(&X_LC),
-            })
+    let frame = |patch: &ContactPatch| {
+        let link = robot.frame(&patch.link)?;
+        Ok(Frame {
+            name: frame_name(limbs.of(&patch.name)?),
+            parent: patch.link.clone(),
+            X_p_f: pose(&(link.X_BL.inverse() * patch.X_BC)),
         })
-        .collect()
+    };
+    robot.patches.iter().map(frame).collect()
 }
 
 fn frame_name(limb: &str) -> String {

@@ -4,37 +4,30 @@ use super::*;
 use crate::provenance::Inputs;
 use crate::robot_files::RobotFiles;
 use crate::scene::Start;
-use crate::start::stand;
+use crate::start::{StartState, stand};
 
 fn humanoid() -> Robot {
-    RobotFiles {
-        urdf: "builtin:hrp2".to_owned(),
-        srdf: None,
-        contacts: None,
-    }
-    .load(&robot_model::Config::default(), &mut Inputs::default())
-    .unwrap()
+    let files = RobotFiles::named("builtin:hrp2");
+    let config = robot_model::Config::default();
+    files.load(&config, &mut Inputs::default()).unwrap()
 }
 
-/// The humanoid at rest over the origin, its soles on z = 0, and the ground that it gives.
-fn standing(terrain: &mut Terrain) -> (Ground, Robot) {
-    let robot = humanoid();
+/// Where it is at rest over the origin, its soles on z = 0.
+fn at_rest(robot: &Robot) -> StartState {
     let start = Start::Posture {
         name: None,
         base: None,
         contacts: Vec::new(),
     };
-    let stand = stand(&robot, &start, &posture::Config::default()).unwrap();
-    let config = Config::default();
-    let ground = add_ground(
-        terrain,
-        &robot,
-        &stand.configuration,
-        &stand.patches,
-        &config,
-        2.0,
-    )
-    .unwrap();
+    stand(robot, &start, &posture::Config::default()).unwrap()
+}
+
+/// The humanoid at rest over the origin, its soles on z = 0, and the ground that it gives.
+fn standing(terrain: &mut Terrain) -> (Ground, Robot) {
+    let robot = humanoid();
+    let stand = at_rest(&robot);
+    let (start, feet, config) = (&stand.configuration, &stand.patches, Config::default());
+    let ground = add_ground(terrain, &robot, start, feet, &config, 2.0).unwrap();
     (ground, robot)
 }
 
@@ -65,13 +58,7 @@ fn with(faces: Vec<Face>) -> Terrain {
 
 /// Largest height of a start sole's vertex over its surface, and least depth inside it.
 fn fit(terrain: &Terrain, ground: &Ground, robot: &Robot) -> (f64, f64) {
-    let start = Start::Posture {
-        name: None,
-        base: None,
-        contacts: Vec::new(),
-    };
-    let stand = stand(robot, &start, &posture::Config::default()).unwrap();
-    let kinematics = Kinematics::new(robot, &stand.configuration);
+    let kinematics = Kinematics::new(robot, &at_rest(robot).configuration);
     let mut worst = (0.0_f64, f64::INFINITY);
     for (patch, face) in &ground.contacts {
         let face = terrain.get(face).unwrap();
@@ -102,35 +89,21 @@ fn soles_in_one_plane_are_one_face_with_a_border() {
 #[test]
 fn a_floor_ahead_is_joined_over_the_gap_at_the_faces_own_width() {
     // Seen from 0.30 m ahead on, 4 mm too high and tilted by 2 mrad, much wider than the feet.
-    let mut terrain = with(vec![scanned(
-        "floor",
-        [0.30, 1.30],
-        [-0.8, 0.8],
-        0.004,
-        0.002,
-    )]);
+    let floor = scanned("floor", [0.30, 1.30], [-0.8, 0.8], 0.004, 0.002);
+    let mut terrain = with(vec![floor]);
     let (ground, robot) = standing(&mut terrain);
     let (floor, face) = (&terrain.faces[0], &terrain.faces[1]);
     assert_eq!(ground.notes.len(), 1);
-    for v in floor.vertices_W() {
-        assert!(
-            face.height_of(&v).abs() < 1e-12,
-            "the floor is not in the face's plane"
-        );
-    }
+    // The floor is in the face's plane.
+    let mut vertices = floor.vertices_W().into_iter();
+    assert!(vertices.all(|v| face.height_of(&v).abs() < 1e-12));
     let contains = |x: f64, y: f64| {
         let p = face.X_WF.inverse_transform_point(&Point3::new(x, y, 0.0));
         face.region.contains(&p.xy())
     };
-    assert!(
-        contains(0.25, 0.0),
-        "the gap ahead of the feet is part of the face"
-    );
-    assert!(!contains(0.25, 0.4), "unseen ground beside the gap is not");
-    assert!(
-        contains(1.2, 0.0),
-        "the face reaches as far as the floor was seen"
-    );
+    // The gap ahead of the feet is part of the face, unseen ground beside it is not; and the face
+    // reaches as far as the floor was seen.
+    assert!(contains(0.25, 0.0) && !contains(0.25, 0.4) && contains(1.2, 0.0));
     let (off, inside) = fit(&terrain, &ground, &robot);
     assert!(off < 1e-12 && inside > 0.019, "{off} {inside}");
     terrain.validate().unwrap();
@@ -138,17 +111,12 @@ fn a_floor_ahead_is_joined_over_the_gap_at_the_faces_own_width() {
 
 #[test]
 fn a_step_a_far_floor_and_a_wall_are_left_alone() {
+    let over = std::f64::consts::PI;
     let mut terrain = with(vec![
         scanned("step", [0.20, 0.60], [-0.4, 0.4], 0.05, 0.0),
         scanned("far", [0.90, 1.50], [-0.4, 0.4], 0.0, 0.0),
         scanned("slope", [0.20, 1.20], [-0.4, 0.4], 0.0, 0.1),
-        scanned(
-            "underside",
-            [-0.3, 0.3],
-            [-0.4, 0.4],
-            0.0,
-            std::f64::consts::PI,
-        ),
+        scanned("underside", [-0.3, 0.3], [-0.4, 0.4], 0.0, over),
     ]);
     let before = terrain.faces.clone();
     let (ground, _) = standing(&mut terrain);
@@ -162,25 +130,16 @@ fn a_known_floor_under_the_feet_is_used_as_it_is() {
     let before = terrain.clone();
     let (ground, _) = standing(&mut terrain);
     assert_eq!(terrain, before);
-    assert!(
-        ground
-            .contacts
-            .iter()
-            .all(|(_, face)| face.as_str() == "floor")
-    );
+    let mut faces = ground.contacts.iter().map(|(_, face)| face.as_str());
+    assert!(faces.all(|face| face == "floor"));
 }
 
 #[test]
 fn an_exact_floor_is_stood_on_to_half_a_millimetre_and_never_moved() {
     for (tilt, is_used) in [(0.001, true), (0.005, false)] {
         // Over the feet, 0.12 m from the middle to the toes: off by 0.12 mm and by 0.6 mm.
-        let mut terrain = with(vec![rectangle(
-            "floor",
-            [-1.0, 1.0],
-            [-1.0, 1.0],
-            0.0,
-            tilt,
-        )]);
+        let floor = rectangle("floor", [-1.0, 1.0], [-1.0, 1.0], 0.0, tilt);
+        let mut terrain = with(vec![floor]);
         let before = terrain.faces.clone();
         let (ground, robot) = standing(&mut terrain);
         assert_eq!(terrain.faces[..1], before, "tilt {tilt}");

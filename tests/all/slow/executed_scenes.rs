@@ -8,29 +8,29 @@
 
 use serde_json::Value;
 
-use crate::support::program::{json, number, scandent, text};
+use crate::support::program::{json, list, number, scandent};
 use crate::support::shipped::shipped;
 
 /// What a simulation of a scene's plan with those flags reports.
-fn simulated(scene: &'static str, flags: &[&str]) -> Value {
+fn simulated(scene: &'static str, flags: &str) -> Value {
     let results = &shipped(scene).results;
-    let report = results.join(format!("simulation{}.json", flags[0]));
+    let report = results.join("simulation.json");
     let plan = results.join("plan.json");
-    scandent(&[&["simulate", text(&plan), "-o", text(&report)], flags].concat());
+    scandent(&format!("simulate @ -o @ {flags}"), &[&plan, &report]);
     json(report)
 }
 
 /// Executed on the true world: every criterion.
 fn is_executed(scene: &'static str) {
-    let report = simulated(scene, &["--execute"]);
+    let report = simulated(scene, "--execute");
     assert_eq!(report["true_world"], true, "the world is the true one");
     assert_passes("execution", &report["execution"]);
 }
 
 /// Every stance, held without a push on the world as planned: every criterion.
 fn is_held(scene: &'static str) {
-    let report = simulated(scene, &["--hold", "--world", "planned"]);
-    let stances = report["stances"].as_array().expect("stances");
+    let report = simulated(scene, "--hold --world planned");
+    let stances = list(&report["stances"]);
     assert_eq!(stances.len(), shipped(scene).plan.stances.len());
     for stance in stances {
         assert_passes(&format!("stance {}", stance["stance"]), &stance["plain"]);
@@ -38,9 +38,9 @@ fn is_held(scene: &'static str) {
 }
 
 fn assert_passes(place: &str, result: &Value) {
-    let list = result["criteria"].as_array().expect("criteria");
-    assert!(list.len() >= 10, "{place}: {} criteria", list.len());
-    for c in list {
+    let criteria = list(&result["criteria"]);
+    assert!(criteria.len() >= 10, "{place}: {}", criteria.len());
+    for c in criteria {
         assert_eq!(c["pass"], true, "{place}: {c}");
         assert!(number(&c["value"]).is_finite(), "{place}: {c}");
     }

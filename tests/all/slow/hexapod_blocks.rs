@@ -1,7 +1,6 @@
 //! The hexapod crosses a field of blocks on a level body, from exactly known surfaces: feet onto and
 //! between them, one leg at a time; the verifier agrees, and physics.
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
-use planner::Status;
 use surfaces::{Obstacle, Terrain};
 
 use crate::support::program::robot;
@@ -60,7 +59,6 @@ fn walked() -> Walked {
         tolerance_m: 0.1,
         goal_face: None,
         usable,
-        planner: planner::Config::default(),
         // The body is held level rather than the legs in their middle.
         posture: posture::Config {
             weight_base: 10.0,
@@ -73,12 +71,7 @@ fn walked() -> Walked {
 #[test]
 fn it_crosses_them() {
     let walked = walked();
-    assert_eq!(
-        walked.answer.status,
-        Status::Found,
-        "{:?}",
-        walked.answer.blocked
-    );
+    walked.assert_found();
     walked.show("hexapod-blocks");
     let stances = &walked.plan.stances;
     for stance in stances {
@@ -96,8 +89,7 @@ fn it_crosses_them() {
         .iter()
         .filter(|c| c.face.as_str() == "floor" && (0.9..2.4).contains(&c.X_WC.p[0]));
     assert!(on.count() >= 5 && between.count() >= 5);
-    let certificate = walked.certify();
-    assert!(certificate.pass, "{}", certificate.table());
+    walked.assert_certified();
     #[cfg(feature = "mujoco")]
     walked.assert_executed();
 }

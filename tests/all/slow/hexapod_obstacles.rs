@@ -17,19 +17,24 @@ use scandent::extrinsics::placement::place;
 use scandent::provenance::Inputs;
 use scandent::report::Stages;
 use scandent::scene::Scene;
+use scenes::Truth;
 use scenes::camera_set::published_extrinsics;
 use surfaces::Face;
+use tempfile::NamedTempFile;
 
-use crate::support::program::{self, ends_with, succeeds, text};
+use crate::support::program::{self, ends_with, succeeds};
 use crate::support::shipped::shipped;
 
 const SCENE: &str = "hexapod-obstacles";
 
+fn truth() -> Truth {
+    (scenes::builtin(SCENE).expect("it ships").truth)()
+}
+
 fn shipped_mount() -> Extrinsics {
     let scene = scenes::builtin(SCENE).expect("it ships");
-    let bytes = scene
-        .file("hexapod-obstacles_camera.toml")
-        .expect("its mount");
+    let bytes = scene.file("hexapod-obstacles_camera.toml");
+    let bytes = bytes.expect("its mount");
     Extrinsics::parse(std::str::from_utf8(&bytes).expect("text")).expect("a mount")
 }
 
@@ -43,13 +48,8 @@ fn the_mount_that_ships_is_as_good_as_it_says() {
     let rows = mount.covariance.expect("a covariance");
     let covariance = Matrix6::from_fn(|i, j| rows[i][j]);
     let square = error.dot(&(covariance.try_inverse().expect("regular") * error));
-    println!(
-        "turn {:.3}°, shift {:.2} mm, eᵀΣ⁻¹e = {square:.1}",
-        turn.norm().to_degrees(),
-        1e3 * shift.norm()
-    );
     // χ² of six: 99 % are below 16.8.
-    assert!(square < 16.8, "{square}");
+    assert!(square < 16.8, "{square}: turn {turn} rad, shift {shift} m");
 }
 
 /// Surfaces that the scene shows through a mount.
@@ -60,22 +60,15 @@ fn surfaces(mount: Option<&Path>) -> Vec<Face> {
     place(&mut scene, mount, &global, &mut inputs).expect("a mount on this robot");
     let config = Config::layered(Some((SCENE, &scene.settings)), &global).expect("settings");
     let mut stages = Stages::default();
-    perceive(
-        &scene.environment,
-        &scene.files,
-        &config,
-        &mut stages,
-        &mut inputs,
-    )
-    .expect("the scan is there")
-    .terrain
-    .faces
+    let (environment, files) = (&scene.environment, &scene.files);
+    let perceived = perceive(environment, files, &config, &mut stages, &mut inputs);
+    perceived.expect("the scan is there").terrain.faces
 }
 
 /// Greatest error of the tops and the floor in height (m) and tilt (rad), and how many of the true
 /// tops were found at all: a surface whose middle is over the top and nearer than 60 mm to it.
 fn errors(surfaces: &[Face]) -> (f64, f64, usize) {
-    let truth = (scenes::builtin(SCENE).expect("it ships").truth)();
+    let truth = truth();
     let mut worst = (0.0_f64, 0.0_f64, 0);
     for body in &truth.boxes {
         let top = body.top();
@@ -108,58 +101,46 @@ fn errors(surfaces: &[Face]) -> (f64, f64, usize) {
     worst
 }
 
-/// The mount that ships, pitched by 2° and 20 mm too high.
-fn moved_mount() -> Extrinsics {
+/// The mount that ships, pitched by 2° and 20 mm too high, in a file.
+fn moved_mount() -> NamedTempFile {
     let off = Isometry3::from_parts(
         Translation3::new(0.0, 0.0, 0.02),
         UnitQuaternion::from_euler_angles(0.0, 2.0_f64.to_radians(), 0.0),
     );
     let right = shipped_mount();
     let moved = off * right.X_RV();
-    Extrinsics {
+    written(&Extrinsics {
         position_m: moved.translation.vector.into(),
         quat_xyzw: moved.rotation.coords.into(),
         ..right
-    }
+    })
+}
+
+fn written(mount: &Extrinsics) -> NamedTempFile {
+    let file = NamedTempFile::new().expect("a temporary file");
+    std::fs::write(&file, mount.to_toml().expect("TOML")).expect("written");
+    file
 }
 
 #[test]
 fn a_mount_that_is_off_puts_the_obstacles_elsewhere() {
-    let bodies = (scenes::builtin(SCENE).expect("it ships").truth)()
-        .boxes
-        .len();
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("off.toml");
-    std::fs::write(&path, moved_mount().to_toml().expect("TOML")).expect("written");
+    let bodies = truth().boxes.len();
     let (height, tilt, found) = errors(&surfaces(None));
-    println!("mount                      tops found   height error mm   tilt error °");
-    println!(
-        "identified                 {found} of {bodies}       {:>8.1}        {:>8.2}",
-        1e3 * height,
-        tilt.to_degrees()
-    );
     assert_eq!(found, bodies);
     assert!(
         height < 0.010 && tilt < 1.0_f64.to_radians(),
         "{height} m, {tilt} rad"
     );
-    let (height, tilt, found) = errors(&surfaces(Some(&path)));
-    println!(
-        "2° and 20 mm off           {found} of {bodies}       {:>8.1}        {:>8.2}",
-        1e3 * height,
-        tilt.to_degrees()
-    );
+    let (height, tilt, found) = errors(&surfaces(Some(moved_mount().path())));
     // It would tread 30 mm beside a height, or not see the obstacle where it is at all.
-    assert!(
-        height > 0.030 || found < bodies,
-        "{height} m, {found} found"
-    );
+    let notices = height > 0.030 || found < bodies;
+    assert!(notices, "{height} m, {tilt} rad, {found} found");
 }
 
 /// The greatest height between a foothold of the plan and what really is below it, m.
 fn foothold_error_m(plan: &plan::Plan) -> f64 {
     let robot = program::robot("hexapod");
-    let boxes = (scenes::builtin(SCENE).expect("it ships").truth)().boxes;
+    let boxes = truth().boxes;
     let height = |x: f64, y: f64| {
         let over = boxes.iter().filter(|b| {
             let p = b.X_WO().inverse() * Point3::new(x, y, 0.0);
@@ -207,37 +188,36 @@ fn the_plan_through_the_identified_camera_is_verified() {
         (up * Vector3::z()).z.min(1.0).acos().to_degrees()
     });
     let tilt = tilts.fold(0.0, f64::max);
-    println!("greatest tilt of the body {tilt:.2}°");
     assert!(tilt < 3.0, "{tilt}°");
     assert!(!said.contains("warning"), "{said}");
     // Its feet come down where something is; through a mount that is off they would not.
     let right = foothold_error_m(plan);
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("off.toml");
-    std::fs::write(&path, moved_mount().to_toml().expect("TOML")).expect("written");
+    let mount = moved_mount();
     // The ground that is seen is not the one under the feet, and it says so.
     let out = folder.path();
-    let said = succeeds(&["run", SCENE, "-o", text(out), "--extrinsics", text(&path)]);
+    let said = succeeds(
+        &format!("run {SCENE} -o @ --extrinsics @"),
+        &[out, mount.path()],
+    );
     assert!(
         said.contains("warning: the ground that") && said.contains("mount"),
         "{said}"
     );
     let astray = serde_json::from_value(program::json(out.join(SCENE).join("plan.json")));
     let wrong = foothold_error_m(&astray.expect("a plan"));
-    println!(
-        "greatest error of a foothold's height: identified {:.1} mm, 2° and 20 mm off {:.1} mm",
-        1e3 * right,
-        1e3 * wrong
-    );
     assert!(right < 0.012 && wrong > 0.020, "{right} m, {wrong} m");
 }
 
 #[test]
 fn a_mount_on_another_robot_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("mount.toml");
-    std::fs::write(&path, shipped_mount().to_toml().expect("TOML")).expect("written");
-    let args = ["run", "irregular-stairs", "--extrinsics", text(&path), "-o"];
-    let args = [&args[..], &[text(folder.path())]].concat();
-    ends_with(&args, 1, &["hexapod", "hrp2"]);
+    let mount = written(&shipped_mount());
+    let line = "run irregular-stairs --extrinsics @ -o @";
+    ends_with(
+        line,
+        &[mount.path(), folder.path()],
+        1,
+        &["hexapod", "hrp2"],
+    );
 }

@@ -2,7 +2,6 @@
 //! agrees with every stance and every sample of the motion, and physics with the whole.
 use nalgebra::Vector3;
 use plan::Plan;
-use planner::Status;
 use scandent::export::{self, Format};
 use surfaces::Terrain;
 use verify::{Check, Options, verify};
@@ -41,25 +40,19 @@ fn walked() -> Walked {
         tolerance_m: 0.1,
         goal_face: Some("step"),
         usable: ["floor", "step"].map(str::to_owned).to_vec(),
-        planner: planner::Config::default(),
         posture: posture::Config::default(),
     };
     walk.plan()
 }
 
 #[test]
-fn it_walks_onto_a_step_and_the_verifier_agrees() {
+fn it_walks_onto_a_step_and_verifier_and_physics_agree() {
     let walked = walked();
     let (plan, robot) = (&walked.plan, &walked.robot);
-    assert_eq!(
-        walked.answer.status,
-        Status::Found,
-        "{:?}",
-        walked.answer.blocked
-    );
     walked.show("hexapod-step");
-    let certificate = walked.certify();
-    assert!(certificate.pass, "{}", certificate.table());
+    walked.assert_certified();
+    #[cfg(feature = "mujoco")]
+    walked.assert_executed();
 
     let stances = &plan.stances;
     let last = stances.last().expect("a stance");
@@ -74,11 +67,7 @@ fn it_walks_onto_a_step_and_the_verifier_agrees() {
             let [touched] = contact.vertices_W[..] else {
                 panic!("{} points", contact.vertices_W.len());
             };
-            let level = if contact.face.as_str() == "step" {
-                STEP_M
-            } else {
-                0.0
-            };
+            let level = if on_step(&contact) { STEP_M } else { 0.0 };
             assert!((touched[2] - level).abs() < 1e-4, "{touched:?}");
             let patch = &robot.patches[robot.patch_index(&contact.patch).expect("a patch")];
             let radius = patch.point_radius_m().expect("a ball");
@@ -91,18 +80,9 @@ fn it_walks_onto_a_step_and_the_verifier_agrees() {
     for format in [Format::Json, Format::Csv] {
         export::export(plan, None, robot, format, &config).expect("written");
     }
-    let refused =
-        export::export(plan, None, robot, Format::MccYaml, &config).expect_err("no balls");
-    assert!(
-        format!("{refused:#}").contains("touches with"),
-        "{refused:#}"
-    );
-}
-
-#[cfg(feature = "mujoco")]
-#[test]
-fn it_is_executed() {
-    walked().assert_executed();
+    let refused = export::export(plan, None, robot, Format::MccYaml, &config);
+    let refused = format!("{:#}", refused.expect_err("no balls"));
+    assert!(refused.contains("touches with"), "{refused}");
 }
 
 #[test]

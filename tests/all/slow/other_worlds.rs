@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::program::{read, root, succeeds, text};
+use crate::support::program::{read, root, succeeds};
 
 /// Real scans and robots beside the checkout, or where SCANDENT_SHARED says.
 fn shared() -> PathBuf {
@@ -22,9 +22,12 @@ fn robot_data() -> PathBuf {
 }
 
 /// A plan is found, and passes the verifier's command.
-fn assert_planned(args: &[&str], folder: &Path, plan: &str, robot: &[&str]) {
-    succeeds(&[args, robot, &["-o", text(folder)]].concat());
-    succeeds(&[&["verify", text(&folder.join(plan))], robot].concat());
+fn assert_planned(line: &str, scene: &[&Path], plan: &str, robot: &str, files: &[&Path]) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let paths = [scene, files, &[folder.path()]].concat();
+    succeeds(&format!("{line} {robot} -o @"), &paths);
+    let plan = folder.path().join(plan);
+    succeeds(&format!("verify @ {robot}"), &[&[&*plan], files].concat());
 }
 
 #[test]
@@ -32,25 +35,16 @@ fn talos_climbs_the_irregular_stairs() {
     let data = robot_data().join("talos_data");
     let urdf = data.join("robots/talos_reduced.urdf");
     if !urdf.exists() {
-        eprintln!(
-            "SKIPPED: {} is not there (scripts/fetch-robots)",
-            urdf.display()
-        );
+        let urdf = urdf.display();
+        eprintln!("SKIPPED: {urdf} is not there (scripts/fetch-robots)");
         return;
     }
     let srdf = data.join("srdf/talos.srdf");
     let contacts = root("scenes/robots/talos/contacts.toml");
-    let robot = [
-        "--robot",
-        text(&urdf),
-        "--srdf",
-        text(&srdf),
-        "--contacts",
-        text(&contacts),
-    ];
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let args = ["plan", "irregular-stairs", "--start", "half_sitting"];
-    assert_planned(&args, folder.path(), "plan.json", &robot);
+    let line = "plan irregular-stairs --start half_sitting";
+    let robot = "--robot @ --srdf @ --contacts @";
+    let files: [&Path; 3] = [&urdf, &srdf, &contacts];
+    assert_planned(line, &[], "plan.json", robot, &files);
 }
 
 #[test]
@@ -70,6 +64,5 @@ fn a_real_staircase_is_climbed_from_its_scan() {
     let scene = folder.path().join("real-stairs.toml");
     let here = format!("depth = {:?}", scan.canonicalize().expect("it is there"));
     std::fs::write(&scene, shipped.replace(named, &here)).expect("writable");
-    let args = ["run", text(&scene)];
-    assert_planned(&args, folder.path(), "real-stairs/plan.json", &[]);
+    assert_planned("run @", &[&scene], "real-stairs/plan.json", "", &[]);
 }

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use planner::Status;
 use surfaces::{Obstacle, Terrain};
 
-use crate::support::program::{ends_with, robot, text};
+use crate::support::program::{ends_with, robot};
 use crate::support::walk::{Walk, Walked, face};
 
 /// Where the slope starts on the robot's way: the front feet stand at 0.33 m.
@@ -55,7 +55,6 @@ fn walk(terrain: Terrain, way: Vec<Vector3<f64>>) -> Walked {
         tolerance_m: 0.1,
         goal_face: Some("slope"),
         usable: ["ground", "slope"].map(str::to_owned).to_vec(),
-        planner: planner::Config::default(),
         posture: posture::Config::default(),
     };
     walk.plan()
@@ -63,15 +62,8 @@ fn walk(terrain: Terrain, way: Vec<Vector3<f64>>) -> Walked {
 
 fn climbs(delta_deg: f64, turn_deg: f64) {
     let walked = walked(delta_deg, turn_deg);
-    assert_eq!(
-        walked.answer.status,
-        Status::Found,
-        "{:?}",
-        walked.answer.blocked
-    );
     walked.show(&format!("quadruped-{delta_deg}-{turn_deg}"));
-    let certificate = walked.certify();
-    assert!(certificate.pass, "{}", certificate.table());
+    walked.assert_certified();
     #[cfg(feature = "mujoco")]
     walked.assert_executed();
 }
@@ -109,8 +101,7 @@ fn past_a_pole_no_limb_leaps() {
         });
         let walked = walk(terrain, way);
         if walked.answer.status == Status::Found {
-            let certificate = walked.certify();
-            assert!(certificate.pass, "{x} {y}: {}", certificate.table());
+            walked.assert_certified();
             found += 1;
         }
     }
@@ -169,23 +160,9 @@ fn the_program_plans_and_verifies_and_refuses() {
     std::fs::write(&surfaces, terrain.to_json().expect("JSON")).expect("writable");
     let plan = |name: &str, friction: &str, code: i32, words: &[&str]| {
         let out = folder.path().join(name);
-        let args = [
-            "plan",
-            "--surfaces",
-            text(&surfaces),
-            "--robot",
-            "builtin:quadruped",
-        ];
-        let way = [
-            "--goal",
-            "1.8,0",
-            "--guide",
-            "0.8,0,0.55",
-            "--friction",
-            friction,
-            "-o",
-        ];
-        ends_with(&[&args[..], &way, &[text(&out)]].concat(), code, words);
+        let robot = format!("--robot builtin:quadruped --friction {friction}");
+        let line = format!("plan --surfaces @ {robot} --goal 1.8,0 --guide 0.8,0,0.55 -o @");
+        ends_with(&line, &[&surfaces, &out], code, words);
         out
     };
     let found = plan("found", "0.9", 0, &[]);

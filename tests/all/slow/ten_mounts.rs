@@ -6,7 +6,7 @@ use scenes::simulator::rng::Stream;
 use scenes::worlds::slope::{PAPER, Ramp, room};
 
 use crate::slope_command::{calibrated, ends_off_m};
-use crate::support::program::{self, succeeds, text};
+use crate::support::program::{self, list, succeeds};
 
 /// Roll and pitch up to 20°, drift up to 30°; the first exactly level, the second looks up, whose
 /// ground normal has A < 0. Each is another device.
@@ -32,7 +32,7 @@ fn mounts() -> Vec<Isometry3<f64>> {
 #[test]
 fn ten_mounts_go_from_packets_to_a_plan() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = |name: String| folder.path().join(name);
+    let path = |name: &str| folder.path().join(name);
     let (sensor, noise, row) = (Vlp16::default(), RangeNoise::default(), &PAPER[2]);
     let (mut negative, mut found) = (0, Vec::new());
     for (number, pose) in mounts().iter().enumerate() {
@@ -40,16 +40,10 @@ fn ten_mounts_go_from_packets_to_a_plan() {
             let world = room("room", ramps).world();
             sweep(&world, &sensor, pose, &noise, number as u64, seed)
         };
-        let (flat, ramp) = (
-            path(format!("flat{number}.pcap")),
-            path(format!("ramp{number}.pcap")),
-        );
+        let (flat, ramp) = (path("flat.pcap"), path("ramp.pcap"));
         std::fs::write(&flat, pcap(&sensor, &take(&[], 1))).expect("written");
         std::fs::write(&ramp, pcap(&sensor, &take(&[row.ramp()], 2))).expect("written");
-        let (toml, json) = (
-            path(format!("lidar{number}.toml")),
-            path(format!("slope{number}.json")),
-        );
+        let (toml, json) = (path("lidar.toml"), path("slope.json"));
 
         // 1. The mount.
         calibrated(&flat, &toml);
@@ -61,21 +55,9 @@ fn ten_mounts_go_from_packets_to_a_plan() {
         assert!(off.to_degrees() < 0.1, "{number}: {}°", off.to_degrees());
 
         // 2. The ramp.
-        succeeds(&[
-            "slope",
-            text(&ramp),
-            "--calibration",
-            text(&toml),
-            "-o",
-            text(&json),
-        ]);
+        succeeds("slope @ --calibration @ -o @", &[&ramp, &toml, &json]);
         let file = program::json(&json);
-        let slopes = file["slopes"].as_array().expect("a list");
-        println!(
-            "{number}: {:.3}° off, {} slopes",
-            off.to_degrees(),
-            slopes.len()
-        );
+        let slopes = list(&file["slopes"]);
         assert!(slopes.len() <= 1, "{number}: {slopes:?}");
         let Some(slope) = slopes.first() else {
             continue;
@@ -87,24 +69,10 @@ fn ten_mounts_go_from_packets_to_a_plan() {
         found.push(number);
 
         // 3. A plan up it, the sensor over the robot's front.
-        let out = path(format!("plan{number}"));
-        let said = succeeds(&[
-            "plan",
-            "--scan",
-            text(&ramp),
-            "--calibration",
-            text(&toml),
-            "--pose",
-            "0.36,0,0",
-            "--robot",
-            "builtin:quadruped",
-            "--goal",
-            "2.9,0",
-            "--set",
-            "surfaces.roles.foot.tilt_max_rad=0.45",
-            "-o",
-            text(&out),
-        ]);
+        let out = path("plan");
+        let line = "plan --scan @ --calibration @ -o @ --pose 0.36,0,0 --robot builtin:quadruped \
+                    --goal 2.9,0 --set surfaces.roles.foot.tilt_max_rad=0.45";
+        let said = succeeds(line, &[&ramp, &toml, &out]);
         assert!(said.contains("verified"), "{said}");
     }
     assert!(negative >= 3, "{negative} mounts with A < 0");

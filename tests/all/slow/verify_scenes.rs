@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 use plan::Plan;
-use planner::Status;
 use robot_model::Robot;
 use surfaces::Terrain;
 use verify::{Options, verify};
@@ -34,20 +33,11 @@ fn stairs() -> Terrain {
         let top = Vector3::new(start + length / 2.0, 0.0, height);
         faces.push(face(&format!("step{k}"), top, x, y, [length / 2.0, 0.6]));
         let front = Vector3::new(start, 0.0, height / 2.0);
-        faces.push(face(
-            &format!("front{k}"),
-            front,
-            -y,
-            z,
-            [0.6, height / 2.0],
-        ));
+        let (id, half) = (format!("front{k}"), [0.6, height / 2.0]);
+        faces.push(face(&id, front, -y, z, half));
     }
-    for edge in faces
-        .iter_mut()
-        .flat_map(|f| f.region.edges_mut().flatten())
-    {
-        edge.further_m = 0.01;
-    }
+    let edges = faces.iter_mut().flat_map(|f| f.region.edges_mut());
+    edges.flatten().for_each(|edge| edge.further_m = 0.01);
     Terrain {
         faces,
         obstacles: Vec::new(),
@@ -63,15 +53,9 @@ fn a_climb_of_exactly_known_stairs_passes_and_every_broken_one_fails() {
         tolerance_m: 0.15,
         goal_face: None,
         usable: ["floor", "step0", "step1"].map(str::to_owned).to_vec(),
-        planner: planner::Config::default(),
         posture: posture::Config::default(),
     };
     let walked = walk.plan();
-    assert_eq!(
-        walked.answer.status,
-        Status::Found,
-        "{:?}",
-        walked.answer.blocked
-    );
+    walked.assert_found();
     judge(&walked.plan, &walked.robot);
 }

@@ -5,17 +5,19 @@
 //! `robot_model`, its forces from weights on the corners of the feet: nothing of it from the
 //! verifier.
 
-use nalgebra::{Isometry3, Matrix3, Point2, Point3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use plan::{
     Change, Contact, GoalContact, GoalRecord, Margins, Plan, Pose, RequiredMargins, Stance,
 };
-use robot_model::collision::{CollisionModel, Hull, Shape, ShapeGeometry};
-use robot_model::{
-    Body, Configuration, ContactPatch, Frame, GRAVITY_M_S2, JointKind, Kinematics, PatchKind, Robot,
-};
-use surfaces::{ConvexPolygon, Face, Region, Terrain};
+use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
+use surfaces::{Face, Terrain};
 
 use super::record::record;
+use super::walk::face;
+
+mod robot;
+
+pub use robot::robot;
 
 const THIGH: f64 = 0.35;
 const SHIN: f64 = 0.35;
@@ -31,168 +33,6 @@ const FRICTION: f64 = 0.7;
 
 /// Left and right.
 const SIDES: [(&str, f64); 2] = [("left", 1.0), ("right", -1.0)];
-
-/// The robot: 30 kg, hips 0.2 m apart, legs of 0.78 m.
-pub fn robot() -> Robot {
-    let mut bodies = vec![body(
-        "torso", "", None, [0.0; 3], [0.0; 3], [0.0; 2], 20.0, 0.2,
-    )];
-    let mut shapes = vec![shape("torso", 0, [0.0, 0.0, 0.25], [0.08, 0.12, 0.20])];
-    // A head, a pelvis and a keel, inside one another: every kind of shape that there is.
-    let keel = [[0.05, 0.0], [-0.05, 0.04], [-0.05, -0.04]]
-        .map(|[x, y]| [Point3::new(x, y, 0.1), Point3::new(0.5 * x, 0.5 * y, 0.2)]);
-    for (z, geometry) in [
-        (0.50, ShapeGeometry::Sphere { radius_m: 0.07 }),
-        (
-            0.10,
-            ShapeGeometry::Cylinder {
-                half_length_m: 0.03,
-                radius_m: 0.07,
-            },
-        ),
-        (
-            0.0,
-            ShapeGeometry::ConvexHull(Hull::new(&keel.concat()).unwrap()),
-        ),
-    ] {
-        let X_BG = Isometry3::translation(0.0, 0.0, z);
-        shapes.push(Shape {
-            link: "torso".to_owned(),
-            body: 0,
-            X_BG,
-            geometry,
-        });
-    }
-    let mut patches = Vec::new();
-    for (side, sign) in SIDES {
-        let hip = bodies.len();
-        let x = [1.0, 0.0, 0.0];
-        let y = [0.0, 1.0, 0.0];
-        // name, offset in the parent, axis, limits, mass, height of the centre of mass
-        let joints = [
-            (
-                "hip_roll",
-                [0.0, sign * HIP_Y, 0.0],
-                x,
-                [-0.6, 0.6],
-                0.5,
-                0.0,
-            ),
-            ("hip_pitch", [0.0; 3], y, [-1.6, 1.0], 1.8, -0.15),
-            ("knee", [0.0, 0.0, -THIGH], y, [0.0, 2.4], 1.5, -0.15),
-            ("ankle_pitch", [0.0, 0.0, -SHIN], y, [-1.3, 1.3], 0.2, 0.0),
-            ("ankle_roll", [0.0; 3], x, [-0.6, 0.6], 1.0, -0.06),
-        ];
-        for (k, (joint, offset, axis, limits, mass, com)) in joints.into_iter().enumerate() {
-            let parent = if k == 0 { 0 } else { bodies.len() - 1 };
-            let name = format!("{side}_{joint}");
-            let link = format!("{name}_link");
-            bodies.push(body(
-                &link,
-                &name,
-                Some(parent),
-                offset,
-                axis,
-                limits,
-                mass,
-                com,
-            ));
-        }
-        let link = |k: usize| bodies[hip + k].name.clone();
-        shapes.push(capsule(&link(1), hip + 1, [-0.05, -0.30], 0.05));
-        shapes.push(capsule(&link(2), hip + 2, [-0.05, -0.28], 0.04));
-        shapes.push(shape(
-            &link(4),
-            hip + 4,
-            [0.0, 0.0, -0.06],
-            [FOOT[0], FOOT[1], 0.02],
-        ));
-        patches.push(ContactPatch {
-            kind: PatchKind::Area,
-            name: format!("{side}_foot"),
-            link: link(4),
-            body: hip + 4,
-            X_BC: Isometry3::translation(0.0, 0.0, -ANKLE),
-            polygon: corners(FOOT[0], FOOT[1]).map(Point2::from).to_vec(),
-            roles: vec!["foot".to_owned()],
-            friction: FRICTION,
-        });
-    }
-    let frames = bodies
-        .iter()
-        .enumerate()
-        .map(|(body, b)| Frame {
-            name: b.name.clone(),
-            body,
-            X_BL: Isometry3::identity(),
-        })
-        .collect();
-    let collision = CollisionModel::new(shapes, &bodies);
-    let mut robot = Robot::new("biped".to_owned(), bodies, frames, collision).unwrap();
-    robot.patches = patches;
-    robot
-}
-
-#[allow(clippy::too_many_arguments)]
-fn body(
-    name: &str,
-    joint: &str,
-    parent: Option<usize>,
-    offset: [f64; 3],
-    axis: [f64; 3],
-    [lower, upper]: [f64; 2],
-    mass_kg: f64,
-    com_z: f64,
-) -> Body {
-    let kind = if parent.is_some() {
-        JointKind::Revolute
-    } else {
-        JointKind::Floating
-    };
-    let com_x = if joint.is_empty() { 0.01 } else { 0.0 };
-    Body {
-        name: name.to_owned(),
-        joint: joint.to_owned(),
-        parent,
-        X_PJ: Isometry3::translation(offset[0], offset[1], offset[2]),
-        kind,
-        axis: Vector3::from(axis),
-        lower,
-        upper,
-        effort: 150.0,
-        velocity: 5.0,
-        mass_kg,
-        com_B: Vector3::new(com_x, 0.0, com_z),
-        inertia_B: Matrix3::identity() * 0.01 * mass_kg,
-    }
-}
-
-fn shape(link: &str, body: usize, centre: [f64; 3], half: [f64; 3]) -> Shape {
-    let geometry = ShapeGeometry::Box {
-        half_extents_m: Vector3::from(half),
-    };
-    let X_BG = Isometry3::translation(centre[0], centre[1], centre[2]);
-    Shape {
-        link: link.to_owned(),
-        body,
-        X_BG,
-        geometry,
-    }
-}
-
-fn capsule(link: &str, body: usize, [top, bottom]: [f64; 2], radius_m: f64) -> Shape {
-    let geometry = ShapeGeometry::Capsule {
-        half_length_m: (top - bottom) / 2.0,
-        radius_m,
-    };
-    let X_BG = Isometry3::translation(0.0, 0.0, (top + bottom) / 2.0);
-    Shape {
-        link: link.to_owned(),
-        body,
-        X_BG,
-        geometry,
-    }
-}
 
 /// A rectangle, counter-clockwise.
 fn corners(x: f64, y: f64) -> [[f64; 2]; 4] {
@@ -242,104 +82,53 @@ fn corner_forces(at: [f64; 2], total: f64) -> [f64; 4] {
 /// A level surface: its rectangle in W at a height.
 fn level(id: &str, x: [f64; 2], y: [f64; 2], z: f64) -> Face {
     let centre = Vector3::new((x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0, z);
-    let rectangle = corners((x[1] - x[0]) / 2.0, (y[1] - y[0]) / 2.0).to_vec();
-    let polygon = ConvexPolygon::try_from(rectangle).unwrap();
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.0);
-    let mut region = Region::from(&polygon);
-    region
-        .edges_mut()
-        .flatten()
-        .for_each(|edge| edge.further_m = 0.015);
-    Face::new(id, Isometry3::from_parts(centre.into(), turn), region)
+    let half = [(x[1] - x[0]) / 2.0, (y[1] - y[0]) / 2.0];
+    let mut face = face(id, centre, Vector3::x(), Vector3::y(), half);
+    let edges = face.region.edges_mut().flatten();
+    edges.for_each(|edge| edge.further_m = 0.015);
+    face
 }
 
 /// Which feet are listed: the surface, and the share of the weight they bear (none: unloaded).
-type Listed<'a> = [Option<(&'a str, f64)>; 2];
+type Listed = [Option<(&'static str, f64)>; 2];
+
+/// What leads to a stance, where its feet are (left, right), which are listed, where the centre of mass
+/// is, and how high the hips are.
+type Step = (Change, [Vector3<f64>; 2], Listed, [f64; 2], f64);
 
 /// A plan for [`robot`]: from level ground with both feet onto a step 0.08 m high.
 pub fn plan() -> Plan {
     let robot = robot();
-    let ground = [
-        Vector3::new(0.0, HIP_Y, 0.0),
-        Vector3::new(0.0, -HIP_Y, 0.0),
-    ];
+    let ground = [HIP_Y, -HIP_Y].map(|y| Vector3::new(0.0, y, 0.0));
     let step = ground.map(|p| p + Vector3::new(0.25, 0.0, 0.08));
     let (left_up, both_up) = ([step[0], ground[1]], step);
-    let change = |add: bool, side: &str| {
-        let patch = format!("{side}_foot");
-        match add {
-            true => Change::Add {
-                patch,
-                face: "step".into(),
-            },
-            false => Change::Remove {
-                patch,
-                face: "ground".into(),
-            },
-        }
+    let add = |side: &str| Change::Add {
+        patch: format!("{side}_foot"),
+        face: "step".into(),
     };
-    let (low, high) = (
-        |share| Some(("ground", share)),
-        |share| Some(("step", share)),
-    );
+    let remove = |side: &str| Change::Remove {
+        patch: format!("{side}_foot"),
+        face: "ground".into(),
+    };
+    let low = |share| Some(("ground", share));
+    let high = |share| Some(("step", share));
     let (right, left) = ([0.0, -HIP_Y], [0.25, HIP_Y]);
-    let stances: Vec<Stance> = [
-        (
-            Change::Start,
-            &ground,
-            [low(0.5), low(0.5)],
-            [0.0, 0.0],
-            0.70,
-        ),
-        (
-            change(false, "left"),
-            &ground,
-            [low(0.0), low(1.0)],
-            right,
-            0.70,
-        ),
-        (
-            change(true, "left"),
-            &left_up,
-            [high(0.0), low(1.0)],
-            right,
-            0.70,
-        ),
-        (
-            change(false, "right"),
-            &left_up,
-            [high(1.0), low(0.0)],
-            left,
-            0.70,
-        ),
-        (
-            change(true, "right"),
-            &both_up,
-            [high(1.0), high(0.0)],
-            left,
-            0.75,
-        ),
-        (
-            Change::Goal,
-            &both_up,
-            [high(0.5), high(0.5)],
-            [0.25, 0.0],
-            0.78,
-        ),
-    ]
-    .into_iter()
-    .enumerate()
-    .map(|(k, (change, feet, listed, over, height))| {
-        stance(&robot, k, change, feet, listed, over, height)
-    })
-    .collect();
-
-    let faces = vec![
-        level("ground", [-0.5, 0.13], [-0.5, 0.5], 0.0),
-        level("step", [0.13, 1.0], [-0.5, 0.5], 0.08),
+    #[rustfmt::skip]
+    let steps: [Step; 6] = [
+        (Change::Start, ground, [low(0.5), low(0.5)], [0.0, 0.0], 0.70),
+        (remove("left"), ground, [low(0.0), low(1.0)], right, 0.70),
+        (add("left"), left_up, [high(0.0), low(1.0)], right, 0.70),
+        (remove("right"), left_up, [high(1.0), low(0.0)], left, 0.70),
+        (add("right"), both_up, [high(1.0), high(0.0)], left, 0.75),
+        (Change::Goal, both_up, [high(0.5), high(0.5)], [0.25, 0.0], 0.78),
     ];
+    let stances = steps.into_iter().enumerate();
+    let stances = stances.map(|(k, step)| stance(&robot, k, step)).collect();
     let terrain = Terrain {
-        faces,
+        faces: vec![
+            level("ground", [-0.5, 0.13], [-0.5, 0.5], 0.0),
+            level("step", [0.13, 1.0], [-0.5, 0.5], 0.08),
+        ],
         obstacles: Vec::new(),
     };
     Plan {
@@ -365,37 +154,24 @@ pub fn plan() -> Plan {
     }
 }
 
-fn stance(
-    robot: &Robot,
-    index: usize,
-    change: Change,
-    feet: &[Vector3<f64>; 2],
-    listed: Listed,
-    over: [f64; 2],
-    height: f64,
-) -> Stance {
-    let q = posture(robot, feet, over, height);
+fn stance(robot: &Robot, index: usize, step: Step) -> Stance {
+    let (change, feet, listed, over, height) = step;
+    let q = posture(robot, &feet, over, height);
     let kinematics = Kinematics::new(robot, &Configuration::from_q(&q).unwrap());
     let weight = robot.mass_kg * GRAVITY_M_S2;
-    let contacts = robot
-        .patches
-        .iter()
-        .zip(feet)
-        .zip(listed)
+    let listed = robot.patches.iter().zip(feet).zip(listed);
+    let contacts = listed
         .filter_map(|((patch, foot), listed)| {
             let (surface, share) = listed?;
             let at = |[x, y]: [f64; 2]| [foot.x + x, foot.y + y, foot.z];
-            let points = corners(FOOT[0] - COM_MARGIN, FOOT[1] - COM_MARGIN)
-                .map(at)
-                .to_vec();
+            let points = corners(FOOT[0] - COM_MARGIN, FOOT[1] - COM_MARGIN).map(at);
             // Each foot bears its share where the whole would act in the middle of the feet.
             let middle = (feet[0] + feet[1]) / 2.0;
-            let centre = if share == 1.0 { *foot } else { middle };
+            let centre = if share == 1.0 { foot } else { middle };
             let offset = [over[0] - centre.x, over[1] - centre.y];
-            let forces = corner_forces(offset, share * weight)
-                .map(|f| [0.0, 0.0, f])
-                .to_vec();
+            let forces = corner_forces(offset, share * weight).map(|f| [0.0, 0.0, f]);
             let loaded = share > 0.0;
+            let bearing = if loaded { 4 } else { 0 };
             Some(Contact {
                 patch: patch.name.clone(),
                 link: patch.link.clone(),
@@ -407,8 +183,8 @@ fn stance(
                 friction: patch.friction,
                 loaded,
                 vertices_W: corners(FOOT[0], FOOT[1]).map(at).to_vec(),
-                force_points_W: if loaded { points } else { Vec::new() },
-                forces_W: if loaded { forces } else { Vec::new() },
+                force_points_W: points[..bearing].to_vec(),
+                forces_W: forces[..bearing].to_vec(),
             })
         })
         .collect();

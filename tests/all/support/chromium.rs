@@ -14,22 +14,10 @@ use tempfile::TempDir;
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// WebGL through SwiftShader, and nothing that the browser does by itself.
-const FLAGS: [&str; 14] = [
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-    "--hide-scrollbars",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--remote-debugging-pipe",
-];
+const FLAGS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
+    --disable-background-networking --disable-component-update --disable-sync \
+    --disable-dev-shm-usage --hide-scrollbars --use-gl=angle --use-angle=swiftshader \
+    --enable-unsafe-swiftshader --remote-debugging-pipe";
 
 /// The browser of the environment's `CHROMIUM`, or else the first on the PATH.
 pub fn find() -> Option<PathBuf> {
@@ -63,7 +51,7 @@ impl Page {
         let mut browser = Command::new("sh")
             .args(["-c", r#"exec "$0" "$@" 3<&0 4>&1 1>&2"#])
             .arg(program)
-            .args(FLAGS)
+            .args(FLAGS.split_whitespace())
             .arg(format!("--user-data-dir={}", profile.path().display()))
             .arg(format!("--window-size={width},{height}"))
             .stdin(Stdio::piped())
@@ -163,14 +151,10 @@ impl Page {
 
     /// A picture of part of the window (x, y, width, height, px, and scale), PNG in base64.
     pub fn picture(&mut self, clip: Value) -> Result<String> {
-        let answer = self.call(
-            "Page.captureScreenshot",
-            json!({ "format": "png", "clip": clip }),
-        )?;
-        answer["data"]
-            .as_str()
-            .map(str::to_owned)
-            .context("no picture")
+        let wanted = json!({ "format": "png", "clip": clip });
+        let answer = self.call("Page.captureScreenshot", wanted)?;
+        let data = answer["data"].as_str();
+        data.map(str::to_owned).context("no picture")
     }
 
     fn call(&mut self, method: &str, params: Value) -> Result<Value> {
@@ -208,28 +192,22 @@ impl Page {
         match message["method"].as_str().unwrap_or_default() {
             "Page.loadEventFired" => self.loads += 1,
             "Runtime.exceptionThrown" => {
-                self.complaints.push(format!(
-                    "uncaught: {}",
-                    described(&params["exceptionDetails"])
-                ));
+                let what = described(&params["exceptionDetails"]);
+                self.complaints.push(format!("uncaught: {what}"));
             }
-            "Runtime.consoleAPICalled"
-                if ["error", "warning", "assert"]
-                    .iter()
-                    .any(|kind| params["type"] == *kind) =>
-            {
-                self.complaints.push(format!("console: {}", params["args"]));
+            "Runtime.consoleAPICalled" => {
+                let (kind, args) = (params["type"].as_str().unwrap_or_default(), &params["args"]);
+                if ["error", "warning", "assert"].contains(&kind) {
+                    self.complaints.push(format!("console: {args}"));
+                }
             }
             "Log.entryAdded" if params["entry"]["level"] == "error" => {
-                self.complaints
-                    .push(format!("log: {}", params["entry"]["text"]));
+                let what = &params["entry"]["text"];
+                self.complaints.push(format!("log: {what}"));
             }
             "Network.requestWillBeSent" => {
                 let url = params["request"]["url"].as_str().unwrap_or_default();
-                if !["file:", "data:"]
-                    .iter()
-                    .any(|scheme| url.starts_with(scheme))
-                {
+                if !url.starts_with("file:") && !url.starts_with("data:") {
                     self.complaints.push(format!("request for {url}"));
                 }
             }
@@ -267,29 +245,13 @@ pub struct Key {
 }
 
 impl Key {
-    pub const HOME: Key = Key {
-        name: "Home",
-        code: 36,
-        text: None,
-    };
-    pub const RIGHT: Key = Key {
-        name: "ArrowRight",
-        code: 39,
-        text: None,
-    };
-    pub const SPACE: Key = Key {
-        name: " ",
-        code: 32,
-        text: Some(" "),
-    };
-    pub const FRONT_VIEW: Key = Key {
-        name: "3",
-        code: 51,
-        text: Some("3"),
-    };
-    pub const THEME: Key = Key {
-        name: "t",
-        code: 84,
-        text: Some("t"),
-    };
+    pub const HOME: Key = Key::new("Home", 36, None);
+    pub const RIGHT: Key = Key::new("ArrowRight", 39, None);
+    pub const SPACE: Key = Key::new(" ", 32, Some(" "));
+    pub const FRONT_VIEW: Key = Key::new("3", 51, Some("3"));
+    pub const THEME: Key = Key::new("t", 84, Some("t"));
+
+    const fn new(name: &'static str, code: u32, text: Option<&'static str>) -> Self {
+        Self { name, code, text }
+    }
 }

@@ -2,6 +2,7 @@
 
 pub mod biped;
 pub mod chromium;
+pub mod controller;
 pub mod fixture;
 pub mod mutations;
 pub mod page;

@@ -3,7 +3,9 @@
 //! They work on any plan with a start, a stance that adds a contact, surfaces and loaded contacts,
 //! so that every plan that is written can be put through them.
 
-use nalgebra::{Point2, Point3, Vector3};
+use std::f64::consts::TAU;
+
+use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use plan::{Change, Contact, Plan, Stance};
 use robot_model::Robot;
 use surfaces::outline::Outline;
@@ -26,16 +28,10 @@ impl Mutation {
     /// What is wrong with the verdict on the broken plan: that the check did not notice, or that
     /// an unrelated one failed.
     fn objection(&self, failed: &[Check]) -> Option<String> {
-        let unrelated = failed
-            .iter()
-            .any(|check| *check != self.expected && !self.may_also.contains(check));
-        let noticed = failed.contains(&self.expected);
-        (!noticed || unrelated).then(|| {
-            format!(
-                "{}: {} expected, failed: {failed:?}",
-                self.name, self.expected
-            )
-        })
+        let (name, expected) = (self.name, self.expected);
+        let related = |check: &Check| *check == expected || self.may_also.contains(check);
+        let right = failed.contains(&expected) && failed.iter().all(related);
+        (!right).then(|| format!("{name}: {expected} expected, failed: {failed:?}"))
     }
 }
 
@@ -71,167 +67,150 @@ macro_rules! table {
 const MUTATIONS: &[Mutation] = table! {
     // Contacts on their surfaces.
     "surface 5 mm below the foot": surface_sunk => Closure;
-    "robot 5 mm above its surfaces": robot_lifted => Closure (Kept Goal Inclusion StatedMargin);
+    "robot 5 mm above its surfaces": |p| translate(adding(p), [0.0, 0.0, 0.005]) => Closure
+        (Kept Goal Inclusion StatedMargin);
     "surface tilted under the foot": surface_tilted => Normal
         (Closure Inclusion Clearance ContactDepth Friction Unilateral StatedMargin);
     "foot half over the edge": surface_cut => Inclusion;
     "foot over an edge that is taken back": edge_taken_back => Inclusion;
-    "contact on a surface that is not there": surface_unknown => Names (Sequence);
+    "contact on a surface that is not there": |p| p.stances[0].contacts[0].face = "nowhere".into()
+        => Names (Sequence);
     // Forces.
-    "missing force": force_missing => BalanceForce (BalanceMoment Torque);
+    "missing force": |p| *largest(p) = [0.0; 3] => BalanceForce (BalanceMoment Torque);
     "two feet squeeze": feet_squeeze => Friction (Torque StatedMargin Unilateral);
     "a corner pulls": corner_pulls => Unilateral (Friction StatedMargin);
     "force far from the patch": force_off_patch => ForcePoint;
     "transition contact bears": transition_bears => Unloaded;
-    "transition contact said to be loaded": transition_loaded => Sequence;
-    "nothing to stand on": contacts_gone => Equilibrium
+    "transition contact said to be loaded": |p| unloaded(adding(p)).loaded = true => Sequence;
+    "nothing to stand on": |p| adding(p).contacts.clear() => Equilibrium
         (Sequence BalanceForce BalanceMoment Torque ComMargin Clearance StatedMargin);
-    // Joints.
-    "joint turned once round": joint_round => JointLimit (StatedMargin);
+    // Joints. A whole turn leaves every link where it is.
+    "joint turned once round": |p| *last_joint(p) += TAU => JointLimit (StatedMargin);
     "more joint margin promised than kept": |p| p.required.joint_rad = 0.499 => JointLimit;
     "more torque margin promised than kept": |p| p.required.torque_use = 0.02 => Torque;
     // Collisions.
     "obstacle in the torso": obstacle_in_torso => Clearance (StatedMargin);
     "obstacle in the foot, said to be the ground": obstacle_in_foot => ContactDepth
         (Clearance StatedMargin);
-    "more distance between links promised than kept": |p| p.required.self_clearance_m = 0.499 => SelfClearance;
+    "more distance between links promised than kept": |p| p.required.self_clearance_m = 0.499
+        => SelfClearance;
     // From stance to stance.
-    "contact moved between stances": contact_moved => Kept
+    "contact moved between stances": |p| translate(adding(p), [0.0, 0.005, 0.0]) => Kept
         (Inclusion Closure Goal Clearance ContactDepth StatedMargin);
     "two contacts changed at once": stance_skipped => Sequence;
-    "stance out of place": index_wrong => Sequence;
+    "stance out of place": |p| adding(p).index += 1 => Sequence;
     "no stances": |p| p.stances.clear() => Sequence (PathLength);
     "goal elsewhere": goal_moved => Goal;
     "length of the path wrong": |p| p.search.path_stances += 1 => PathLength;
     // What is stated and what is.
-    "centre of mass wrong": com_wrong => Com;
-    "contact pose stated wrong": pose_wrong => Pose (Kept);
-    "quaternion not of unit length": quaternion_long => Quaternion;
+    "centre of mass wrong": |p| p.stances[0].com_W[0] += 0.01 => Com;
+    "contact pose stated wrong": |p| p.stances.last_mut().unwrap().contacts[0].X_WC.p[1] += 0.003
+        => Pose (Kept);
+    "quaternion not of unit length": |p| p.stances[0].q[3..7].iter_mut().for_each(|x| *x *= 1.01)
+        => Quaternion;
     "joint names in another order": |p| p.robot.joint_names.swap(0, 1) => Robot;
     "another robot's mass": |p| p.robot.mass_kg += 1.0 => Robot;
-    "margins stated better than they are": margins_boasted => StatedMargin;
-    "q truncated": q_truncated => Numbers;
-    "q not a number": q_nan => Numbers;
-    "force not a number": force_nan => Numbers;
-    "patch listed twice": contact_twice => Names (Sequence);
-    "friction of ice cream on velcro": friction_claim => Names;
+    "margins stated better than they are": |p| p.stances[0].margins.torque_use = 0.0 => StatedMargin;
+    "q truncated": |p| { p.stances[0].q.pop(); } => Numbers;
+    "q not a number": |p| *last_joint(p) = f64::NAN => Numbers;
+    "force not a number": |p| largest(p)[1] = f64::NAN => Numbers;
+    "patch listed twice": |p| p.stances[0].contacts.extend_from_within(..1) => Names (Sequence);
+    "friction of ice cream on velcro": |p| contacts(p).for_each(|c| c.friction = 3.0) => Names;
     // What is promised.
     "friction use of 5": |p| p.required.friction_use = 5.0 => Required;
     "negative clearance": |p| p.required.clearance_m = -0.1 => Required;
     "margin not a number": |p| p.required.com_m = f64::NAN => Required (ForcePoint ComMargin);
     "bodies behind surfaces without thickness": |p| p.thin_body_m = 0.0 => Required;
-    "two surfaces of one name": surface_doubled => Environment;
+    "two surfaces of one name": |p| p.faces.extend_from_within(..1) => Environment;
     "another format": |p| p.format = "scandent-plan/0".to_owned() => Format;
 };
 
 /// The first stance that adds a contact.
-fn adding(plan: &mut Plan) -> Option<(usize, &mut Stance)> {
-    plan.stances
-        .iter_mut()
-        .enumerate()
-        .find(|(_, s)| matches!(s.change, Change::Add { .. }))
+fn adding(plan: &mut Plan) -> &mut Stance {
+    let adds = |s: &&mut Stance| matches!(s.change, Change::Add { .. });
+    let stance = plan.stances.iter_mut().find(adds);
+    stance.expect("it adds a contact")
 }
 
-fn loaded(stance: &mut Stance) -> impl Iterator<Item = &mut Contact> {
-    stance.contacts.iter_mut().filter(|c| c.loaded)
+fn contacts(plan: &mut Plan) -> impl Iterator<Item = &mut Contact> {
+    plan.stances.iter_mut().flat_map(|s| &mut s.contacts)
 }
 
-fn surface_of_start(plan: &Plan) -> Option<(usize, Contact)> {
-    let contact = plan.stances.first()?.contacts.first()?.clone();
-    let index = plan.faces.iter().position(|s| s.id == contact.face)?;
-    Some((index, contact))
+/// The first contact of a stance that bears nothing.
+fn unloaded(stance: &mut Stance) -> &mut Contact {
+    let contact = stance.contacts.iter_mut().find(|c| !c.loaded);
+    contact.expect("a contact that bears nothing")
 }
 
-/// The same surface, and where the contact is in its frame.
-fn under_start(plan: &mut Plan) -> Option<(&mut Face, Point3<f64>)> {
-    let (i, contact) = surface_of_start(plan)?;
-    let face = &mut plan.faces[i];
-    let place = Point3::from(contact.X_WC.p);
-    let centre = face.X_WF.inverse_transform_point(&place);
-    Some((face, centre))
+/// The largest force of the first stance.
+fn largest(plan: &mut Plan) -> &mut [f64; 3] {
+    let contacts = plan.stances[0].contacts.iter_mut();
+    let forces = contacts.flat_map(|c| &mut c.forces_W);
+    let largest = forces.max_by(|a, b| a[2].total_cmp(&b[2]));
+    largest.expect("a force")
+}
+
+fn last_joint(plan: &mut Plan) -> &mut f64 {
+    plan.stances[0].q.last_mut().expect("a joint")
+}
+
+/// The surface under the first contact of the start, and where that is in W.
+fn under_start(plan: &mut Plan) -> (&mut Face, Point3<f64>) {
+    let contact = &plan.stances[0].contacts[0];
+    let (id, place) = (contact.face.clone(), Point3::from(contact.X_WC.p));
+    let face = plan.faces.iter_mut().find(|face| face.id == id);
+    (face.expect("its surface"), place)
 }
 
 fn surface_sunk(plan: &mut Plan) {
-    let Some((i, _)) = surface_of_start(plan) else {
-        return;
-    };
-    let normal = plan.faces[i].normal_W();
-    plan.faces[i].X_WF.translation.vector -= 0.005 * normal;
+    let (face, _) = under_start(plan);
+    let normal = face.normal_W();
+    face.X_WF.translation.vector -= 0.005 * normal;
 }
 
+/// About the contact, so that its centre stays in the plane.
 fn surface_tilted(plan: &mut Plan) {
-    let Some((i, contact)) = surface_of_start(plan) else {
-        return;
-    };
-    let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.02);
-    // About the contact, so that its centre stays in the plane.
-    let about = Vector3::from(contact.X_WC.p);
-    let pose = &mut plan.faces[i].X_WF;
-    pose.translation.vector = about + turn * (pose.translation.vector - about);
+    let (face, about) = under_start(plan);
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.02);
+    let pose = &mut face.X_WF;
+    pose.translation.vector = about.coords + turn * (pose.translation.vector - about.coords);
     pose.rotation = turn * pose.rotation;
 }
 
 /// Moves all that a stance states by the same.
 fn translate(stance: &mut Stance, by: [f64; 3]) {
-    for k in 0..3 {
-        stance.q[k] += by[k];
-        stance.com_W[k] += by[k];
-        for contact in &mut stance.contacts {
-            contact.X_WC.p[k] += by[k];
-            for p in contact
-                .vertices_W
-                .iter_mut()
-                .chain(&mut contact.force_points_W)
-            {
-                p[k] += by[k];
-            }
-        }
+    let add = |p: &mut [f64]| p.iter_mut().zip(by).for_each(|(p, by)| *p += by);
+    add(&mut stance.q[..3]);
+    add(&mut stance.com_W);
+    for contact in &mut stance.contacts {
+        add(&mut contact.X_WC.p);
+        let points = contact.vertices_W.iter_mut();
+        let points = points.chain(&mut contact.force_points_W);
+        points.for_each(|p| add(p));
     }
 }
 
-fn robot_lifted(plan: &mut Plan) {
-    if let Some((_, stance)) = adding(plan) {
-        translate(stance, [0.0, 0.0, 0.005]);
-    }
-}
-
-fn contact_moved(plan: &mut Plan) {
-    if let Some((_, stance)) = adding(plan) {
-        translate(stance, [0.0, 0.005, 0.0]);
-    }
-}
-
+/// Everything beyond the middle of the foot falls off.
 fn surface_cut(plan: &mut Plan) {
-    let Some((face, centre)) = under_start(plan) else {
-        return;
-    };
-    // Everything beyond the middle of the foot falls off.
-    let far = if centre.x > 0.0 { 100.0 } else { -100.0 };
-    let corners = [
-        (centre.x, -100.0),
-        (far, -100.0),
-        (far, 100.0),
-        (centre.x, 100.0),
-    ];
-    let beyond = corners.map(|(x, y)| Point2::new(x, y)).to_vec();
+    let (face, place) = under_start(plan);
+    let x = face.X_WF.inverse_transform_point(&place).x;
+    let far = 100.0_f64.copysign(x);
+    let beyond = [(x, -100.0), (far, -100.0), (far, 100.0), (x, 100.0)];
+    let beyond = beyond.map(|(x, y)| Point2::new(x, y)).to_vec();
     let rest = Outline::from(&face.region).minus_all([beyond]).regions();
-    let largest = rest
-        .into_iter()
-        .max_by(|a, b| a.area().total_cmp(&b.area()));
-    if let Some(region) = largest {
-        face.region = region;
-    }
+    let rest = rest.into_iter();
+    let largest = rest.max_by(|a, b| a.area().total_cmp(&b.area()));
+    face.region = largest.expect("a rest");
 }
 
 /// Takes the nearest edge of the face back until the foot is over it.
 fn edge_taken_back(plan: &mut Plan) {
-    let Some((face, centre)) = under_start(plan) else {
-        return;
-    };
+    let (face, place) = under_start(plan);
+    let centre = face.X_WF.inverse_transform_point(&place).xy();
     let away_m: Vec<f64> = (face.region.segments())
         .map(|(_, [a, b])| {
-            let part = (b - a).dot(&(centre.xy() - a)) / (b - a).norm_squared();
-            (a + (b - a) * part.clamp(0.0, 1.0) - centre.xy()).norm()
+            let part = (b - a).dot(&(centre - a)) / (b - a).norm_squared();
+            (a + (b - a) * part.clamp(0.0, 1.0) - centre).norm()
         })
         .collect();
     let least = away_m.iter().copied().fold(f64::INFINITY, f64::min);
@@ -242,226 +221,78 @@ fn edge_taken_back(plan: &mut Plan) {
     }
 }
 
-fn surface_unknown(plan: &mut Plan) {
-    if let Some(contact) = plan
-        .stances
-        .first_mut()
-        .and_then(|s| s.contacts.first_mut())
-    {
-        contact.face = "nowhere".into();
-    }
-}
-
-/// The largest force of the first stance.
-fn largest(plan: &mut Plan) -> Option<&mut [f64; 3]> {
-    let forces = plan
-        .stances
-        .first_mut()?
-        .contacts
-        .iter_mut()
-        .flat_map(|c| &mut c.forces_W);
-    forces.max_by(|a, b| a[2].total_cmp(&b[2]))
-}
-
-fn force_missing(plan: &mut Plan) {
-    if let Some(force) = largest(plan) {
-        *force = [0.0; 3];
-    }
-}
-
-fn force_nan(plan: &mut Plan) {
-    if let Some(force) = largest(plan) {
-        force[1] = f64::NAN;
-    }
-}
-
+/// Equal and opposite forces along the line between their points: neither force nor moment.
 fn feet_squeeze(plan: &mut Plan) {
-    let Some(stance) = plan.stances.first_mut() else {
-        return;
-    };
-    let mut contacts = loaded(stance);
-    let (Some(a), Some(b)) = (contacts.next(), contacts.next()) else {
-        return;
-    };
-    let (Some(p), Some(q)) = (a.force_points_W.first(), b.force_points_W.first()) else {
-        return;
-    };
-    // Equal and opposite along the line between the points: neither force nor moment.
-    let along = (Vector3::from(*q) - Vector3::from(*p)).normalize();
-    let (Some(f), Some(g)) = (a.forces_W.first_mut(), b.forces_W.first_mut()) else {
-        return;
-    };
+    let mut loaded = plan.stances[0].contacts.iter_mut().filter(|c| c.loaded);
+    let (a, b) = (loaded.next().unwrap(), loaded.next().unwrap());
+    let between = Vector3::from(b.force_points_W[0]) - Vector3::from(a.force_points_W[0]);
+    let along = 300.0 * between.normalize();
     for k in 0..3 {
-        f[k] += 300.0 * along[k];
-        g[k] -= 300.0 * along[k];
+        a.forces_W[0][k] += along[k];
+        b.forces_W[0][k] -= along[k];
     }
 }
 
+/// At the corners of a parallelogram in turn: neither force nor moment.
 fn corner_pulls(plan: &mut Plan) {
-    let Some(stance) = plan.stances.first_mut() else {
-        return;
-    };
-    let Some(contact) = loaded(stance).find(|c| c.forces_W.len() == 4) else {
-        return;
-    };
-    let pull = 50.0
-        + contact
-            .forces_W
-            .iter()
-            .map(|f| f[2].abs())
-            .fold(0.0, f64::max);
-    // At the corners of a parallelogram in turn: neither force nor moment.
-    for (force, sign) in contact.forces_W.iter_mut().zip([1.0, -1.0, 1.0, -1.0]) {
+    let contacts = plan.stances[0].contacts.iter_mut();
+    let forces = (contacts.filter(|c| c.loaded).map(|c| &mut c.forces_W))
+        .find(|forces| forces.len() == 4)
+        .expect("four forces");
+    let pull = 50.0 + forces.iter().map(|f| f[2].abs()).fold(0.0, f64::max);
+    for (force, sign) in forces.iter_mut().zip([1.0, -1.0, 1.0, -1.0]) {
         force[2] += sign * pull;
     }
 }
 
 fn force_off_patch(plan: &mut Plan) {
-    let Some(stance) = plan.stances.first_mut() else {
-        return;
-    };
-    if let Some(contact) = loaded(stance).next()
-        && let Some(&[x, y, z]) = contact.force_points_W.first()
-    {
-        contact.force_points_W.push([x + 1.0, y, z]);
-        contact.forces_W.push([0.0; 3]);
-    }
+    let mut contacts = plan.stances[0].contacts.iter_mut();
+    let contact = contacts.find(|c| c.loaded).unwrap();
+    let [x, y, z] = contact.force_points_W[0];
+    contact.force_points_W.push([x + 1.0, y, z]);
+    contact.forces_W.push([0.0; 3]);
 }
 
 fn transition_bears(plan: &mut Plan) {
-    let Some((_, stance)) = adding(plan) else {
-        return;
-    };
-    if let Some(contact) = stance.contacts.iter_mut().find(|c| !c.loaded) {
-        contact.force_points_W = vec![contact.X_WC.p];
-        contact.forces_W = vec![[0.0, 0.0, 20.0]];
-    }
+    let contact = unloaded(adding(plan));
+    contact.force_points_W = vec![contact.X_WC.p];
+    contact.forces_W = vec![[0.0, 0.0, 20.0]];
 }
 
-fn transition_loaded(plan: &mut Plan) {
-    let Some((_, stance)) = adding(plan) else {
-        return;
-    };
-    if let Some(contact) = stance.contacts.iter_mut().find(|c| !c.loaded) {
-        contact.loaded = true;
-    }
-}
-
-fn contacts_gone(plan: &mut Plan) {
-    if let Some((_, stance)) = adding(plan) {
-        stance.contacts.clear();
-    }
-}
-
-fn joint_round(plan: &mut Plan) {
-    // A whole turn leaves every link where it is.
-    if let Some(angle) = plan.stances.first_mut().and_then(|s| s.q.last_mut()) {
-        *angle += std::f64::consts::TAU;
-    }
-}
-
-fn obstacle(plan: &mut Plan, centre: [f64; 3], half: f64, surface: Option<String>) {
-    let points_W = (0..8)
-        .map(|k| {
-            let sign = |bit: usize| if k & bit == 0 { -half } else { half };
-            Point3::from(centre) + Vector3::new(sign(1), sign(2), sign(4))
-        })
-        .collect();
+/// A cube of 60 mm.
+fn obstacle(plan: &mut Plan, centre: Point3<f64>, surface: Option<String>) {
+    let sign = |k: usize, bit: usize| if k & bit == 0 { -0.03 } else { 0.03 };
+    let corner = |k| centre + Vector3::new(sign(k, 1), sign(k, 2), sign(k, 4));
     plan.obstacles.push(Obstacle {
         id: "planted".to_owned(),
-        points_W,
+        points_W: (0..8).map(corner).collect(),
         surface,
         assumed: false,
     });
 }
 
 fn obstacle_in_torso(plan: &mut Plan) {
-    let Some([x, y, z, ..]) = plan.stances.first().map(|s| s.q.as_slice()) else {
-        return;
-    };
-    let centre = [*x, *y, *z + 0.1];
-    obstacle(plan, centre, 0.03, None);
+    let q = &plan.stances[0].q;
+    let centre = Point3::new(q[0], q[1], q[2] + 0.1);
+    obstacle(plan, centre, None);
 }
 
 fn obstacle_in_foot(plan: &mut Plan) {
-    let Some((_, contact)) = surface_of_start(plan) else {
-        return;
-    };
-    obstacle(plan, contact.X_WC.p, 0.03, Some(contact.face.to_string()));
+    let (face, place) = under_start(plan);
+    let face = face.id.to_string();
+    obstacle(plan, place, Some(face));
 }
 
 fn stance_skipped(plan: &mut Plan) {
-    if let Some((index, _)) = adding(plan) {
-        plan.stances.remove(index);
-        plan.search.path_stances -= 1;
-        for (k, stance) in plan.stances.iter_mut().enumerate() {
-            stance.index = k;
-        }
-    }
-}
-
-fn index_wrong(plan: &mut Plan) {
-    if let Some((_, stance)) = adding(plan) {
-        stance.index += 1;
+    let index = adding(plan).index;
+    plan.stances.remove(index);
+    plan.search.path_stances -= 1;
+    for (k, stance) in plan.stances.iter_mut().enumerate() {
+        stance.index = k;
     }
 }
 
 fn goal_moved(plan: &mut Plan) {
     let [x, ..] = plan.goal.base_position_m.unwrap_or_default();
     plan.goal.base_position_m = Some([Some(x.unwrap_or(0.0) + 10.0), None, None]);
-}
-
-fn com_wrong(plan: &mut Plan) {
-    if let Some(stance) = plan.stances.first_mut() {
-        stance.com_W[0] += 0.01;
-    }
-}
-
-fn pose_wrong(plan: &mut Plan) {
-    if let Some(contact) = plan.stances.last_mut().and_then(|s| s.contacts.first_mut()) {
-        contact.X_WC.p[1] += 0.003;
-    }
-}
-
-fn quaternion_long(plan: &mut Plan) {
-    if let Some(stance) = plan.stances.first_mut() {
-        stance.q[3..7].iter_mut().for_each(|x| *x *= 1.01);
-    }
-}
-
-fn margins_boasted(plan: &mut Plan) {
-    if let Some(stance) = plan.stances.first_mut() {
-        stance.margins.torque_use = 0.0;
-    }
-}
-
-fn q_truncated(plan: &mut Plan) {
-    if let Some(stance) = plan.stances.first_mut() {
-        stance.q.pop();
-    }
-}
-
-fn q_nan(plan: &mut Plan) {
-    if let Some(last) = plan.stances.first_mut().and_then(|s| s.q.last_mut()) {
-        *last = f64::NAN;
-    }
-}
-
-fn contact_twice(plan: &mut Plan) {
-    if let Some(stance) = plan.stances.first_mut() {
-        let again = stance.contacts.first().cloned();
-        stance.contacts.extend(again);
-    }
-}
-
-fn friction_claim(plan: &mut Plan) {
-    plan.stances
-        .iter_mut()
-        .flat_map(|s| &mut s.contacts)
-        .for_each(|c| c.friction = 3.0);
-}
-
-fn surface_doubled(plan: &mut Plan) {
-    let again = plan.faces.first().cloned();
-    plan.faces.extend(again);
 }

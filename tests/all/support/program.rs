@@ -1,22 +1,29 @@
 //! The program as a user runs it.
 
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use robot_model::Robot;
 use serde_json::Value;
 
-/// The program with these arguments, not yet started.
-pub fn command<S: AsRef<OsStr>>(args: &[S]) -> Command {
+/// The program with the words of `line`, each `@` of it the next of `paths`; not yet started.
+pub fn command(line: &str, paths: &[&Path]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_scandent"));
-    command.args(args).env_remove("RUST_LOG");
+    let mut paths = paths.iter();
+    for word in line.split_whitespace() {
+        match word {
+            "@" => command.arg(paths.next().expect("a path for each @")),
+            _ => command.arg(word),
+        };
+    }
+    assert!(paths.next().is_none(), "more paths than @ in {line}");
+    command.env_remove("RUST_LOG");
     command
 }
 
 /// Runs it to its end.
-pub fn scandent<S: AsRef<OsStr>>(args: &[S]) -> Output {
-    command(args).output().expect("the program starts")
+pub fn scandent(line: &str, paths: &[&Path]) -> Output {
+    command(line, paths).output().expect("the program starts")
 }
 
 /// What it printed, standard error last.
@@ -27,14 +34,14 @@ pub fn said(output: &Output) -> String {
 
 /// Runs it, asserts that it succeeded and returns what it printed.
 #[track_caller]
-pub fn succeeds<S: AsRef<OsStr>>(args: &[S]) -> String {
-    ends_with(args, 0, &[])
+pub fn succeeds(line: &str, paths: &[&Path]) -> String {
+    ends_with(line, paths, 0, &[])
 }
 
 /// Runs it and asserts its exit code, each of `words` in what it printed, and that nothing panicked.
 #[track_caller]
-pub fn ends_with<S: AsRef<OsStr>>(args: &[S], code: i32, words: &[&str]) -> String {
-    assert_ended(&scandent(args), code, words)
+pub fn ends_with(line: &str, paths: &[&Path], code: i32, words: &[&str]) -> String {
+    assert_ended(&scandent(line, paths), code, words)
 }
 
 /// As [`ends_with`], of a run that ended.
@@ -47,11 +54,6 @@ pub fn assert_ended(output: &Output, code: i32, words: &[&str]) -> String {
     }
     assert!(!text.contains("panicked"), "{text}");
     text
-}
-
-/// A path as an argument.
-pub fn text(path: &Path) -> &str {
-    path.to_str().expect("UTF-8")
 }
 
 /// A file of this repository.
@@ -75,9 +77,15 @@ pub fn json(path: impl AsRef<Path>) -> Value {
 /// A number of a JSON file.
 #[track_caller]
 pub fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("{value} is no number"))
+    let number = value.as_f64();
+    number.unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// The items of a list of a JSON file.
+#[track_caller]
+pub fn list(value: &Value) -> &[Value] {
+    let items = value.as_array();
+    items.unwrap_or_else(|| panic!("{value} is no list"))
 }
 
 /// A robot that ships.

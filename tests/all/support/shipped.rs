@@ -6,7 +6,7 @@ use std::sync::{Mutex, OnceLock};
 
 use plan::{Motion, Plan};
 
-use super::program::{read, succeeds, text};
+use super::program::{read, succeeds};
 
 /// What `scandent run SCENE` left and said.
 pub struct Shipped {
@@ -32,7 +32,7 @@ pub fn shipped(scene: &'static str) -> &'static Shipped {
 impl Shipped {
     fn new(scene: &str) -> Self {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("shipped");
-        let said = succeeds(&["run", scene, "--threads", "2", "-o", text(&folder)]);
+        let said = succeeds(&format!("run {scene} --threads 2 -o @"), &[&folder]);
         let results = folder.join(scene);
         let plan = serde_json::from_str(&read(results.join("plan.json"))).expect("a plan");
         let motion = serde_json::from_str(&read(results.join("motion.json"))).expect("a motion");

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Isometry3, Point2, Rotation3, UnitQuaternion, Vector3};
 use plan::{GoalContact, GoalRecord, Motion, Plan, RequiredMargins};
-use planner::{Goal, Guide, Request, SearchResult, Start};
+use planner::{Goal, Guide, Request, SearchResult, Start, Status};
 use posture::{BaseGoal, Environment};
 use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
 use surfaces::{ConvexPolygon, Face, Region, Terrain};
@@ -37,7 +37,6 @@ pub struct Walk {
     pub goal_face: Option<&'static str>,
     /// Faces that the feet may touch, by their names.
     pub usable: Vec<String>,
-    pub planner: planner::Config,
     pub posture: posture::Config,
 }
 
@@ -107,7 +106,7 @@ impl Walk {
         };
         let answer = planner::search(
             &request,
-            &self.planner,
+            &planner::Config::default(),
             &self.posture,
             &motion::Config::default(),
             &|_| {},
@@ -145,13 +144,23 @@ impl Walked {
         self.answer.motion.as_ref().expect("a motion")
     }
 
-    /// The verdict on stances and motion, on every sample.
-    pub fn certify(&self) -> verify::Certificate {
+    #[track_caller]
+    pub fn assert_found(&self) {
+        let (status, blocked) = (&self.answer.status, &self.answer.blocked);
+        assert_eq!(*status, Status::Found, "{blocked:?}");
+    }
+
+    /// A way was found, and the verifier passes its stances and every sample of its motion.
+    #[track_caller]
+    pub fn assert_certified(&self) {
+        self.assert_found();
         let options = verify::Options {
             motion_stride: 1,
             ..verify::Options::default()
         };
-        verify::verify_with(&self.plan, Some(self.motion()), &self.robot, &options)
+        let motion = Some(self.motion());
+        let certificate = verify::verify_with(&self.plan, motion, &self.robot, &options);
+        assert!(certificate.pass, "{}", certificate.table());
     }
 
     /// Writes plan, motion and page where the variable names a folder, to be looked at.
@@ -178,6 +187,8 @@ impl Walked {
     #[cfg(feature = "mujoco")]
     pub fn assert_executed(&self) {
         use simulation::execution::{Unobserved, execute};
+        use simulation::perturbation::Perturbation;
+        use simulation::playback::Playback;
         use simulation::world::{WorldBody, WorldShape};
 
         let bodies = self.plan.faces.iter().flat_map(|face| {
@@ -189,22 +200,21 @@ impl Walked {
         });
         let world: Vec<WorldBody> = bodies.collect();
         let (motion, com_m) = (self.motion().clone(), self.plan.required.com_m);
-        let playback = simulation::playback::Playback::new(&self.robot, motion, com_m).unwrap();
+        let playback = Playback::new(&self.robot, motion, com_m).unwrap();
+        let (config, push) = (simulation::Config::default(), Perturbation::default());
         let executed = execute(
             &self.robot,
             &world,
             &playback,
-            &simulation::Config::default(),
-            &simulation::perturbation::Perturbation::default(),
+            &config,
+            &push,
             &mut Unobserved,
-        )
-        .unwrap();
-        for c in &executed.criteria {
-            println!(
-                "{}: {:.3} of {:.3} {} {:?}",
-                c.name, c.value, c.bound, c.unit, c.detail
-            );
-        }
-        assert!(executed.pass, "{:?}", executed.cause);
+        );
+        let executed = executed.unwrap();
+        assert!(
+            executed.pass,
+            "{:?}: {:?}",
+            executed.cause, executed.criteria
+        );
     }
 }

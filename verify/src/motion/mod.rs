@@ -10,14 +10,13 @@
 mod phases;
 mod samples;
 
-use std::collections::BTreeMap;
-
 use plan::Motion;
 use rayon::prelude::*;
 
+use crate::Check;
+use crate::extremes::Extremes;
 use crate::findings::Findings;
 use crate::scene::Scene;
-use crate::{Check, Sense};
 
 /// Goes through a motion.
 pub(crate) fn check(scene: &Scene, motion: &Motion, findings: &mut Findings) {
@@ -41,10 +40,8 @@ fn record(scene: &Scene, motion: &Motion, findings: &mut Findings) -> bool {
         return false;
     }
     if motion.robot != scene.robot.name {
-        flaw(format!(
-            "made for {}, not {}",
-            motion.robot, scene.robot.name
-        ));
+        let (meant, given) = (&motion.robot, &scene.robot.name);
+        flaw(format!("made for {meant}, not {given}"));
     }
     let wanted = scene.robot.bodies.len() + 6;
     let extent = scene.options.extent_m;
@@ -56,43 +53,12 @@ fn record(scene: &Scene, motion: &Motion, findings: &mut Findings) -> bool {
             && forces.into_iter().all(|x| x.abs() <= 1e7)
     });
     if !sane {
-        flaw(format!(
-            "a sample has not {wanted} values, or one out of all proportion"
-        ));
+        let what = format!("a sample has not {wanted} values, or one out of all proportion");
+        flaw(what);
     }
     if motion.dt_s > scene.options.motion_step_s {
         flaw(format!("samples {} s apart are too few", motion.dt_s));
     }
     findings.holds_unless_flawed(None, Check::MotionRecord);
     !findings.flawed(None, Check::MotionRecord)
-}
-
-/// The worst value of each check in one phase.
-#[derive(Default)]
-pub(crate) struct Extremes {
-    of: BTreeMap<Check, (f64, f64, f64, String)>,
-}
-
-impl Extremes {
-    /// Takes a value against its bound in, if none so far is worse.
-    pub fn add(&mut self, check: Check, value: f64, bound: f64, subject: impl FnOnce() -> String) {
-        let margin = match check.sense() {
-            Sense::AtMost => bound - value,
-            _ => value - bound,
-        };
-        // What is not a number is the worst of all.
-        let worse = self
-            .of
-            .get(&check)
-            .is_none_or(|(worst, ..)| margin < *worst || (margin.is_nan() && !worst.is_nan()));
-        if worse {
-            self.of.insert(check, (margin, value, bound, subject()));
-        }
-    }
-
-    fn report(self, stance: usize, findings: &mut Findings) {
-        for (check, (_, value, bound, subject)) in self.of {
-            findings.value(Some(stance), check, subject, value, bound);
-        }
-    }
 }

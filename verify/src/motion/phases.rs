@@ -63,10 +63,8 @@ fn contacts(scene: &Scene, index: usize, phase: &Phase, findings: &mut Findings)
         }
         let stated = from.contacts.iter().find(|c| &c.patch == patch);
         if stated.is_some_and(|c| c.friction != contact.friction) {
-            flaw(format!(
-                "{patch} has friction {}, not as stated",
-                contact.friction
-            ));
+            let friction = contact.friction;
+            flaw(format!("{patch} has friction {friction}, not as stated"));
         }
         if phase.contacts[..k].iter().any(|c| &c.patch == patch) {
             flaw(format!("{patch} is listed twice"));
@@ -87,11 +85,8 @@ fn contacts(scene: &Scene, index: usize, phase: &Phase, findings: &mut Findings)
 /// A contact that a stance makes is swung there.
 fn swung(motion: &Motion, k: usize, stance: &Stance, findings: &mut Findings) {
     if let Change::Add { patch, .. } = &stance.change {
-        let swung = motion
-            .phases
-            .iter()
-            .any(|p| p.to_stance == k && p.swing.as_ref() == Some(patch));
-        if !swung {
+        let mut phases = motion.phases.iter();
+        if !phases.any(|p| p.to_stance == k && p.swing.as_ref() == Some(patch)) {
             let note = format!("{patch} is not swung to stance {k}");
             findings.flaw(None, Check::MotionPhases, "motion", note);
         }
@@ -101,11 +96,7 @@ fn swung(motion: &Motion, k: usize, stance: &Stance, findings: &mut Findings) {
 /// Where the phases to a stance end, the sample is the stance's posture.
 fn ends(scene: &Scene, motion: &Motion, findings: &mut Findings) {
     for (k, stance) in scene.plan.stances.iter().enumerate() {
-        let last = motion
-            .phases
-            .iter()
-            .rev()
-            .find(|phase| phase.to_stance == k);
+        let last = motion.phases.iter().rev().find(|p| p.to_stance == k);
         let time = last.map_or(0.0, |phase| phase.t_end_s);
         let index = (time / motion.dt_s).round() as usize;
         let off = match motion.samples.get(index) {
@@ -124,9 +115,6 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     let (X, Y) = (base(a), base(b));
     let moved = (column(&X, 3) - column(&Y, 3)).norm();
     let turned = angle_between(&X, &Y);
-    a[7..]
-        .iter()
-        .zip(&b[7..])
-        .map(|(x, y)| (x - y).abs())
-        .fold(moved.max(turned), f64::max)
+    let joints = a[7..].iter().zip(&b[7..]).map(|(x, y)| (x - y).abs());
+    joints.fold(moved.max(turned), f64::max)
 }

@@ -6,10 +6,10 @@ use plan::{Contact, Motion, Phase};
 use robot_model::ContactPatch;
 use surfaces::Face;
 
-use super::Extremes;
 use crate::Check;
 use crate::balance::{self, Support};
 use crate::clearance;
+use crate::extremes::Extremes;
 use crate::posture::{Load, Posture, column, inverse_point, point, pose};
 use crate::scene::{Scene, Touch};
 
@@ -62,27 +62,20 @@ pub(super) fn check(scene: &Scene, motion: &Motion, index: usize) -> Extremes {
 
 /// The phase's contacts, which the phases' check has found in its stances.
 fn closed<'a>(scene: &Scene<'a>, phase: &Phase) -> Vec<Closed<'a>> {
-    let plan = scene.plan;
+    let from = scene.plan.stances[phase.from_stance].contacts.iter();
     let contacts = phase.contacts.iter().filter_map(|contact| {
-        let stated = plan.stances[phase.from_stance]
-            .contacts
-            .iter()
-            .find(|c| c.patch == contact.patch)?;
+        let stated = from.clone().find(|c| c.patch == contact.patch)?;
         refer(scene, stated)
     });
     contacts.collect()
 }
 
 fn refer<'a>(scene: &Scene<'a>, stated: &'a Contact) -> Option<Closed<'a>> {
-    let plan: &'a _ = scene.plan;
+    let (patch, face) = scene.named(stated)?;
     Some(Closed {
         stated,
-        patch: scene
-            .robot
-            .patches
-            .iter()
-            .find(|p| p.name == stated.patch)?,
-        face: plan.faces.iter().find(|s| s.id == stated.face)?,
+        patch,
+        face,
     })
 }
 
@@ -92,11 +85,10 @@ fn swung<'a>(scene: &Scene<'a>, phase: &Phase) -> Vec<Closed<'a>> {
     let Some(patch) = &phase.swing else {
         return Vec::new();
     };
-    [phase.from_stance, phase.to_stance]
-        .into_iter()
-        .filter_map(|k| plan.stances[k].contacts.iter().find(|c| &c.patch == patch))
-        .filter_map(|stated| refer(scene, stated))
-        .collect()
+    let stances = [phase.from_stance, phase.to_stance].map(|k| &plan.stances[k]);
+    let contacts = stances.into_iter().flat_map(|stance| &stance.contacts);
+    let own = contacts.filter(|c| &c.patch == patch);
+    own.filter_map(|stated| refer(scene, stated)).collect()
 }
 
 /// Joints are inside their limits and within their speeds.
@@ -134,13 +126,10 @@ fn contacts(
         let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
         for X in [&recorded.X_WC, &contact.stated.X_WC] {
             let stated = pose(&X.p, &X.quat_xyzw);
-            let off = contact
-                .patch
-                .polygon
-                .iter()
-                .map(|v| Vector3::new(v.x, v.y, 0.0))
-                .map(|v| (point(&stated, &v) - point(&X_WC, &v)).norm())
-                .fold(0.0, f64::max);
+            let vertices = contact.patch.polygon.iter();
+            let vertices = vertices.map(|v| Vector3::new(v.x, v.y, 0.0));
+            let apart = vertices.map(|v| (point(&stated, &v) - point(&X_WC, &v)).norm());
+            let off = apart.fold(0.0, f64::max);
             worst.add(Check::Kept, off, scene.options.closure_m, || {
                 format!("{} at {t_s:.2} s", contact.patch.name)
             });
@@ -184,10 +173,8 @@ fn forces(
     }
     let up = Vector3::z() * weight;
     let force: Vector3<f64> = loads.iter().map(|(_, _, f)| f).sum();
-    let moment: Vector3<f64> = loads
-        .iter()
-        .map(|(_, p, f)| (p - posture.com_W).cross(f))
-        .sum();
+    let moments = loads.iter().map(|(_, p, f)| (p - posture.com_W).cross(f));
+    let moment: Vector3<f64> = moments.sum();
     let at = || format!("motion at {:.2} s", sample.t_s);
     let bound = scene.options.balance;
     worst.add(Check::BalanceForce, (force - up).norm() / weight, bound, at);
@@ -214,12 +201,9 @@ fn steps(
     for (i, body) in scene.robot.bodies.iter().enumerate() {
         let moved = (now.coms_W[i] - before.coms_W[i]).norm();
         let origin = (column(&now.X_WB[i], 3) - column(&before.X_WB[i], 3)).norm();
-        worst.add(
-            Check::MotionStep,
-            moved.max(origin),
-            scene.plan.required.clearance_m,
-            || format!("{}, {}", body.name, at()),
-        );
+        let (most, bound) = (moved.max(origin), scene.plan.required.clearance_m);
+        let subject = || format!("{}, {}", body.name, at());
+        worst.add(Check::MotionStep, most, bound, subject);
     }
 }
 
@@ -269,18 +253,16 @@ fn equilibrium(
     worst: &mut Extremes,
     at: impl Fn() -> String,
 ) {
-    let supports: Vec<Support> = closed
-        .iter()
-        .map(|contact| {
-            let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
-            let X_WF = contact.face.X_WF.to_homogeneous();
-            Support {
-                vertices: touching_W(contact, &X_WC),
-                axes: Matrix3::from_columns(&[0, 1, 2].map(|k| column(&X_WF, k))),
-                friction: contact.stated.friction * scene.plan.required.friction_use,
-            }
-        })
-        .collect();
+    let support = |contact: &Closed| {
+        let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
+        let X_WF = contact.face.X_WF.to_homogeneous();
+        Support {
+            vertices: touching_W(contact, &X_WC),
+            axes: Matrix3::from_columns(&[0, 1, 2].map(|k| column(&X_WF, k))),
+            friction: contact.stated.friction * scene.plan.required.friction_use,
+        }
+    };
+    let supports: Vec<Support> = closed.iter().map(support).collect();
     let found = balance::equilibrium(&supports, &posture.com_W, scene.options.cone_edges);
     // Edges that need not bear anything are no flaw: the balance itself is.
     worst.add(Check::Equilibrium, found.unwrap_or(f64::NAN), 0.0, at);

@@ -31,7 +31,7 @@ pub struct Vlp16 {
 }
 
 impl Default for Vlp16 {
-    /// 1350 firings over half a turn: 21 600 beams, as in [meng] IV.
+    /// 1350 firings over half a turn: 21 600 beams, as in \[meng\] IV.
     fn default() -> Self {
         Self {
             step_rad: std::f64::consts::PI / 1350.0,

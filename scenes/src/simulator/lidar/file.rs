@@ -1,7 +1,7 @@
 //! A sweep as the files that such sensors leave: PCD, and the packets of a network capture.
 
 use super::device::{RINGS, Vlp16, fired_at};
-use super::sweep::{Return, Sweep};
+use super::sweep::Sweep;
 
 /// Twelve blocks of two cycles a packet.
 const BLOCKS: usize = 12;
@@ -45,26 +45,17 @@ pub fn pcap(sensor: &Vlp16, sweep: &Sweep) -> Vec<u8> {
     }
 
     let mut ranges = vec![0_u16; sensor.firings() * RINGS];
-    for Return {
-        ring,
-        firing,
-        range_m,
-        ..
-    } in &sweep.returns
-    {
-        ranges[firing * RINGS + ring] = (range_m / UNIT_M).round().min(f64::from(u16::MAX)) as u16;
+    for r in &sweep.returns {
+        let units = (r.range_m / UNIT_M).round().min(f64::from(u16::MAX));
+        ranges[r.firing * RINGS + r.ring] = units as u16;
     }
     let firings: Vec<usize> = (0..sensor.firings()).collect();
     for (number, packet) in firings.chunks(2 * BLOCKS).enumerate() {
         let time_us = (number * 2 * BLOCKS) as u32 * 55;
         let payload = payload(sensor, &ranges, packet, time_us);
         let frame = frame(&payload);
-        for word in [
-            time_us / 1_000_000,
-            time_us % 1_000_000,
-            frame.len() as u32,
-            frame.len() as u32,
-        ] {
+        let (s, us, length) = (time_us / 1_000_000, time_us % 1_000_000, frame.len() as u32);
+        for word in [s, us, length, length] {
             bytes.extend(word.to_le_bytes());
         }
         bytes.extend(frame);

@@ -62,13 +62,8 @@ pub fn sweep(
     seed: u64,
 ) -> Sweep {
     let stream = |source: Source| Stream::new(seed, 0x1_0000 + source as u64);
-    let [normal, stray, stray_range, mixture] = [
-        Source::Range,
-        Source::Stray,
-        Source::StrayRange,
-        Source::Mixture,
-    ]
-    .map(stream);
+    let (normal, mixture) = (stream(Source::Range), stream(Source::Mixture));
+    let (stray, stray_range) = (stream(Source::Stray), stream(Source::StrayRange));
     let ring_bias_m = noise.ring_bias_m(device);
     let cast = |ring: usize, azimuth: f64, tilt: f64| -> Option<Hit> {
         let (origin, direction) = Vlp16::beam_V(ring, azimuth, tilt);

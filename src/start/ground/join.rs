@@ -1,0 +1,105 @@
+//! A scanned floor that continues the ground under the feet.
+#![allow(non_snake_case)]
+
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use surfaces::outline::Outline;
+use surfaces::{ConvexPolygon, Face, HalfPlane, Region, Source};
+
+use super::centred;
+
+/// A scanned surface of which every vertex lies this near to the soles' plane is the same floor, m:
+/// the error of a plane fitted to a scan.
+const JOIN_HEIGHT_M: f64 = 0.010;
+
+/// Reaches over to a scanned `floor` that continues the ground, and moves it into its plane.
+pub(super) fn join(
+    X_WF: &mut Isometry3<f64>,
+    polygon: &mut ConvexPolygon,
+    floor: &mut Face,
+    gap_m: f64,
+    notes: &mut Vec<String>,
+) {
+    let normal = X_WF.rotation * Vector3::z();
+    let in_ground = |p: &Point3<f64>| X_WF.inverse_transform_point(p);
+    let vertices = floor.vertices_W().into_iter();
+    let off_m = vertices.map(|v| in_ground(&v).z.abs()).fold(0.0, f64::max);
+    let is_same = off_m <= JOIN_HEIGHT_M && normal.dot(&floor.normal_W()) > 0.0;
+    if floor.source != Source::Scan || !is_same {
+        return;
+    }
+    // The convex part of the floor about its point nearest to the soles.
+    let middle = polygon.centroid();
+    let middle = *X_WF * Point3::new(middle.x, middle.y, 0.0);
+    let middle = floor.X_WF.inverse_transform_point(&middle).xy();
+    let ahead = floor.region.nearest(&middle) - middle;
+    let Some(part) = Outline::from(&floor.region).convex_around(&middle, &ahead) else {
+        return;
+    };
+    let corners = part.vertices().iter();
+    let corners: Vec<Point2<f64>> = corners.map(|v| in_ground(&floor.point_W(v)).xy()).collect();
+    let Ok(seen) = ConvexPolygon::hull(&corners) else {
+        return;
+    };
+    let reached = reach_over(polygon, &seen, gap_m);
+    let Some(Ok(centred)) = reached.map(|reached| centred(X_WF, &reached)) else {
+        return;
+    };
+    (*X_WF, *polygon) = centred;
+    into_plane(floor, X_WF);
+    notes.push(format!(
+        "face {} continues the ground under the feet and was moved into its plane by {:.1} mm",
+        floor.id,
+        1e3 * off_m
+    ));
+}
+
+/// `polygon` grown over the gap to `seen` at its own width; unchanged where they overlap, `None`
+/// where the gap is wider than `gap_m`.
+fn reach_over(polygon: &ConvexPolygon, seen: &ConvexPolygon, gap_m: f64) -> Option<ConvexPolygon> {
+    if polygon.intersection(seen).is_some() {
+        return Some(polygon.clone());
+    }
+    let (from, to) = nearest_points(polygon, seen)?;
+    let across = to - from;
+    if across.norm() > gap_m {
+        return None;
+    }
+    // The strip of the polygon's width that runs across the gap.
+    let along = across.try_normalize(1e-9)?;
+    let side = Vector2::new(-along.y, along.x);
+    let extent = |d: Vector2<f64>| {
+        let along = polygon.vertices().iter().map(|v| d.dot(&v.coords));
+        along.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let mut ahead = seen.clone();
+    for n in [side, -side] {
+        ahead = ahead.clip(&HalfPlane { n, b: extent(n) })?;
+    }
+    ConvexPolygon::hull(&[polygon.vertices(), ahead.vertices()].concat()).ok()
+}
+
+/// The nearest points of two convex polygons that do not overlap: one of them is a vertex.
+fn nearest_points(a: &ConvexPolygon, b: &ConvexPolygon) -> Option<(Point2<f64>, Point2<f64>)> {
+    let from_vertices = |of: &ConvexPolygon, to: &ConvexPolygon| {
+        let to = Region::from(to);
+        let pairs = of.vertices().iter().map(|v| (*v, to.nearest(v)));
+        pairs.collect::<Vec<_>>()
+    };
+    let mut pairs = from_vertices(a, b);
+    pairs.extend(from_vertices(b, a).into_iter().map(|(q, p)| (p, q)));
+    let apart = |(p, q): &(Point2<f64>, Point2<f64>)| (q - p).norm();
+    pairs
+        .into_iter()
+        .min_by(|l, r| apart(l).total_cmp(&apart(r)))
+}
+
+/// Moves `floor` into the plane z = 0 of a frame by the smallest rotation and the offset along the
+/// normal.
+fn into_plane(floor: &mut Face, X_WF: &Isometry3<f64>) {
+    let normal = X_WF.rotation * Vector3::z();
+    let origin = Point3::from(floor.X_WF.translation.vector);
+    let onto = origin - X_WF.inverse_transform_point(&origin).z * normal;
+    let turn = UnitQuaternion::rotation_between(&floor.normal_W(), &normal)
+        .unwrap_or_else(UnitQuaternion::identity);
+    floor.X_WF = Isometry3::from_parts(onto.into(), turn * floor.X_WF.rotation);
+}
