@@ -42,6 +42,7 @@ mod face;
 pub mod lidar;
 mod organised;
 mod perceive;
+mod plane_covariance;
 mod readers;
 mod registration;
 mod scan;
