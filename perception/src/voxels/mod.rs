@@ -71,8 +71,8 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
     let regions = found.regions.len();
 
     // 3. Every point to the nearest plane around it, and the final planes.
-    let (labels, sure) = points::label(&near, &grid, &found, &tolerance);
-    let mut planes = points::fit(&near, &labels, &found, &tolerance);
+    let mut labels = points::label(&near, &grid, &found, &tolerance);
+    let mut planes = points::fit(&near, &mut labels, &found, &tolerance);
     // Labels are 16 bits.
     planes.truncate(usize::from(Segmentation::NONE));
 
@@ -97,7 +97,7 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
     );
     let cloud = Cloud {
         points: &near,
-        sure: &sure,
+        sure: &labels.sure,
         directions: &directions,
         eye_V: &scan.eye_V,
         noise: &noise,
@@ -127,7 +127,9 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
         used: near.len(),
         regions,
         planes: planes.len(),
-        assigned: labels.iter().filter(|r| **r != segmentation::NONE).count(),
+        assigned: (labels.of_point.iter())
+            .filter(|r| **r != segmentation::NONE)
+            .count(),
     };
     Extraction {
         faces,
@@ -170,8 +172,9 @@ impl Cloud<'_> {
         };
         let sure = found.members.iter().filter(|i| self.sure[**i as usize]);
         let points: Vec<Point2<f64>> = sure.map(in_P).collect();
+        let standing: Vec<Point2<f64>> = found.standing.iter().map(in_P).collect();
 
-        let parts = outline::outlines(&points, FACE_AREA_MIN_M2);
+        let parts = outline::outlines(&points, &standing, FACE_AREA_MIN_M2);
         let area_m2 = parts.iter().map(Outline::area).sum();
 
         // 2. Their rings with the tangents of the world.
