@@ -1,9 +1,10 @@
 //! Clouds that are not a ramp ahead: turned, several and descending ramps, none, no ground, hardly a
 //! point; and the real ones.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::ramps::{calibration, cloud, end_errors_m, mount, take, usual_mount};
+use crate::support::shared;
 use perception::lidar::{LidarCloud, LidarConfig, detect, extract_planes};
 use perception::{Error, parse_lidar, read_lidar};
 use scenes::simulator::lidar::{RangeNoise, Vlp16, pcap, pcd, sweep};
@@ -197,26 +198,12 @@ fn a_ramp_without_ground_stands_on_the_calibrated_one() {
     let sweep = take(&room("one", &[ramp]), &X_WV, 7);
     let mut cloud = cloud(&sweep);
     // What is left is only what lies over the ground.
-    let keep: Vec<bool> = cloud
-        .points_V
-        .iter()
-        .map(|p| (X_WV * nalgebra::Point3::from(p.map(f64::from))).z > 0.06)
-        .collect();
-    let mut at = 0;
-    cloud.points_V.retain(|_| {
-        at += 1;
-        keep[at - 1]
-    });
-    let mut at = 0;
-    cloud.ring.retain(|_| {
-        at += 1;
-        keep[at - 1]
-    });
-    let mut at = 0;
-    cloud.azimuth_rad.retain(|_| {
-        at += 1;
-        keep[at - 1]
-    });
+    let over = |p: &[f32; 3]| (X_WV * nalgebra::Point3::from(p.map(f64::from))).z > 0.06;
+    let keep: Vec<bool> = cloud.points_V.iter().map(over).collect();
+    let [mut points, mut rings, mut azimuths] = [0; 3].map(|_| keep.iter());
+    cloud.points_V.retain(|_| *points.next().unwrap());
+    cloud.ring.retain(|_| *rings.next().unwrap());
+    cloud.azimuth_rad.retain(|_| *azimuths.next().unwrap());
     cloud.time_s.clear();
     let scan = detect(
         &cloud,
@@ -364,18 +351,6 @@ fn two_returns_of_a_beam_are_two_points() {
         .take(200)
         .count();
     assert_eq!(found, 200);
-}
-
-/// The file below `shared/scans`, or `None`, loudly.
-fn shared(name: &str) -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared");
-    let root = std::env::var_os("SCANDENT_SHARED").map_or_else(beside, PathBuf::from);
-    let path = root.join("scans").join(name);
-    if !path.is_file() {
-        eprintln!("SKIPPED: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
 }
 
 #[test]
