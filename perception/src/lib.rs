@@ -35,6 +35,7 @@
 
 mod brossette2013;
 mod config;
+mod density;
 mod edges;
 mod error;
 mod extraction;

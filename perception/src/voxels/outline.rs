@@ -3,11 +3,10 @@
 use nalgebra::Point2;
 use surfaces::outline::Outline;
 
+use crate::density::is_dense;
+
 /// Side of the smallest cells in which points are looked for, m.
 const CELL_M: f64 = 0.01;
-/// Cells are made larger, by twos, until those with points have this many such neighbours (of
-/// four) on average.
-const NEIGHBOURS_MIN: f64 = 3.2;
 /// Largest cells, m: no gap in the points that is twice as wide is closed.
 const CELL_MAX_M: f64 = 0.25;
 /// How far a simplified outline may stay inside the cells, in cells.
@@ -45,20 +44,6 @@ impl Mask {
             }
         }
         Self { inside, cols, rows }
-    }
-
-    /// How many of the four cells beside one that is inside are so too, on average.
-    fn neighbours(&self) -> f64 {
-        let (mut cells, mut pairs) = (0_usize, 0_usize);
-        for (y, line) in self.inside.chunks_exact(self.cols).enumerate() {
-            let below = self.inside.get((y + 1) * self.cols..(y + 2) * self.cols);
-            for x in (0..self.cols).filter(|&x| line[x]) {
-                cells += 1;
-                pairs += usize::from(x + 1 < self.cols && line[x + 1]);
-                pairs += usize::from(below.is_some_and(|below| below[x]));
-            }
-        }
-        2.0 * pairs as f64 / cells.max(1) as f64
     }
 
     /// With gaps of up to `most` cells between two of a row, then of a column, closed: how points
@@ -196,7 +181,7 @@ pub(super) fn outlines(
         let (x, y) = ((p.x - low.x) / side_m, (p.y - low.y) / side_m);
         mask.inside[y as usize * cols + x as usize] = true;
     }
-    while mask.neighbours() < NEIGHBOURS_MIN && 2.0 * side_m <= CELL_MAX_M {
+    while !is_dense(&mask.inside, mask.cols, |inside| *inside) && 2.0 * side_m <= CELL_MAX_M {
         mask = mask.coarser();
         side_m *= 2.0;
     }

@@ -5,9 +5,10 @@ use std::path::Path;
 
 use crate::ramps::{calibration, cloud, end_errors_m, mount, take, usual_mount};
 use crate::support::shared;
-use perception::lidar::{LidarCloud, LidarConfig, detect, extract_planes};
+use nalgebra::Isometry3;
+use perception::lidar::{LidarCloud, LidarConfig, SlopeScan, detect, extract_planes};
 use perception::{Error, parse_lidar, read_lidar};
-use scenes::simulator::lidar::{RangeNoise, Vlp16, pcap, pcd, sweep};
+use scenes::simulator::lidar::{RangeNoise, Sweep, Vlp16, pcap, pcd, sweep};
 use scenes::worlds::slope::{Ramp, room};
 
 fn ramp(angle_deg: f64, start_m: [f64; 2], ascent_deg: f64) -> Ramp {
@@ -18,6 +19,12 @@ fn ramp(angle_deg: f64, start_m: [f64; 2], ascent_deg: f64) -> Ramp {
         width_m: 1.2,
         length_m: 1.6,
     }
+}
+
+/// What is detected in a sweep, as the usual settings have it, its mount known.
+fn found(sweep: &Sweep, X_WV: &Isometry3<f64>, rings: Option<&Sweep>) -> SlopeScan {
+    let known = calibration(X_WV, rings);
+    detect(&cloud(sweep), Some(&known), &LidarConfig::default()).unwrap()
 }
 
 #[test]
@@ -31,12 +38,7 @@ fn ramps_turned_to_the_sensor_are_found_with_their_direction() {
         let ramp = ramp(15.0, start, ascent);
         let X_WV = usual_mount();
         let sweep = take(&room("turned", &[ramp]), &X_WV, 3);
-        let scan = detect(
-            &cloud(&sweep),
-            Some(&calibration(&X_WV, Some(&sweep))),
-            &LidarConfig::default(),
-        )
-        .unwrap();
+        let scan = found(&sweep, &X_WV, Some(&sweep));
         let [slope] = &scan.slopes[..] else {
             panic!("{ascent}°: {} slopes", scan.slopes.len());
         };
@@ -62,12 +64,7 @@ fn two_ramps_are_two_slopes() {
     let two = [ramp(12.0, [2.0, -1.2], 0.0), ramp(20.0, [2.2, 1.0], 10.0)];
     let X_WV = usual_mount();
     let sweep = take(&room("two", &two), &X_WV, 4);
-    let scan = detect(
-        &cloud(&sweep),
-        Some(&calibration(&X_WV, None)),
-        &LidarConfig::default(),
-    )
-    .unwrap();
+    let scan = found(&sweep, &X_WV, None);
     let mut angles: Vec<f64> = scan
         .slopes
         .iter()
