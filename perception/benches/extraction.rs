@@ -6,38 +6,10 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use perception::{Config, Method, Scan, extract};
+use perception::{Method, extract};
 
 #[path = "../tests/all/support.rs"]
 mod support;
-
-/// Steps, a table, a wall and a ramp, 640 × 480, with the errors of an Xtion.
-fn frame() -> Scan {
-    let world = [
-        support::block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
-        support::block("wall", [4.35, 0.0, 1.5], [0.1, 12.0, 3.0], 0.0, 0.0),
-        support::block("step1", [1.15, 0.05, 0.075], [0.34, 0.62, 0.15], 0.1, 0.0),
-        support::block("step2", [1.50, -0.02, 0.15], [0.36, 0.70, 0.30], -0.07, 0.0),
-        support::block("step3", [1.88, 0.06, 0.22], [0.38, 0.55, 0.44], 0.05, 0.0),
-        support::block(
-            "step4",
-            [2.26, -0.03, 0.285],
-            [0.36, 0.60, 0.57],
-            -0.12,
-            0.0,
-        ),
-        support::block("table", [2.90, 0.0, 0.695], [0.80, 1.60, 0.03], 0.02, 0.0),
-        support::block("ramp", [1.9, -1.15, 0.105], [1.2, 0.8, 0.04], 0.0, -0.21),
-    ];
-    support::scan(&world, &support::camera(1.45, 0.61), true, 1)
-}
-
-fn config(method: Method) -> Config {
-    Config {
-        method,
-        ..Config::default()
-    }
-}
 
 /// Median time of a few runs.
 fn median(runs: usize, mut run: impl FnMut()) -> Duration {
@@ -53,7 +25,7 @@ fn median(runs: usize, mut run: impl FnMut()) -> Duration {
 }
 
 fn benches(criterion: &mut Criterion) {
-    let scan = frame();
+    let scan = support::scan(&support::stairs(), &support::pose(), true, 1);
     // One thread: that is what the figures of others are given for.
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
@@ -67,7 +39,7 @@ fn benches(criterion: &mut Criterion) {
         ("organised", Method::Organised),
         ("chain", Method::Brossette2013),
     ] {
-        let config = config(method);
+        let config = support::by(method);
         group.bench_function(name, |bencher| {
             pool.install(|| bencher.iter(|| black_box(extract(&scan, &scan.X_WV, &config))));
         });
@@ -75,7 +47,7 @@ fn benches(criterion: &mut Criterion) {
     group.finish();
 
     let time = |method: Method, runs: usize| {
-        let config = config(method);
+        let config = support::by(method);
         pool.install(|| {
             median(runs, || {
                 black_box(extract(&scan, &scan.X_WV, &config)).ok();

@@ -35,6 +35,7 @@
 
 mod brossette2013;
 mod config;
+mod density;
 mod edges;
 mod error;
 mod extraction;
@@ -42,6 +43,7 @@ mod face;
 pub mod lidar;
 mod organised;
 mod perceive;
+mod plane_covariance;
 mod readers;
 mod registration;
 mod scan;

@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use surfaces::free_space::{FreeSpace, RayEnd};
 use surfaces::fuse::{self, View};
 use surfaces::level::apply_level_prior;
@@ -177,24 +177,25 @@ const LIDAR_SIGMA_M: f64 = 0.015;
 pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Error> {
     let mut found = Perception::default();
     let mut views: Vec<View> = Vec::new();
+    let fuses = config.fuse_views && scans.len() > 1;
     for (number, scan) in scans.iter().enumerate() {
         // 1. What the scan shows by itself.
-        let (name, mut view, mut cloud_W) = match scan {
+        let known = found.cloud_W.len();
+        let (name, mut view) = match scan {
             PosedScan::Scan { name, scan, X_WV } => {
-                let view = of_scan(name, scan, X_WV, config, &mut found.notices)?;
-                let in_W = |p: [f64; 3]| moved(X_WV, p);
-                (
-                    name,
-                    view,
-                    scan.cloud
-                        .finite()
-                        .map(|p| in_W(p.map(f64::from)))
-                        .collect(),
-                )
+                let mut view = of_scan(name, scan, X_WV, config, &mut found.notices)?;
+                if fuses {
+                    view.free_space = free_space(scan, X_WV, config.range_max_m);
+                }
+                found.cloud_W.reserve(scan.cloud.points.len());
+                found.cloud_W.extend(scan.cloud.finite().map(moved(X_WV)));
+                (name, view)
             }
             PosedScan::Lidar { name, cloud, mount } => {
-                let (view, points_W) = of_sweep(name, cloud, mount, config, &mut found.notices)?;
-                (name, view, points_W)
+                let (view, mut points_W) =
+                    of_sweep(name, cloud, mount, config, &mut found.notices)?;
+                found.cloud_W.append(&mut points_W);
+                (name, view)
             }
         };
         // 2. In its place among those before it.
@@ -202,16 +203,17 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
             view.prefix_ids(&format!("scan{number}-"));
         }
         if number > 0 && config.registration.refine {
-            let known: Vec<Face> = (views.iter())
+            let faces: Vec<Face> = (views.iter())
                 .flat_map(|view| &view.faces)
                 .cloned()
                 .collect();
-            match register(&known, &view.faces) {
+            match register(&faces, &view.faces) {
                 Ok(registration) => {
                     view.move_by(&registration.X_W);
-                    for p in &mut cloud_W {
-                        *p = moved(&registration.X_W, p.map(f64::from));
-                    }
+                    let moved = moved(&registration.X_W);
+                    found.cloud_W[known..]
+                        .iter_mut()
+                        .for_each(|p| *p = moved(p));
                     found
                         .notices
                         .push(Notice::Registered(Box::new(registration)));
@@ -223,10 +225,9 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
             }
         }
         views.push(view);
-        found.cloud_W.append(&mut cloud_W);
     }
     // 3. Faces that more than one scan shows are one.
-    let fused = if config.fuse_views {
+    let fused = if fuses {
         fuse::fuse(views)
     } else {
         fuse::side_by_side(views)
@@ -242,8 +243,14 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
     Ok(found)
 }
 
-fn moved(X: &Isometry3<f64>, p: [f64; 3]) -> [f32; 3] {
-    (X * Point3::from(p)).coords.map(|x| x as f32).into()
+/// Moves points; by a matrix, which takes half of what a quaternion does.
+fn moved(X: &Isometry3<f64>) -> impl Fn(&[f32; 3]) -> [f32; 3] + use<> {
+    let (turn, shift) = (X.rotation.to_rotation_matrix(), X.translation.vector);
+    move |p| {
+        (turn * Vector3::from(p.map(f64::from)) + shift)
+            .map(|x| x as f32)
+            .into()
+    }
 }
 
 /// The view of a camera or a bare cloud.
@@ -258,15 +265,6 @@ fn of_scan(
     if config.assume_level {
         extraction.faces.iter_mut().for_each(apply_level_prior);
     }
-    let end = |p: &[f32; 3]| {
-        let p_V = Point3::from(p.map(f64::from));
-        let range = (p_V.coords - scan.eye_V).norm();
-        let sigma = scan.noise.sigma_z_m(range);
-        (range <= config.range_max_m).then(|| RayEnd {
-            p_W: X_WV * p_V,
-            sigma_m: sigma.hypot(scan.noise.systematic_ratio * range),
-        })
-    };
     notices.push(Notice::Extracted {
         scan: name.to_owned(),
         counts: extraction.statistics,
@@ -278,16 +276,26 @@ fn of_scan(
     Ok(View {
         faces: extraction.faces,
         obstacles: extraction.obstacles,
-        free_space: FreeSpace {
-            eye_W: X_WV * Point3::from(scan.eye_V),
-            points: scan
-                .cloud
-                .finite()
-                .step_by(RAY_STEP)
-                .filter_map(end)
-                .collect(),
-        },
+        free_space: FreeSpace::default(),
     })
+}
+
+/// What a camera or a bare cloud looked through, by points in range.
+fn free_space(scan: &Scan, X_WV: &Isometry3<f64>, range_max_m: f64) -> FreeSpace {
+    let end = |p: &[f32; 3]| {
+        let p_V = Point3::from(p.map(f64::from));
+        let range = (p_V.coords - scan.eye_V).norm();
+        let sigma = scan.noise.sigma_z_m(range);
+        (range <= range_max_m).then(|| RayEnd {
+            p_W: X_WV * p_V,
+            sigma_m: sigma.hypot(scan.noise.systematic_ratio * range),
+        })
+    };
+    let points = scan.cloud.finite().step_by(RAY_STEP).filter_map(end);
+    FreeSpace {
+        eye_W: X_WV * Point3::from(scan.eye_V),
+        points: points.collect(),
+    }
 }
 
 /// The view of a LiDAR, and its points in W.

@@ -8,14 +8,13 @@ use nalgebra::{Point2, Point3, Vector2, Vector3};
 use surfaces::EdgeKind;
 use wide::f64x4;
 
-use crate::edges::{self, NONE, Picture, Shown};
+use crate::density::is_dense;
+use crate::edges::{self, NONE, Picture, PixelRay, Shown};
 use crate::sensor::Noise;
 
 /// Smallest side of a cell, rad; larger ones by twos, up to this many times as large.
 const CELL_RAD: f64 = 0.004;
 const DOUBLINGS_MAX: usize = 5;
-/// So many of the four cells beside one with a point hold one too, on average.
-const NEIGHBOURS_MIN: f64 = 3.2;
 
 /// One cell: its nearest point.
 #[derive(Clone, Copy)]
@@ -94,7 +93,7 @@ impl<'a> SphericalRangeImage<'a> {
             }
         }
         for _ in 0..DOUBLINGS_MAX {
-            if found.neighbours() >= NEIGHBOURS_MIN {
+            if is_dense(&found.cells, found.cols, |cell| cell.w > 0.0) {
                 break;
             }
             found.coarsen();
@@ -137,20 +136,6 @@ impl<'a> SphericalRangeImage<'a> {
         Point2::new(at.x - 0.5, at.y - 0.5)
     }
 
-    /// How many of the four cells beside one with a point have one, on average.
-    fn neighbours(&self) -> f64 {
-        let (mut cells, mut pairs) = (0_usize, 0_usize);
-        for (y, line) in self.cells.chunks_exact(self.cols).enumerate() {
-            let below = self.cells.get((y + 1) * self.cols..(y + 2) * self.cols);
-            for x in (0..self.cols).filter(|&x| line[x].w > 0.0) {
-                cells += 1;
-                pairs += usize::from(x + 1 < self.cols && line[x + 1].w > 0.0);
-                pairs += usize::from(below.is_some_and(|below| below[x].w > 0.0));
-            }
-        }
-        2.0 * pairs as f64 / cells.max(1) as f64
-    }
-
     /// Cells twice as large.
     fn coarsen(&mut self) {
         let (cols, rows) = (self.cols.div_ceil(2), self.rows.div_ceil(2));
@@ -173,23 +158,18 @@ impl<'a> SphericalRangeImage<'a> {
     /// out of the face at each edge, from its corner to the next.
     pub fn kinds(&self, label: u16, ring: &[Point3<f64>], out: &[Vector3<f64>]) -> Vec<EdgeKind> {
         let next = ring.iter().cycle().skip(1);
-        ring.iter()
-            .zip(next)
-            .zip(out)
-            .map(|((a, b), out)| {
-                let (from, to) = (self.place(a), self.place(b));
-                // A hundredth of the range aside is a straight line of cells still.
-                let middle = a + (b - a) * 0.5;
-                let aside = middle + out * (0.01 * middle.coords.norm());
-                let way = edges::PixelRay::new(&(self.place(&aside) - self.place(&middle)));
-                let places = ((to - from).norm() / PLACES_APART).ceil();
-                let places = (places as usize).clamp(1, PLACES_MAX);
-                EdgeKind::most((0..places).map(|i| {
-                    let t = (i as f64 + 0.5) / places as f64;
-                    edges::beyond(self, label, &self.place(&(a + (b - a) * t)), &way).kind
-                }))
-            })
-            .collect()
+        let of_edge = |((a, b), out): ((&Point3<f64>, &Point3<f64>), &Vector3<f64>)| {
+            // A straight line in space is none of cells: places are looked up one by one. A hundredth of the range
+            // aside is a straight line of cells still.
+            let place = |t: f64| self.place(&(a + (b - a) * t));
+            let middle = a + (b - a) * 0.5;
+            let aside = self.place(&(middle + out * (0.01 * middle.coords.norm())));
+            let count = ((place(1.0) - place(0.0)).norm() / PLACES_APART).ceil() as usize;
+            let count = count.clamp(1, PLACES_MAX);
+            let out = PixelRay::new(&(aside - place(0.5)));
+            EdgeKind::most(edges::walks(self, label, count, place, &out).map(|walk| walk.kind))
+        };
+        ring.iter().zip(next).zip(out).map(of_edge).collect()
     }
 }
 

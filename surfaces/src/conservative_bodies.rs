@@ -10,8 +10,11 @@
 //! free, and not through the far side of the object.
 #![allow(non_snake_case)]
 
+use std::cell::LazyCell;
+
 use nalgebra::{Point2, Point3};
 
+use crate::bounds::{Bounds, clip};
 use crate::cover::{self, cover};
 use crate::outline::Outline;
 use crate::{ConvexPolygon, Face, HalfPlane, Region, Source, WALL_RAD};
@@ -96,34 +99,83 @@ fn bare(region: &Region, fronts: &[ConvexPolygon]) -> Vec<ConvexPolygon> {
 ///
 /// Units: m.  Frames: W.
 pub fn deepen_walls(faces: &mut [Face], free_W: &[Point3<f64>], depth_max_m: f64) {
-    let pieces: Vec<Vec<ConvexPolygon>> = faces.iter().map(|face| fronts(face, 0.0)).collect();
-    for index in 0..faces.len() {
-        let face = &faces[index];
-        let wall = face.normal_W().z.abs() <= WALL_RAD.cos();
-        if face.source != Source::Scan || !wall {
-            continue;
-        }
-        let columns: Vec<ConvexPolygon> = pieces[index].iter().map(column).collect();
-        let mut depth_m = depth_max_m;
-        for (other, pieces) in faces.iter().zip(&pieces) {
-            let limit_m = if is_far_side(face, other) {
-                far_side_m(face, &columns, other, pieces)
-            } else {
-                let entry_m = entry_m(face, &columns, other, pieces, TOUCH_M);
-                entry_m
-                    .filter(|entry_m| *entry_m < depth_max_m)
-                    .map(|_| 0.0)
-            };
-            depth_m = depth_m.min(limit_m.unwrap_or(depth_m));
-        }
-        for p_W in free_W {
-            let p = face.X_WF.inverse_transform_point(p_W);
-            if -p.z > TOUCH_M && columns.iter().any(|column| column.contains(&p.xy(), 0.0)) {
-                depth_m = depth_m.min(-p.z);
-            }
-        }
+    let is_wall = |face: &Face| face.normal_W().z.abs() <= WALL_RAD.cos();
+    let walls =
+        (0..faces.len()).filter(|i| faces[*i].source == Source::Scan && is_wall(&faces[*i]));
+    let depth = |i: usize| (i, depth_m(&faces[i], faces, free_W, depth_max_m));
+    let depths_m: Vec<(usize, f64)> = walls.map(depth).collect();
+    for (index, depth_m) in depths_m {
         faces[index].depth_m = depth_m;
     }
+}
+
+/// How deep the body of a wall is. Little is in the box behind a face, and only where something is are the face's
+/// convex parts needed.
+fn depth_m(wall: &Face, faces: &[Face], free_W: &[Point3<f64>], depth_max_m: f64) -> f64 {
+    let X_FW = wall.X_WF.inverse();
+    let mut behind = Bounds::new(
+        &wall
+            .vertices_W()
+            .iter()
+            .map(|p_W| X_FW * p_W)
+            .collect::<Vec<_>>(),
+    );
+    // Of a face wider than its rim nothing is left there.
+    let length_m: f64 = (wall.region.segments())
+        .map(|(_, [p, q])| (q - p).norm())
+        .sum();
+    if wall.region.area() > 2.0 * TOUCH_M * length_m {
+        for axis in 0..2 {
+            behind.low[axis] += TOUCH_M;
+            behind.high[axis] -= TOUCH_M;
+        }
+    }
+    behind.low.z = -depth_max_m;
+    let columns =
+        LazyCell::new(|| -> Vec<ConvexPolygon> { fronts(wall, 0.0).iter().map(column).collect() });
+    let mut depth_m = depth_max_m;
+    for other in faces {
+        let far_side = is_far_side(wall, other);
+        behind.high.z = if far_side { 0.0 } else { -TOUCH_M };
+        let X_FO = X_FW * other.X_WF;
+        let in_F = |p: &Point2<f64>| X_FO * Point3::new(p.x, p.y, 0.0);
+        let outer = other.region.rings()[0].vertices.iter().map(in_F);
+        if !behind.overlaps(&Bounds::new(&outer.collect::<Vec<_>>())) {
+            continue;
+        }
+        let mut triangles = other.region.triangles();
+        triangles.retain(|triangle| behind.cuts(&triangle.map(|p| in_F(&p))));
+        if triangles.is_empty() {
+            continue;
+        }
+        if far_side {
+            let end_m = far_side_m(wall, &columns, other, &triangles);
+            depth_m = depth_m.min(end_m.unwrap_or(depth_m));
+        } else if entry_m(wall, &columns, other, &triangles, TOUCH_M)
+            .is_some_and(|entry_m| entry_m < depth_max_m)
+        {
+            return 0.0;
+        }
+    }
+    let (normal_W, origin_W) = (wall.normal_W(), wall.X_WF.translation.vector);
+    for p_W in free_W {
+        // Most are before the face, or farther behind it than another one.
+        let beyond_m = normal_W.dot(&(origin_W - p_W.coords));
+        if beyond_m <= 0.0 || beyond_m > depth_m {
+            continue;
+        }
+        let p = wall.X_WF.inverse_transform_point(p_W);
+        let within = |axis: usize| (behind.low[axis]..=behind.high[axis]).contains(&p[axis]);
+        if -p.z > TOUCH_M
+            && -p.z < depth_m
+            && within(0)
+            && within(1)
+            && columns.iter().any(|column| column.contains(&p.xy(), 0.0))
+        {
+            depth_m = -p.z;
+        }
+    }
+    depth_m
 }
 
 /// The column behind a convex part of a face, without the rim where neighbours touch it.
@@ -136,57 +188,48 @@ fn is_far_side(face: &Face, other: &Face) -> bool {
     other.normal_W().dot(&face.normal_W()) < -0.5
 }
 
-/// The depth at which the far side of the same object ends columns behind a face, where it does, m.
+/// The depth at which the far side of the same object, by its convex parts, ends columns behind a face, where
+/// it does, m.
 pub(crate) fn far_side_m(
     face: &Face,
     columns: &[ConvexPolygon],
     other: &Face,
-    pieces: &[ConvexPolygon],
+    parts: &[impl AsRef<[Point2<f64>]>],
 ) -> Option<f64> {
     // The two sides of a sheet may lie in one plane.
-    let entry_m = || entry_m(face, columns, other, pieces, -DEPTH_MIN_M);
+    let entry_m = || entry_m(face, columns, other, parts, -DEPTH_MIN_M);
     let found = is_far_side(face, other).then(entry_m).flatten();
     found.map(|entry_m| entry_m.max(DEPTH_MIN_M))
 }
 
-/// The least depth, not less than `from_m`, at which another face is in one of the columns behind a
-/// face.
+/// The least depth, not less than `from_m`, at which another face, by its convex parts, is in one of the columns
+/// behind a face.
 fn entry_m(
     face: &Face,
     columns: &[ConvexPolygon],
     other: &Face,
-    pieces: &[ConvexPolygon],
+    parts: &[impl AsRef<[Point2<f64>]>],
     from_m: f64,
 ) -> Option<f64> {
     let X_FO = face.X_WF.inverse() * other.X_WF;
-    let of_pair = |(column, piece): (&ConvexPolygon, &ConvexPolygon)| {
+    let of_part = |part: &[Point2<f64>]| {
         let at = |p: &Point2<f64>| X_FO * Point3::new(p.x, p.y, 0.0);
-        let mut ring: Vec<Point3<f64>> = piece.vertices().iter().map(at).collect();
-        for HalfPlane { n, b } in column.half_planes() {
-            ring = clip(&ring, |p| n.dot(&p.xy().coords) - b);
-        }
-        ring = clip(&ring, |p| p.z + from_m);
-        ring.iter().map(|p| -p.z).reduce(f64::min)
+        let ring: Vec<Point3<f64>> = part.iter().map(at).collect();
+        let ring = clip(&ring, |p| p.z + from_m);
+        let depth_m = |column: &ConvexPolygon| {
+            let mut ring = ring.clone();
+            for HalfPlane { n, b } in column.half_planes() {
+                if ring.is_empty() {
+                    break;
+                }
+                ring = clip(&ring, |p| n.dot(&p.xy().coords) - b);
+            }
+            ring.iter().map(|p| -p.z).reduce(f64::min)
+        };
+        columns.iter().filter_map(depth_m).reduce(f64::min)
     };
-    let pairs = columns
-        .iter()
-        .flat_map(|column| pieces.iter().map(move |piece| (column, piece)));
-    pairs.filter_map(of_pair).reduce(f64::min)
-}
-
-/// The part of a convex ring in space where a linear function is not positive.
-fn clip(ring: &[Point3<f64>], value: impl Fn(&Point3<f64>) -> f64) -> Vec<Point3<f64>> {
-    let mut kept = Vec::with_capacity(ring.len() + 1);
-    for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
-        let (value_a, value_b) = (value(a), value(b));
-        if value_a <= 0.0 {
-            kept.push(*a);
-        }
-        if (value_a < 0.0 && value_b > 0.0) || (value_a > 0.0 && value_b < 0.0) {
-            kept.push(a + (b - a) * (value_a / (value_a - value_b)));
-        }
-    }
-    kept
+    let found = parts.iter().filter_map(|part| of_part(part.as_ref()));
+    found.reduce(f64::min)
 }
 
 #[cfg(test)]

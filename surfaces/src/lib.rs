@@ -43,6 +43,7 @@
 //! # Ok::<(), surfaces::Error>(())
 //! ```
 
+mod bounds;
 mod config;
 mod conservative_bodies;
 mod convex_around;

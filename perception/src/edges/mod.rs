@@ -112,19 +112,13 @@ pub(crate) fn kinds(
         let out = PixelRay::new(&if left { right } else { -right });
         let count = (length / APART_PX).ceil() as usize;
         let count = count.clamp(1, PLACES_MAX);
-        let place = |i: usize| a + along * ((i as f64 + 0.5) / count as f64);
+        let place = |t: f64| a + along * t;
+        found.clear();
+        found.extend(walks(picture, label, count, place, &out));
         // Most edges are short: their one place decides alone.
-        if count == 1 {
-            let found = beyond(picture, label, &place(0), &out);
+        if let [found] = &found[..] {
             return (found.kind, found.at_px);
         }
-        let places = (0..count).map(place);
-        found.clear();
-        found.extend(
-            places
-                .clone()
-                .map(|place| beyond(picture, label, &place, &out)),
-        );
         let kind = EdgeKind::most(found.iter().map(|found| found.kind));
         at_px.clear();
         at_px.extend(found.iter().map(|found| found.at_px));
@@ -135,20 +129,31 @@ pub(crate) fn kinds(
             return (kind, middle);
         }
         // Real edges are round: what leaves the plane farther inside is the face still.
-        let leaves = leaves_px(picture, label, places, &out, middle)
+        let leaves = leaves_px(picture, label, places(count).map(place), &out, middle)
             .unwrap_or(middle)
             .max(0.0);
         (kind, middle.min(leaves))
     })
 }
 
-/// What ends the face beyond one place of its outline.
-pub(crate) fn beyond(
+/// What ends the face beyond so many places of an edge, each in the middle of a part of it: where the edge is at a
+/// part t of its length, and the way outward.
+pub(crate) fn walks(
     picture: &impl Picture,
     label: u16,
-    from: &Point2<f64>,
+    count: usize,
+    place: impl Fn(f64) -> Point2<f64>,
     out: &PixelRay,
-) -> Found {
+) -> impl Iterator<Item = Found> {
+    places(count).map(move |t| beyond(picture, label, &place(t), out))
+}
+
+fn places(count: usize) -> impl ExactSizeIterator<Item = f64> {
+    (0..count).map(move |i| (i as f64 + 0.5) / count as f64)
+}
+
+/// What ends the face beyond one place of its outline.
+fn beyond(picture: &impl Picture, label: u16, from: &Point2<f64>, out: &PixelRay) -> Found {
     let at = |k: usize| out.place(from, k as f64);
     let found = |kind: EdgeKind, last: usize, first: usize| {
         let between = first - last - 1;

@@ -138,32 +138,23 @@ impl Rings {
             starts[i] += starts[i - 1];
         }
         self.starts = starts;
-        let mut next = 0;
-        for i in 0..keep.len() {
-            if keep[i] {
-                for column in [
-                    &mut self.x,
-                    &mut self.y,
-                    &mut self.z,
-                    &mut self.range,
-                    &mut self.azimuth,
-                ] {
-                    column[next] = column[i];
-                }
-                self.ring[next] = self.ring[i];
-                self.source[next] = self.source[i];
-                next += 1;
-            }
-        }
-        for column in [
+        let mut columns = [
             &mut self.x,
             &mut self.y,
             &mut self.z,
             &mut self.range,
             &mut self.azimuth,
-        ] {
-            column.truncate(next);
+        ];
+        let mut next = 0;
+        for i in (0..keep.len()).filter(|i| keep[*i]) {
+            columns
+                .iter_mut()
+                .for_each(|column| column[next] = column[i]);
+            self.ring[next] = self.ring[i];
+            self.source[next] = self.source[i];
+            next += 1;
         }
+        columns.iter_mut().for_each(|column| column.truncate(next));
         self.ring.truncate(next);
         self.source.truncate(next);
     }

@@ -138,7 +138,9 @@ pub(super) struct Edges {
 
 /// More than this no outline is surely inside the true edge, px: rings run along pixels' centres, half a
 /// pixel inside, and that many pixels are taken off everywhere. What its label covers beyond may be
-/// another's, within the noise of its plane: the front of a board, the floor at a ramp's foot.
+/// another's, within the noise of its plane: the front of a board, the floor at a ramp's foot. Frames show no better
+/// value: a quarter of a pixel more has 1 % more of a face touched, and 1e-5 more of that off the face; twice as much
+/// beyond two pixels.
 const INSIDE_MAX_PX: f64 = EDGE_UNSEEN_PX as f64 + 0.5;
 
 impl Edges {

@@ -42,12 +42,15 @@ use crate::face::Faces;
 use crate::scan::DepthImage;
 use crate::segmentation::{self, Partition};
 use crate::sensor::Noise;
+use chart::Chart;
 use face::Face;
 use image::{Grid, InverseImage};
 use label_boundaries::LabelBoundaries;
 use lattice::ImageLattice;
 use moments::Moments;
 use object_bases::ObjectBases;
+use plane::Plane;
+use spread::Spread;
 
 /// What the last image of a thread took: to be given megabytes anew takes longer than to fill them.
 #[derive(Default)]
@@ -109,14 +112,24 @@ pub(crate) fn extract(
     let grids = (&small, &large);
     let planes = plane::fit(&image, grids, &labels, &sure, &cuts, &regions, noise);
 
-    // 6. Each connected face of a plane, on as many threads as there are.
+    // 6. How well each plane is known, and each connected face of it, on as many threads as there are.
     let around = edges::Seen::new(depth, &image, &labels, &planes, noise);
+    let connected = face::faces(&labels, &sure, &cuts);
+    let known = |label: usize| {
+        let plane: &Plane = planes[label].as_ref()?;
+        let its = connected
+            .iter()
+            .filter(|face| usize::from(face.label) == label);
+        let chart = Chart::new(&image, plane);
+        let spread = Spread::new(&its.collect::<Vec<_>>(), plane, &chart, noise);
+        Some((plane, chart, spread))
+    };
+    let known: Vec<_> = (0..planes.len()).into_par_iter().map(known).collect();
     let of_pixels = |pixels: &Face| {
-        let plane = planes.get(usize::from(pixels.label))?.as_ref()?;
-        let face = outline::face(&image, pixels, &around, plane, noise, X_WV)?;
+        let known = known.get(usize::from(pixels.label))?.as_ref()?;
+        let face = outline::face(&image, pixels, &around, known, noise, X_WV)?;
         Some((pixels.label, face))
     };
-    let connected = face::faces(&labels, &sure, &cuts);
     let found: Vec<_> = connected.par_iter().filter_map(of_pixels).collect();
     let Faces {
         faces,

@@ -36,16 +36,15 @@ pub(super) fn face(
     image: &InverseImage,
     pixels: &Face,
     around: &Seen,
-    plane: &Plane,
+    (plane, chart, spread): &(&Plane, Chart, Spread),
     noise: &Noise,
     X_WV: &Isometry3<f64>,
 ) -> Option<Result<surfaces::Face, Error>> {
-    let (mut area_m2, mut count) = (0.0, 0.0);
-    for &(v, a, b) in &pixels.runs {
-        let (middle, length) = (f64::from(a + b - 1) / 2.0, f64::from(b - a));
-        area_m2 += length * plane.pixel_area(image, middle, f64::from(v));
-        count += length;
-    }
+    let of_run = |&(v, a, b): &(u32, u32, u32)| {
+        let middle = f64::from(a + b - 1) / 2.0;
+        f64::from(b - a) * plane.pixel_area(image, middle, f64::from(v))
+    };
+    let area_m2: f64 = pixels.runs.iter().map(of_run).sum();
     if area_m2 < FACE_AREA_MIN_M2 {
         return None;
     }
@@ -55,7 +54,6 @@ pub(super) fn face(
 
     // 2. The rings on the plane, its tangents those of the world. The chart depends on the sensor only,
     // so that its pose moves the face and does not change it.
-    let chart = Chart::new(image, plane);
     let R_VW = X_WV.rotation.inverse();
     let (forward, up) = (R_VW * Vector3::x(), R_VW * Vector3::z());
     let R_VS = Rotation3::from_matrix_unchecked(tangent_frame(&-plane.normal, &forward, &up));
@@ -89,7 +87,6 @@ pub(super) fn face(
             plane_covariance: None,
         },
     };
-    let spread = Spread::new(pixels, count, plane, &chart, noise);
     let covariance =
         |origin: &Point2<f64>| spread.covariance(&(turn.inverse() * origin), &turn, noise);
     Some(crate::face::face(

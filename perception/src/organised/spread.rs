@@ -1,4 +1,4 @@
-//! The covariance of a face's plane, from where its pixels lie.
+//! The covariance of a plane, from where its pixels lie.
 #![allow(non_snake_case)]
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Rotation2, RowVector3, Vector3};
@@ -6,12 +6,13 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Rotation2, RowVector3, Vecto
 use super::chart::Chart;
 use super::face::Face;
 use super::plane::{Plane, correlation_areas};
+use crate::plane_covariance;
 use crate::sensor::Noise;
 
-/// A lattice of a face's pixels, about this many, is enough for its covariance.
+/// A lattice of a plane's pixels, about this many, is enough for its covariance.
 const SUPPORT: f64 = 200.0;
 
-/// Sums over a face's pixels that its plane's covariance is made of, in coordinates of the plane.
+/// Sums over a plane's pixels that its covariance is made of, in coordinates of the plane.
 pub(super) struct Spread {
     /// Σ g gᵀ/σ_n² and Σ g gᵀ with g = (y, −x, 1).
     white: Matrix3<f64>,
@@ -23,15 +24,16 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// Of a face of so many pixels, over a lattice of them.
-    pub fn new(face: &Face, pixels: f64, plane: &Plane, chart: &Chart, noise: &Noise) -> Self {
+    /// Of all faces of a plane, over a lattice of their pixels.
+    pub fn new(faces: &[&Face], plane: &Plane, chart: &Chart, noise: &Noise) -> Self {
+        let runs = || faces.iter().flat_map(|face| &face.runs);
+        let pixels: f64 = runs().map(|(_, a, b)| f64::from(b - a)).sum();
         let step = ((pixels / SUPPORT).sqrt().ceil() as usize).max(1);
         // Sums of 1, x, y, x², x y, y², the same over σ_n², and of u and v with 1, x, y.
         let mut sums = [0.0; 6];
         let mut white = [0.0; 6];
         let mut pixel = [[0.0; 3]; 2];
-        let rows = face.runs.iter();
-        for &(v, a, b) in rows.filter(|(v, ..)| (*v as usize).is_multiple_of(step)) {
+        for &(v, a, b) in runs().filter(|(v, ..)| (*v as usize).is_multiple_of(step)) {
             for u in (a.next_multiple_of(step as u32)..b).step_by(step) {
                 let (u, v) = (f64::from(u), f64::from(v));
                 let Some((q, w)) = chart.at(u, v) else {
@@ -73,11 +75,10 @@ impl Spread {
     /// Covariance of (rotation about x_S, rotation about y_S, offset along z_S) of the plane:
     /// rad, rad, m. S lies on the plane, its origin at `origin`, its x axis turned by `turn`.
     ///
-    ///   Σ = A_σ (Σ g gᵀ/σ_n²)⁻¹ + κ² d² A_κ (Σ g gᵀ)⁻¹,  g = (y_S, −x_S, 1),  σ_n = d σ_w / w
+    ///   σ_n² = A_σ (d σ_w / w)²,  s² = A_κ κ² d²,  tilts of the slow error up to κ d/(√2 s)
     ///
-    /// An error of depth κz moves the plane's point by κd along its normal. The second term is
-    /// bounded for faces smaller than the error's waves: the offset by κ d, the tilts by the slope
-    /// of such a wave, κ d/(√2 s). `None` when the pixels do not determine the plane.
+    /// An error of depth κz moves the plane's point by κd along its normal, and a wave of it, s pixels long, tilts it.
+    /// `None` when the pixels do not determine the plane.
     pub fn covariance(
         &self,
         origin: &Point2<f64>,
@@ -85,31 +86,22 @@ impl Spread {
         noise: &Noise,
     ) -> Option<[[f64; 3]; 3]> {
         let (area_noise, area_systematic) = correlation_areas(noise);
-        // g of S from that of the plane: q_S = R (q − o).
+        // The middle of the pixels, and g of S there from that of the plane: q_S = R (q − o).
+        let middle = Point2::new(-self.slow[(1, 2)], self.slow[(0, 2)]) / self.slow[(2, 2)];
         let (c, s) = (turn.matrix()[(0, 0)], turn.matrix()[(1, 0)]);
-        let x = Vector3::new(-s, -c, -(c * origin.x - s * origin.y));
-        let y = Vector3::new(c, -s, -(s * origin.x + c * origin.y));
+        let x = Vector3::new(-s, -c, -(c * middle.x - s * middle.y));
+        let y = Vector3::new(c, -s, -(s * middle.x + c * middle.y));
         let to_S = Matrix3::from_rows(&[y.transpose(), -x.transpose(), Vector3::z().transpose()]);
-        let white = to_S * self.white * to_S.transpose();
-        let slow = to_S * self.slow * to_S.transpose();
+        let of_S = |sums: &Matrix3<f64>| to_S * sums * to_S.transpose();
         let kd = self.systematic_m;
-        let mut systematic = slow.cholesky()?.inverse() * (kd * kd * area_systematic);
-        // Bounds, as a scaling of rows and columns that keeps the matrix positive.
         let wave = kd / (std::f64::consts::SQRT_2 * noise.systematic_scale_px);
         let px_per_m = self.px_per_m * turn.matrix().transpose();
         let along = |axis: usize| wave * px_per_m.column(axis).norm();
-        let limits = [along(1), along(0), kd];
-        for (i, limit) in limits.into_iter().enumerate() {
-            let sigma = systematic[(i, i)].max(0.0).sqrt();
-            if sigma > limit && sigma > 0.0 {
-                let scale = limit / sigma;
-                systematic.row_mut(i).scale_mut(scale);
-                systematic.column_mut(i).scale_mut(scale);
-            }
-        }
-        let sigma = white.cholesky()?.inverse() * area_noise + systematic;
-        let symmetric = (sigma + sigma.transpose()) * 0.5;
-        let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| symmetric[(i, j)]));
-        rows.iter().flatten().all(|x| x.is_finite()).then_some(rows)
+        plane_covariance::covariance(
+            &(of_S(&self.white) / area_noise),
+            &(of_S(&self.slow) / (kd * kd * area_systematic)),
+            [along(1), along(0), kd],
+            &(turn * (origin - middle)),
+        )
     }
 }

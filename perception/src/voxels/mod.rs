@@ -22,6 +22,7 @@ use surfaces::{Edge, EdgeKind, EdgeView, Error, FACE_AREA_MIN_M2, Face, Fit};
 use crate::config::Config;
 use crate::extraction::{Extraction, Segmentation, Statistics};
 use crate::face::{Faces, Known, face};
+use crate::plane_covariance;
 use crate::scan::{Scan, tangent_frame};
 use crate::segmentation;
 use crate::sensor::Noise;
@@ -70,8 +71,8 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
     let regions = found.regions.len();
 
     // 3. Every point to the nearest plane around it, and the final planes.
-    let (labels, sure) = points::label(&near, &grid, &found, &tolerance);
-    let mut planes = points::fit(&near, &labels, &found, &tolerance);
+    let mut labels = points::label(&near, &grid, &found, &tolerance);
+    let mut planes = points::fit(&near, &mut labels, &found, &tolerance);
     // Labels are 16 bits.
     planes.truncate(usize::from(Segmentation::NONE));
 
@@ -96,7 +97,7 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
     );
     let cloud = Cloud {
         points: &near,
-        sure: &sure,
+        sure: &labels.sure,
         directions: &directions,
         eye_V: &scan.eye_V,
         noise: &noise,
@@ -126,7 +127,9 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
         used: near.len(),
         regions,
         planes: planes.len(),
-        assigned: labels.iter().filter(|r| **r != segmentation::NONE).count(),
+        assigned: (labels.of_point.iter())
+            .filter(|r| **r != segmentation::NONE)
+            .count(),
     };
     Extraction {
         faces,
@@ -169,6 +172,10 @@ impl Cloud<'_> {
         };
         let sure = found.members.iter().filter(|i| self.sure[**i as usize]);
         let points: Vec<Point2<f64>> = sure.map(in_P).collect();
+        let standing: Vec<Point2<f64>> = found.standing.iter().map(in_P).collect();
+
+        let parts = outline::outlines(&points, &standing, FACE_AREA_MIN_M2);
+        let area_m2 = parts.iter().map(Outline::area).sum();
 
         // 2. Their rings with the tangents of the world.
         let R_VW = self.X_WV.rotation.inverse();
@@ -209,14 +216,13 @@ impl Cloud<'_> {
             };
             let covariance = |origin: &Point2<f64>| {
                 let origin = foot + R_VS * origin.coords.push(0.0);
-                self.covariance(found, &origin, &R_VS, part.area())
+                self.covariance(found, &origin, &R_VS, area_m2)
             };
             (
                 number,
                 face(&rings, edge, &(self.X_WV * X_VS), &known, covariance),
             )
         };
-        let parts = outline::outlines(&points, FACE_AREA_MIN_M2);
         parts.iter().map(of_part).collect()
     }
 
@@ -242,11 +248,9 @@ impl Cloud<'_> {
 
     /// Covariance of (rotation about x_S, rotation about y_S, offset along z_S): rad, rad, m.
     ///
-    ///   Σ = N (Σ g gᵀ/σ_n²)⁻¹ + (κ d)²/m (Σ g gᵀ/n)⁻¹,  g = (y_S, −x_S, 1),  σ_n = σ |n·r̂|
+    ///   σ_n² = N (σ n·r̂)²,  s² = (κ d)²/m,  tilts of the slow error up to its waves' slope
     ///
-    /// with N points whose errors go together, and m waves of the slowly varying error on the face;
-    /// the second term is bounded for faces smaller than such a wave: the offset by κ d, the tilts
-    /// by the slope of the wave.
+    /// with N points whose errors go together, and m waves of the slowly varying error on the faces.
     #[allow(non_snake_case)]
     fn covariance(
         &self,
@@ -256,39 +260,28 @@ impl Cloud<'_> {
         area_m2: f64,
     ) -> Option<[[f64; 3]; 3]> {
         let step = (found.members.len() / SUPPORT).max(1);
-        let weight = step as f64;
-        let (mut white, mut shape) = (Matrix3::zeros(), Matrix3::zeros());
-        let mut range = 0.0;
-        let mut count = 0.0;
-        for &i in found.members.iter().step_by(step) {
-            let p = &self.points[i as usize];
-            let q = R_VS.inverse() * (p - origin);
+        let members = || found.members.iter().step_by(step);
+        let count = members().count() as f64;
+        let points = || members().map(|&i| &self.points[i as usize]);
+        let middle = points().sum::<Vector3<f64>>() / count;
+        let (mut white, mut shape, mut range) = (Matrix3::zeros(), Matrix3::zeros(), 0.0);
+        for p in points() {
+            let q = R_VS.inverse() * (p - middle);
             let g = Vector3::new(q.y, -q.x, 1.0);
             let r = p.norm();
             let slant = (found.plane.normal.dot(p).abs() / r.max(1e-9)).max(0.1);
             let sigma = self.noise.sigma_z_m(r) * slant;
-            white += g * g.transpose() * (weight / (sigma * sigma));
-            shape += g * g.transpose();
-            range += r;
-            count += 1.0;
+            white += g * g.transpose() * (step as f64 / (POINTS_ALIKE * sigma * sigma));
+            shape += g * g.transpose() / count;
+            range += r / count;
         }
-        range /= count;
         let wave = WAVE_RAD * range;
         let waves = (area_m2 / (4.0 * std::f64::consts::PI * wave * wave)).max(1.0);
         let kd = self.noise.systematic_ratio * found.plane.offset.abs();
-        let mut slow = (shape / count).try_inverse()? * (kd * kd / waves);
         let slope = kd / (std::f64::consts::SQRT_2 * wave);
-        for (i, limit) in [slope, slope, kd].into_iter().enumerate() {
-            let sigma = slow[(i, i)].max(0.0).sqrt();
-            if sigma > limit && sigma > 0.0 {
-                slow.row_mut(i).scale_mut(limit / sigma);
-                slow.column_mut(i).scale_mut(limit / sigma);
-            }
-        }
-        let sigma = white.try_inverse()? * POINTS_ALIKE + slow;
-        let symmetric = (sigma + sigma.transpose()) * 0.5;
-        let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| symmetric[(i, j)]));
-        rows.iter().flatten().all(|x| x.is_finite()).then_some(rows)
+        let to = (R_VS.inverse() * (origin - middle)).xy();
+        let slow = shape * (waves / (kd * kd));
+        plane_covariance::covariance(&white, &slow, [slope, slope, kd], &to)
     }
 }
 

@@ -3,11 +3,10 @@
 use nalgebra::Point2;
 use surfaces::outline::Outline;
 
+use crate::density::is_dense;
+
 /// Side of the smallest cells in which points are looked for, m.
 const CELL_M: f64 = 0.01;
-/// Cells are made larger, by twos, until those with points have this many such neighbours (of
-/// four) on average.
-const NEIGHBOURS_MIN: f64 = 3.2;
 /// Largest cells, m: no gap in the points that is twice as wide is closed.
 const CELL_MAX_M: f64 = 0.25;
 /// How far a simplified outline may stay inside the cells, in cells.
@@ -45,20 +44,6 @@ impl Mask {
             }
         }
         Self { inside, cols, rows }
-    }
-
-    /// How many of the four cells beside one that is inside are so too, on average.
-    fn neighbours(&self) -> f64 {
-        let (mut cells, mut pairs) = (0_usize, 0_usize);
-        for (y, line) in self.inside.chunks_exact(self.cols).enumerate() {
-            let below = self.inside.get((y + 1) * self.cols..(y + 2) * self.cols);
-            for x in (0..self.cols).filter(|&x| line[x]) {
-                cells += 1;
-                pairs += usize::from(x + 1 < self.cols && line[x + 1]);
-                pairs += usize::from(below.is_some_and(|below| below[x]));
-            }
-        }
-        2.0 * pairs as f64 / cells.max(1) as f64
     }
 
     /// With gaps of up to `most` cells between two of a row, then of a column, closed: how points
@@ -99,6 +84,33 @@ impl Mask {
         }
     }
 
+    /// The cells with all eight around them on which nothing stands: those with no fewer points on the plane than over
+    /// it.
+    fn bare(
+        &self,
+        points: &[Point2<f64>],
+        standing: &[Point2<f64>],
+        low: Point2<f64>,
+        side_m: f64,
+    ) -> Self {
+        let mut excess = vec![0_i32; self.inside.len()];
+        for (points, each) in [(points, 1), (standing, -1)] {
+            for p in points {
+                let (x, y) = ((p.x - low.x) / side_m, (p.y - low.y) / side_m);
+                let within =
+                    (0.0..self.cols as f64).contains(&x) && (0.0..self.rows as f64).contains(&y);
+                if within {
+                    excess[y as usize * self.cols + x as usize] += each;
+                }
+            }
+        }
+        Self {
+            inside: excess.iter().map(|excess| *excess >= 0).collect(),
+            ..*self
+        }
+        .interior()
+    }
+
     /// Adds the cells of a mask that is coarser by two.
     fn add_coarser(&mut self, coarse: &Self) {
         for (y, line) in self.inside.chunks_exact_mut(self.cols).enumerate() {
@@ -135,10 +147,15 @@ impl Mask {
 ///
 /// A cell counts where it and all around it hold points, so that the face's edge is outside of it;
 /// how large cells have to be for that depends on how dense the points are, and cells of twice that
-/// size add where they are sparser.
+/// size add where they are sparser. Over a cell with more points that are `standing` on the plane than lie on it
+/// something stands: the face ends before it.
 ///
 /// Returns the connected parts, the largest first.
-pub(super) fn outlines(points: &[Point2<f64>], area_min_m2: f64) -> Vec<Outline> {
+pub(super) fn outlines(
+    points: &[Point2<f64>],
+    standing: &[Point2<f64>],
+    area_min_m2: f64,
+) -> Vec<Outline> {
     let bound = |axis: usize, pick: fn(f64, f64) -> f64, from: f64| {
         points.iter().map(|p| p[axis]).fold(from, pick)
     };
@@ -164,13 +181,18 @@ pub(super) fn outlines(points: &[Point2<f64>], area_min_m2: f64) -> Vec<Outline>
         let (x, y) = ((p.x - low.x) / side_m, (p.y - low.y) / side_m);
         mask.inside[y as usize * cols + x as usize] = true;
     }
-    while mask.neighbours() < NEIGHBOURS_MIN && 2.0 * side_m <= CELL_MAX_M {
+    while !is_dense(&mask.inside, mask.cols, |inside| *inside) && 2.0 * side_m <= CELL_MAX_M {
         mask = mask.coarser();
         side_m *= 2.0;
     }
+    let bare = mask.bare(points, standing, low, side_m);
     let mask = mask.closed(GAP);
     let mut sure = mask.interior();
     sure.add_coarser(&mask.coarser().interior());
+    sure.inside
+        .iter_mut()
+        .zip(&bare.inside)
+        .for_each(|(sure, bare)| *sure &= bare);
     let whole = sure.outline(low, side_m);
     let whole = whole.without_specks(area_min_m2.min(HOLE_MAX * side_m * side_m));
     let parts = whole.parts().into_iter();
@@ -209,7 +231,7 @@ mod tests {
     fn dense_and_sparse_points_give_the_face_and_nothing_beside_it() {
         let u = |x: f64, y: f64| !((0.3..0.7).contains(&x) && y > 0.4);
         for pitch in [0.004, 0.016, 0.05] {
-            let parts = outlines(&lattice(pitch, u), 0.005);
+            let parts = outlines(&lattice(pitch, u), &[], 0.005);
             assert_eq!(parts.len(), 1, "{pitch}");
             let face = Outline::from_rings(&[vec![
                 [0.0, 0.0],
@@ -231,7 +253,22 @@ mod tests {
     #[test]
     fn a_gap_in_dense_points_stays_open() {
         let slit = |x: f64, _: f64| !(0.48..0.52).contains(&x);
-        assert_eq!(outlines(&lattice(0.004, slit), 0.005).len(), 2);
+        assert_eq!(outlines(&lattice(0.004, slit), &[], 0.005).len(), 2);
+    }
+
+    #[test]
+    fn a_face_ends_where_something_stands_on_it() {
+        let all = lattice(0.008, |_, _| true);
+        // A post of 6 cm; as many of its lowest points count as the face's.
+        let post = lattice(0.008, |x, y| {
+            (x - 0.5).abs() < 0.03 && (y - 0.5).abs() < 0.03
+        });
+        let parts = outlines(&all, &[&post[..], &post].concat(), 0.005);
+        let is_face = |x: f64, y: f64| parts[0].contains(&Point2::new(x, y));
+        assert!(parts.len() == 1 && parts[0].rings().len() == 2);
+        assert!(!is_face(0.5, 0.5) && !is_face(0.465, 0.5) && is_face(0.44, 0.5));
+        // As many as the face has may be its outliers.
+        assert_eq!(outlines(&all, &post, 0.005)[0].rings().len(), 1);
     }
 
     #[test]
@@ -239,7 +276,7 @@ mod tests {
         let line: Vec<_> = (0..99)
             .map(|i| Point2::new(0.01 * f64::from(i), 0.0))
             .collect();
-        assert!(outlines(&line, 0.005).is_empty());
-        assert!(outlines(&[], 0.005).is_empty());
+        assert!(outlines(&line, &[], 0.005).is_empty());
+        assert!(outlines(&[], &[], 0.005).is_empty());
     }
 }

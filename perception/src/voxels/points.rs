@@ -8,14 +8,25 @@ use super::moments::{Moments, Plane};
 use super::tolerance::Tolerance;
 use crate::segmentation::{AMBIGUOUS_SYSTEMATICS, NONE, ON_PLANE, Partition};
 
-/// The region of every point, or [`NONE`], and whether it surely is that: where another plane that it may
-/// belong to agrees with its own, the border between both is anywhere.
+/// Which points are whose.
+pub(super) struct Labels {
+    /// The region of every point, or [`NONE`].
+    pub of_point: Vec<u16>,
+    /// Whether it surely is that: where another plane that it may belong to agrees with its own, the border between
+    /// both is anywhere.
+    pub sure: Vec<bool>,
+    /// For every region the points of no plane that are beside it on its free side. The lowest points of what stands on
+    /// a face without a plane of its own, the foot of a table's leg, are as near to its plane as the face's own.
+    pub standing: Vec<Vec<u32>>,
+}
+
+/// Every point to the nearest of the planes around it.
 pub(super) fn label(
     points: &[Vector3<f64>],
     grid: &Grid,
     found: &Partition<Moments>,
     tolerance: &Tolerance,
-) -> (Vec<u16>, Vec<bool>) {
+) -> Labels {
     let level = &grid.levels[0];
     // The planes that each voxel's points may belong to: its own and its neighbours'.
     let mut candidates: Vec<u16> = Vec::with_capacity(2 * level.cells.len());
@@ -35,38 +46,47 @@ pub(super) fn label(
         }
     }
     starts.push(candidates.len());
-    points
-        .iter()
-        .zip(&grid.of_point)
-        .map(|(p, &cell)| {
-            let here = &candidates[starts[cell as usize]..starts[cell as usize + 1]];
-            let nearest = here
-                .iter()
-                .map(|&r| (found.regions[usize::from(r)].plane.height(p).abs(), r))
-                .reduce(|a, b| if b < a { b } else { a });
-            let Some((off, r)) = nearest else {
-                return (NONE, false);
-            };
-            let plane = &found.regions[usize::from(r)].plane;
-            if off > tolerance.at(p, plane, ON_PLANE.0, ON_PLANE.1) {
-                return (NONE, false);
-            }
-            let on_plane = p - plane.normal * plane.height(p);
-            let agrees = |other: &u16| {
-                let other = &found.regions[usize::from(*other)].plane;
-                let limit = tolerance.at(p, other, 0.0, AMBIGUOUS_SYSTEMATICS);
-                other.height(&on_plane).abs() < limit
-            };
-            (r, !here.iter().filter(|other| **other != r).any(agrees))
-        })
-        .unzip()
+    let plane = |r: u16| &found.regions[usize::from(r)].plane;
+    let mut labels = Labels {
+        of_point: Vec::with_capacity(points.len()),
+        sure: Vec::with_capacity(points.len()),
+        standing: vec![Vec::new(); found.regions.len()],
+    };
+    for (number, (p, &cell)) in (0..).zip(points.iter().zip(&grid.of_point)) {
+        let here = &candidates[starts[cell as usize]..starts[cell as usize + 1]];
+        let nearest = (here.iter())
+            .map(|&r| (plane(r).height(p).abs(), r))
+            .reduce(|a, b| if b < a { b } else { a });
+        let limit = |r: u16| tolerance.at(p, plane(r), ON_PLANE.0, ON_PLANE.1);
+        let own = nearest.filter(|(off, r)| *off <= limit(*r));
+        let own = own.map_or(NONE, |(_, r)| r);
+        let others = || here.iter().copied().filter(|r| *r != own);
+        // The eye is the origin.
+        let above = |r: u16| -plane(r).height(p) * plane(r).offset.signum();
+        for r in here.iter().filter(|r| own == NONE && above(**r) > 0.0) {
+            labels.standing[usize::from(*r)].push(number);
+        }
+        labels.of_point.push(own);
+        labels.sure.push(
+            own != NONE && {
+                let on_plane = p - plane(own).normal * plane(own).height(p);
+                let agrees = |other: u16| {
+                    let limit = tolerance.at(p, plane(other), 0.0, AMBIGUOUS_SYSTEMATICS);
+                    plane(other).height(&on_plane).abs() < limit
+                };
+                !others().any(agrees)
+            },
+        );
+    }
+    labels
 }
 
 /// The final plane of one region.
 pub(super) struct Final {
     pub plane: Plane,
-    /// Its points.
+    /// Its points, and those that stand on it.
     pub members: Vec<u32>,
+    pub standing: Vec<u32>,
     /// Root mean square distance of the points, m.
     pub rms_m: f64,
 }
@@ -87,18 +107,21 @@ impl Final {
 ///   min Σ (n·p − d)² / (σ² + (κ r)²) (n·r̂)²
 pub(super) fn fit(
     points: &[Vector3<f64>],
-    labels: &[u16],
+    labels: &mut Labels,
     found: &Partition<Moments>,
     tolerance: &Tolerance,
 ) -> Vec<Final> {
     let mut members: Vec<Vec<u32>> = vec![Vec::new(); found.regions.len()];
-    for (i, &r) in (0_u32..).zip(labels) {
+    for (i, &r) in (0_u32..).zip(&labels.of_point) {
         if r != NONE {
             members[usize::from(r)].push(i);
         }
     }
     let mut planes = Vec::new();
-    for (region, members) in found.regions.iter().zip(members) {
+    let sets = members
+        .into_iter()
+        .zip(std::mem::take(&mut labels.standing));
+    for (region, (members, standing)) in found.regions.iter().zip(sets) {
         if members.len() < POINTS_MIN {
             continue;
         }
@@ -121,6 +144,7 @@ pub(super) fn fit(
             plane: fit.plane,
             rms_m: (square / members.len() as f64).sqrt(),
             members,
+            standing,
         });
     }
     planes

@@ -1,11 +1,11 @@
 //! Where faces may be touched, after the inset: on the physical face, and how much of it.
 
 use crate::support::{
-    Block, block, camera, concave, eroded, lattice, on_face, scan, stairs, top, touchable,
+    Block, block, concave, eroded, faces_of, lattice, on_face, pose, scan, stairs, top, touchable,
     unorganised, whole,
 };
 use nalgebra::Point3;
-use perception::{Config, Method, extract};
+use perception::{Config, Method};
 use surfaces::Face;
 use surfaces::outline::Outline;
 
@@ -39,27 +39,22 @@ fn measured(
     method: Method,
     seeds: std::ops::RangeInclusive<u64>,
 ) -> Vec<Measured> {
-    let pose = camera(1.45, 0.61);
-    let config = Config {
-        method,
-        ..Config::default()
-    };
     let mut all = Vec::new();
     for (world, names) in cases {
         let face = top(&world, &names);
-        let exact = scan(&world, &pose, false, 0);
+        let exact = scan(&world, &pose(), false, 0);
         let inner: Vec<_> = (eroded(&exact, &face, &world).into_iter())
             .filter(|(p, _)| {
-                (p - Point3::from(pose.translation.vector)).norm() < config.range_max_m
+                (p - Point3::from(pose().translation.vector)).norm() < Config::default().range_max_m
             })
             .collect();
         let inner_m2: f64 = inner.iter().map(|(_, area)| area).sum();
         for seed in seeds.clone() {
-            let mut scan = scan(&world, &pose, true, seed);
+            let mut scan = scan(&world, &pose(), true, seed);
             if method != Method::Organised {
                 scan = unorganised(&scan);
             }
-            let found = extract(&scan, &scan.X_WV, &config).unwrap().faces;
+            let found = faces_of(&scan, method);
             let faces = on_face(&found, &face, &world);
             let parts = [whole, touchable].map(|part| -> Vec<(&Face, Outline)> {
                 faces.iter().map(|face| (*face, part(face))).collect()

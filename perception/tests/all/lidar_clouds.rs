@@ -1,12 +1,14 @@
 //! Clouds that are not a ramp ahead: turned, several and descending ramps, none, no ground, hardly a
 //! point; and the real ones.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::ramps::{calibration, cloud, end_errors_m, mount, take, usual_mount};
-use perception::lidar::{LidarCloud, LidarConfig, detect, extract_planes};
+use crate::support::shared;
+use nalgebra::Isometry3;
+use perception::lidar::{LidarCloud, LidarConfig, SlopeScan, detect, extract_planes};
 use perception::{Error, parse_lidar, read_lidar};
-use scenes::simulator::lidar::{RangeNoise, Vlp16, pcap, pcd, sweep};
+use scenes::simulator::lidar::{RangeNoise, Sweep, Vlp16, pcap, pcd, sweep};
 use scenes::worlds::slope::{Ramp, room};
 
 fn ramp(angle_deg: f64, start_m: [f64; 2], ascent_deg: f64) -> Ramp {
@@ -17,6 +19,12 @@ fn ramp(angle_deg: f64, start_m: [f64; 2], ascent_deg: f64) -> Ramp {
         width_m: 1.2,
         length_m: 1.6,
     }
+}
+
+/// What is detected in a sweep, as the usual settings have it, its mount known.
+fn found(sweep: &Sweep, X_WV: &Isometry3<f64>, rings: Option<&Sweep>) -> SlopeScan {
+    let known = calibration(X_WV, rings);
+    detect(&cloud(sweep), Some(&known), &LidarConfig::default()).unwrap()
 }
 
 #[test]
@@ -30,12 +38,7 @@ fn ramps_turned_to_the_sensor_are_found_with_their_direction() {
         let ramp = ramp(15.0, start, ascent);
         let X_WV = usual_mount();
         let sweep = take(&room("turned", &[ramp]), &X_WV, 3);
-        let scan = detect(
-            &cloud(&sweep),
-            Some(&calibration(&X_WV, Some(&sweep))),
-            &LidarConfig::default(),
-        )
-        .unwrap();
+        let scan = found(&sweep, &X_WV, Some(&sweep));
         let [slope] = &scan.slopes[..] else {
             panic!("{ascent}°: {} slopes", scan.slopes.len());
         };
@@ -61,12 +64,7 @@ fn two_ramps_are_two_slopes() {
     let two = [ramp(12.0, [2.0, -1.2], 0.0), ramp(20.0, [2.2, 1.0], 10.0)];
     let X_WV = usual_mount();
     let sweep = take(&room("two", &two), &X_WV, 4);
-    let scan = detect(
-        &cloud(&sweep),
-        Some(&calibration(&X_WV, None)),
-        &LidarConfig::default(),
-    )
-    .unwrap();
+    let scan = found(&sweep, &X_WV, None);
     let mut angles: Vec<f64> = scan
         .slopes
         .iter()
@@ -197,26 +195,12 @@ fn a_ramp_without_ground_stands_on_the_calibrated_one() {
     let sweep = take(&room("one", &[ramp]), &X_WV, 7);
     let mut cloud = cloud(&sweep);
     // What is left is only what lies over the ground.
-    let keep: Vec<bool> = cloud
-        .points_V
-        .iter()
-        .map(|p| (X_WV * nalgebra::Point3::from(p.map(f64::from))).z > 0.06)
-        .collect();
-    let mut at = 0;
-    cloud.points_V.retain(|_| {
-        at += 1;
-        keep[at - 1]
-    });
-    let mut at = 0;
-    cloud.ring.retain(|_| {
-        at += 1;
-        keep[at - 1]
-    });
-    let mut at = 0;
-    cloud.azimuth_rad.retain(|_| {
-        at += 1;
-        keep[at - 1]
-    });
+    let over = |p: &[f32; 3]| (X_WV * nalgebra::Point3::from(p.map(f64::from))).z > 0.06;
+    let keep: Vec<bool> = cloud.points_V.iter().map(over).collect();
+    let [mut points, mut rings, mut azimuths] = [0; 3].map(|_| keep.iter());
+    cloud.points_V.retain(|_| *points.next().unwrap());
+    cloud.ring.retain(|_| *rings.next().unwrap());
+    cloud.azimuth_rad.retain(|_| *azimuths.next().unwrap());
     cloud.time_s.clear();
     let scan = detect(
         &cloud,
@@ -364,18 +348,6 @@ fn two_returns_of_a_beam_are_two_points() {
         .take(200)
         .count();
     assert_eq!(found, 200);
-}
-
-/// The file below `shared/scans`, or `None`, loudly.
-fn shared(name: &str) -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared");
-    let root = std::env::var_os("SCANDENT_SHARED").map_or_else(beside, PathBuf::from);
-    let path = root.join("scans").join(name);
-    if !path.is_file() {
-        eprintln!("SKIPPED: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
 }
 
 #[test]

@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use crate::support::{Block, Face, HEIGHT, WIDTH, block, camera, lies_on, scan, unorganised};
-use nalgebra::{Isometry3, Point3, Vector3};
-use perception::{Config, Method, Scan, extract};
+use crate::support::{Block, Face, block, faces_of, floor, lies_on, pose, scan, unorganised};
+use nalgebra::{Point3, Vector3};
+use perception::{Config, Method, Scan};
 use surfaces::EdgeKind;
 
 /// Boxes that stand before each other, on a floor before a wall; some leave the image.
 fn world() -> Vec<Block> {
     vec![
-        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
+        floor(),
         block("wall", [4.35, 0.0, 1.5], [0.1, 12.0, 3.0], 0.0, 0.0),
         block("low", [1.35, 0.05, 0.075], [0.34, 0.9, 0.15], 0.1, 0.0),
         block("behind", [1.95, 0.2, 0.15], [0.36, 0.7, 0.30], -0.07, 0.0),
@@ -19,10 +19,6 @@ fn world() -> Vec<Block> {
         block("ramp", [1.9, -1.0, 0.105], [1.2, 0.8, 0.04], 0.0, -0.21),
         block("cut", [2.2, 1.25, 0.25], [0.5, 0.9, 0.5], 0.2, 0.0),
     ]
-}
-
-fn pose() -> Isometry3<f64> {
-    camera(1.45, 0.61)
 }
 
 /// The faces of all boxes; those in one plane are one.
@@ -74,11 +70,12 @@ fn truth(
         if q_V.coords.norm() > Config::default().range_max_m {
             return Some(EdgeKind::FieldOfView);
         }
-        let inside = (0.0..WIDTH as f64).contains(&u) && (0.0..HEIGHT as f64).contains(&v);
+        let inside =
+            (0.0..depth.width as f64).contains(&u) && (0.0..depth.height as f64).contains(&v);
         if !inside {
             return Some(EdgeKind::FieldOfView);
         }
-        let z = f64::from(depth.z_m[v as usize * WIDTH + u as usize]);
+        let z = f64::from(depth.z_m[v as usize * depth.width + u as usize]);
         (z > 0.0 && z < 0.985 * q_V.z - 0.005).then_some(EdgeKind::Occluded)
     })
 }
@@ -126,19 +123,13 @@ fn right(lengths: &Lengths) -> (f64, BTreeMap<String, (f64, f64)>) {
 fn measured(method: Method, cloud: bool, notches_max: f64) -> (f64, BTreeMap<String, (f64, f64)>) {
     let world = world();
     let exact = scan(&world, &pose(), false, 0);
-    let config = Config {
-        method,
-        ..Config::default()
-    };
     let mut all = Lengths::new();
     for seed in 1..=3 {
         let mut scan = scan(&world, &pose(), true, seed);
         if cloud {
             scan = unorganised(&scan);
         }
-        let found = extract(&scan, &scan.X_WV, &config).unwrap().faces;
-        found.iter().for_each(|face| face.validate().unwrap());
-        for (key, length) in compare(&found, &world, &exact) {
+        for (key, length) in compare(&faces_of(&scan, method), &world, &exact) {
             *all.entry(key).or_default() += length;
         }
     }

@@ -1,9 +1,9 @@
 //! Everything that is done to scans, in one call.
 
 use nalgebra::{Isometry3, Vector3};
-use perception::{Config, Notice, PosedScan, Scan, perceive};
+use perception::{Config, Notice, Perception, PosedScan, Scan, perceive};
 
-use crate::support::{Block, camera, scan, stairs, unorganised};
+use crate::support::{Block, pose, scan, stairs, unorganised};
 
 fn posed(scan: &Scan) -> PosedScan<'_> {
     PosedScan::Scan {
@@ -25,21 +25,22 @@ fn is_top(face: &surfaces::Face, block: &Block) -> bool {
         && p_B.y.abs() < block.half.y
 }
 
+fn each_step_is_one_face(world: &[Block], found: &Perception) {
+    for block in world.iter().filter(|b| b.name.starts_with("step")) {
+        let faces = found.terrain.faces.iter();
+        let on_top = faces.filter(|face| is_top(face, block));
+        assert_eq!(on_top.count(), 1, "{}", block.name);
+    }
+}
+
 #[test]
 fn every_tread_is_one_face_by_image_and_by_voxels() {
     let world = stairs();
-    let image = scan(&world, &camera(1.45, 0.61), true, 1);
+    let image = scan(&world, &pose(), true, 1);
     for scan in [unorganised(&image), image] {
         let found = perceive(&[posed(&scan)], &Config::default()).unwrap();
         found.terrain.validate().unwrap();
-        for block in world.iter().filter(|b| b.name.starts_with("step")) {
-            let on_top = found
-                .terrain
-                .faces
-                .iter()
-                .filter(|face| is_top(face, block));
-            assert_eq!(on_top.count(), 1, "{}", block.name);
-        }
+        each_step_is_one_face(&world, &found);
         assert_eq!(found.cloud_W.len(), scan.cloud.finite().count());
         assert!(matches!(&found.notices[..], [Notice::Extracted { .. }]));
         assert!(found.notices[0].to_string().starts_with("stairs: "));
@@ -49,20 +50,13 @@ fn every_tread_is_one_face_by_image_and_by_voxels() {
 #[test]
 fn a_second_scan_adds_nothing_to_what_it_shows_again() {
     let world = stairs();
-    let first = scan(&world, &camera(1.45, 0.61), true, 1);
+    let first = scan(&world, &pose(), true, 1);
     let beside = Isometry3::new(Vector3::new(0.0, 0.15, 0.0), Vector3::z() * -0.05);
-    let second = scan(&world, &(beside * camera(1.45, 0.61)), true, 2);
+    let second = scan(&world, &(beside * pose()), true, 2);
     let scans = [posed(&first), posed(&second)];
     let found = perceive(&scans, &Config::default()).unwrap();
     found.terrain.validate().unwrap();
     let joined = |notice: &Notice| matches!(notice, Notice::Fused(_));
     assert!(found.notices.iter().any(joined));
-    for block in world.iter().filter(|b| b.name.starts_with("step")) {
-        let on_top = found
-            .terrain
-            .faces
-            .iter()
-            .filter(|face| is_top(face, block));
-        assert_eq!(on_top.count(), 1, "{}", block.name);
-    }
+    each_step_is_one_face(&world, &found);
 }

@@ -1,25 +1,12 @@
-//! Real scans, where the folder that holds them is present (`SCANDENT_SHARED`, or `shared` beside
-//! the workspace).
-
-use std::path::PathBuf;
+//! Real scans, where the folder that holds them is present.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{
     Config, Intrinsics, Method, Scan, Segmentation, SensorOptions, extract, read_scan,
 };
-use surfaces::Face;
 
-/// The file below `shared/scans`, or `None`, loudly.
-fn shared(name: &str) -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared");
-    let root = std::env::var_os("SCANDENT_SHARED").map_or_else(beside, PathBuf::from);
-    let path = root.join("scans").join(name);
-    if !path.is_file() {
-        eprintln!("SKIPPED: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
-}
+use crate::support::{by, faces_of, shared};
+use surfaces::Face;
 
 fn options(sensor: &str, k: Option<[f64; 4]>) -> SensorOptions {
     let intrinsics = k.map(|[fx, fy, cx, cy]| Intrinsics { fx, fy, cx, cy });
@@ -28,24 +15,6 @@ fn options(sensor: &str, k: Option<[f64; 4]>) -> SensorOptions {
         intrinsics,
         ..SensorOptions::default()
     }
-}
-
-fn faces_of(scan: &Scan) -> Vec<Face> {
-    faces_by(scan, Method::Auto)
-}
-
-fn faces_by(scan: &Scan, method: Method) -> Vec<Face> {
-    let config = Config {
-        method,
-        ..Config::default()
-    };
-    let found = extract(scan, &scan.X_WV, &config).unwrap().faces;
-    for face in &found {
-        face.validate().unwrap();
-        let eye = scan.X_WV * Point3::from(scan.eye_V);
-        assert!(face.height_of(&eye) > 0.0, "{} looks away", face.id);
-    }
-    found
 }
 
 fn angle_deg(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
@@ -69,7 +38,7 @@ fn the_treads_of_real_stairs_are_parallel_and_a_step_apart() {
         return;
     };
     let scan = read_scan(&path, &options("kinect_v2", Some(K2))).unwrap();
-    let found = faces_of(&scan);
+    let found = faces_of(&scan, Method::Auto);
     let level: Vec<&Face> = found
         .iter()
         .filter(|s| angle_deg(&s.normal_W(), &K2_UP) < 4.0 && s.region.area() > 0.05)
@@ -165,7 +134,7 @@ fn the_levelled_cloud_of_the_same_stairs_takes_voxels_and_agrees() {
     // Organised, but turned to level after the scan: no pinhole explains it.
     assert_eq!(scan.cloud.organised, Some((512, 424)));
     assert!(scan.depth.is_none());
-    let found = faces_of(&scan);
+    let found = faces_of(&scan, Method::Auto);
     let level = found
         .iter()
         .filter(|s| s.normal_W().x.abs() > 4.0_f64.to_radians().cos());
@@ -179,7 +148,10 @@ fn a_wall_and_shelves_come_out_as_such() {
         return;
     };
     let k = [572.9, 542.7, 314.6, 240.2];
-    let found = faces_of(&read_scan(&path, &options("kinect_v1", Some(k))).unwrap());
+    let found = faces_of(
+        &read_scan(&path, &options("kinect_v1", Some(k))).unwrap(),
+        Method::Auto,
+    );
     // The wall is the largest, 2.3 m away, and upright; it was measured to 16 mm.
     let wall = &found[0];
     assert!(wall.normal_W().y.abs() < 0.2, "{:?}", wall.normal_W());
@@ -198,7 +170,10 @@ fn a_floor_is_one_plane_for_the_stereo_camera() {
         204.47328186035156,
         121.65782165527344,
     ];
-    let found = faces_of(&read_scan(&path, &options("realsense_d4xx", Some(k))).unwrap());
+    let found = faces_of(
+        &read_scan(&path, &options("realsense_d4xx", Some(k))).unwrap(),
+        Method::Auto,
+    );
     // Level with the camera but for its tilt: the normal is mostly −y.
     let floor: f64 = found
         .iter()
@@ -215,7 +190,7 @@ fn no_face_of_a_curved_tunnel_strays_far_from_its_plane() {
     };
     let k = [575.9, 576.4, 315.15, 230.6];
     let scan = read_scan(&path, &options("kinect_v1", Some(k))).unwrap();
-    let found = faces_of(&scan);
+    let found = faces_of(&scan, Method::Auto);
     assert!(!found.is_empty());
     let depth = scan.depth.as_ref().unwrap();
     let k = depth.intrinsics;
@@ -289,7 +264,7 @@ fn lidar_clouds_of_tilted_blocks_show_the_blocks() {
         };
         let scan = read_scan(&path, &options).unwrap();
         assert_eq!(scan.X_WV, Isometry3::identity());
-        let found = faces_by(&scan, method);
+        let found = faces_of(&scan, method);
         // Blocks of 40 × 40 cm in all directions: tilted, yet walkable. Far ones are too sparse,
         // and some grow into one region with a neighbour.
         let tilts = found.iter().filter(|s| {
@@ -311,12 +286,11 @@ fn a_sparse_lidar_turn_is_read_and_its_walls_are_found() {
     };
     let scan = read_scan(&path, &options("generic", None)).unwrap();
     assert_eq!(scan.cloud.points.len() + scan.cloud.invalid, 14831);
-    faces_by(&scan, Method::Brossette2013);
+    faces_of(&scan, Method::Brossette2013);
     // Rings on the walls around, decimetres apart; on the floor they are too far apart for voxels.
     let config = Config {
-        method: Method::Voxels,
         range_max_m: 15.0,
-        ..Config::default()
+        ..by(Method::Voxels)
     };
     let found = extract(&scan, &scan.X_WV, &config).unwrap().faces;
     let walls = found.iter().filter(|s| s.normal_W().z.abs() < 0.2);

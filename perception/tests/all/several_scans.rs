@@ -4,7 +4,9 @@
 //! it and under the name that the first scan gave it; what was moved between two scans is where the
 //! later one saw it; poses that are a little off are found again.
 
-use crate::support::{Block, against, block, camera, on_face, scan, top, unorganised, whole};
+use crate::support::{
+    Block, against, block, camera, floor, on_face, scan, top, unorganised, whole,
+};
 use nalgebra::{Isometry3, Vector3};
 use perception::{Config, Notice, Perception, PosedScan, Scan, extract, perceive, register};
 use surfaces::Face;
@@ -13,7 +15,7 @@ use surfaces::fuse::Change;
 /// Irregular steps, a table, a ramp, three walls, and a post that hides a part of each from each side.
 fn world() -> Vec<Block> {
     vec![
-        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
+        floor(),
         block("ahead", [4.35, 0.0, 1.5], [0.1, 12.0, 3.0], 0.0, 0.0),
         block("left", [3.0, 1.65, 1.5], [4.0, 0.1, 3.0], 0.0, 0.0),
         block("right", [3.0, -2.0, 1.5], [4.0, 0.1, 3.0], 0.0, 0.0),

@@ -1,13 +1,13 @@
 //! How much of faces of all shapes is covered, and how little else: an L, a U, a ring and a ramp.
 
-use crate::support::{Block, block, camera, eroded, lattice, on_face, scan, top, touchable};
-use nalgebra::{Isometry3, Point3};
+use crate::support::{Block, block, eroded, floor, lattice, on_face, pose, scan, top, touchable};
+use nalgebra::Point3;
 use perception::{Config, extract};
 
 /// The floor and the wall of every scene.
 fn room() -> Vec<Block> {
     vec![
-        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
+        floor(),
         block("wall", [4.35, 0.0, 1.5], [0.1, 12.0, 3.0], 0.0, 0.0),
     ]
 }
@@ -55,10 +55,6 @@ fn scenes() -> Vec<(&'static str, Vec<Block>, Vec<&'static str>)> {
             vec!["ramp"],
         ),
     ]
-}
-
-fn pose() -> Isometry3<f64> {
-    camera(1.45, 0.61)
 }
 
 #[test]

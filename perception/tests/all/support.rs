@@ -2,8 +2,10 @@
 // Benches share this with the tests, and use only some of it.
 #![allow(dead_code, non_snake_case, clippy::unwrap_used)]
 
+use std::path::PathBuf;
+
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use perception::{DepthImage, Intrinsics, PointCloud, Scan, Sensor};
+use perception::{Config, DepthImage, Intrinsics, Method, PointCloud, Scan, Sensor, extract};
 use surfaces::outline::Outline;
 
 /// A box with a pose: `half` are its half sizes along its own axes.
@@ -42,6 +44,43 @@ pub fn camera(height: f64, pitch: f64) -> Isometry3<f64> {
     )
 }
 
+/// Where the camera of most tests is.
+pub fn pose() -> Isometry3<f64> {
+    camera(1.45, 0.61)
+}
+
+/// The defaults, but for the method.
+pub fn by(method: Method) -> Config {
+    Config {
+        method,
+        ..Config::default()
+    }
+}
+
+/// The faces of a scan, which are valid, named in order and look at the sensor.
+pub fn faces_of(scan: &Scan, method: Method) -> Vec<surfaces::Face> {
+    let found = extract(scan, &scan.X_WV, &by(method)).unwrap().faces;
+    let eye = scan.X_WV * Point3::from(scan.eye_V);
+    for (i, face) in found.iter().enumerate() {
+        face.validate().unwrap();
+        assert_eq!(face.id, format!("f{i}").into());
+        assert!(face.height_of(&eye) > 0.0, "{} looks away", face.id);
+    }
+    found
+}
+
+/// The file below `shared/scans` (`SCANDENT_SHARED`, or `shared` beside the workspace), or `None`, loudly.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared");
+    let root = std::env::var_os("SCANDENT_SHARED").map_or_else(beside, PathBuf::from);
+    let path = root.join("scans").join(name);
+    if !path.is_file() {
+        eprintln!("SKIPPED: {} is not there", path.display());
+        return None;
+    }
+    Some(path)
+}
+
 /// A stream of uniform and normal numbers.
 pub struct Random(pub u64);
 
@@ -67,7 +106,6 @@ pub const HEIGHT: usize = 480;
 ///
 /// With errors: σ_z noise correlated over 1.8 px, a slowly varying error of 0.4 % of z, disparity
 /// in eighths of a pixel, and 3 of 4 pixels lost within 2 px of a depth edge; depths in mm.
-#[allow(non_snake_case)]
 pub fn scan(blocks: &[Block], X_WV: &Isometry3<f64>, errors: bool, seed: u64) -> Scan {
     let sensor = Sensor::named("xtion").unwrap();
     let k = sensor.intrinsics.unwrap();
@@ -113,7 +151,6 @@ pub fn scan(blocks: &[Block], X_WV: &Isometry3<f64>, errors: bool, seed: u64) ->
 }
 
 /// True depth of every pixel; infinite where the ray meets nothing.
-#[allow(non_snake_case)]
 fn depths(blocks: &[Block], X_WV: &Isometry3<f64>, k: &Intrinsics) -> Vec<f64> {
     let mut z = vec![f64::INFINITY; WIDTH * HEIGHT];
     for block in blocks {
@@ -210,14 +247,17 @@ fn edges(z: &[f64]) -> Vec<bool> {
 
 /// The same scan as a cloud without a grid.
 pub fn unorganised(scan: &Scan) -> Scan {
-    let points = scan.cloud.finite().copied().collect();
-    let cloud = PointCloud {
-        points,
-        organised: None,
-        invalid: 0,
-    };
+    every(1, scan)
+}
+
+/// Every `step`th point of a scan as a cloud without a grid.
+pub fn every(step: usize, scan: &Scan) -> Scan {
+    let points = scan.cloud.finite().copied().step_by(step).collect();
     Scan {
-        cloud,
+        cloud: PointCloud {
+            points,
+            ..PointCloud::default()
+        },
         depth: None,
         ..scan.clone()
     }
@@ -381,10 +421,15 @@ pub fn eroded(exact: &Scan, face: &Face, world: &[Block]) -> Vec<(Point3<f64>, f
         .collect()
 }
 
+/// The floor of every world.
+pub fn floor() -> Block {
+    block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0)
+}
+
 /// Steps, a table and a ramp on a floor before a wall.
 pub fn stairs() -> Vec<Block> {
     vec![
-        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
+        floor(),
         block("wall", [4.35, 0.0, 1.5], [0.1, 12.0, 3.0], 0.0, 0.0),
         block("step1", [1.15, 0.05, 0.075], [0.34, 0.62, 0.15], 0.1, 0.0),
         block("step2", [1.50, -0.02, 0.15], [0.36, 0.70, 0.30], -0.07, 0.0),
@@ -404,7 +449,7 @@ pub fn stairs() -> Vec<Block> {
 /// Faces in the shapes of an L and a U, and a table with a box on it.
 pub fn concave() -> Vec<Block> {
     vec![
-        block("floor", [4.0, 0.0, -0.05], [12.0, 12.0, 0.1], 0.0, 0.0),
+        floor(),
         block("l_long", [1.55, 0.55, 0.10], [0.9, 0.35, 0.20], 0.0, 0.0),
         block("l_short", [1.825, 0.175, 0.10], [0.35, 0.4, 0.20], 0.0, 0.0),
         block("u_right", [1.6, -0.95, 0.15], [0.9, 0.25, 0.30], 0.0, 0.0),

@@ -9,11 +9,12 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 use super::face;
 use super::topology::Topology;
 use super::weld::Welded;
+use crate::bounds::Bounds;
 use crate::conservative_bodies::{column, far_side_m};
 use crate::{ConvexPolygon, Face, Obstacle, cover};
 
@@ -51,7 +52,7 @@ pub(super) fn bodies(
             let near = far.iter().filter(|(bounds, _, _)| bounds.overlaps(&reach));
             let behind = [column(&piece)];
             let entry = |(_, other, its): &(_, &Face, ConvexPolygon)| {
-                far_side_m(face, &behind, other, std::slice::from_ref(its))
+                far_side_m(face, &behind, other, &[its.vertices()])
             };
             let depth_m = near.filter_map(entry).fold(thickness_m, f64::min);
             bodies.push(frustum(face, &piece, depth_m, format!("mesh/face{i}.{j}")));
@@ -143,33 +144,5 @@ fn prism(mesh: &Welded, t: usize, thickness_m: f64) -> Obstacle {
         points_W: front.into_iter().chain(front.map(|p| p + inward)).collect(),
         surface: None,
         assumed: false,
-    }
-}
-
-/// A box along the axes of W.
-struct Bounds {
-    low: Point3<f64>,
-    high: Point3<f64>,
-}
-
-impl Bounds {
-    fn new(points: &[Point3<f64>]) -> Self {
-        let fold = |pick: fn(f64, f64) -> f64, start: f64| {
-            let init = Point3::from([start; 3]);
-            points
-                .iter()
-                .fold(init, |a, b| Point3::from(a.coords.zip_map(&b.coords, pick)))
-        };
-        Self {
-            low: fold(f64::min, f64::INFINITY),
-            high: fold(f64::max, f64::NEG_INFINITY),
-        }
-    }
-
-    /// Whether two boxes have a point in common, up to a millimetre.
-    fn overlaps(&self, other: &Self) -> bool {
-        let apart =
-            |i: usize| self.low[i] > other.high[i] + 1e-3 || other.low[i] > self.high[i] + 1e-3;
-        !(0..3).any(apart)
     }
 }
