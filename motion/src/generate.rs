@@ -29,6 +29,8 @@ const STUCK_MAX: usize = 2;
 /// Length of that part, as a part of the path.
 const STRAIGHT: f64 = 0.15;
 
+/// Steps in which a motion is looked at before it is sampled finely.
+const LOOKS: usize = 24;
 /// Part by which samples may exceed their speed limits: normally, and at most where more time makes
 /// them no slower.
 const SPEED_TOLERANCE: f64 = 0.1;
@@ -161,6 +163,8 @@ fn attempt(
         evades,
     };
     let mut route = router.solve()?;
+    // What fails by much is seen on a few samples.
+    sample(context, task, path, &mut route, LOOKS)?;
     let mut steps = timing::steps(context, task, path, &mut route);
     // Samples are closed once more than the spline that set the time, and may be faster than it.
     let mut before = f64::INFINITY;
