@@ -16,6 +16,7 @@ use crate::context::{Footing, SearchContext};
 use crate::foothold_proposal::{Foothold, propose};
 use crate::node::{Node, SAME_PLACE_M};
 use crate::nominal_posture::nominal_posture;
+use crate::reserve::{NO_RESERVE, RESERVE};
 
 /// How near to the nominal one the postures of the tree are brought: what is left to gain is carried
 /// on to the children ([`posture::Solver::optimality`]).
@@ -162,28 +163,6 @@ pub(crate) fn next_place(
     Some(touch(context, candidate.node, node, next))
 }
 
-/// What a posture keeps beyond the margins that are asked for.
-struct Reserve {
-    /// Part of the torques.
-    torque: f64,
-    joint_rad: f64,
-    clearance_m: f64,
-}
-
-/// The motion between two postures strays from what both keep: of postures on their bounds it is beyond
-/// them by a hair somewhere.
-const RESERVE: Reserve = Reserve {
-    torque: 0.96,
-    joint_rad: 3e-3,
-    clearance_m: 2e-3,
-};
-/// Where no posture has it, none is asked for.
-const NO_RESERVE: Reserve = Reserve {
-    torque: 1.0,
-    joint_rad: 0.0,
-    clearance_m: 0.0,
-};
-
 /// What came of a candidate.
 pub(crate) struct Solved {
     /// The contacts that were asked for.
@@ -206,19 +185,14 @@ pub(crate) fn solve(
     } else {
         &NO_RESERVE
     };
-    let plain = motion.posture;
     let config = &posture::Config {
         restarts: RESTARTS[candidate.tries.min(RESTARTS.len() - 1)],
-        torque_use: plain.torque_use * reserve.torque,
-        joint_margin_rad: plain.joint_margin_rad + reserve.joint_rad,
-        clearance_m: plain.clearance_m + reserve.clearance_m,
-        self_clearance_m: plain.self_clearance_m + reserve.clearance_m,
         solver: posture::Solver {
             optimality: OPTIMALITY,
             tilt_max_rad: Some(context.config.tilt_max_rad),
-            ..plain.solver
+            ..motion.posture.solver
         },
-        ..plain.clone()
+        ..reserve.beyond(motion.posture)
     };
     let mut contacts = node.contacts.clone();
     let mut along_m = node.along_m(context);

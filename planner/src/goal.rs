@@ -5,13 +5,14 @@
 use std::sync::Arc;
 
 use plan::Change;
-use posture::{BaseGoal, Posture, Problem};
+use posture::{BaseGoal, Outcome, Posture, Problem};
 
 use crate::Error;
 use crate::context::SearchContext;
 use crate::node::Node;
 use crate::node_construction::feasible;
 use crate::nominal_posture::nominal_posture;
+use crate::reserve::{NO_RESERVE, RESERVE, Reserve};
 use crate::result::Blocked;
 
 /// What came of trying the goal at a node.
@@ -53,15 +54,21 @@ pub(crate) fn try_goal(
         ..context.problem(node.contacts.clone(), &reference, &node.posture.q)
     };
     // The node's posture is near: what other seeds would find is another way to the goal.
-    let config = posture::Config {
-        restarts: 0,
-        solver: posture::Solver {
-            tilt_max_rad: Some(context.config.tilt_max_rad),
-            ..config.solver
-        },
-        ..config.clone()
+    let solve = |reserve: &Reserve| {
+        let config = posture::Config {
+            restarts: 0,
+            solver: posture::Solver {
+                tilt_max_rad: Some(context.config.tilt_max_rad),
+                ..config.solver
+            },
+            ..reserve.beyond(config)
+        };
+        posture::solve(&problem, &config)
     };
-    let outcome = posture::solve(&problem, &config)?;
+    let mut outcome = solve(&RESERVE)?;
+    if !matches!(outcome, Outcome::Feasible(_)) {
+        outcome = solve(&NO_RESERVE)?;
+    }
     Ok(match feasible(outcome, &problem) {
         Ok(posture) => Attempt::Reached(posture),
         Err(reason) => Attempt::Missed(Blocked {

@@ -45,7 +45,7 @@ const RETRY_PRICE: f64 = 3.0;
 const FAR: f64 = 0.02;
 /// Price of another place of a foot on a face where the one before has a posture, in contacts: what does
 /// not go on from there rarely goes on from beside it, and every place has its own hands to try.
-const SECOND_PRICE: f64 = 3.0;
+const SECOND_PRICE: f64 = 2.0;
 /// Price of a change from where the motion of another failed, in contacts.
 const FAILURE_PRICE: f64 = 1.0;
 /// Part of a motion up to which a failure is one of taking off.

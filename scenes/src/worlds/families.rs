@@ -4,11 +4,13 @@
 //! height of its base, its stance or its width. They are meant to be well within what such a robot
 //! can do; none is proved to be.
 
+mod world;
+
 use nalgebra::{Rotation3, Vector3};
 
 use super::about_z;
-use crate::simulator::rng::Stream;
 use crate::truth::OrientedBox;
+use world::{DEEP_M, World};
 
 /// The measures of a robot that worlds are sized by, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,80 +88,7 @@ impl Family {
 
     /// The world of a seed for a robot of this build.
     pub fn draw(&self, build: &Build, seed: u64) -> Drawn {
-        let mut world = World {
-            build: *build,
-            draw: Stream::new(seed, 0),
-            drawn: 0,
-            boxes: Vec::new(),
-        };
-        (self.build)(&mut world)
-    }
-}
-
-/// How deep bodies are under their tops, m.
-const DEEP_M: f64 = 0.3;
-
-/// A world that is being drawn.
-struct World {
-    build: Build,
-    draw: Stream,
-    drawn: u64,
-    boxes: Vec<OrientedBox>,
-}
-
-impl World {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.drawn += 1;
-        low + (high - low) * self.draw.uniform(self.drawn)
-    }
-
-    fn count(&mut self, low: usize, high: usize) -> usize {
-        low + self.between(0.0, (high + 1 - low) as f64) as usize
-    }
-
-    fn side(&mut self) -> f64 {
-        if self.between(0.0, 1.0) < 0.5 {
-            -1.0
-        } else {
-            1.0
-        }
-    }
-
-    /// How far the ground goes on around the start and the goal.
-    fn around_m(&self) -> f64 {
-        0.5 * self.build.stance_m[1] + 0.5
-    }
-
-    /// Half the width of a way with room to spare.
-    fn half_way_m(&self) -> f64 {
-        0.5 * self.build.stance_m[0] + 0.5
-    }
-
-    /// A box over a rectangle of x and y, from `low_m` to `top_m`.
-    fn put(&mut self, x: [f64; 2], y: [f64; 2], low_m: f64, top_m: f64) {
-        let centre = Vector3::new(x[0] + x[1], y[0] + y[1], low_m + top_m) / 2.0;
-        let size = [x[1] - x[0], y[1] - y[0], top_m - low_m];
-        self.put_turned(centre, size, Rotation3::identity());
-    }
-
-    fn put_turned(&mut self, centre: Vector3<f64>, size: [f64; 3], rotation: Rotation3<f64>) {
-        let name = format!("box {}", self.boxes.len());
-        self.boxes
-            .push(OrientedBox::new(&name, centre, size, rotation));
-    }
-
-    /// A floor at z = 0 from behind the start to beyond `to_x`.
-    fn floor(&mut self, to_x: f64, half_y: f64) {
-        let around = self.around_m();
-        self.put([-around, to_x + around], [-half_y, half_y], -DEEP_M, 0.0);
-    }
-
-    fn done(self_: &mut Self, goal_m: [f64; 2], yaw_rad: Option<f64>) -> Drawn {
-        Drawn {
-            boxes: std::mem::take(&mut self_.boxes),
-            goal_m,
-            yaw_rad,
-        }
+        (self.build)(&mut World::new(build, seed))
     }
 }
 
@@ -188,7 +117,7 @@ fn stairs(w: &mut World, up: f64) -> Drawn {
     let end = x + 2.0 * around;
     let low = bottom - 0.01 * steps as f64;
     w.put([x, end], [-half, half], low, rise * steps as f64);
-    World::done(w, [x + around, 0.0], None)
+    w.done([x + around, 0.0], None)
 }
 
 /// A field of blocks with gaps, on nothing.
@@ -213,7 +142,7 @@ fn blocks(w: &mut World, tilt_deg: f64, gap: f64) -> Drawn {
     }
     let begin = around + gap_m + rows as f64 * (edge + gap_m);
     w.put([begin, begin + 2.0 * around], [-half, half], -DEEP_M, 0.0);
-    World::done(w, [begin + around, 0.0], None)
+    w.done([begin + around, 0.0], None)
 }
 
 fn gaps(w: &mut World) -> Drawn {
@@ -228,7 +157,7 @@ fn gaps(w: &mut World) -> Drawn {
     }
     to = from + 2.0 * around;
     w.put([from, to], [-half, half], -DEEP_M, 0.0);
-    World::done(w, [to - around, 0.0], None)
+    w.done([to - around, 0.0], None)
 }
 
 fn ribs(w: &mut World) -> Drawn {
@@ -244,7 +173,7 @@ fn ribs(w: &mut World) -> Drawn {
     }
     let goal = x + around;
     w.floor(goal, half);
-    World::done(w, [goal, 0.0], None)
+    w.done([goal, 0.0], None)
 }
 
 fn clutter(w: &mut World) -> Drawn {
@@ -261,7 +190,7 @@ fn clutter(w: &mut World) -> Drawn {
         w.put_turned(centre, [size[0], size[1], high + 0.1], turn);
     }
     w.floor(goal, half);
-    World::done(w, [goal, 0.0], None)
+    w.done([goal, 0.0], None)
 }
 
 /// A wall across the way, with room to pass at one side or through a door.
@@ -285,7 +214,7 @@ fn walls(w: &mut World, door: bool) -> Drawn {
     }
     let goal = at + thick + around + w.between(0.3, 0.8) * height;
     w.floor(goal, half);
-    World::done(w, [goal, 0.0], None)
+    w.done([goal, 0.0], None)
 }
 
 fn bridge(w: &mut World) -> Drawn {
@@ -301,7 +230,7 @@ fn bridge(w: &mut World) -> Drawn {
     w.put([begin, begin + gap], y, -0.9 * DEEP_M, 0.0);
     let end = begin + gap + 2.5 * around;
     w.put([begin + gap, end], [-half, half], -DEEP_M, 0.0);
-    World::done(w, [end - around, 0.0], None)
+    w.done([end - around, 0.0], None)
 }
 
 fn turn(w: &mut World) -> Drawn {
@@ -309,7 +238,7 @@ fn turn(w: &mut World) -> Drawn {
     let yaw = w.side() * w.between(90.0, 180.0).to_radians();
     let half = w.around_m() + 0.5 * w.build.stance_m[1];
     w.floor(ahead, half);
-    World::done(w, [ahead, 0.0], Some(yaw))
+    w.done([ahead, 0.0], Some(yaw))
 }
 
 fn ramp(w: &mut World) -> Drawn {
@@ -324,7 +253,7 @@ fn ramp(w: &mut World) -> Drawn {
     w.put_turned(middle, [length, 2.0 * half, DEEP_M], rotation);
     let (end, top) = (begin + length * angle.cos(), length * angle.sin());
     w.put([end, end + 2.0 * around], [-half, half], -0.9 * DEEP_M, top);
-    World::done(w, [end + around, 0.0], None)
+    w.done([end + around, 0.0], None)
 }
 
 #[cfg(test)]
