@@ -22,7 +22,7 @@ pub struct Intrinsics {
 ///
 ///   σ_z(z) = a + b (z − z₀)²,  z ≥ z₀;  σ_z = a below z₀
 ///
-/// Source: [nguyen2012] for the a, b, z₀ of structured light; correlation and κ of that were measured
+/// Source: \[nguyen2012\] for the a, b, z₀ of structured light; correlation and κ of that were measured
 /// on real walls, those of the other sensors are taken to be of the same order.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -22,7 +22,7 @@
 //! | which contacts the way can do without | `shorten` |
 //! | what is done with a way that reaches the goal | `finalize` |
 //! | the motions between its stances | `motions` |
-//! | what comes back, and as it is written | [`result`], [`record`] |
+//! | what comes back, and as it is written | `result`, [`record`] |
 
 mod candidate;
 mod change;

@@ -79,7 +79,7 @@ pub(crate) struct Search<'a> {
 /// # Errors
 /// [`Error`] where the request makes no sense or the start is no stance.
 ///
-/// Source: best-first planning of [escande2013] as used in [brossette2013]; deviation: candidates
+/// Source: best-first planning of \[escande2013\] as used in \[brossette2013\]; deviation: candidates
 /// are solved one at a time in the order of an estimate instead of all children of a node.
 pub fn search(
     request: &Request,

@@ -9,7 +9,7 @@
 //! with u the vertical in F. It is taken only where hᵀ S⁻¹ h stays within the gate: a ramp that is
 //! seen well stays a ramp. The offset follows through Σ, so that faces of one plane, whose
 //! covariances are that plane's, stay in it.
-//! Source: the linear minimum-variance update of [kalman1960], with a χ² gate.
+//! Source: the linear minimum-variance update of \[kalman1960\], with a χ² gate.
 
 #![allow(non_snake_case)]
 

@@ -152,7 +152,7 @@ impl Outline {
         }))
     }
 
-    /// With corners left out that are nearer than `tolerance_m` to what remains [douglas1973];
+    /// With corners left out that are nearer than `tolerance_m` to what remains \[douglas1973\];
     /// a part that would then cross itself stays as it is.
     #[must_use]
     pub fn simplified(&self, tolerance_m: f64) -> Self {

@@ -26,7 +26,7 @@ use crate::face::{Faces, Known, face};
 use crate::scan::Scan;
 use crate::spherical_range_image::SphericalRangeImage;
 
-/// Parameters of the method of [brossette2013].
+/// Parameters of the method of \[brossette2013\].
 ///
 /// The paper's author used a crop at 4 m, a `leaf_m` of 0.01 and regions from 500 points on. A voxel of
 /// 16 mm and smaller regions suit the noise beyond 2 m better.
@@ -66,7 +66,7 @@ const NORMAL_NEIGHBOURS: usize = 50;
 
 /// The faces of a cloud taken from `X_WV`.
 ///
-/// Source: [brossette2013] III-B to III-F.
+/// Source: \[brossette2013\] III-B to III-F.
 ///
 /// # Errors
 /// [`Error::Neighbours`].

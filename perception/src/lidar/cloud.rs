@@ -81,7 +81,7 @@ impl LidarCloud {
     ///
     /// # Errors
     /// [`Error::Config`] for a field of view outside (0, 2π].
-    /// Source: [meng] IV, which uses 180°.
+    /// Source: \[meng\] IV, which uses 180°.
     pub fn cropped(&self, view_rad: f64) -> Result<Self, Error> {
         let turn = std::f64::consts::TAU;
         within(

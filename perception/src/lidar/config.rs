@@ -19,7 +19,7 @@ pub struct LidarConfig {
     pub inclination_min_rad: f64,
     /// Most angle of a slope to the ground, rad; steeper planes are walls.
     pub inclination_max_rad: f64,
-    /// Samples planes and compares the distances of isolated points as [meng] publishes it.
+    /// Samples planes and compares the distances of isolated points as \[meng\] publishes it.
     pub as_published: bool,
     /// Seed of the random samples.
     #[serde(skip)]
@@ -27,7 +27,7 @@ pub struct LidarConfig {
 }
 
 impl Default for LidarConfig {
-    /// Half a turn, as [meng] IV.
+    /// Half a turn, as \[meng\] IV.
     fn default() -> Self {
         Self {
             view_rad: std::f64::consts::PI,

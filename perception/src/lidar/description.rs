@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 /// Where a slope begins and how it rises, in W.
 ///
-/// Source: [meng] Eqs. 11 to 15, corrected: l and ψ are unit vectors, ψ points uphill, the start line
+/// Source: \[meng\] Eqs. 11 to 15, corrected: l and ψ are unit vectors, ψ points uphill, the start line
 /// is the intersection of the two planes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(non_snake_case)]
@@ -26,7 +26,7 @@ pub struct Description {
 impl Description {
     /// Λ_L = (x₁, y₁, z₁, x₂, y₂, z₂, l_x, l_y, l_z).
     ///
-    /// Source: [meng] Eq. 12.
+    /// Source: \[meng\] Eq. 12.
     pub fn nine_tuple(&self) -> [f64; 9] {
         let (a, b, l) = (self.p1_W, self.p2_W, self.l_W);
         [a.x, a.y, a.z, b.x, b.y, b.z, l.x, l.y, l.z]
@@ -34,7 +34,7 @@ impl Description {
 
     /// Λ_LS = (x₁, y₁, x₂, y₂, l_x, l_y), for ground at z = 0.
     ///
-    /// Source: [meng] Eq. 13.
+    /// Source: \[meng\] Eq. 13.
     pub fn six_tuple(&self) -> [f64; 6] {
         let (a, b, l) = (self.p1_W, self.p2_W, self.l_W);
         [a.x, a.y, b.x, b.y, l.x, l.y]
@@ -45,7 +45,7 @@ impl Description {
     ///
     ///   δ_s = atan( −(n_x cos ψ + n_y sin ψ) / n_z )
     ///
-    /// Source: [meng] Eq. 15; deviation: that one takes a heading on the slope and loses the sign.
+    /// Source: \[meng\] Eq. 15; deviation: that one takes a heading on the slope and loses the sign.
     pub fn stepping_angle_rad(&self, heading_rad: f64) -> f64 {
         let (s, c) = heading_rad.sin_cos();
         let n = self.normal_W;

@@ -26,7 +26,7 @@ use crate::Error;
 /// # Errors
 /// [`Error::Config`]; [`Error::Calibration`]; [`Error::FewPoints`]; [`Error::NoGround`] when nothing
 /// is ground and no calibration says where it is; [`Error::Neighbours`].
-/// Source: [meng] III.
+/// Source: \[meng\] III.
 pub fn detect(
     cloud: &LidarCloud,
     calibration: Option<&LidarCalibration>,

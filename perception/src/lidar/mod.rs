@@ -21,7 +21,7 @@
 //!
 //! Frames: V is the LiDAR's (x forward, y left, z up), W the world (z up, its origin on the ground
 //! below the sensor).
-//! Source: [meng], with its formulas corrected where they are wrong; each file says where.
+//! Source: \[meng\], with its formulas corrected where they are wrong; each file says where.
 
 /// Name of the sensor in scene files and on the command line.
 pub const SENSOR: &str = "vlp16";

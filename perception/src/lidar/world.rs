@@ -9,7 +9,7 @@ use super::plane::Plane;
 ///
 ///   Ẑ = (A, B, C),  X̂ = (C, 0, −A)/√(A² + C²),  Ŷ = Ẑ × X̂,  R_r = rows [X̂; Ŷ; Ẑ],  T = (0, 0, h)
 ///
-/// Source: [meng] Eqs. 1, 7 and 8; deviation: the rotation is built from the axes, because the Euler
+/// Source: \[meng\] Eqs. 1, 7 and 8; deviation: the rotation is built from the axes, because the Euler
 /// angles of Eq. 2 lose their signs and do not exist for a level sensor.
 #[allow(non_snake_case)]
 pub fn levelled(ground_V: &Plane) -> Isometry3<f64> {
