@@ -39,7 +39,7 @@ fn line(family: &str, robot: &str, rows: &[&Row], out: &mut dyn Write) -> std::i
     let ended = |ended: Ended| rows.iter().filter(|row| row.ended == ended).count();
     let solved = || rows.iter().filter(|row| row.ended == Ended::Solved);
     let nodes: Vec<f64> = solved().map(|row| row.nodes as f64).collect();
-    let each = |row: &Row| row.nodes as f64 / row.stances.max(1) as f64;
+    let each = |row: &&Row| row.nodes as f64 / row.stances.max(1) as f64;
     let per_stance: Vec<f64> = solved().map(each).collect();
     let ms: Vec<f64> = rows.iter().map(|row| row.planning_ms).collect();
     writeln!(
