@@ -22,7 +22,7 @@
 //! | which contacts the way can do without | `shorten` |
 //! | what is done with a way that reaches the goal | `finalize` |
 //! | the motions between its stances | `motions` |
-//! | what comes back, and as it is written | `result`, [`record`] |
+//! | what comes back, and as it is written | [`result`], [`record`] |
 
 mod candidate;
 mod change;
@@ -43,8 +43,8 @@ mod nominal_posture;
 mod out_of_reach;
 pub mod record;
 pub mod request;
-pub mod reserve;
-mod result;
+mod reserve;
+pub mod result;
 mod route;
 pub mod search;
 mod shorten;
