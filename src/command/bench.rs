@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use anyhow::{Context, Result, anyhow, bail};
 use scenes::worlds::families::{FAMILIES, Family};
@@ -9,6 +10,7 @@ use scenes::worlds::families::{FAMILIES, Family};
 use crate::bench::{self, Ended, Item, Row, table, world};
 use crate::cli::Global;
 use crate::config::Config;
+use crate::interrupt;
 use crate::output;
 use crate::provenance::Inputs;
 use crate::robot_files::RobotFiles;
@@ -66,6 +68,9 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let mut lines = Vec::new();
     for (number, item) in items.iter().enumerate() {
         let row = bench::run(item, global);
+        if interrupt::listen().load(Ordering::Relaxed) {
+            bail!("interrupted at {}; no results are written", item.name);
+        }
         writeln!(out, "{}/{} {}", number + 1, items.len(), sentence(&row))?;
         out.flush()?;
         serde_json::to_writer(&mut lines, &row)?;
