@@ -3,6 +3,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use posture::FaceIndex;
+use robot_model::PatchId;
 
 use crate::problem::{MotionContext, Swing};
 use crate::swing_path::STRAIGHT_M;
@@ -13,6 +14,7 @@ const OVER: f64 = 0.7;
 /// Where a patch in the air is on its path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Airborne {
+    patch: PatchId,
     leaves: Option<FaceIndex>,
     lands: Option<FaceIndex>,
     /// Height over the planes of the faces that it leaves and lands on, m.
@@ -43,6 +45,7 @@ impl Airborne {
         let zone = 2.0 * STRAIGHT_M;
         let near = |end: &Isometry3<f64>| distance(end) < zone;
         Self {
+            patch: swing.patch,
             // A face is excepted near the end that lies on it, not elsewhere.
             leaves: swing.leaves.filter(|_| near(&swing.from)),
             lands: swing.lands.filter(|_| near(&swing.to)),
@@ -59,13 +62,18 @@ impl Airborne {
         near(self.leaves, self.heights.0).or(near(self.lands, self.heights.1))
     }
 
-    /// Whether a body of the environment need not be cleared here.
-    pub fn touches(&self, context: &MotionContext, obstacle: usize) -> bool {
-        let environment = context.environment;
-        let near = |face: Option<FaceIndex>, height: f64| {
-            height < STRAIGHT_M && face.is_some_and(|f| environment.is_behind(f, obstacle))
-        };
-        near(self.leaves, self.heights.0) || near(self.lands, self.heights.1)
+    /// The least distance, m, to a body of the environment that the patch may touch here; nothing
+    /// where it may not.
+    pub fn contact_distance_m(&self, context: &MotionContext, obstacle: usize) -> Option<f64> {
+        let patch = &context.robot.patches[self.patch];
+        let ends = [(self.leaves, self.heights.0), (self.lands, self.heights.1)];
+        let near = ends.into_iter().filter(|(_, height)| *height < STRAIGHT_M);
+        let least_m = near.filter_map(|(face, _)| {
+            context
+                .environment
+                .contact_distance_m(patch, face?, obstacle)
+        });
+        least_m.min_by(f64::total_cmp)
     }
 
     /// The clearance, m, that is required to a body from which `normal_W` points to the patch.

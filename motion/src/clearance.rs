@@ -6,7 +6,7 @@
 //! short by less than half of what the pair moves in one step.
 #![allow(non_snake_case)]
 
-use nalgebra::{Isometry3, Point3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use robot_model::Kinematics;
 use robot_model::collision::{Shape, closest};
 
@@ -16,6 +16,8 @@ use crate::problem::{MotionContext, Task};
 
 /// Pairs farther apart than this are not measured exactly, m.
 const LOOK_M: f64 = 0.15;
+/// Bodies of the environment farther than this from the robot are not looked at until it has moved, m.
+const AROUND_M: f64 = 0.5;
 /// By how much a distance may fall short, m. The postures at the ends may be on their bounds, and a
 /// C² curve cannot follow a bound and leave it: 5 % of the margin to the environment.
 const TOLERANCE_M: f64 = 5e-4;
@@ -39,13 +41,16 @@ pub(crate) struct ClearanceMonitor<'a> {
     task: &'a Task,
     swing_body: Option<usize>,
     balls: Vec<Ball>,
-    obstacle_balls: Vec<(Point3<f64>, f64)>,
     placed: Vec<Placed>,
     /// How far each shape moved since the last sample, at most, m.
     moved: Vec<f64>,
     /// For each pair of the robot's shapes, by how much they may still move.
     own: Vec<f64>,
-    /// The same for each shape and body of the environment, by shape.
+    /// The bodies of the environment that are near the robot, by index.
+    near: Vec<usize>,
+    /// By how much every shape may move until another body could be too near, m.
+    alone_m: f64,
+    /// By how much each shape may still move beside each of the near bodies, by shape.
     world: Vec<f64>,
     fresh: bool,
 }
@@ -59,11 +64,6 @@ impl<'a> ClearanceMonitor<'a> {
             Ball { centre_G, radius }
         };
         let balls: Vec<Ball> = collision.shapes().iter().map(ball).collect();
-        let obstacles = context.environment.world().obstacles();
-        let around = obstacles.iter().map(|obstacle| {
-            let (centre, half) = obstacle.geometry().bounds();
-            (obstacle.pose() * centre, half.norm())
-        });
         let at = Placed {
             X_WG: Isometry3::identity(),
             centre: Point3::origin(),
@@ -73,11 +73,12 @@ impl<'a> ClearanceMonitor<'a> {
             context,
             task,
             swing_body: swing.map(|s| context.robot.patches[s.patch].body),
-            obstacle_balls: around.collect(),
             placed: vec![at; balls.len()],
             moved: vec![0.0; balls.len()],
             own: vec![0.0; collision.pairs().len()],
-            world: vec![0.0; balls.len() * obstacles.len()],
+            near: Vec::new(),
+            alone_m: 0.0,
+            world: Vec::new(),
             balls,
             fresh: true,
         }
@@ -137,7 +138,32 @@ impl<'a> ClearanceMonitor<'a> {
         }
     }
 
+    /// Finds the bodies of the environment that are near the robot, once it has moved far enough to
+    /// come near to others.
+    fn find_near(&mut self) {
+        let context = self.context;
+        self.alone_m -= self.moved.iter().copied().fold(0.0, f64::max);
+        if !self.fresh && self.alone_m > 0.0 {
+            return;
+        }
+        let corners = self.placed.iter().zip(&self.balls).map(|(placed, ball)| {
+            let reach = Vector3::repeat(ball.radius);
+            (placed.centre - reach, placed.centre + reach)
+        });
+        let Some((low, high)) = corners.reduce(|a, b| (a.0.inf(&b.0), a.1.sup(&b.1))) else {
+            return;
+        };
+        self.near = context.environment.world().near(&low, &high, AROUND_M);
+        self.world = vec![0.0; self.balls.len() * self.near.len()];
+        let most = context
+            .posture
+            .clearance_m
+            .max(context.config.swing_clearance_m);
+        self.alone_m = AROUND_M - most;
+    }
+
     fn look_at_world(&mut self, at: f64, air: Option<&Airborne>, worst: &mut Option<Failure>) {
+        self.find_near();
         let (context, task) = (self.context, self.task);
         let shapes = context.robot.collision.shapes();
         let obstacles = context.environment.world().obstacles();
@@ -145,21 +171,21 @@ impl<'a> ClearanceMonitor<'a> {
         let most = beside.max(context.config.swing_clearance_m);
         for (i, shape) in shapes.iter().enumerate() {
             let swings = self.swing_body == Some(shape.body);
-            let row = &mut self.world[i * obstacles.len()..(i + 1) * obstacles.len()];
-            for (o, left) in row.iter_mut().enumerate() {
+            let row = &mut self.world[i * self.near.len()..(i + 1) * self.near.len()];
+            for (&o, left) in self.near.iter().zip(row) {
                 *left -= self.moved[i];
                 if *left > 0.0 {
                     continue;
                 }
-                let excepted = task.touches(context, shape.body, o)
-                    || (swings && air.is_some_and(|air| air.touches(context, o)));
-                if excepted {
+                let in_air = air.filter(|_| swings);
+                let touching = (in_air.and_then(|air| air.contact_distance_m(context, o)))
+                    .or_else(|| task.contact_distance_m(context, shape.body, o));
+                if touching == Some(f64::NEG_INFINITY) {
                     *left = 0.0;
                     continue;
                 }
                 let placed = &self.placed[i];
-                let (centre, radius) = self.obstacle_balls[o];
-                let apart = (placed.centre - centre).norm() - radius - self.balls[i].radius;
+                let apart = obstacles[o].distance_m(&placed.centre) - self.balls[i].radius;
                 if apart > LOOK_M {
                     *left = apart - most;
                     continue;
@@ -170,13 +196,17 @@ impl<'a> ClearanceMonitor<'a> {
                     *left = LOOK_M - most;
                     continue;
                 };
-                let required = match air.filter(|_| swings) {
-                    Some(air) => air.required_m(context, &found.normal_W),
-                    None => beside,
+                let required = match (touching, in_air) {
+                    (Some(least_m), _) => least_m,
+                    (None, Some(air)) => air.required_m(context, &found.normal_W),
+                    (None, None) => beside,
                 };
                 let short = required - found.distance;
                 // What is asked of a patch in the air grows along its path: look again in good time.
-                *left = found.distance - if swings { most } else { beside };
+                *left = match touching {
+                    Some(_) => 0.0,
+                    None => found.distance - if swings { most } else { beside },
+                };
                 if short > TOLERANCE_M {
                     let reason = Reason::Clearance {
                         link: shape.link.clone(),

@@ -10,6 +10,8 @@ use crate::problem::{MotionContext, Task};
 
 /// Pairs whose distance is within this of the required one become inequalities, m.
 const LOOK_M: f64 = 0.04;
+/// The same of what a link in contact may touch, m.
+const CONTACT_LOOK_M: f64 = 2e-3;
 
 /// A distance to keep.
 pub(crate) struct Near {
@@ -44,21 +46,29 @@ pub(crate) fn pairs(
         let airborne = Airborne::new(context, swing, &kinematics.X_WC(patch));
         (patch.body, airborne)
     });
-    let skip = |shape: BodyShape, obstacle: usize| {
+    let touching = |shape: BodyShape, obstacle: usize| {
         let air = air.as_ref().filter(|(body, _)| *body == shape.body);
-        task.touches(context, shape.body, obstacle)
-            || air.is_some_and(|(_, air)| air.touches(context, obstacle))
+        let in_air = air.and_then(|(_, air)| air.contact_distance_m(context, obstacle));
+        in_air.or_else(|| task.contact_distance_m(context, shape.body, obstacle))
     };
+    let skip = |shape, obstacle| touching(shape, obstacle) == Some(f64::NEG_INFINITY);
     let beside = context.posture.clearance_m;
     let most = beside.max(context.config.swing_clearance_m) + extra_m + LOOK_M;
     let world = context.environment.world();
     collision.world_proximities(kinematics, world, most, &skip, &mut found);
-    out.extend(found.iter().map(|pair| {
+    out.extend(found.iter().filter_map(|pair| {
+        let Other::Obstacle(obstacle) = pair.b else {
+            return None;
+        };
+        if let Some(required) = touching(pair.a, obstacle) {
+            let is_near = pair.distance < required + CONTACT_LOOK_M;
+            return is_near.then(|| near(pair, kinematics, required));
+        }
         let required = match &air {
             Some((body, air)) if *body == pair.a.body => air.required_m(context, &pair.normal_W),
             _ => beside,
         };
-        near(pair, kinematics, required + extra_m)
+        Some(near(pair, kinematics, required + extra_m))
     }));
 }
 

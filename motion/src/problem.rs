@@ -106,12 +106,21 @@ impl MotionContext<'_> {
 }
 
 impl Task {
-    /// Whether an obstacle lies behind the plane of a face that a patch of `body` rests on: the body
-    /// may touch it.
-    pub fn touches(&self, context: &MotionContext, body: usize, obstacle: usize) -> bool {
-        self.closed.iter().any(|contact| {
-            context.robot.patches[contact.patch].body == body
-                && (contact.face).is_some_and(|f| context.environment.is_behind(f, obstacle))
-        })
+    /// The least distance, m, of `body` from an obstacle that lies behind the plane of a face that a
+    /// patch of the body rests on; nothing where there is no such face.
+    pub fn contact_distance_m(
+        &self,
+        context: &MotionContext,
+        body: usize,
+        obstacle: usize,
+    ) -> Option<f64> {
+        let least_m = self.closed.iter().filter_map(|contact| {
+            let patch = &context.robot.patches[contact.patch];
+            let face = contact.face.filter(|_| patch.body == body)?;
+            context
+                .environment
+                .contact_distance_m(patch, face, obstacle)
+        });
+        least_m.min_by(f64::total_cmp)
     }
 }

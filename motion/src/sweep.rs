@@ -2,7 +2,7 @@
 //! computed. For a leg that ends in a ball only the ball is tested.
 #![allow(non_snake_case)]
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 use robot_model::collision::{Shape, ShapeGeometry, closest};
 
 use crate::airborne::Airborne;
@@ -67,6 +67,7 @@ pub(crate) fn shortfall(
             }
         }
     }
+    let world = context.environment.world();
     let mut worst: Option<(Hit, f64, f64)> = None;
     let mut keep = |short: f64, u: f64, hit: &dyn Fn() -> Hit| {
         // The postures at the ends keep their clearance only to the solver's tolerance.
@@ -81,9 +82,12 @@ pub(crate) fn shortfall(
         let X_WB = X_WC * to_body;
         for (&(geometry, X_BG), &(centre, radius)) in swept.iter().zip(&balls) {
             let X_WG = X_WB * X_BG;
-            for (o, obstacle) in context.environment.world().obstacles().iter().enumerate() {
-                let middle = X_WG * centre;
-                if obstacle.is_beyond(&middle, radius + LOOK_M) || air.touches(context, o) {
+            let (middle, reach) = (X_WG * centre, Vector3::repeat(radius));
+            for o in world.near(&(middle - reach), &(middle + reach), LOOK_M) {
+                let obstacle = &world.obstacles()[o];
+                if obstacle.is_beyond(&middle, radius + LOOK_M)
+                    || air.contact_distance_m(context, o).is_some()
+                {
                     continue;
                 }
                 let (other, pose) = (obstacle.geometry(), obstacle.pose());

@@ -7,7 +7,7 @@
 
 use motion::{MotionContext, StanceRef};
 use nalgebra::{Point3, Vector3};
-use posture::{Contact, Outcome};
+use posture::{Contact, FaceIndex, Outcome};
 use robot_model::PatchId;
 
 use crate::Error;
@@ -71,7 +71,7 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
             continue;
         }
         let mut offered: Vec<(Vector3<f64>, Point3<f64>)> = Vec::new();
-        for &face in &context.request.usable[patch.index()] {
+        for face in within_reach(context, node, patch) {
             let Some(foothold) = propose(context, node, &feet, patch, face, 0) else {
                 continue;
             };
@@ -89,6 +89,22 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
         }
     }
     children
+}
+
+/// The faces that a patch may touch and that may be within its reach from the contacts of a node.
+fn within_reach(context: &SearchContext, node: &Node, patch: PatchId) -> Vec<FaceIndex> {
+    let radius_m = context.request.robot.patches[patch].point_radius_m();
+    let boxes = node.contacts.iter().map(|held| {
+        let reach_m = context.span_m(patch, held.patch) + radius_m.unwrap_or(0.0);
+        let middle = Point3::from(held.X_WC.translation.vector);
+        let reach = Vector3::repeat(reach_m);
+        (middle - reach, middle + reach)
+    });
+    let common = boxes.reduce(|a, b| (a.0.sup(&b.0), a.1.inf(&b.1)));
+    let near = common.map(|(low, high)| context.request.environment.faces_near(&low, &high));
+    let mut near = near.unwrap_or_default();
+    near.retain(|&face| context.may_touch(patch, face));
+    near
 }
 
 /// The child that touches at a proposed place.

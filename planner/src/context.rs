@@ -223,6 +223,16 @@ impl<'a> SearchContext<'a> {
         self.reach_m[patch.index()]
     }
 
+    /// An upper bound of the distance between two patches, m.
+    pub fn span_m(&self, a: PatchId, b: PatchId) -> f64 {
+        self.reach_m(a) + self.reach_m(b)
+    }
+
+    /// Whether a patch may touch a face.
+    pub fn may_touch(&self, patch: PatchId, face: FaceIndex) -> bool {
+        self.landing[patch.index()].contains_key(&face)
+    }
+
     /// Whether a patch may be used at all.
     pub fn is_used(&self, patch: PatchId) -> bool {
         self.used[patch.index()]

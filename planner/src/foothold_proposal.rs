@@ -255,7 +255,7 @@ fn within_reach(context: &SearchContext, node: &Node, foothold: &Foothold) -> bo
     let over = request.robot.patches[foothold.patch].touching(&Isometry3::identity());
     let centre = foothold.place + X_WF.rotation * over.translation.vector;
     node.contacts.iter().all(|held| {
-        let reach = context.reach_m(foothold.patch) + context.reach_m(held.patch);
-        (centre.coords - held.X_WC.translation.vector).norm() <= reach
+        let apart = centre.coords - held.X_WC.translation.vector;
+        apart.norm() <= context.span_m(foothold.patch, held.patch)
     })
 }

@@ -128,25 +128,12 @@ fn is_near(outline: &Outline, polygon: &ConvexPolygon) -> bool {
 fn standing_on(environment: &Environment, face: FaceIndex, height_m: f64) -> Vec<ConvexPolygon> {
     let on = &environment[face];
     let corners = on.vertices_W();
-    let count = corners.len().max(1) as f64;
-    let middle = Point3::from(
-        corners
-            .iter()
-            .map(|p| p.coords)
-            .sum::<nalgebra::Vector3<f64>>()
-            / count,
-    );
-    let radius_m = corners
-        .iter()
-        .map(|p| (p - middle).norm())
-        .fold(height_m, f64::max);
+    let first = corners.first().copied().unwrap_or_default();
+    let (low, high) = (corners.iter()).fold((first, first), |b, p| (b.0.inf(p), b.1.sup(p)));
     let X_FW = on.X_WF.inverse();
-    let bodies = environment.world().obstacles().iter().enumerate();
-    bodies
-        .filter(|(k, body)| {
-            !environment.is_behind(face, *k) && !body.is_beyond(&middle, radius_m + height_m)
-        })
-        .filter_map(|(_, body)| section(body, &X_FW, height_m))
+    let near = environment.world().near(&low, &high, height_m).into_iter();
+    near.filter(|&k| !environment.is_behind(face, k))
+        .filter_map(|k| section(&environment.world().obstacles()[k], &X_FW, height_m))
         .collect()
 }
 

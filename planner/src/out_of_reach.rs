@@ -67,27 +67,21 @@ pub(crate) fn out_of_reach(context: &SearchContext) -> Option<Blocked> {
     let span_m: f64 = reaches.iter().take(2).sum();
 
     // Every face that can be come to from the start's.
+    let is_start = |i: &usize| start.clone().any(|face| face == faces[*i]);
+    let (mut open, mut rest): (Vec<usize>, Vec<usize>) = (0..faces.len()).partition(is_start);
     let mut come_to: Vec<bool> = vec![false; extents.len()];
-    let mut open: Vec<usize> = Vec::new();
-    for face in start {
-        if let Ok(i) = faces.binary_search(&face) {
-            come_to[i] = true;
-            open.push(i);
-        }
-    }
     while let Some(i) = open.pop() {
-        for j in 0..extents.len() {
-            if !come_to[j] && extents[i].apart_m(&extents[j]) <= span_m {
-                come_to[j] = true;
-                open.push(j);
-            }
-        }
+        come_to[i] = true;
+        let is_near = |j: &usize| extents[i].apart_m(&extents[*j]) <= span_m;
+        let (near, far) = rest.into_iter().partition(is_near);
+        open.extend::<Vec<usize>>(near);
+        rest = far;
     }
 
     let goal = &request.goal;
     let name = |i: usize| &request.environment[extents[i].face].id;
     let blocked = |patch: PatchId, near_m: f64, wanted: &dyn Fn(usize) -> f64| {
-        let usable = |i: &usize| request.usable[patch.index()].contains(&extents[*i].face);
+        let usable = |i: &usize| context.may_touch(patch, extents[*i].face);
         let serve = |i: &usize| usable(i) && wanted(*i) <= near_m;
         if (0..extents.len()).any(|i| come_to[i] && serve(&i)) {
             return None;

@@ -96,7 +96,12 @@ fn in_reach(
     let used = request.robot.patch_ids().filter(|p| context.is_used(*p));
     for patch in used {
         let mu = request.robot.patches[patch].friction * friction_use;
-        for &face in &request.usable[patch.index()] {
+        let reach = Vector3::repeat(context.reach_m(patch));
+        let (low, high) = (Point3::from(base - reach), Point3::from(base + reach));
+        for face in environment.faces_near(&low, &high) {
+            if !context.may_touch(patch, face) {
+                continue;
+            }
             let Some((beside, over)) = environment.distances_m(face, &Point3::from(*base)) else {
                 continue;
             };

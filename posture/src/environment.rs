@@ -5,7 +5,8 @@ use std::ops::Index;
 use std::sync::OnceLock;
 
 use nalgebra::Point3;
-use robot_model::collision::World;
+use robot_model::ContactPatch;
+use robot_model::collision::{BoxIndex, World};
 use surfaces::outline::Outline;
 use surfaces::{Face, Region, Terrain};
 
@@ -28,13 +29,16 @@ pub struct Environment {
     /// Convex bodies to keep away from.
     world: World,
     body_names: Vec<String>,
-    /// `behind[face][body]`: whether the body lies wholly behind the face's plane.
-    behind: Vec<Vec<bool>>,
+    /// The boxes around the faces.
+    index: BoxIndex,
 }
 
 /// How far a body may rise over a plane and still count as behind it, m: two scanned planes of one
 /// floor differ by as much.
 const BEHIND_M: f64 = 0.015;
+/// How deep a link that stands on a face with a ball may be in what lies behind it, m: four fifths of
+/// what `verify` allows.
+const CONTACT_DEPTH_M: f64 = 4e-3;
 
 impl Environment {
     /// The environment of a terrain: bodies of `thickness_m` behind every face, and the terrain's
@@ -52,16 +56,12 @@ impl Environment {
         let (body_names, bodies): (Vec<String>, Vec<Vec<Point3<f64>>>) = behind_faces
             .chain(obstacles.map(|body| (body.id, body.points_W)))
             .unzip();
-        let behind = |face: &Face| {
-            let bodies = bodies.iter();
-            bodies.map(|b| face.is_behind(b, BEHIND_M)).collect()
-        };
         let world = World::new(&bodies).map_err(|(i, cause)| Error::Body {
             body: body_names[i].clone(),
             cause: cause.to_string(),
         })?;
         Ok(Self {
-            behind: terrain.faces.iter().map(behind).collect(),
+            index: BoxIndex::new(terrain.faces.iter().map(box_around)),
             inset: terrain.faces.iter().map(|_| OnceLock::new()).collect(),
             faces: terrain.faces,
             edge_sigmas,
@@ -85,6 +85,12 @@ impl Environment {
     /// All faces.
     pub fn faces(&self) -> impl ExactSizeIterator<Item = FaceIndex> + Clone + use<> {
         (0..self.faces.len()).map(FaceIndex)
+    }
+
+    /// The faces whose boxes along W's axes meet a box, in ascending order.
+    pub fn faces_near(&self, low: &Point3<f64>, high: &Point3<f64>) -> Vec<FaceIndex> {
+        let found = self.index.near(low, high, 0.0).into_iter();
+        found.map(FaceIndex).collect()
     }
 
     /// The connected parts of what a face's insets leave.
@@ -120,8 +126,46 @@ impl Environment {
     /// Whether a body of the world lies wholly behind the plane of a face: a link whose patch
     /// rests on the face cannot meet it.
     pub fn is_behind(&self, face: FaceIndex, body: usize) -> bool {
-        self.behind[face.0][body]
+        self.rise_m(face, body).is_some()
     }
+
+    /// How far a body rises over a face's plane, m, where that is so little that it lies behind it.
+    fn rise_m(&self, face: FaceIndex, body: usize) -> Option<f64> {
+        let (face, body) = (&self.faces[face.0], &self.world.obstacles()[body]);
+        let up_O = body.pose().inverse_transform_vector(&face.normal_W());
+        let highest_W = body.pose() * body.geometry().support(&up_O);
+        let rise_m = face.height_of(&highest_W).max(0.0);
+        (rise_m <= BEHIND_M).then_some(rise_m)
+    }
+
+    /// The least distance, m, between a body of the world that lies behind the plane of a face and
+    /// a link that rests on the face; nothing where the body does not lie behind it.
+    ///
+    /// A flat patch holds its link over the plane, so that nothing is asked of the distance (−∞). A
+    /// ball lets its link tilt, and into the ground: there it may be as deep as the body rises over
+    /// the plane, and a little more.
+    pub fn contact_distance_m(
+        &self,
+        patch: &ContactPatch,
+        face: FaceIndex,
+        body: usize,
+    ) -> Option<f64> {
+        let rise_m = self.rise_m(face, body)?;
+        let is_ball = patch.point_radius_m().is_some();
+        Some(if is_ball {
+            -CONTACT_DEPTH_M - rise_m
+        } else {
+            f64::NEG_INFINITY
+        })
+    }
+}
+
+/// The lowest and the highest corner of the box along W's axes around a face.
+fn box_around(face: &Face) -> (Point3<f64>, Point3<f64>) {
+    let corners = face.vertices_W();
+    let first = corners.first().copied().unwrap_or_default();
+    let corners = corners.iter();
+    corners.fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)))
 }
 
 impl Index<FaceIndex> for Environment {

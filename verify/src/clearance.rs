@@ -12,7 +12,10 @@ use crate::posture::{Posture, column, point};
 use crate::scene::{Scene, Touch};
 use crate::surroundings::Ball;
 
-/// The smallest distances found in a stance, m.
+/// What is farther over its bound than this is not measured in a stance, m.
+const FAR_M: f64 = 0.5;
+
+/// The smallest distances found in a stance, m; infinite where all is far.
 pub(crate) struct Nearest {
     pub environment: f64,
     pub own: f64,
@@ -37,15 +40,7 @@ pub(crate) fn check(
         String::new,
     );
     worst.add(Check::SelfClearance, f64::INFINITY, bounds.own, String::new);
-    distances(
-        scene,
-        posture,
-        touches,
-        &bounds,
-        f64::INFINITY,
-        "",
-        &mut worst,
-    );
+    distances(scene, posture, touches, &bounds, FAR_M, "", &mut worst);
     let nearest = Nearest {
         environment: worst.value(Check::Clearance),
         own: worst.value(Check::SelfClearance),
@@ -103,9 +98,12 @@ fn distances(
     let solids: Vec<Option<(Solid, Ball)>> = shapes.iter().map(placed).collect();
 
     // Robot and environment.
+    let balls = solids.iter().flatten().map(|(_, ball)| *ball);
+    let reach_m = beyond_m + bounds.free.max(0.0);
+    let bodies = scene.surroundings.near(balls, reach_m);
     for (shape, solid) in shapes.iter().zip(&solids) {
         let Some((solid, ball)) = solid else { continue };
-        for body in &scene.surroundings.bodies {
+        for body in &bodies {
             // What is farther than the worst so far, however it may be touched, cannot be the worst.
             let least = body.bounds.least_m(ball);
             let is_better = least - bounds.free > worst.margin(Check::Clearance)

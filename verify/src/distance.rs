@@ -127,7 +127,7 @@ fn way_out(a: &Core, b: &Core, start: Vector) -> Option<Vector> {
     }
 }
 
-fn vector(v: &Vector3<f64>) -> Vector {
+pub(crate) fn vector(v: &Vector3<f64>) -> Vector {
     Vector::new(v.x, v.y, v.z)
 }
 

@@ -1,17 +1,21 @@
 //! What stands around the robot: the bodies behind faces, and obstacles.
 
 use nalgebra::{Matrix4, Vector3};
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use plan::Plan;
 use surfaces::{Face, Source};
 
 use crate::Options;
 use crate::convex_parts::convex_parts;
-use crate::distance::Solid;
+use crate::distance::{Solid, vector};
 use crate::posture::{inverse_point, point};
 
 /// Everything that is not the robot, in W.
 pub(crate) struct Surroundings {
     pub bodies: Vec<Body>,
+    /// The boxes along W's axes around them.
+    boxes: Bvh,
 }
 
 /// The hull of points in W.
@@ -62,7 +66,26 @@ impl Surroundings {
             let frame = Matrix4::identity();
             add(name, obstacle.surface.clone(), &frame, points);
         }
-        Self { bodies }
+        let around = |body: &Body| {
+            let (low, high) = extremes(body.points.iter().copied());
+            Aabb::new(vector(&low), vector(&high))
+        };
+        let boxes: Vec<Aabb> = bodies.iter().map(around).collect();
+        let boxes = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
+        Self { bodies, boxes }
+    }
+
+    /// The bodies that may be within `distance_m` of any of some balls, in their order.
+    pub fn near(&self, balls: impl Iterator<Item = Ball>, distance_m: f64) -> Vec<&Body> {
+        let corners = balls.flat_map(|(centre, radius)| {
+            [-1.0, 1.0].map(|side| centre.add_scalar(side * (radius + distance_m)))
+        });
+        let (low, high) = extremes(corners);
+        let asked = Aabb::new(vector(&low), vector(&high));
+        let mut found: Vec<u32> = self.boxes.intersect_aabb(&asked).collect();
+        found.sort_unstable();
+        let found = found.into_iter();
+        found.filter_map(|i| self.bodies.get(i as usize)).collect()
     }
 }
 
@@ -80,6 +103,12 @@ impl Body {
     }
 }
 
+/// The lowest and the highest corner of the box along the axes around points.
+fn extremes(points: impl Iterator<Item = Vector3<f64>>) -> (Vector3<f64>, Vector3<f64>) {
+    let far = Vector3::repeat(f64::INFINITY);
+    points.fold((far, -far), |(low, high), p| (low.inf(&p), high.sup(&p)))
+}
+
 /// Centre and radius of a ball around a body, m.
 pub(crate) type Ball = (Vector3<f64>, f64);
 
@@ -93,9 +122,7 @@ pub(crate) struct Bounds {
 impl Bounds {
     /// Of points.
     fn new(frame: &Matrix4<f64>, points: &[Vector3<f64>]) -> Self {
-        let far = Vector3::repeat(f64::INFINITY);
-        let inside = points.iter().map(|p| inverse_point(frame, p));
-        let (low, high) = inside.fold((far, -far), |(low, high), p| (low.inf(&p), high.sup(&p)));
+        let (low, high) = extremes(points.iter().map(|p| inverse_point(frame, p)));
         Self {
             frame: *frame,
             low,

@@ -2,8 +2,8 @@
 //!
 //!   d(a, b) ≥ clearance,   ∇d = n·(J_a − J_b)        (n the unit normal from b to a)
 //!
-//! A link in contact is excepted from what lies wholly behind the plane it touches (the surface's
-//! own body, its neighbours in the plane, the riser under a tread); from nothing else.
+//! A link in contact may touch what lies wholly behind the plane it touches (the surface's own body,
+//! its neighbours in the plane, the riser under a tread), and nothing else.
 
 use nalgebra::Vector3;
 use robot_model::Configuration;
@@ -14,12 +14,16 @@ use crate::rows::{Rows, Tag};
 
 /// Distance within which pairs of bodies are looked at, m.
 const PREDICTION_M: f64 = 0.10;
+/// A distance to what a link in contact may touch is a row from here on to its bound, m.
+const CONTACT_PREDICTION_M: f64 = 2e-3;
 
 /// Pairs whose distance is watched.
 #[derive(Default)]
 pub(crate) struct Clearances {
     pub own: Vec<Proximity>,
     pub world: Vec<Proximity>,
+    /// What a link in contact may touch, each with its least distance, m.
+    touching: Vec<(Proximity, f64)>,
     /// Where they were looked for.
     at: Option<Configuration>,
 }
@@ -34,38 +38,54 @@ impl Clearances {
         let robot = ctx.robot();
         self.own.clear();
         self.world.clear();
+        self.touching.clear();
         let (collision, kin, within) = (&robot.collision, &it.kinematics, PREDICTION_M);
         collision.self_proximities(kin, within, &mut self.own);
         let environment = ctx.problem.environment;
-        let touches = |shape: BodyShape, obstacle: usize| {
-            let mut contacts = ctx.problem.contacts.iter().zip(&ctx.contacts);
-            let behind = |face| environment.is_behind(face, obstacle);
-            contacts.any(|(c, model)| model.body == shape.body && c.face.is_some_and(behind))
+        let touching = |shape: BodyShape, obstacle: usize| {
+            let contacts = ctx.problem.contacts.iter().zip(&ctx.contacts);
+            let own = contacts.filter(|(_, model)| model.body == shape.body);
+            let least_m = own.filter_map(|(contact, _)| {
+                let patch = &robot.patches[contact.patch];
+                environment.contact_distance_m(patch, contact.face?, obstacle)
+            });
+            least_m.min_by(f64::total_cmp)
         };
-        let world = environment.world();
-        collision.world_proximities(kin, world, within, &touches, &mut self.world);
+        let never = |shape, obstacle| touching(shape, obstacle) == Some(f64::NEG_INFINITY);
+        let mut found = Vec::new();
+        collision.world_proximities(kin, environment.world(), within, &never, &mut found);
+        for pair in found {
+            let Other::Obstacle(obstacle) = pair.b else {
+                continue;
+            };
+            match touching(pair.a, obstacle) {
+                None => self.world.push(pair),
+                Some(least_m) if pair.distance < least_m + CONTACT_PREDICTION_M => {
+                    self.touching.push((pair, least_m));
+                }
+                Some(_) => {}
+            }
+        }
     }
 
     pub fn rows(&mut self, ctx: &Context, it: &Iterate, rows: &mut Rows) {
         self.update(ctx, it);
-        for (pairs, clearance) in [
-            (&self.own, ctx.config.self_clearance_m),
-            (&self.world, ctx.config.clearance_m),
-        ] {
-            for pair in pairs {
-                let tag = match pair.b {
-                    Other::Shape(b) => Tag::SelfClearance(pair.a.shape, b.shape),
-                    Other::Obstacle(o) => Tag::Clearance(pair.a.shape, o),
-                };
-                let row = rows.push(tag, pair.distance, clearance, f64::INFINITY);
-                if row.is_empty() {
-                    continue;
-                }
-                let n: Vector3<f64> = pair.normal_W;
-                ctx.add_point_gradient(it, pair.a.body, &pair.p_a_W, &n, row);
-                if let Other::Shape(b) = pair.b {
-                    ctx.add_point_gradient(it, b.body, &pair.p_b_W, &-n, row);
-                }
+        let own = self.own.iter().map(|p| (p, ctx.config.self_clearance_m));
+        let world = self.world.iter().map(|p| (p, ctx.config.clearance_m));
+        let touching = self.touching.iter().map(|(p, least_m)| (p, *least_m));
+        for (pair, least_m) in own.chain(world).chain(touching) {
+            let tag = match pair.b {
+                Other::Shape(b) => Tag::SelfClearance(pair.a.shape, b.shape),
+                Other::Obstacle(o) => Tag::Clearance(pair.a.shape, o),
+            };
+            let row = rows.push(tag, pair.distance, least_m, f64::INFINITY);
+            if row.is_empty() {
+                continue;
+            }
+            let n: Vector3<f64> = pair.normal_W;
+            ctx.add_point_gradient(it, pair.a.body, &pair.p_a_W, &n, row);
+            if let Other::Shape(b) = pair.b {
+                ctx.add_point_gradient(it, b.body, &pair.p_b_W, &-n, row);
             }
         }
     }

@@ -30,10 +30,15 @@ impl Bounds {
         }
     }
 
-    /// Whether no point of the box is within `distance_m` of a point of W.
-    pub(crate) fn is_beyond(&self, point: &Point3<f64>, distance_m: f64) -> bool {
+    /// The lowest and the highest corner of the box along W's axes.
+    pub(crate) fn corners(&self) -> (Point3<f64>, Point3<f64>) {
+        (self.centre - self.reach, self.centre + self.reach)
+    }
+
+    /// The distance of a point of W from the box, m; 0 inside.
+    pub(crate) fn distance_m(&self, point: &Point3<f64>) -> f64 {
         let outside = self.axes.tr_mul(&(point - self.centre)).abs() - self.half;
-        outside.map(|x| x.max(0.0)).norm_squared() > distance_m.powi(2)
+        outside.map(|x| x.max(0.0)).norm()
     }
 
     /// Whether no point of the one is within `distance_m` of a point of the other, as far as

@@ -4,13 +4,15 @@
 //!
 //!   ḋ = nᵀ (v_pa − v_pb)        d < 0 on overlap: the least translation that would part them
 //!
-//! parry3d (GJK and EPA) computes what has no closed form; only `parry.rs` knows it.
+//! parry3d (GJK and EPA) computes what has no closed form; only `parry.rs` and
+//! `index.rs` know it.
 
 mod ascent;
 mod broad;
 mod closest;
 mod geometry;
 mod hull;
+mod index;
 mod model;
 mod narrow;
 mod overlap;
@@ -22,6 +24,7 @@ mod world;
 pub use closest::Closest;
 pub use geometry::ShapeGeometry;
 pub use hull::Hull;
+pub use index::BoxIndex;
 pub use model::{BodyShape, CollidingPair, CollisionModel, Other, Proximity, Shape};
 pub use narrow::closest;
 pub use quickhull::HullError;

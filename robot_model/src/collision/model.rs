@@ -204,9 +204,16 @@ impl CollisionModel {
         skip: &dyn Fn(BodyShape, usize) -> bool,
         out: &mut Vec<Proximity>,
     ) {
-        for (i, (X_WG, bounds)) in self.place(kinematics).iter().enumerate() {
+        let placed = self.place(kinematics);
+        let corners = placed.iter().map(|(_, bounds)| bounds.corners());
+        let Some((low, high)) = corners.reduce(|a, b| (a.0.inf(&b.0), a.1.sup(&b.1))) else {
+            return;
+        };
+        let near = world.near(&low, &high, prediction_m.max(0.0));
+        for (i, (X_WG, bounds)) in placed.iter().enumerate() {
             let a = self.body_shape(i);
-            for (k, obstacle) in world.obstacles().iter().enumerate() {
+            for &k in &near {
+                let obstacle = &world.obstacles()[k];
                 if bounds.is_farther_than(&obstacle.bounds, prediction_m) || skip(a, k) {
                     continue;
                 }

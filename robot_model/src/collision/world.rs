@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::broad::Bounds;
-use super::{Hull, HullError, ShapeGeometry};
+use super::{BoxIndex, Hull, HullError, ShapeGeometry};
 
 /// A convex body of the environment.
 #[derive(Clone, Debug)]
@@ -40,10 +40,15 @@ impl Obstacle {
         &self.pose
     }
 
+    /// A distance that every point of the obstacle has from a point of W at least, m: that of its box.
+    pub fn distance_m(&self, point: &Point3<f64>) -> f64 {
+        self.bounds.distance_m(point)
+    }
+
     /// Whether every point of the obstacle is farther than `distance_m` from a point of W, as far as
     /// its box can tell.
     pub fn is_beyond(&self, point: &Point3<f64>, distance_m: f64) -> bool {
-        self.bounds.is_beyond(point, distance_m)
+        self.distance_m(point) > distance_m
     }
 
     /// The obstacle's shape.
@@ -53,9 +58,10 @@ impl Obstacle {
 }
 
 /// The convex bodies of the environment, in a fixed order.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct World {
     obstacles: Vec<Obstacle>,
+    index: BoxIndex,
 }
 
 impl World {
@@ -65,12 +71,13 @@ impl World {
     /// The index of the first set that spans no volume or holds a point that is not finite,
     /// with the reason.
     pub fn new<P: AsRef<[Point3<f64>]>>(bodies: &[P]) -> Result<Self, (usize, HullError)> {
-        let obstacles = bodies
+        let obstacles: Vec<Obstacle> = bodies
             .iter()
             .enumerate()
             .map(|(i, points)| Obstacle::new(points.as_ref()).map_err(|error| (i, error)))
             .collect::<Result<_, _>>()?;
-        Ok(World { obstacles })
+        let index = BoxIndex::new(obstacles.iter().map(|o| o.bounds.corners()));
+        Ok(World { obstacles, index })
     }
 
     /// The bodies.
@@ -78,8 +85,9 @@ impl World {
         &self.obstacles
     }
 
-    /// Adds one more body.
-    pub fn push(&mut self, obstacle: Obstacle) {
-        self.obstacles.push(obstacle);
+    /// The bodies whose boxes along W's axes come within `distance_m` of a box, by index, in ascending
+    /// order.
+    pub fn near(&self, low: &Point3<f64>, high: &Point3<f64>, distance_m: f64) -> Vec<usize> {
+        self.index.near(low, high, distance_m)
     }
 }
