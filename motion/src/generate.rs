@@ -11,12 +11,17 @@ use crate::failure::{Failure, Reason};
 use crate::problem::{Keyframe, MotionContext, Swing, Task};
 use crate::route::Router;
 use crate::sampling::{SampledTrajectory, sample};
-use crate::sweep::{self, Hit};
+use crate::sweep::{self, Hit, Shortfall};
 use crate::swing_path::{self, SwingPath};
 use crate::timing;
 
 /// Paths through the air on which the whole body is tried for one swing.
 const PATHS_MAX: usize = 6;
+/// How often a path is bent away from what it comes too near to, by how much at most each time, and by how
+/// much more than it is short, m.
+const BENDS_MAX: usize = 6;
+const BEND_MAX_M: f64 = 0.03;
+const BEND_FURTHER_M: f64 = 2e-4;
 /// Postures solved on one path where its checks fail.
 const WAYPOINTS_MAX: usize = 2;
 /// Smallest distance of a waypoint from another keyframe, part of the path: nearer ones would be
@@ -58,17 +63,17 @@ pub(crate) fn solve(
         if tried == PATHS_MAX || stuck == STUCK_MAX {
             break;
         }
-        let path = SwingPath::new(context.environment, swing, shape);
-        if let Some((hit, short, at)) = sweep::shortfall(context, task, &path) {
+        let mut path = SwingPath::new(context.environment, swing, shape);
+        if let Some(short) = bend(context, task, &mut path) {
             let link = context.robot.patches[swing.patch].link.clone();
-            let reason = match hit {
+            let reason = match short.hit {
                 Hit::Environment(obstacle) => Reason::Clearance {
                     link,
                     body: context.environment.body_name(obstacle).to_owned(),
                 },
                 Hit::Robot(other) => Reason::SelfClearance { link, other },
             };
-            let failure = context.failure(task, reason, short, at);
+            let failure = context.failure(task, reason, short.short_m, short.at);
             keep_least(&mut nearest, failure);
             continue;
         }
@@ -84,6 +89,19 @@ pub(crate) fn solve(
     }
     let none = context.failure(task, Reason::Equilibrium, 0.0, 0.0);
     Ok(Err(nearest.unwrap_or(none)))
+}
+
+/// Bends a path away from what the link comes too near to; what is left of that.
+fn bend(context: &MotionContext, task: &Task, path: &mut SwingPath) -> Option<Shortfall> {
+    let mut bends = 0;
+    loop {
+        let short = sweep::shortfall(context, task, path)?;
+        let offset = short.away_W * (short.short_m + BEND_FURTHER_M);
+        if bends == BENDS_MAX || short.short_m > BEND_MAX_M || !path.bend(short.at, &offset) {
+            return Some(short);
+        }
+        bends += 1;
+    }
 }
 
 /// Whether another path of the patch would fail in the same way.

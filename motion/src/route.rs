@@ -86,10 +86,9 @@ impl<'a> Router<'a> {
                 q.integrate_in_place(&deltas[before..]);
             }
             self.target(u, &ends, &mut target);
-            let extra = quintic(u / EASE) * quintic((1.0 - u) / EASE);
-            let joints = joint_bounds(context, extra * EXTRA_RAD);
+            let joints = joint_bounds(context, inner(u) * EXTRA_RAD);
             let near = |kinematics: &Kinematics, out: &mut Vec<Near>| {
-                near::pairs(context, self.task, kinematics, extra * EXTRA_M, out);
+                near::pairs(context, self.task, kinematics, extra_m(u), out);
             };
             let bounds = Bounds {
                 joints: &joints,
@@ -226,6 +225,16 @@ impl Route<'_> {
         };
         self.projection.close(&ask, out, kinematics);
     }
+}
+
+/// How far `u` is from the ends of the path: 0 at them, 1 in the middle.
+fn inner(u: f64) -> f64 {
+    quintic(u / EASE) * quintic((1.0 - u) / EASE)
+}
+
+/// What is added to the clearances at `u`, m.
+pub(crate) fn extra_m(u: f64) -> f64 {
+    inner(u) * EXTRA_M
 }
 
 /// Where the closed contacts and the centre of mass are at `u`.

@@ -7,6 +7,7 @@ use robot_model::collision::{Shape, ShapeGeometry, closest};
 
 use crate::airborne::Airborne;
 use crate::problem::{MotionContext, Task};
+use crate::route::extra_m;
 use crate::swing_path::SwingPath;
 
 /// Poses along the path that are tested.
@@ -22,13 +23,22 @@ pub(crate) enum Hit {
     Robot(String),
 }
 
-/// What the link comes too near to, by how much (m) and where on the path (0…1), at the worst pose;
-/// `None` where the path is free.
+/// What the link comes too near to, by how much (m), where on the path (0…1) and which way leads from
+/// it (W), at the worst pose.
+pub(crate) struct Shortfall {
+    pub hit: Hit,
+    pub short_m: f64,
+    pub at: f64,
+    pub away_W: Vector3<f64>,
+}
+
+/// What the link comes too near to on a path, by the distances that the whole body keeps; nothing
+/// where the path is free.
 pub(crate) fn shortfall(
     context: &MotionContext,
     task: &Task,
     path: &SwingPath,
-) -> Option<(Hit, f64, f64)> {
+) -> Option<Shortfall> {
     let swing = task.swing.as_ref()?;
     let robot = context.robot;
     let patch = &robot.patches[swing.patch];
@@ -68,11 +78,16 @@ pub(crate) fn shortfall(
         }
     }
     let world = context.environment.world();
-    let mut worst: Option<(Hit, f64, f64)> = None;
-    let mut keep = |short: f64, u: f64, hit: &dyn Fn() -> Hit| {
+    let mut worst: Option<Shortfall> = None;
+    let mut keep = |short_m: f64, at: f64, away_W: Vector3<f64>, hit: &dyn Fn() -> Hit| {
         // The postures at the ends keep their clearance only to the solver's tolerance.
-        if short > 1e-4 && worst.as_ref().is_none_or(|(_, w, _)| short > *w) {
-            worst = Some((hit(), short, u));
+        if short_m > 1e-4 && worst.as_ref().is_none_or(|w| short_m > w.short_m) {
+            worst = Some(Shortfall {
+                hit: hit(),
+                short_m,
+                at,
+                away_W,
+            });
         }
     };
     for i in 0..=POSES {
@@ -92,14 +107,16 @@ pub(crate) fn shortfall(
                 }
                 let (other, pose) = (obstacle.geometry(), obstacle.pose());
                 if let Some(found) = closest(geometry, &X_WG, other, pose, LOOK_M) {
-                    let short = air.required_m(context, &found.normal_W) - found.distance;
-                    keep(short, u, &|| Hit::Environment(o));
+                    let required = air.required_m(context, &found.normal_W) + extra_m(u);
+                    let short = required - found.distance;
+                    keep(short, u, found.normal_W, &|| Hit::Environment(o));
                 }
             }
             for (other, X_WO) in &standing {
                 if let Some(found) = closest(geometry, &X_WG, &other.geometry, X_WO, LOOK_M) {
-                    let short = context.posture.self_clearance_m - found.distance;
-                    keep(short, u, &|| Hit::Robot(other.link.clone()));
+                    let required = context.posture.self_clearance_m + extra_m(u);
+                    let short = required - found.distance;
+                    keep(short, u, found.normal_W, &|| Hit::Robot(other.link.clone()));
                 }
             }
         }

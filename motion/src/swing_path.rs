@@ -6,6 +6,8 @@
 //! turns between the straight parts only.
 #![allow(non_snake_case)]
 
+use std::ops::Range;
+
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use posture::{Environment, FaceIndex};
 
@@ -32,6 +34,8 @@ pub(crate) struct Shape {
 pub(crate) struct SwingPath {
     control: Vec<Vector3<f64>>,
     knots: Vec<f64>,
+    /// The control points that may be moved: those that are not on the normals of its ends.
+    free: Range<usize>,
     from: UnitQuaternion<f64>,
     /// Rotation vector (in W) from the first orientation to the last.
     turn: Vector3<f64>,
@@ -103,7 +107,12 @@ impl SwingPath {
             let middle = 0.5 * (control[0] + control[1]);
             control.insert(1, middle);
         }
-        let mut path = Self::along(swing, control);
+        let (first, last) = (n0.map_or(1, |_| 4), n1.map_or(1, |_| 4));
+        let free = first..control.len().saturating_sub(last);
+        let mut path = Self {
+            free,
+            ..Self::along(swing, control)
+        };
         path.measure(n0.map(|n| (p0, n)), n1.map(|n| (p1, n)));
         path
     }
@@ -124,6 +133,7 @@ impl SwingPath {
         Self {
             knots: knots(&control),
             control,
+            free: 0..0,
             from,
             turn: (swing.to.rotation * from.inverse()).scaled_axis(),
             turning: (0.0, 1.0),
@@ -153,25 +163,53 @@ impl SwingPath {
         }
     }
 
-    /// Position at `u`, by de Boor's recursion.
+    /// Bends the path so that it is off by `offset` (m, W) at `u`, by the least change of its control
+    /// points; whether it could, which near its straight ends it cannot.
+    ///
+    ///   min Σ ‖δ_i‖²   s.t.   Σ N_i(u) δ_i = offset      over the free control points
+    pub fn bend(&mut self, u: f64, offset: &Vector3<f64>) -> bool {
+        let (first, weights) = self.basis(u);
+        let free = self.free.clone();
+        let moved = (first..).zip(weights).filter(|(i, _)| free.contains(i));
+        let square: f64 = moved.clone().map(|(_, w)| w * w).sum();
+        if square < BENDING_MIN {
+            return false;
+        }
+        for (i, w) in moved {
+            self.control[i] += offset * (w / square);
+        }
+        true
+    }
+
+    /// Position at `u`.
     pub fn position(&self, u: f64) -> Vector3<f64> {
+        let (first, weights) = self.basis(u);
+        let control = self.control[first..].iter().zip(weights);
+        control.map(|(point, weight)| point * weight).sum()
+    }
+
+    /// The first of the four control points that count at `u`, and their weights: the basis functions
+    /// of the B-spline, by Cox's and de Boor's recursion.
+    fn basis(&self, u: f64) -> (usize, [f64; 4]) {
         let u = u.clamp(0.0, 1.0);
         let last = self.control.len() - 1;
         let span = self.knots[4..=last].partition_point(|knot| *knot <= u) + 3;
-        let mut d = [Vector3::zeros(); 4];
-        d.copy_from_slice(&self.control[span - 3..=span]);
-        for r in 1..4 {
-            for j in (r..4).rev() {
-                let (low, high) = (self.knots[span - 3 + j], self.knots[span + 1 + j - r]);
-                let w = if high > low {
-                    (u - low) / (high - low)
+        let mut weights = [1.0, 0.0, 0.0, 0.0];
+        for degree in 1..4 {
+            let mut carried = 0.0;
+            for j in 0..degree {
+                let (low, high) = (self.knots[span + 1 + j - degree], self.knots[span + 1 + j]);
+                let part = if high > low {
+                    weights[j] / (high - low)
                 } else {
                     0.0
                 };
-                d[j] = d[j - 1] * (1.0 - w) + d[j] * w;
+                weights[j] = carried + (high - u) * part;
+                carried = (u - low) * part;
             }
+            weights[degree] = carried;
         }
-        d[3]
+        (span - 3, weights)
     }
 
     /// Pose at `u`.
@@ -183,6 +221,8 @@ impl SwingPath {
     }
 }
 
+/// Sum of the squares of the free control points' weights below which a path cannot be bent.
+const BENDING_MIN: f64 = 0.05;
 /// How readily a patch turns far from its ends, beside the joints.
 const TURN_FREEDOM: f64 = 0.5;
 /// Part of the path over which that freedom grows and ceases.
