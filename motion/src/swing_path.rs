@@ -197,14 +197,14 @@ impl SwingPath {
         let mut weights = [1.0, 0.0, 0.0, 0.0];
         for degree in 1..4 {
             let mut carried = 0.0;
-            for j in 0..degree {
+            for (j, weight) in weights.iter_mut().enumerate().take(degree) {
                 let (low, high) = (self.knots[span + 1 + j - degree], self.knots[span + 1 + j]);
                 let part = if high > low {
-                    weights[j] / (high - low)
+                    *weight / (high - low)
                 } else {
                     0.0
                 };
-                weights[j] = carried + (high - u) * part;
+                *weight = carried + (high - u) * part;
                 carried = (u - low) * part;
             }
             weights[degree] = carried;

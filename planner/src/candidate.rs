@@ -60,7 +60,7 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
             change: Move::Remove(patch),
             priority: priority(context, node, &after, stay()),
             tries: 0,
-            charged: 0,
+            charged: 0.0,
             near: None,
         });
     }
@@ -134,7 +134,7 @@ pub(crate) fn touch(
             + BEYOND_PRICE * beyond_m,
         change: Move::Add(foothold),
         tries: 0,
-        charged: 0,
+        charged: 0.0,
         near: None,
     }
 }

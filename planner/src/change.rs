@@ -20,8 +20,8 @@ pub(crate) struct Candidate {
     pub priority: f64,
     /// How often it was tried already.
     pub tries: usize,
-    /// Failures of motions from its node that its priority has been charged for.
-    pub charged: usize,
+    /// What its priority has been charged for what failed before it, in contacts.
+    pub charged: f64,
     /// A posture to stay near to in the place of the nominal one: the next one on a way that no
     /// motion takes off for.
     pub near: Option<Arc<Posture>>,

@@ -17,6 +17,7 @@
 //! | where it should land, and where else | `foothold_proposal` |
 //! | the posture that a stance would like best | `nominal_posture` |
 //! | ways that nothing can hold the robot on, goals that lengths exclude | `steepness`, `out_of_reach` |
+//! | where the search comes no nearer | `staleness` |
 //! | nodes from solved candidates | `node_construction` |
 //! | the tree and its order | [`search`](mod@search) |
 //! | which contacts the way can do without | `shorten` |
@@ -48,6 +49,7 @@ pub mod result;
 mod route;
 pub mod search;
 mod shorten;
+mod staleness;
 mod steepness;
 mod way;
 

@@ -23,6 +23,7 @@ use crate::node_construction;
 use crate::out_of_reach::out_of_reach;
 use crate::request::Request;
 use crate::result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
+use crate::staleness::{self, STALE_PRICE};
 use crate::steepness::too_steep;
 use crate::way;
 use crate::{Config, Error};
@@ -142,15 +143,14 @@ pub fn search(
             };
             return Ok(search.give_up(status));
         };
-        // Where motions failed, others wait.
-        let failures = search.nodes[candidate.node].failures;
-        if candidate.charged < failures {
-            let charge = (failures - candidate.charged) as f64 * FAILURE_PRICE;
-            let priority = candidate.priority + charge;
+        // Where motions failed, and where much was tried already, others wait.
+        let charge = search.charge(&candidate);
+        if candidate.charged < charge {
+            let priority = candidate.priority + charge - candidate.charged;
             let (rank, solved) = (search.rank(priority), Some(solved));
             let candidate = Candidate {
                 priority,
-                charged: failures,
+                charged: charge,
                 ..candidate
             };
             search.frontier.insert(rank, (candidate, solved));
@@ -166,6 +166,7 @@ pub fn search(
         let is_first = candidate.tries == 0 && candidate.near.is_none();
         let next = candidate::next_place(&search.context, parent, &candidate).filter(|_| is_first);
         let Some(solved) = solved else {
+            staleness::count(&mut search.nodes, candidate.node, None);
             next.into_iter().for_each(|next| search.put(next));
             continue;
         };
@@ -179,11 +180,17 @@ pub fn search(
             }
             search.put(next);
         }
-        match (child, solved.lift_off_blocked) {
+        let blocked = solved.lift_off_blocked;
+        let is_node = blocked.is_none() && child.is_ok();
+        let estimate = child.as_ref().ok().filter(|_| is_node);
+        let estimate = estimate.map(|node| search.context.estimate(&node.feet(&search.context)));
+        let begins = staleness::count(&mut search.nodes, candidate.node, estimate);
+        match (child, blocked) {
             (Ok(node), Some(reason)) => {
                 search.block(candidate.node, node.change.clone(), reason);
             }
-            (Ok(node), None) if search.is_new(&node) || candidate.near.is_some() => {
+            (Ok(mut node), None) if search.is_new(&node) || candidate.near.is_some() => {
+                node.progress = begins;
                 tracing::debug!(
                     "node {} from {}: {:?}",
                     search.nodes.len(),
@@ -254,6 +261,12 @@ impl<'a> Search<'a> {
         }
         let (_, (candidate, solved)) = self.frontier.pop_first()?;
         Some((candidate, solved?))
+    }
+
+    /// What a candidate costs for what failed or came no nearer about its node, in contacts.
+    fn charge(&self, candidate: &Candidate) -> f64 {
+        let node = &self.nodes[candidate.node];
+        FAILURE_PRICE * node.failures as f64 + STALE_PRICE * node.progress.stale
     }
 
     /// Whether the contact set was not reached before, to the cell.
