@@ -255,3 +255,38 @@ fn knots(control: &[Vector3<f64>]) -> Vec<f64> {
     knots.extend([1.0; 4]);
     knots
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[allow(clippy::unwrap_used)]
+    fn a_path_is_bent_by_what_is_asked_and_keeps_its_straight_ends() {
+        let robot = scenes::builtin_robot("hrp2").unwrap();
+        let robot = robot.load(&robot_model::Config::default()).unwrap();
+        let swing = Swing {
+            patch: robot.patch_id("left_foot").unwrap(),
+            from: Isometry3::identity(),
+            to: Isometry3::translation(0.4, 0.0, 0.2),
+            leaves: None,
+            lands: None,
+        };
+        let environment = Environment::default();
+        let shape = Shape {
+            height_m: 0.1,
+            aside_m: 0.0,
+            tight: false,
+        };
+        let path = SwingPath::new(&environment, &swing, shape);
+        let offset = Vector3::new(-0.002, 0.01, 0.0);
+        let mut bent = path.clone();
+        assert!(bent.bend(0.4, &offset));
+        let moved = bent.position(0.4) - path.position(0.4);
+        assert!((moved - offset).norm() < 1e-12, "{moved}");
+        for end in [0.0, 1.0] {
+            assert!((bent.position(end) - path.position(end)).norm() < 1e-12);
+        }
+        assert!(!bent.bend(0.0, &offset));
+    }
+}

@@ -8,7 +8,6 @@ use robot_model::PatchId;
 
 use crate::change::Candidate;
 use crate::context::{Footing, SearchContext};
-use crate::staleness::Progress;
 
 /// A contact set with its posture.
 #[derive(Clone, Debug)]
@@ -28,8 +27,6 @@ pub(crate) struct Node {
     pub origin: Option<Candidate>,
     /// Motions from it that failed.
     pub failures: usize,
-    /// How its part of the tree gets on.
-    pub progress: Progress,
     /// Whether there is a motion to it from its parent, as far as is known.
     pub settled: bool,
 }

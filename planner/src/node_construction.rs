@@ -12,7 +12,6 @@ use crate::change::{Candidate, Move};
 use crate::context::SearchContext;
 use crate::node::Node;
 use crate::result::Blocked;
-use crate::staleness::Progress;
 
 /// The start as a node: its contacts where the robot's own kinematics has them.
 pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<Node, Error> {
@@ -54,7 +53,6 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
         footing,
         origin: None,
         failures: 0,
-        progress: Progress::NONE,
         settled: true,
     })
 }
@@ -154,7 +152,6 @@ pub(crate) fn child(
         footing,
         origin: Some(candidate.clone()),
         failures: 0,
-        progress: parent.progress,
         settled: false,
     })
 }

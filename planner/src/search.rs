@@ -23,7 +23,7 @@ use crate::node_construction;
 use crate::out_of_reach::out_of_reach;
 use crate::request::Request;
 use crate::result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
-use crate::staleness::{self, STALE_PRICE};
+use crate::staleness::Staleness;
 use crate::steepness::too_steep;
 use crate::way;
 use crate::{Config, Error};
@@ -66,6 +66,7 @@ pub(crate) struct Search<'a> {
     pub dead: BTreeSet<usize>,
     frontier: BTreeMap<Rank, (Candidate, Option<Solved>)>,
     counted: usize,
+    staleness: Staleness,
     seen: BTreeSet<Key>,
     pub blocked: Vec<Blocked>,
     expanded: BTreeSet<usize>,
@@ -105,6 +106,7 @@ pub fn search(
         dead: BTreeSet::new(),
         frontier: BTreeMap::new(),
         counted: 0,
+        staleness: Staleness::new(),
         seen: BTreeSet::new(),
         blocked: Vec::new(),
         expanded: BTreeSet::new(),
@@ -166,7 +168,7 @@ pub fn search(
         let is_first = candidate.tries == 0 && candidate.near.is_none();
         let next = candidate::next_place(&search.context, parent, &candidate).filter(|_| is_first);
         let Some(solved) = solved else {
-            staleness::count(&mut search.nodes, candidate.node, None);
+            search.staleness.count(candidate.node, None);
             next.into_iter().for_each(|next| search.put(next));
             continue;
         };
@@ -184,13 +186,12 @@ pub fn search(
         let is_node = blocked.is_none() && child.is_ok();
         let estimate = child.as_ref().ok().filter(|_| is_node);
         let estimate = estimate.map(|node| search.context.estimate(&node.feet(&search.context)));
-        let begins = staleness::count(&mut search.nodes, candidate.node, estimate);
+        let begins = search.staleness.count(candidate.node, estimate);
         match (child, blocked) {
             (Ok(node), Some(reason)) => {
                 search.block(candidate.node, node.change.clone(), reason);
             }
-            (Ok(mut node), None) if search.is_new(&node) || candidate.near.is_some() => {
-                node.progress = begins;
+            (Ok(node), None) if search.is_new(&node) || candidate.near.is_some() => {
                 tracing::debug!(
                     "node {} from {}: {:?}",
                     search.nodes.len(),
@@ -198,6 +199,7 @@ pub fn search(
                     node.change
                 );
                 let index = search.nodes.len();
+                search.staleness.push(begins);
                 if let Some(last) = search.admit(node)?
                     && let Some(answer) = search.finalize(index, last, progress)?
                 {
@@ -266,7 +268,7 @@ impl<'a> Search<'a> {
     /// What a candidate costs for what failed or came no nearer about its node, in contacts.
     fn charge(&self, candidate: &Candidate) -> f64 {
         let node = &self.nodes[candidate.node];
-        FAILURE_PRICE * node.failures as f64 + STALE_PRICE * node.progress.stale
+        FAILURE_PRICE * node.failures as f64 + self.staleness.price(candidate.node)
     }
 
     /// Whether the contact set was not reached before, to the cell.

@@ -6,52 +6,67 @@
 //! end until all of it is tried; by these counts it backs out of one step by step, and goes straight on
 //! where nothing failed yet.
 
-use crate::node::Node;
-
 /// What one try counts at the parent of a node where it counts 1.
 const UPWARD: f64 = 0.8;
 /// Counts below this are nothing.
 const NOTHING: f64 = 1e-3;
 /// Price of a count, in contacts.
-pub(crate) const STALE_PRICE: f64 = 0.3;
+const STALE_PRICE: f64 = 0.3;
 
 /// How a node's part of the tree gets on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Progress {
+    parent: Option<usize>,
     /// The least estimate to the goal of a node there, in contacts.
     nearest: f64,
     /// Tries that came no nearer.
-    pub stale: f64,
+    stale: f64,
 }
 
-impl Progress {
-    /// Where nothing was tried.
-    pub const NONE: Self = Self {
-        nearest: f64::INFINITY,
-        stale: 0.0,
-    };
-}
+/// The counts of all nodes, by their numbers.
+pub(crate) struct Staleness(Vec<Progress>);
 
-/// Counts a try at a node; `estimate` is what the new node has before it, where there is one. What the
-/// new node starts with.
-pub(crate) fn count(nodes: &mut [Node], tried: usize, estimate: Option<f64>) -> Progress {
-    let nearest = estimate.unwrap_or(f64::INFINITY);
-    let before = nodes[tried].progress;
-    let stale = if nearest < before.nearest {
-        0.0
-    } else {
-        UPWARD * before.stale
-    };
-    let (mut at, mut counts) = (Some(tried), 1.0);
-    while let Some(node) = at.filter(|_| counts > NOTHING) {
-        let progress = &mut nodes[node].progress;
-        if nearest < progress.nearest {
-            progress.nearest = nearest;
-        } else {
-            progress.stale += counts;
-        }
-        counts *= UPWARD;
-        at = nodes[node].parent;
+impl Staleness {
+    /// Those of a tree of a root alone, where nothing was tried.
+    pub fn new() -> Self {
+        Self(vec![Progress {
+            parent: None,
+            nearest: f64::INFINITY,
+            stale: 0.0,
+        }])
     }
-    Progress { nearest, stale }
+
+    /// Counts a try at a node; `estimate` is what the node that comes of it has before it, if one
+    /// does. What that node starts with.
+    pub fn count(&mut self, tried: usize, estimate: Option<f64>) -> Progress {
+        let nearest = estimate.unwrap_or(f64::INFINITY);
+        let before = self.0[tried];
+        let (mut at, mut counts) = (Some(tried), 1.0);
+        while let Some(node) = at.filter(|_| counts > NOTHING) {
+            let progress = &mut self.0[node];
+            if nearest < progress.nearest {
+                progress.nearest = nearest;
+            } else {
+                progress.stale += counts;
+            }
+            counts *= UPWARD;
+            at = progress.parent;
+        }
+        let nearer = nearest < before.nearest;
+        Progress {
+            parent: Some(tried),
+            nearest,
+            stale: if nearer { 0.0 } else { UPWARD * before.stale },
+        }
+    }
+
+    /// Joins the next node.
+    pub fn push(&mut self, progress: Progress) {
+        self.0.push(progress);
+    }
+
+    /// What is left to try at a node costs more by this, in contacts.
+    pub fn price(&self, node: usize) -> f64 {
+        STALE_PRICE * self.0[node].stale
+    }
 }

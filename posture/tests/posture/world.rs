@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 use posture::{BaseGoal, Config, Contact, Environment, Outcome, Posture, Problem, stand};
+use robot_model::collision::BodyShape;
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
 use surfaces::{Face, Terrain};
 
@@ -55,6 +56,7 @@ pub fn solve(
     let outcome = posture::solve(&problem, config).unwrap();
     if let Some(posture) = outcome.posture() {
         assert_sound(robot, contacts, posture, config);
+        assert_on_ground(robot, world, contacts, posture);
     }
     outcome
 }
@@ -104,5 +106,23 @@ fn assert_sound(robot: &Robot, contacts: &[Contact], posture: &Posture, config: 
         let most = body.effort * (config.torque_use + 1e-4);
         assert!(torque.abs() <= most, "{joint}");
         assert!(q >= body.lower && q <= body.upper, "{joint}");
+    }
+}
+
+/// No link that stands on a ball is deeper in what it stands on than 4 mm.
+fn assert_on_ground(robot: &Robot, world: &Environment, contacts: &[Contact], posture: &Posture) {
+    let kinematics = Kinematics::new(robot, &posture.q);
+    let on_ball = |body: usize| {
+        let patches = contacts.iter().map(|c| &robot.patches[c.patch]);
+        let mut own = patches.filter(|patch| patch.body == body);
+        own.any(|patch| patch.point_radius_m().is_some())
+    };
+    let others = |shape: BodyShape, _| !on_ball(shape.body);
+    let mut near = Vec::new();
+    let collision = &robot.collision;
+    collision.world_proximities(&kinematics, world.world(), 0.0, &others, &mut near);
+    for pair in near {
+        let link = &collision.shapes()[pair.a.shape].link;
+        assert!(pair.distance > -4.1e-3, "{link}: {}", pair.distance);
     }
 }

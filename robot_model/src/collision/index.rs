@@ -1,9 +1,9 @@
 //! Boxes along W's axes, found by what they meet: parry's hierarchy of bounding volumes.
 
-use glamx::DVec3;
 use nalgebra::{Point3, Vector3};
-use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+
+use super::parry::aabb;
 
 /// Boxes along W's axes, each known by its number.
 #[derive(Clone, Default)]
@@ -13,7 +13,7 @@ impl BoxIndex {
     /// Boxes (lowest and highest corner, W, m), numbered as they come.
     pub fn new(boxes: impl IntoIterator<Item = (Point3<f64>, Point3<f64>)>) -> Self {
         let boxes = boxes.into_iter().map(|(low, high)| aabb(&low, &high));
-        let boxes: Vec<Aabb> = boxes.collect();
+        let boxes: Vec<_> = boxes.collect();
         Self(Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes))
     }
 
@@ -28,7 +28,18 @@ impl BoxIndex {
     }
 }
 
-fn aabb(low: &Point3<f64>, high: &Point3<f64>) -> Aabb {
-    let corner = |p: &Point3<f64>| DVec3::new(p.x, p.y, p.z);
-    Aabb::new(corner(low), corner(high))
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_near_a_box_are_found_in_their_order() {
+        let cube = |x: f64| (Point3::new(x, 0.0, 0.0), Point3::new(x + 1.0, 1.0, 1.0));
+        let index = BoxIndex::new([5.0, 0.0, 2.5, -9.0].map(cube));
+        let (low, high) = cube(1.2);
+        assert_eq!(index.near(&low, &high, 0.25), [1]);
+        assert_eq!(index.near(&low, &high, 0.35), [1, 2]);
+        assert_eq!(index.near(&low, &high, 10.0), [0, 1, 2, 3]);
+        assert!(BoxIndex::default().near(&low, &high, 1e3).is_empty());
+    }
 }

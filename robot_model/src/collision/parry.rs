@@ -1,7 +1,8 @@
-//! The one place that speaks parry (and glam): closest points of two convex cores.
+//! The one place that speaks glam to parry: closest points of two convex cores, boxes.
 
 use glamx::{DPose3, DVec3};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
+use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
@@ -23,6 +24,11 @@ fn to_glam(v: &Vector3<f64>) -> DVec3 {
 
 fn from_glam(v: DVec3) -> Vector3<f64> {
     Vector3::new(v.x, v.y, v.z)
+}
+
+/// A box along the axes, by its lowest and highest corner.
+pub(super) fn aabb(low: &Point3<f64>, high: &Point3<f64>) -> Aabb {
+    Aabb::new(to_glam(&low.coords), to_glam(&high.coords))
 }
 
 /// What parry found, in A's frame.
