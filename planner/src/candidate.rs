@@ -201,15 +201,6 @@ pub(crate) fn solve(
     } else {
         &NO_RESERVE
     };
-    let config = &posture::Config {
-        restarts: RESTARTS[candidate.tries.min(RESTARTS.len() - 1)],
-        solver: posture::Solver {
-            optimality: OPTIMALITY,
-            tilt_max_rad: Some(context.config.tilt_max_rad),
-            ..motion.posture.solver
-        },
-        ..reserve.beyond(motion.posture)
-    };
     let mut contacts = node.contacts.clone();
     let mut along_m = node.along_m(context);
     match &candidate.change {
@@ -229,10 +220,17 @@ pub(crate) fn solve(
             }
         }
     }
-    let reference = match &candidate.near {
-        Some(posture) => posture.q.clone(),
-        None => nominal_posture(context, &contacts, along_m),
+    let nominal = nominal_posture(context, &contacts, along_m);
+    let config = &posture::Config {
+        restarts: RESTARTS[candidate.tries.min(RESTARTS.len() - 1)],
+        solver: posture::Solver {
+            optimality: OPTIMALITY,
+            upright: Some(context.upright(&nominal)),
+            ..motion.posture.solver
+        },
+        ..reserve.beyond(motion.posture)
     };
+    let reference = candidate.near.as_ref().map_or(nominal, |p| p.q.clone());
     let problem = context.problem(contacts, &reference, &node.posture.q);
     let outcome = posture::solve(&problem, config)?;
     let lift_off_blocked = match &outcome {

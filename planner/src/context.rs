@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use nalgebra::{Vector2, Vector3};
-use posture::{Contact, FaceIndex, Problem};
+use posture::{Contact, FaceIndex, Problem, Upright};
 use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
 
 use crate::landing::{Footprint, Landing};
@@ -283,6 +283,14 @@ impl<'a> SearchContext<'a> {
             base_goal: None,
             reference,
             guess,
+        }
+    }
+
+    /// How far the base may tilt: from a nominal posture's up.
+    pub fn upright(&self, nominal: &Configuration) -> Upright {
+        Upright {
+            z_W: nominal.R_WB * Vector3::z(),
+            tilt_max_rad: self.config.tilt_max_rad,
         }
     }
 

@@ -58,7 +58,7 @@ pub(crate) fn try_goal(
         let config = posture::Config {
             restarts: 0,
             solver: posture::Solver {
-                tilt_max_rad: Some(context.config.tilt_max_rad),
+                upright: Some(context.upright(&reference)),
                 ..config.solver
             },
             ..reserve.beyond(config)

@@ -12,6 +12,8 @@ pub(super) struct Document {
     pub states: States,
     #[serde(rename = "LimbTaskList")]
     pub limb_tasks: Vec<LimbTask>,
+    #[serde(rename = "LimbManagerSet")]
+    pub limb_managers: LimbManagers,
     #[serde(rename = "Contacts")]
     pub contacts: Contacts,
     pub robots: BTreeMap<String, RobotConfig>,
@@ -42,7 +44,28 @@ pub(super) struct Parallel {
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Initial {
-    pub initial_contacts: BTreeMap<String, Constraint>,
+    pub auto_start_time: f64,
+    pub initial_contacts: Vec<InitialContact>,
+}
+
+#[derive(Serialize)]
+pub(super) struct InitialContact {
+    pub limb: String,
+    #[serde(flatten)]
+    pub constraint: Constraint,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "PascalCase")]
+pub(super) struct LimbManagers {
+    pub limb_manager: BTreeMap<String, LimbManager>,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct LimbManager {
+    #[serde(rename = "touchDownForceZ")]
+    pub touch_down_force_z: f64,
 }
 
 #[derive(Serialize)]

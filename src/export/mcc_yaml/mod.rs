@@ -17,19 +17,27 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
-use plan::{Change, Contact, Plan};
+use plan::{Contact, Plan};
 use robot_model::{ContactPatch, Robot};
 use serde_saphyr::FlowSeq;
 
 use super::limbs::Limbs;
-use super::timeline::{Move, phases};
-use super::{Config, frames, swing};
+use super::{Config, frames};
 use document::*;
+use steps::steps;
 
+mod cubic_swing;
 mod document;
+mod steps;
 
-/// Part of a swing in which a limb leaves, and part in which it approaches.
-const APPROACH_PART: f64 = 0.3;
+/// When the controller takes over, s after it was started; without it, it waits for a click.
+const AUTO_START_S: f64 = 2.0;
+/// The controller's own force of a touch down, N.
+const TOUCH_DOWN_N: f64 = 50.0;
+/// Part of the least load that a limb comes to bear at which it has touched down, and the least that
+/// a force sensor's noise lets it be, N.
+const TOUCH_DOWN_PART: f64 = 0.5;
+const NOISE_N: f64 = 5.0;
 
 /// The plan as a configuration of the controller.
 pub(super) fn write(
@@ -48,21 +56,27 @@ pub(super) fn write(
     let limbs = Limbs::new(robot, config)?;
     let start = plan.stances.first().context("the plan has no stances")?;
     let initial_contacts = start.contacts.iter().map(|contact| {
-        let limb = limbs.of(&contact.patch)?.to_owned();
-        Ok((limb, constraint(plan, contact)))
+        Ok(InitialContact {
+            limb: limbs.of(&contact.patch)?.to_owned(),
+            constraint: constraint(plan, contact),
+        })
     });
     let initial_contacts = initial_contacts.collect::<Result<_>>()?;
     let name = config.robot.as_ref().unwrap_or(&plan.robot.name).clone();
     let base = robot.bodies.first().map(|b| b.name.clone());
+    let (configs, strays_m) = steps(plan, motion, robot, &limbs, config)?;
     let document = Document {
         states: States {
             initial: State {
                 base: "MCC::Initial",
-                configs: Initial { initial_contacts },
+                configs: Initial {
+                    auto_start_time: AUTO_START_S,
+                    initial_contacts,
+                },
             },
             motion: State {
                 base: "MCC::ConfigMotion",
-                configs: steps(plan, motion, &limbs, config)?,
+                configs,
             },
             main: Parallel {
                 base: "Parallel",
@@ -70,6 +84,9 @@ pub(super) fn write(
             },
         },
         limb_tasks: limb_tasks(robot, &limbs)?,
+        limb_managers: LimbManagers {
+            limb_manager: limb_managers(plan, robot, &limbs)?,
+        },
         contacts: Contacts {
             surface: vertices(robot, &limbs)?,
         },
@@ -91,90 +108,50 @@ pub(super) fn write(
         "# {} by {} {}: {} stances of {}.\n\
          # For isri-aist/MultiContactController: merge it over the controller's own configuration.\n\
          # Poses: m, and roll, pitch, yaw in rad. Contact frames have z out of the environment.\n\
-         # Friction is what the plan uses of it ({} of the coefficient).\n",
+         # Friction is what the plan uses of it ({} of the coefficient).\n\
+         # Swings stray from the motion's by {:.1} mm at most.\n",
         plan.scene,
         plan.program.name,
         plan.program.version,
         plan.stances.len(),
         plan.robot.name,
         plan.required.friction_use,
+        1e3 * strays_m,
     );
     Ok(header + &serde_saphyr::to_string(&document)?)
 }
 
-/// The step commands, and the centres of mass and postures that go with them.
-fn steps(
+/// The force by which each limb is known to have touched down: less than the least that it comes to
+/// bear in any contact that the plan makes with it.
+fn limb_managers(
     plan: &Plan,
-    motion: Option<&plan::Motion>,
+    robot: &Robot,
     limbs: &Limbs,
-    config: &Config,
-) -> Result<Motion> {
-    let mut steps = Vec::new();
-    let mut poses: Vec<TimedPose> = Vec::new();
-    let mut postures = Vec::new();
-    for phase in phases(plan, motion, config) {
-        let stance = &plan.stances[phase.stance];
-        let time = frames::rounded(phase.start_s);
-        // A limb that is taken away leaves the posture as it is.
-        if phase.kind != Move::Release {
-            poses.push(TimedPose {
-                time,
-                pose: centroidal_pose(plan, phase.stance)?,
-            });
-            let joints = stance.q.iter().skip(7).map(|q| frames::rounded(*q));
-            let target = plan.robot.joint_names.iter().cloned().zip(joints).collect();
-            postures.push(TimedPosture {
-                time,
-                target: Target(target),
-            });
+) -> Result<BTreeMap<String, LimbManager>> {
+    let mut managers = BTreeMap::new();
+    for patch in &robot.patches {
+        let mut least_N = TOUCH_DOWN_N / TOUCH_DOWN_PART;
+        // The most that the present contact has borne.
+        let mut borne_N: Option<f64> = None;
+        for stance in &plan.stances {
+            let contact = stance.contacts.iter().find(|c| c.patch == patch.name);
+            let Some(contact) = contact else {
+                least_N = borne_N.take().unwrap_or(least_N).min(least_N);
+                continue;
+            };
+            let normal_W = frames::isometry(&contact.X_WC).rotation * Vector3::z();
+            let forces_W = contact.forces_W.iter();
+            let load_N: f64 = forces_W.map(|f| Vector3::from(*f).dot(&normal_W)).sum();
+            borne_N = Some(borne_N.unwrap_or(0.0).max(load_N));
         }
-        let (Change::Add { patch, .. } | Change::Remove { patch, .. }) = &stance.change else {
-            continue;
+        least_N = borne_N.unwrap_or(least_N).min(least_N);
+        let force = frames::rounded((TOUCH_DOWN_PART * least_N).max(NOISE_N));
+        let manager = LimbManager {
+            touch_down_force_z: force,
         };
-        let contact = frames::contact(plan, phase.stance, patch)?;
-        let to = frames::isometry(&contact.X_WC);
-        let off = Some(triple(&swing::off_surface()));
-        let part = Some(APPROACH_PART);
-        let swing_config = match phase.kind {
-            Move::Shift => continue,
-            Move::Step { from } => {
-                let from = frames::isometry(&frames::contact(plan, from, patch)?.X_WC);
-                let swing = swing::between(&from, &to);
-                SwingConfig {
-                    withdraw_duration_ratio: part,
-                    withdraw_offset: Some(triple(&swing.withdraw)),
-                    approach_duration_ratio: part,
-                    approach_offset: Some(triple(&swing.approach)),
-                    swing_offset: Some(triple(&swing.middle)),
-                }
-            }
-            Move::Make => SwingConfig {
-                approach_duration_ratio: part,
-                approach_offset: off,
-                ..SwingConfig::default()
-            },
-            Move::Release => SwingConfig {
-                withdraw_offset: off,
-                ..SwingConfig::default()
-            },
-        };
-        let makes = phase.kind != Move::Release;
-        steps.push(StepCommand {
-            limb: limbs.of(patch)?.to_owned(),
-            kind: if makes { "Add" } else { "Remove" },
-            start_time: time,
-            end_time: frames::rounded(phase.end_s),
-            pose: makes.then(|| pose(&to)),
-            constraint: makes.then(|| constraint(plan, contact)),
-            swing_config,
-        });
+        managers.insert(limbs.of(&patch.name)?.to_owned(), manager);
     }
-    Ok(Motion {
-        base_time: "Relative",
-        step_command_list: steps,
-        nominal_centroidal_pose_list: poses,
-        nominal_posture_list: postures,
-    })
+    Ok(managers)
 }
 
 /// A surface contact with the friction that the plan allows itself: plan and controller then
