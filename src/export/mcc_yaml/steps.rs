@@ -5,10 +5,10 @@ use anyhow::Result;
 use nalgebra::Isometry3;
 use plan::{Change, Plan};
 use robot_model::{Kinematics, Robot};
+use serde_json::{Value, json};
 
 use super::cubic_swing::CubicSwing;
-use super::document::*;
-use super::{centroidal_pose, constraint, pose, triple};
+use super::{centroidal_pose, friction, pose, triple};
 use crate::export::limbs::Limbs;
 use crate::export::timeline::{Move, Phase, START_S, phases};
 use crate::export::{Config, frames, swing};
@@ -16,41 +16,44 @@ use crate::export::{Config, frames, swing};
 /// Part of a swing in which a limb leaves, and part in which it approaches, without a motion.
 const APPROACH_PART: f64 = 0.3;
 
-/// The step commands, and the centres of mass and postures that go with them; how far a swing strays
-/// from that of the motion at most, m.
+/// What the template says of the way.
+pub(super) struct Steps {
+    pub commands: Vec<Value>,
+    /// The centres of mass and postures that go with them.
+    pub nominals: Vec<Value>,
+    /// How far a swing strays from that of the motion at most, m.
+    pub strays_m: f64,
+}
+
+/// The step commands and all that goes with them.
 pub(super) fn steps(
     plan: &Plan,
     motion: Option<&plan::Motion>,
     robot: &Robot,
     limbs: &Limbs,
     config: &Config,
-) -> Result<(Motion, f64)> {
-    let mut steps = Vec::new();
-    let mut poses: Vec<TimedPose> = Vec::new();
-    let mut postures = Vec::new();
+) -> Result<Steps> {
+    let (mut commands, mut nominals) = (Vec::new(), Vec::new());
     let mut strays_m = 0.0_f64;
     for phase in phases(plan, motion, config) {
         let stance = &plan.stances[phase.stance];
         let time = frames::rounded(phase.start_s);
         // A limb that is taken away leaves the posture as it is.
         if phase.kind != Move::Release {
-            poses.push(TimedPose {
-                time,
-                pose: centroidal_pose(plan, phase.stance)?,
-            });
             let joints = stance.q.iter().skip(7).map(|q| frames::rounded(*q));
-            let target = plan.robot.joint_names.iter().cloned().zip(joints).collect();
-            postures.push(TimedPosture {
-                time,
-                target: Target(target),
-            });
+            let joints = plan.robot.joint_names.iter().zip(joints);
+            nominals.push(json!({
+                "time_s": time,
+                "pose": centroidal_pose(plan, phase.stance)?,
+                "joints": joints.collect::<Vec<_>>(),
+            }));
         }
         let (Change::Add { patch, .. } | Change::Remove { patch, .. }) = &stance.change else {
             continue;
         };
         let contact = frames::contact(plan, phase.stance, patch)?;
         let to = frames::isometry(&contact.X_WC);
-        let swing_config = match phase.kind {
+        let swing = match phase.kind {
             Move::Shift => continue,
             Move::Step { from } => {
                 let from = frames::isometry(&frames::contact(plan, from, patch)?.X_WC);
@@ -60,37 +63,30 @@ pub(super) fn steps(
                         strays_m = strays_m.max(swing.strays_m);
                         followed(&swing, &from, &to)
                     }
-                    None => assumed(&swing::between(&from, &to)),
+                    None => swing_config([APPROACH_PART; 2], &swing::between(&from, &to)),
                 }
             }
-            Move::Make => SwingConfig {
-                approach_duration_ratio: Some(APPROACH_PART),
-                approach_offset: Some(triple(&swing::off_surface())),
-                ..SwingConfig::default()
-            },
-            Move::Release => SwingConfig {
-                withdraw_offset: Some(triple(&swing::off_surface())),
-                ..SwingConfig::default()
-            },
+            Move::Make => json!({
+                "approachDurationRatio": APPROACH_PART,
+                "approachOffset": triple(&swing::off_surface()),
+            }),
+            Move::Release => json!({ "withdrawOffset": triple(&swing::off_surface()) }),
         };
-        let makes = phase.kind != Move::Release;
-        steps.push(StepCommand {
-            limb: limbs.of(patch)?.to_owned(),
-            kind: if makes { "Add" } else { "Remove" },
-            start_time: time,
-            end_time: frames::rounded(phase.end_s),
-            pose: makes.then(|| pose(&to)),
-            constraint: makes.then(|| constraint(plan, contact)),
-            swing_config,
-        });
+        commands.push(json!({
+            "limb": limbs.of(patch)?,
+            "makes": phase.kind != Move::Release,
+            "start_s": time,
+            "end_s": frames::rounded(phase.end_s),
+            "pose": pose(&to),
+            "friction": friction(plan, contact),
+            "swing": swing,
+        }));
     }
-    let motion = Motion {
-        base_time: "Relative",
-        step_command_list: steps,
-        nominal_centroidal_pose_list: poses,
-        nominal_posture_list: postures,
-    };
-    Ok((motion, strays_m))
+    Ok(Steps {
+        commands,
+        nominals,
+        strays_m,
+    })
 }
 
 /// Where a patch is in a phase of the motion, at equal steps of time.
@@ -112,30 +108,26 @@ fn patch_path(
     samples.map(place).collect()
 }
 
-/// The offsets of a swing that follows the motion's, each in the frame that it is an offset from.
-fn followed(swing: &CubicSwing, from: &Isometry3<f64>, to: &Isometry3<f64>) -> SwingConfig {
+/// The swing that follows the motion's; each offset in the frame that it is an offset from.
+fn followed(swing: &CubicSwing, from: &Isometry3<f64>, to: &Isometry3<f64>) -> Value {
     let offset = |frame: &Isometry3<f64>, place: usize| {
         let off_W = swing.places_W[place] - frame.translation.vector;
-        Some(triple(&(frame.rotation.inverse() * off_W)))
+        frame.rotation.inverse() * off_W
     };
-    let [withdraw, approach] = swing.parts;
-    SwingConfig {
-        withdraw_duration_ratio: Some(withdraw),
-        withdraw_offset: offset(from, 1),
-        approach_duration_ratio: Some(approach),
-        approach_offset: offset(to, 3),
-        swing_offset: offset(&from.lerp_slerp(to, 0.5), 2),
-    }
+    let offsets = swing::Swing {
+        withdraw: offset(from, 1),
+        middle: offset(&from.lerp_slerp(to, 0.5), 2),
+        approach: offset(to, 3),
+    };
+    swing_config(swing.parts, &offsets)
 }
 
-/// The offsets of a swing where there is no motion.
-fn assumed(swing: &swing::Swing) -> SwingConfig {
-    let part = Some(APPROACH_PART);
-    SwingConfig {
-        withdraw_duration_ratio: part,
-        withdraw_offset: Some(triple(&swing.withdraw)),
-        approach_duration_ratio: part,
-        approach_offset: Some(triple(&swing.approach)),
-        swing_offset: Some(triple(&swing.middle)),
-    }
+fn swing_config([withdraw, approach]: [f64; 2], offsets: &swing::Swing) -> Value {
+    json!({
+        "withdrawDurationRatio": withdraw,
+        "withdrawOffset": triple(&offsets.withdraw),
+        "approachDurationRatio": approach,
+        "approachOffset": triple(&offsets.approach),
+        "swingOffset": triple(&offsets.middle),
+    })
 }
