@@ -1,5 +1,4 @@
 //! The goal and the path toward it, as the planner takes them.
-#![allow(non_snake_case)]
 
 use anyhow::{Context, Result, bail};
 use nalgebra::{Point3, Vector3};

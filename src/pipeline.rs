@@ -33,7 +33,6 @@ pub struct RunOptions<'a> {
 }
 
 /// What came of a scene.
-#[allow(non_snake_case)]
 pub struct PlanOutcome {
     /// How the search ended.
     pub status: Status,
@@ -83,7 +82,6 @@ pub fn plan(
     let environment = &environment;
     let perceived = pool
         .install(|| environment::perceive(environment, files, config, &mut stages, &mut inputs))?;
-    #[allow(non_snake_case)]
     let Perceived {
         terrain: extracted,
         cloud_W,

@@ -113,7 +113,6 @@ pub fn pose(
     })
 }
 
-#[allow(non_snake_case)]
 fn contact(
     record: &ContactRecord,
     robot: &Robot,
@@ -143,7 +142,6 @@ fn contact(
     })
 }
 
-#[allow(non_snake_case)]
 fn face(record: &SurfaceRecord) -> Result<Face> {
     let vertices = record.polygon_m.iter().map(|&v| Point2::from(v)).collect();
     let polygon = ConvexPolygon::new(vertices)?;
@@ -151,7 +149,6 @@ fn face(record: &SurfaceRecord) -> Result<Face> {
     Ok(Face::new(record.id.as_str(), X_WF, Region::from(&polygon)))
 }
 
-#[allow(non_snake_case)]
 fn isometry(p: &[f64; 3], R: &[[f64; 3]; 3]) -> Result<Isometry3<f64>> {
     if let Some(x) = p.iter().find(|x| !x.is_finite()) {
         bail!("p holds {x}");

@@ -1,5 +1,4 @@
 //! The ground's plane with its uncertainty.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Matrix3, Matrix3x2, Unit, Vector3};
 

@@ -1,5 +1,4 @@
 //! Rotations and poses that bring points or directions onto others.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 

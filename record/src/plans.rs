@@ -164,7 +164,6 @@ pub fn shots(seeds: u64, folder: &Path) -> Result<Vec<Shot>> {
 }
 
 /// Takes a scene's scan again and returns the flags that read it.
-#[allow(non_snake_case)]
 fn shoot(scene: &Builtin, seed: u64, folder: &Path) -> Result<Vec<String>> {
     let world = (scene.truth)().world();
     let file = SceneFile::parse(scene.toml)?;

@@ -88,7 +88,6 @@ impl Score {
     }
 
     /// Counts the area of what may be touched, what of it is off the face, and what of the seen it is.
-    #[allow(non_snake_case)]
     fn touchable(&mut self, frame: &Frame, truth: &True, found: &Found) {
         let X_GW = frame_of(truth.members[0]).inverse();
         let flat = |points: &[Point3<f64>]| {

@@ -21,7 +21,6 @@ pub fn write(folder: &Path, frames: &[Frame]) -> Result<()> {
     (frames.iter()).try_for_each(|frame| write_frame(&folder.join(&frame.name), frame))
 }
 
-#[allow(non_snake_case)]
 fn write_frame(stem: &Path, frame: &Frame) -> Result<()> {
     let Frame {
         truth,

@@ -1,5 +1,4 @@
 //! The rigid bodies of a robot, the frames on them, and the joints that move them.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 

@@ -1,5 +1,4 @@
 //! Where a floating-base robot is: base pose and joint values.
-#![allow(non_snake_case)]
 
 use nalgebra::{DVector, Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 

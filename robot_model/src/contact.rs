@@ -1,5 +1,4 @@
 //! Where a robot may touch the world.
-#![allow(non_snake_case)]
 
 use std::ops::Index;
 

@@ -10,7 +10,6 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use scenes::simulator::lidar::{RangeNoise, Vlp16, pcap, pcd, sweep};
 use scenes::worlds::slope;
 
-#[allow(non_snake_case)]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1);
     let folder = PathBuf::from(args.next().ok_or("which folder?")?);

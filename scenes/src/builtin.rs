@@ -113,7 +113,6 @@ impl Builtin {
     }
 
     /// The sweep that the simulated lidar takes from where the scene file says.
-    #[allow(non_snake_case)]
     fn sweep(&self) -> Option<lidar::Sweep> {
         let file = crate::SceneFile::parse(self.toml).ok()?;
         let mut scans = file.scan.iter();

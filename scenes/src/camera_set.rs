@@ -1,6 +1,5 @@
 //! A simulated set to find a sensor's mount from: joint readings and frames of a robot that stands
 //! on flat ground in many postures.
-#![allow(non_snake_case)]
 
 use std::fmt::Write;
 

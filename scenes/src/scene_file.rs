@@ -221,7 +221,6 @@ impl SceneFile {
 
 impl ScanSource {
     /// Pose of the sensor's frame V in W; the identity where nothing states it.
-    #[allow(non_snake_case)]
     pub fn X_WV(&self) -> Isometry3<f64> {
         let [x, y, z, w] = self.quat_xyzw.unwrap_or([0.0, 0.0, 0.0, 1.0]);
         let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
@@ -230,7 +229,6 @@ impl ScanSource {
     }
 
     /// Puts the sensor's optical frame at `X_WV`, whatever was said of it before.
-    #[allow(non_snake_case)]
     pub fn place(&mut self, X_WV: &Isometry3<f64>) {
         self.position_m = Some(X_WV.translation.vector.into());
         self.quat_xyzw = Some(X_WV.rotation.coords.into());

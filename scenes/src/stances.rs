@@ -28,7 +28,6 @@ pub const TABLE_A1: [[f64; 3]; 52] = [
 ///   R_GR = R_z(α) R_y(−β) R_x(γ)
 ///
 /// The paper turns by α about Y (up), by β about Z (right), by γ about X (forward).
-#[allow(non_snake_case)]
 pub fn X_GR([beta_deg, gamma_deg, height_m]: [f64; 3]) -> Isometry3<f64> {
     let [beta, gamma] = [beta_deg, gamma_deg].map(f64::to_radians);
     Isometry3::from_parts(

@@ -31,7 +31,6 @@ pub struct OrientedBox {
 
 /// A face of a body: n·p = b with the body on the side n·p ≤ b.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Face {
     /// `body/+z`, the sign and axis being those of the box.
     pub name: String,
@@ -80,7 +79,6 @@ impl OrientedBox {
     }
 
     /// Pose of the box's centre and axes in W.
-    #[allow(non_snake_case)]
     pub fn X_WO(&self) -> Isometry3<f64> {
         let [x, y, z, w] = self.quat_xyzw;
         let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
@@ -99,7 +97,6 @@ impl OrientedBox {
         self.face(2, 1.0)
     }
 
-    #[allow(non_snake_case)]
     fn face(&self, axis: usize, sign: f64) -> Face {
         let X_WO = self.X_WO();
         let half = Vector3::from(self.size_m) / 2.0;

@@ -1,5 +1,4 @@
 //! The points of a patch at which the controller lets forces act.
-#![allow(non_snake_case)]
 
 use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3, Vector6};
 use robot_model::ContactPatch;

@@ -5,7 +5,6 @@
 //! h holds Coriolis, centrifugal and gravity terms. Composite bodies give M, a recursion with
 //! v̇ = 0 gives h and the bias accelerations J̇v.
 //! Source: \[featherstone2008\] sections 5.3 and 6.2, written out in W about body origins.
-#![allow(non_snake_case)]
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use robot_model::{Configuration, GRAVITY_M_S2, JointKind, Kinematics, Robot};

@@ -7,7 +7,6 @@
 //!   p(q_B*, q_leg) = p        one damped Gauss–Newton step from the plan's joints at every instant
 //!
 //! Once the foot is in the air, the correction fades.
-#![allow(non_snake_case)]
 
 use nalgebra::DVector;
 use robot_model::{Configuration, Kinematics, Robot};

@@ -1,5 +1,4 @@
 //! Whether a stance holds: the robot is put there and held by its servos.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 use robot_model::{GRAVITY_M_S2, Robot};

@@ -11,7 +11,6 @@
 //! | `w{k}` | body k of the world |
 //!
 //! `mjcf.xml` is the template of the text.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use robot_model::collision::ShapeGeometry;

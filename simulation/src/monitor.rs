@@ -1,5 +1,4 @@
 //! What a run shows: contacts, slip, deviations, torques.
-#![allow(non_snake_case)]
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,4 @@
 //! What a run has shown so far: contacts and largest values.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Vector3};
 

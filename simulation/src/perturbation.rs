@@ -1,5 +1,4 @@
 //! What a robust run changes, drawn from a seed.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};

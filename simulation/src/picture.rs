@@ -1,5 +1,4 @@
 //! Pictures of a run, drawn off screen by MuJoCo through EGL.
-#![allow(non_snake_case)]
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,4 @@
 //! The simulated robot: MuJoCo's state in this project's terms.
-#![allow(non_snake_case)]
 
 use mujoco_rs::prelude::*;
 use nalgebra::{DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};

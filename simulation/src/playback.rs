@@ -1,5 +1,4 @@
 //! The motion of a plan as a reference.
-#![allow(non_snake_case)]
 
 use motion::Interpolation;
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};

@@ -1,5 +1,4 @@
 //! What the robot is to do: configuration, contacts and forces at every time.
-#![allow(non_snake_case)]
 
 use nalgebra::{DVector, Isometry3, Vector3};
 use robot_model::Configuration;

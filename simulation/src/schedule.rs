@@ -1,5 +1,4 @@
 //! When which patch is to touch.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 

@@ -1,5 +1,4 @@
 //! The torques that hold a robot still.
-#![allow(non_snake_case)]
 
 use nalgebra::{DMatrix, DVector};
 use robot_model::{Kinematics, Robot};

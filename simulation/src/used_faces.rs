@@ -1,5 +1,4 @@
 //! Which faces of a world a reference uses.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 use robot_model::Robot;

@@ -7,7 +7,6 @@
 //!
 //! Forces act at the corners of each closed patch, drawn in by a margin: a corner outside the real
 //! patch fells the robot. Torques follow as τ = M_a v̇ + h_a − J_aᵀ f.
-#![allow(non_snake_case)]
 
 mod cost;
 mod tasks;

@@ -1,5 +1,4 @@
 //! What the robot stands on and may bump into.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, Vector3};
 

@@ -86,7 +86,6 @@ struct Answer<'a> {
 
 /// The forces of one contact, in the order of the problem's contacts.
 #[derive(Serialize)]
-#[allow(non_snake_case)]
 struct ContactForces<'a> {
     link: &'a str,
     patch: &'a str,

@@ -35,7 +35,6 @@ pub struct Args {
 ///
 /// # Errors
 /// A plan, a robot or a scan that cannot be read; a file that cannot be written.
-#[allow(non_snake_case)]
 pub fn run(args: &Args, out: &mut dyn Write) -> Result<Status> {
     let plan = plan_file::open(&args.plan)?;
     let motion = plan_file::open_motion(&args.plan, &plan)?;

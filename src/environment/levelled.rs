@@ -1,5 +1,4 @@
 //! Scans whose pose is taken from what they show, and poses that cannot be those of the scans.
-#![allow(non_snake_case)]
 
 use anyhow::{Context, Result, bail};
 use nalgebra::Vector3;

@@ -1,5 +1,4 @@
 //! Poses and offsets as controllers write them.
-#![allow(non_snake_case)]
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};

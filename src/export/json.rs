@@ -1,5 +1,4 @@
 //! The contact sequence for any controller: what touches where, from when to when, how hard.
-#![allow(non_snake_case)]
 
 use anyhow::{Context, Result};
 use plan::{Change, Plan, Pose};

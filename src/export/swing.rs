@@ -1,5 +1,4 @@
 //! Where a limb goes between two places: up from the first, over, down on the second.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Vector3};
 

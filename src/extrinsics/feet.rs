@@ -1,5 +1,4 @@
 //! The feet of a robot as points of a link's frame.
-#![allow(non_snake_case)]
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,4 @@
 //! The file of extrinsics: pose of the sensor on a link, with its covariance.
-#![allow(non_snake_case)]
 
 use anyhow::{Result, bail};
 use calibration::camera::{Identification, PaperParameters};

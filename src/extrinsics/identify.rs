@@ -1,5 +1,4 @@
 //! Stances and frames → the mount of the sensor.
-#![allow(non_snake_case)]
 
 use std::path::Path;
 

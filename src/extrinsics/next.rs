@@ -1,5 +1,4 @@
 //! Which stance to add: those that the legs reach and from which the sensor sees ground.
-#![allow(non_snake_case)]
 
 use calibration::camera::{Candidate, Identification, NextPose, PlanePair, next_pose};
 use calibration::ground::{GroundConfig, ground};

@@ -1,5 +1,4 @@
 //! Extrinsics → the pose of a scene's scans: the robot stands as at the start.
-#![allow(non_snake_case)]
 
 use std::path::Path;
 

@@ -1,5 +1,4 @@
 //! The stances of a plan as the simulation takes them.
-#![allow(non_snake_case)]
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;

@@ -1,5 +1,4 @@
 //! The world that a plan is simulated in.
-#![allow(non_snake_case)]
 
 use anyhow::{Result, bail};
 use nalgebra::Vector3;

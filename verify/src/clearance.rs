@@ -187,7 +187,6 @@ fn solid(geometry: &ShapeGeometry, pose: &Matrix4<f64>) -> Solid {
 }
 
 #[cfg(test)]
-#[allow(non_snake_case)]
 mod tests {
     use nalgebra::{Isometry3, Point3, UnitQuaternion};
     use proptest::prelude::*;

@@ -1,5 +1,4 @@
 //! Where the robot's bodies are: forward kinematics of its own, by 4×4 matrices.
-#![allow(non_snake_case)]
 
 use nalgebra::{Matrix3, Matrix4, Vector3};
 use robot_model::{GRAVITY_M_S2, JointKind, Robot};

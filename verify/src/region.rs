@@ -1,5 +1,4 @@
 //! Regions of faces: what is left of them at their edges.
-#![allow(non_snake_case)]
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 use surfaces::{Edge, EdgeKind, EdgeView, Face};

@@ -1,5 +1,4 @@
 //! What all checks of stances and motions share.
-#![allow(non_snake_case)]
 
 use nalgebra::{Matrix4, Vector3};
 use plan::{Contact, Plan, Stance};

@@ -1,5 +1,4 @@
 //! One stance: is what it says whole, is it where it says, does it hold.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 use plan::{Contact, Stance};

@@ -1,5 +1,4 @@
 //! What must be there before anything can be computed: lengths, finite numbers, known names.
-#![allow(non_snake_case)]
 
 use plan::Stance;
 

@@ -18,7 +18,6 @@
 //! Source: \[chai2015\] Section 4.3; deviation: Eq. 31 weighs direction cosines and metres alike and
 //! takes the robot's pose for exact. Its two halves decouple, which gives the start: the rotation
 //! by the nearest rotation of the normals, the position by linear least squares.
-#![allow(non_snake_case)]
 
 mod agreement;
 mod closed_form;

@@ -74,7 +74,6 @@ pub fn ground(scan: &Scan, config: &GroundConfig) -> Result<Ground, Error> {
 /// The plane of m = −n/d, and what errors of m do to its (η₁, η₂, d).
 ///
 ///   δη = −d Tᵀ δm,   δd = d² n·δm
-#[allow(non_snake_case)]
 fn plane_of(m: &Vector3<f64>) -> Option<(GroundPlane, Matrix3<f64>)> {
     let distance_m = 1.0 / m.norm();
     let normal = Unit::try_new(-m, 1e-12)?;

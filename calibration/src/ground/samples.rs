@@ -106,7 +106,6 @@ impl Samples {
         samples
     }
 
-    #[allow(non_snake_case)]
     fn of_cloud(
         cloud: &PointCloud,
         eye_V: &Vector3<f64>,

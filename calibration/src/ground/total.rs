@@ -81,7 +81,6 @@ fn fit(samples: &Samples, left: &[usize]) -> Option<GroundPlane> {
 ///
 /// v is the variance of a point's distance times the samples that share its error: a point on ray r
 /// moves by d/w along the normal for an error of w, so v = (d/w)²/ω.
-#[allow(non_snake_case)]
 fn covariance(
     samples: &Samples,
     left: &[usize],

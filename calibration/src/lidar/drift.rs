@@ -173,7 +173,6 @@ fn matched(places: &[Vector2<f64>], given: &[Vector2<f64>], phi: f64, t: &Vector
 }
 
 /// The weighted fit of φ and t.
-#[allow(non_snake_case)]
 fn refined(
     places: &[Vector2<f64>],
     given: &[Vector2<f64>],

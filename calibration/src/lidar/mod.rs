@@ -76,7 +76,6 @@ pub struct Calibrated {
 /// # Errors
 /// [`Error::Lidar`] where no cloud shows the ground, or fewer than two of the poles are found;
 /// [`Error::Cloud`] with the number of a cloud that cannot be used.
-#[allow(non_snake_case)]
 pub fn calibrate(
     clouds: &[LidarCloud],
     poles_W: &[[f64; 2]],

@@ -7,7 +7,6 @@ use super::LidarExtrinsicsConfig;
 
 /// A pole in the levelled frame R below the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Pole {
     /// Its axis: x and y in R, m.
     pub p_R: Vector2<f64>,
@@ -32,7 +31,6 @@ const VISIBLE: f64 = std::f64::consts::FRAC_PI_4;
 ///
 /// Points of one column of the ground plan that hang together are a pole where they are thin, high
 /// enough, and enough. Rings' errors are taken away first.
-#[allow(non_snake_case)]
 pub fn poles(
     survey: &ExtractedPlanes,
     X_RV: &Isometry3<f64>,

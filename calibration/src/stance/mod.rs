@@ -6,7 +6,6 @@
 //! * [`register`]: all feet at known places, the nearest pose.
 //! * [`trilateration`]: three feet at known places, as \[chai2015\] has it.
 //! * [`footprint`]: the places of the feet in G, from all postures together.
-#![allow(non_snake_case)]
 
 mod footprint;
 mod trilateration;

@@ -9,7 +9,6 @@
 //! J the measured plane's derivative by the mount, A by the pose's error, P and S the covariances of
 //! pose and sensor. The derivatives are difference quotients of the measurement itself here, and
 //! share nothing with those of the estimator.
-#![allow(non_snake_case)]
 
 use crate::support::degrees_and_mm;
 use calibration::GroundPlane;

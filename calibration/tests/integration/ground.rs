@@ -1,5 +1,4 @@
 //! The ground's plane in simulated frames: the forms of the trimming, clutter, clouds, covariance.
-#![allow(non_snake_case)]
 
 use crate::support::Device;
 use calibration::GroundPlane;

@@ -1,5 +1,4 @@
 //! The identification against the figures of [chai2015].
-#![allow(non_snake_case)]
 
 use crate::support::values;
 use calibration::GroundPlane;

@@ -1,5 +1,4 @@
 //! A simulated robot with a depth camera that takes the 52 poses of [chai2015] Table A1.
-#![allow(non_snake_case)]
 
 use calibration::camera::{
     CameraConfig, Identification, PaperParameters, PlanePair, closed_form, identify,

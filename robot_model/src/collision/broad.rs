@@ -16,7 +16,6 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     /// The box (centre and half extents in G) whose frame G is at `X_WG`.
-    #[allow(non_snake_case)]
     pub(crate) fn around(
         (centre_G, half_G): &(Point3<f64>, Vector3<f64>),
         X_WG: &Isometry3<f64>,

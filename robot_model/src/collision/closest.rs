@@ -1,5 +1,4 @@
 //! How two convex shapes lie to each other along a direction.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, Vector3};
 

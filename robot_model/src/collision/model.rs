@@ -1,5 +1,4 @@
 //! A robot's shapes, the pairs of them to watch, and the distances at a configuration.
-#![allow(non_snake_case)]
 
 use std::collections::BTreeSet;
 

@@ -1,5 +1,4 @@
 //! The signed distance of two convex shapes.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Unit, Vector3};
 

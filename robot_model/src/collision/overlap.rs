@@ -1,6 +1,5 @@
 //! The least way out of overlap, by expanding a polytope: slower than EPA's usual case, and
 //! certain where that goes astray.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 

@@ -50,7 +50,6 @@ pub(super) enum Answer {
 ///
 /// Frames: `X_AB` is b's pose in a's frame, the answer is in a's frame; `toward` is a first
 /// guess for the direction from a to b.
-#[allow(non_snake_case)]
 pub(super) fn closest_cores(
     a: &ShapeGeometry,
     b: &ShapeGeometry,

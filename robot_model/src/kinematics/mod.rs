@@ -3,7 +3,6 @@
 //! The velocity is v = [v_B, ω_B, joint rates…] with v_B (of B's origin) and ω_B in W, so that
 //! the Jacobians here are the derivatives along
 //! [`Configuration::integrate`](crate::Configuration::integrate).
-#![allow(non_snake_case)]
 
 mod gravity;
 mod jacobian;

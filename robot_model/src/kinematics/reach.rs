@@ -14,7 +14,6 @@ const STEP_MAX: f64 = 0.2;
 
 /// A point of a body and where it should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(non_snake_case)]
 pub struct PointTarget {
     /// The body.
     pub body: usize,
@@ -30,7 +29,6 @@ impl Kinematics {
     ///   δ = Jᵀ (J Jᵀ + λ² 1)⁻¹ by
     ///
     /// Shapes: δ nj.  Units: m, λ m/rad.  Frames: W.  `None` where the matrix is singular.
-    #[allow(non_snake_case)]
     pub fn point_step(
         &self,
         robot: &Robot,
@@ -56,7 +54,6 @@ impl Kinematics {
 ///   min Σ ‖p_W(q) − target‖²,   lower ≤ q ≤ upper
 ///
 /// Damped Gauss–Newton; a joint at its limit that would go beyond it is left out of the step.
-#[allow(non_snake_case)]
 pub fn reach(
     robot: &Robot,
     start: &Configuration,

@@ -19,7 +19,6 @@
 //! roles = ["foot"]
 //! friction = 0.6
 //! ```
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;

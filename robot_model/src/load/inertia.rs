@@ -23,7 +23,6 @@ impl Lump {
     ///
     /// # Errors
     /// [`Error::Part`] for a negative mass.
-    #[allow(non_snake_case)]
     pub fn add(
         &mut self,
         file: &str,

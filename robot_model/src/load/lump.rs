@@ -1,5 +1,4 @@
 //! A tree of links → moving bodies, frames and limits: fixed links lumped, mimics locked.
-#![allow(non_snake_case)]
 
 use std::f64::consts::TAU;
 

@@ -4,7 +4,6 @@
 //! are no numbers, and refuses a file for elements that planning has no use for. So our pass checks
 //! every element that is needed (`LINK`, `JOINT` and what they hold), complains with the line, fills
 //! in what a file may leave out, and hands a document of these elements alone to urdf-rs.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use roxmltree::Node;

@@ -207,7 +207,6 @@ const TOE: &str = r#"
 "#;
 
 #[test]
-#[allow(non_snake_case)]
 fn contacts_are_read() {
     let robot = read(&tree(), None, Some(FOOT)).unwrap();
     let patch = robot.patch("foot").unwrap();

@@ -1,5 +1,4 @@
 //! Every derivative against central differences along `Configuration::integrate`.
-#![allow(non_snake_case)]
 
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use proptest::prelude::*;

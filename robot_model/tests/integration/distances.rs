@@ -1,7 +1,6 @@
 //! Signed distances of shapes, checked by what defines them.
 //!
 //!   d = max over unit n of ( min nᵀx, x ∈ a  −  max nᵀy, y ∈ b )
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;

@@ -21,7 +21,6 @@ struct Golden {
 }
 
 #[derive(Deserialize)]
-#[allow(non_snake_case)]
 struct Sample {
     p_WB: [f64; 3],
     quat_xyzw: [f64; 4],
@@ -47,7 +46,6 @@ struct Jacobian {
 }
 
 #[derive(Deserialize)]
-#[allow(non_snake_case)]
 struct Gravity {
     force_W: [f64; 3],
     moment_W: [f64; 3],
@@ -85,7 +83,6 @@ fn compare(robot: &Robot, golden: &Path) {
     }
 }
 
-#[allow(non_snake_case)]
 fn compare_poses(robot: &Robot, kinematics: &Kinematics, sample: &Sample) {
     let (found, wanted) = (robot.frames.len(), sample.poses.len());
     assert_eq!(found, wanted, "every link has a pose");
@@ -114,7 +111,6 @@ fn compare_masses(robot: &Robot, kinematics: &Kinematics, sample: &Sample) {
     assert!(off < TOLERANCE, "{found} {expected}");
 }
 
-#[allow(non_snake_case)]
 fn compare_jacobians(robot: &Robot, kinematics: &Kinematics, sample: &Sample) {
     let mut J = DMatrix::zeros(6, robot.nv());
     for (link, expected) in &sample.jacobians {
@@ -129,7 +125,6 @@ fn compare_jacobians(robot: &Robot, kinematics: &Kinematics, sample: &Sample) {
     compare_jacobian(robot, &J, &sample.com_jacobian);
 }
 
-#[allow(non_snake_case)]
 fn compare_jacobian(robot: &Robot, J: &DMatrix<f64>, expected: &Jacobian) {
     let names: Vec<&str> = robot.joint_names().collect();
     let entry = |row: usize, column: usize| match column {

@@ -31,7 +31,6 @@ unsafe impl GlobalAlloc for Counting {
 static COUNTING: Counting = Counting;
 
 #[test]
-#[allow(non_snake_case)]
 fn kinematics_do_not_allocate() {
     let robot = support::test_tree();
     let configuration = robot.neutral();

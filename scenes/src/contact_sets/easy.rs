@@ -1,5 +1,4 @@
 //! Feet, and up to two hands, on surfaces tilted by at most 20°; solvable by a witness.
-#![allow(non_snake_case)]
 
 use nalgebra::Isometry3;
 use robot_model::Configuration;

@@ -4,7 +4,6 @@
 //!                    |g(q) − Σ λ_k J_kᵀ g_k| ≤ part · τ_max
 //!
 //! over the edges g_k of a friction pyramid at every vertex of every patch.
-#![allow(non_snake_case)]
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,5 +1,4 @@
 //! Contacts anywhere on convex polygons with bodies behind them; solvable by a witness.
-#![allow(non_snake_case)]
 
 use std::f64::consts::TAU;
 

@@ -1,6 +1,5 @@
 //! The families of which nothing is known: steep feet and a hand, one foot and two hands, feet (and
 //! hands) on opposed walls, feet far apart on surfaces of little friction.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Vector3};
 use robot_model::Kinematics;

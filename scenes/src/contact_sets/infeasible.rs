@@ -7,7 +7,6 @@
 //!
 //! The friction cone is replaced by a pyramid around it, so that what no forces of the pyramid
 //! carry, none of the cone do.
-#![allow(non_snake_case)]
 
 use std::f64::consts::TAU;
 

@@ -1,5 +1,4 @@
 //! Limbs, and configurations drawn limb by limb.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, UnitQuaternion};
 use robot_model::{Configuration, JointKind, Robot};

@@ -1,5 +1,4 @@
 //! Surfaces where the patches of a configuration are.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, Kinematics, PatchKind};

@@ -1,5 +1,4 @@
 //! Contact sets of which nothing is known but that they are plausible.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Translation3};
 

@@ -75,7 +75,6 @@ pub enum Expected {
 /// One contact: at a pose (`p` and `R`), or anywhere on a surface (neither).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(non_snake_case)]
 pub struct ContactRecord {
     /// The link that carries the patch.
     pub link: String,
@@ -101,7 +100,6 @@ pub struct ContactRecord {
 /// A surface with a body of the file's thickness behind it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(non_snake_case)]
 pub struct SurfaceRecord {
     /// Name, unique in the problem.
     pub id: String,

@@ -6,7 +6,6 @@ use crate::truth::OrientedBox;
 
 /// The side n·p ≤ b of a plane in W, n a unit vector out of the body.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(non_snake_case)]
 pub struct HalfSpace {
     /// Outward unit normal n in W.
     pub normal_W: Vector3<f64>,

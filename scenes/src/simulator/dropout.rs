@@ -60,7 +60,6 @@ fn dilate(set: &[bool], w: usize, h: usize) -> Vec<bool> {
 }
 
 /// Removes the points that the projector, beside the camera, does not light.
-#[allow(non_snake_case)]
 pub fn shadow(
     valid: &mut [bool],
     hits: &[Option<Hit>],
@@ -85,7 +84,6 @@ pub fn shadow(
 }
 
 /// Removes points at grazing incidence, single pixels and blobs.
-#[allow(non_snake_case)]
 pub fn incidence_and_speckle(
     valid: &mut [bool],
     hits: &[Option<Hit>],

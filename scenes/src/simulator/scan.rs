@@ -59,7 +59,6 @@ enum Source {
 ///
 /// Jitter that stays on the same face does not bias the depth: there the pixel's own ray counts.
 /// Source: \[nguyen2012\] for σ(z) and the lateral noise.
-#[allow(non_snake_case)]
 pub fn scan(
     world: &World,
     camera: &Pinhole,
@@ -79,7 +78,6 @@ pub fn distortion(camera: &Pinhole, noise: &DepthNoise, seed: u64) -> Field {
 }
 
 /// As [`scan`], by a device with this [`distortion`]: the same in all its images.
-#[allow(non_snake_case)]
 pub fn scan_distorted(
     world: &World,
     camera: &Pinhole,

@@ -1,5 +1,4 @@
 //! The drawn posture problems are what their families say.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector2, Vector3};
 use robot_model::{ContactPatch, Kinematics, Robot};

@@ -1,5 +1,4 @@
 //! The robots that ship: their files are what the generator writes, and they can stand.
-#![allow(non_snake_case)]
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use robot_model::{GRAVITY_M_S2, Kinematics, PatchKind, Robot};

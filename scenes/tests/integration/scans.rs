@@ -28,7 +28,6 @@ fn camera(scene: &Builtin) -> &'static Pinhole {
 }
 
 /// Where the sensor really was.
-#[allow(non_snake_case)]
 fn X_WV(scene: &Builtin) -> Isometry3<f64> {
     let stated = || only_scan(scene).X_WV();
     scene.sensor.map_or_else(stated, |pose| pose())
@@ -69,7 +68,6 @@ fn embedded_scans_are_what_the_simulator_makes_now() {
 
 /// X_WV is the pose of the robot's frame `head_depth` at the start, head turned within its limits.
 #[test]
-#[allow(non_snake_case)]
 fn scans_are_taken_from_the_robots_head() {
     let robot = shipped("hrp2");
     for scene in all() {
@@ -182,7 +180,6 @@ const FOOTHOLDS: [(&str, &[Foothold]); 2] = [
 
 /// Every proposed foothold is seen whole, with 15 mm around the sole (0.23 × 0.131 m).
 #[test]
-#[allow(non_snake_case)]
 fn the_sensor_sees_every_foothold() {
     for (name, footholds) in FOOTHOLDS {
         let scene = scenes::builtin(name).unwrap();

@@ -1,5 +1,4 @@
 //! The tasks of the whole-body controller as one least-squares cost on accelerations and forces.
-#![allow(non_snake_case)]
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use robot_model::Configuration;

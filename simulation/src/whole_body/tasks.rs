@@ -1,6 +1,5 @@
 //! Tasks of the whole-body controller: how a patch follows its reference, and the rows of least
 //! squares they are written in.
-#![allow(non_snake_case)]
 
 use motion::time_scaling::quintic;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, UnitQuaternion, Vector3};

@@ -6,7 +6,6 @@
 //! and between them one C² cubic spline through the middle, at half time, with the velocities of both
 //! at its ends. A verified path that a patch goes along has a place at each of these times, so the two
 //! can only part between them.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Vector3};
 

@@ -11,7 +11,6 @@
 //! - nominal poses and postures hold from their time on; a nominal pose is the centre of mass with
 //!   the orientation of the base.
 //! - swing offsets are in the frame of the place that they are offsets from.
-#![allow(non_snake_case)]
 
 use anyhow::{Context, Result, bail};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};

@@ -1,5 +1,4 @@
 //! The step commands: each swing of the motion as the controller will play it.
-#![allow(non_snake_case)]
 
 use anyhow::Result;
 use nalgebra::Isometry3;

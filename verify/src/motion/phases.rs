@@ -1,6 +1,5 @@
 //! Phases lead from stance to stance on contacts that both have, and the samples between them are
 //! the stances' postures.
-#![allow(non_snake_case)]
 
 use plan::{Change, Motion, Phase, PhaseKind, Stance};
 

@@ -1,5 +1,4 @@
 //! The samples of one phase.
-#![allow(non_snake_case)]
 
 use nalgebra::{Matrix3, Matrix4, Vector3};
 use plan::{Contact, Motion, Phase};

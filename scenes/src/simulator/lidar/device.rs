@@ -61,7 +61,6 @@ impl Vlp16 {
     }
 
     /// Where a ring's beam leaves the axis, and its direction at an azimuth, in V.
-    #[allow(non_snake_case)]
     pub fn beam_V(ring: usize, azimuth_rad: f64, tilt_rad: f64) -> (Point3<f64>, Vector3<f64>) {
         let elevation = Self::elevation_rad(ring);
         let origin = Point3::new(0.0, 0.0, -CROSSING_M * elevation.tan());

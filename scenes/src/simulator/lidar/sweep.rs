@@ -9,7 +9,6 @@ use super::noise::RangeNoise;
 
 /// One range.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Return {
     /// Ring, from the lowest beam.
     pub ring: usize,
@@ -52,7 +51,6 @@ enum Source {
 /// others to the `seed`.
 ///
 ///   r' = quantise( r + b_ring + σ n ),   r a mixture where the footprint meets two surfaces
-#[allow(non_snake_case)]
 pub fn sweep(
     world: &World,
     sensor: &Vlp16,
