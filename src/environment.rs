@@ -18,7 +18,6 @@ use crate::slope::calibration_file;
 pub mod levelled;
 
 /// The environment, and the points that it was seen by.
-#[allow(non_snake_case)]
 #[derive(Clone, Debug, Default)]
 pub struct Perceived {
     /// Faces and obstacles in W.
@@ -78,7 +77,6 @@ pub fn perceive(
 ///
 /// # Errors
 /// As [`perceive`].
-#[allow(non_snake_case)]
 pub fn points_W(environment: &Environment, files: &Files) -> Result<Vec<[f32; 3]>> {
     let Environment::Scans(sources) = environment else {
         return Ok(Vec::new());
@@ -93,7 +91,6 @@ pub fn points_W(environment: &Environment, files: &Files) -> Result<Vec<[f32; 3]
 }
 
 /// A scan as it was read, and where it was taken from.
-#[allow(non_snake_case)]
 enum ReadScan<'a> {
     Scan {
         name: &'a str,
@@ -108,7 +105,6 @@ enum ReadScan<'a> {
 }
 
 impl<'a> ReadScan<'a> {
-    #[allow(non_snake_case)]
     fn new(
         source: &'a ScanSource,
         files: &Files,
@@ -149,7 +145,6 @@ impl<'a> ReadScan<'a> {
 
 /// What is known of a LiDAR's mount: its calibration at the scan's pose, or the pose alone, which is
 /// known as well as a calibration would tell it.
-#[allow(non_snake_case)]
 fn mount(source: &ScanSource, files: &Files, inputs: &mut Inputs) -> Result<LidarCalibration> {
     if let Some(name) = &source.calibration {
         let bytes = files.read("calibration", name, inputs)?;
