@@ -15,6 +15,8 @@ use crate::report::Stages;
 use crate::scene::{Environment, Files};
 use crate::slope::calibration_file;
 
+pub mod levelled;
+
 /// The environment, and the points that it was seen by.
 #[allow(non_snake_case)]
 #[derive(Clone, Debug, Default)]

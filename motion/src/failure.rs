@@ -23,6 +23,8 @@ pub enum Reason {
         /// The joint, or the base.
         joint: String,
     },
+    /// The base tilts farther than the postures at both ends may.
+    Tilt,
     /// The forces do not balance the weight.
     Equilibrium,
     /// A contact slips.
@@ -66,6 +68,7 @@ impl Failure {
         match self.reason {
             Reason::JointLimit { .. }
             | Reason::Discontinuity { .. }
+            | Reason::Tilt
             | Reason::Torque { .. }
             | Reason::Friction { .. }
             | Reason::Equilibrium => 0.1 * self.amount,
@@ -84,6 +87,7 @@ impl Failure {
             R::JointLimit { joint } => format!("{joint} beyond its limit by {degrees:.2}°"),
             R::Torque { joint } => format!("torque of {joint} over its limit by {percent:.1} %"),
             R::Discontinuity { joint } => format!("{joint} jumps by {degrees:.1}°"),
+            R::Tilt => format!("the base tilts too far by {degrees:.2}°"),
             R::Equilibrium => format!("no equilibrium: {percent:.3} % of the weight"),
             R::Friction { patch } => format!("{patch} slips: {percent:.1} % over the friction"),
             R::SelfClearance { link, other: near } | R::Clearance { link, body: near } => {

@@ -241,10 +241,9 @@ fn waypoint(
         guess: &reference,
     };
     // It must be near to the postures around it: what other seeds would find is not.
-    let config = posture::Config {
-        restarts: 0,
-        ..context.posture.clone()
-    };
+    let mut config = context.posture.clone();
+    config.restarts = 0;
+    config.solver.upright = task.upright(u);
     let outcome = posture::solve(&problem, &config)?;
     if let Some(violation) = outcome.violation() {
         tracing::debug!("no waypoint at {u:.2}: {}", violation.describe(&problem));

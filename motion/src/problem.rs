@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Vector3};
-use posture::{Contact, Environment, FaceIndex, Posture};
+use posture::{Contact, Environment, FaceIndex, Posture, Upright};
 use robot_model::{Configuration, PatchId, Robot};
 
 use crate::Config;
@@ -83,6 +83,8 @@ pub(crate) struct Task {
     /// The contacts that stay closed, each at its place.
     pub closed: Vec<Contact>,
     pub swing: Option<Swing>,
+    /// How far the base may tilt at both ends, where there is a bound.
+    pub upright: Option<[Upright; 2]>,
     /// The postures at both ends; waypoints come between.
     pub keyframes: Vec<Keyframe>,
 }
@@ -106,6 +108,14 @@ impl MotionContext<'_> {
 }
 
 impl Task {
+    /// How far the base may tilt at `u`, where there is a bound: between what holds at the ends.
+    pub fn upright(&self, u: f64) -> Option<Upright> {
+        self.upright.map(|[a, b]| Upright {
+            z_W: a.z_W.lerp(&b.z_W, u).normalize(),
+            tilt_max_rad: a.tilt_max_rad + u * (b.tilt_max_rad - a.tilt_max_rad),
+        })
+    }
+
     /// The least distance, m, of `body` from an obstacle that lies behind the plane of a face that a
     /// patch of the body rests on; nothing where there is no such face.
     pub fn contact_distance_m(

@@ -12,7 +12,8 @@ use crate::dense::{cholesky, cholesky_solve, dot};
 use crate::equations::{Equations, Target};
 use crate::inequalities::Inequalities;
 use crate::near::Near;
-use nalgebra::{DVector, Point3};
+use nalgebra::{DVector, Point3, Vector3};
+use posture::Upright;
 use robot_model::{Configuration, Kinematics, Robot};
 
 /// Largest change of a coordinate in one step, rad or m.
@@ -35,6 +36,9 @@ const STILL: f64 = 1e-6;
 /// Joint bounds become inequalities where the solution without them comes this near, rad or m.
 const NEAR_BOUND: f64 = 0.02;
 
+/// A tilt this near to its bound becomes an inequality, rad.
+const NEAR_TILT: f64 = 0.2;
+
 /// What a projection is asked for.
 #[derive(Clone, Copy)]
 pub(crate) struct Ask<'a> {
@@ -45,10 +49,12 @@ pub(crate) struct Ask<'a> {
     pub weight: &'a [f64],
 }
 
-/// The inequalities: joint bounds and distances.
+/// The inequalities: joint bounds, tilt and distances.
 pub(crate) struct Bounds<'a> {
     /// Lower and upper bound of every joint.
     pub joints: &'a [(f64, f64)],
+    /// How far the base may tilt, where there is a bound.
+    pub upright: Option<Upright>,
     /// Distances to keep: nothing, or a list that is filled at every iterate.
     pub near: Option<&'a Look<'a>>,
 }
@@ -57,6 +63,7 @@ impl Bounds<'_> {
     /// No inequalities.
     pub const NONE: Self = Self {
         joints: &[],
+        upright: None,
         near: None,
     };
 }
@@ -222,6 +229,21 @@ impl Projection {
                     let row = set.push(n, room);
                     row[k] = sign * weight[k];
                 }
+            }
+        }
+        // The base turns back by φ about the axis that it tilts about: θ(φ) = θ − a·φ.
+        if let Some(upright) = bounds.upright {
+            let z = q.R_WB * Vector3::z();
+            let axis = z.cross(&upright.z_W).try_normalize(1e-9);
+            let room = upright.tilt_max_rad - upright.tilt_rad(&q.R_WB);
+            if let Some(axis) = axis.filter(|_| room < NEAR_TILT) {
+                let row = set.push(n, 0.0);
+                for k in 0..3 {
+                    row[3 + k] = axis[k] * weight[3 + k];
+                }
+                let turn = axis.dot(&delta.fixed_rows::<3>(3));
+                let then = dot(row, &self.y);
+                set.set_room(room + then - turn);
             }
         }
         // d(δ) = n·(p_a − p_b) + g·(δ − δ_now), the nearest points taken along with their bodies

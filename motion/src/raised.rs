@@ -49,6 +49,8 @@ pub fn raised(
         reference: &stance.posture.q,
         guess: &stance.posture.q,
     };
-    let outcome = posture::solve(&problem, context.posture)?;
+    let mut config = context.posture.clone();
+    config.solver.upright = stance.posture.upright;
+    let outcome = posture::solve(&problem, &config)?;
     Ok(outcome.violation().map(|v| v.describe(&problem)))
 }

@@ -7,6 +7,7 @@
 #![allow(non_snake_case)]
 
 use nalgebra::Isometry3;
+use posture::Upright;
 use robot_model::{Configuration, Kinematics, PatchId, Robot};
 
 use crate::blend::{self, Blend};
@@ -23,10 +24,11 @@ use crate::time_scaling::quintic;
 const PIECES: usize = 40;
 /// Inverse square root of the base rotation's weight, where translations and joints have 1.
 const TURN_WEIGHT: f64 = 0.3;
-/// Added to the joints' margins (rad) and the clearances (m) in the middle of the path, so that the
+/// Added to the joints' margins (rad), the clearances (m) and the base's (rad) in the middle of the path, so that the
 /// spline keeps them between the knots too.
 const EXTRA_RAD: f64 = 4e-3;
 const EXTRA_M: f64 = 2e-3;
+const EXTRA_TILT_RAD: f64 = 1e-3;
 /// Part of the path over which these additions grow from 0 and fall back to it: the postures at the
 /// ends may be on their bounds.
 const EASE: f64 = 0.1;
@@ -92,6 +94,10 @@ impl<'a> Router<'a> {
             };
             let bounds = Bounds {
                 joints: &joints,
+                upright: self.task.upright(u).map(|upright| Upright {
+                    tilt_max_rad: upright.tilt_max_rad - inner(u) * EXTRA_TILT_RAD,
+                    ..upright
+                }),
                 near: if self.evades { Some(&near) } else { None },
             };
             let ask = Ask {

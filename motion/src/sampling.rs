@@ -1,7 +1,7 @@
 //! The samples of a phase, and the dense check of every one of them.
 #![allow(non_snake_case)]
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use robot_model::Kinematics;
 
 use crate::blend;
@@ -14,7 +14,7 @@ use crate::statics::Statics;
 use crate::swing_path::SwingPath;
 use crate::time_scaling::quintic;
 
-/// How far a joint may be inside its margin, rad. The postures at the ends may be on their bounds,
+/// How far a joint, or the base's tilt, may be inside its margin, rad. The postures at the ends may be on their bounds,
 /// and a C² curve cannot follow a bound and leave it: it strays by less than a tenth of a degree,
 /// 5 % of the margin.
 const JOINT_TOLERANCE: f64 = 1.5e-3;
@@ -69,6 +69,7 @@ pub(crate) fn sample(
         let forces_W = blend::forces_W(&task.keyframes, u);
         closure(context, task, path, &kinematics, u, &mut worst);
         joints(context, task, &q.joints, u, &mut worst);
+        tilt(context, task, &q.R_WB, u, &mut worst);
         statics.check(&kinematics, &forces_W, u, &mut worst);
         clearances.look(&kinematics, u, &mut worst);
         let bodies = robot.bodies.iter().zip(&kinematics.X_WB);
@@ -110,6 +111,20 @@ fn closure(
             let failure = context.failure(task, Reason::Closure { patch }, apart, u);
             keep_worst(worst, failure);
         }
+    }
+}
+
+fn tilt(
+    context: &MotionContext,
+    task: &Task,
+    R_WB: &UnitQuaternion<f64>,
+    u: f64,
+    worst: &mut Option<Failure>,
+) {
+    let over = task.upright(u);
+    let over = over.map_or(0.0, |bound| bound.tilt_rad(R_WB) - bound.tilt_max_rad);
+    if over > JOINT_TOLERANCE {
+        keep_worst(worst, context.failure(task, Reason::Tilt, over, u));
     }
 }
 

@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use nalgebra::Translation3;
-use posture::{Contact, Freedom};
+use posture::{Contact, Freedom, Posture, Upright};
 use robot_model::{Configuration, Kinematics, PatchId};
 
 use crate::Error;
@@ -103,6 +103,7 @@ pub fn segment(
     let task = Task {
         closed: parts.closed.clone(),
         swing,
+        upright: parts.upright,
         keyframes: vec![first, end],
     };
     match generate::solve(context, &task)? {
@@ -121,6 +122,7 @@ pub fn segment(
 /// Which contacts stay, leave and land between two stances.
 struct Parts {
     closed: Vec<Contact>,
+    upright: Option<[Upright; 2]>,
     leaves: Option<Contact>,
     lands: Option<Contact>,
 }
@@ -141,6 +143,7 @@ impl Parts {
         };
         let mut parts = Self {
             closed: Vec::new(),
+            upright: upright(from.posture, to.posture),
             leaves: None,
             lands: None,
         };
@@ -175,6 +178,19 @@ impl Parts {
         }
         Ok(parts)
     }
+}
+
+/// How far the base may tilt at both ends: as far as the other where one has no bound, and no less than it
+/// does.
+fn upright(from: &Posture, to: &Posture) -> Option<[Upright; 2]> {
+    let any = from.upright.or(to.upright)?;
+    Some([from, to].map(|end| {
+        let bound = end.upright.unwrap_or(any);
+        Upright {
+            tilt_max_rad: bound.tilt_max_rad.max(bound.tilt_rad(&end.q.R_WB)),
+            ..bound
+        }
+    }))
 }
 
 /// A stance's posture, or another one with the same forces, as a keyframe on the closed contacts.
@@ -224,6 +240,7 @@ fn lift(
     let joints = joint_bounds(context, 0.0);
     let bounds = Bounds {
         joints: &joints,
+        upright: parts.upright.map(|ends| ends[0]),
         near: None,
     };
     let mut q = first.q.clone();
@@ -244,6 +261,7 @@ fn lift(
             leaves: leaving.face,
             lands: None,
         }),
+        upright: parts.upright.map(|ends| [ends[0]; 2]),
         keyframes: vec![first.clone(), first.clone()],
     };
     if left.is_nan() || left > LIFT_LEFT {

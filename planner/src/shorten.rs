@@ -82,7 +82,9 @@ fn without(
         };
         let reference = nominal_posture(context, &touching, node.along_m(context));
         let problem = context.problem(touching.clone(), &reference, &last.posture.q);
-        let Outcome::Feasible(posture) = posture::solve(&problem, config)? else {
+        let mut config = config.clone();
+        config.solver.upright = Some(context.upright(&reference));
+        let Outcome::Feasible(posture) = posture::solve(&problem, &config)? else {
             return Ok((None, tried + 1));
         };
         let mut next = node.clone();

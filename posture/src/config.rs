@@ -1,5 +1,8 @@
 //! Settings of the posture generator.
 
+#![allow(non_snake_case)]
+
+use nalgebra::{UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -50,9 +53,24 @@ pub struct Solver {
     /// Part of the largest step that an iteration may take; next to nothing leaves the
     /// configuration at the guess and seeks the forces alone.
     pub step_scale: f64,
-    /// Largest angle between the base's z axis and the reference's, rad, where there is one; less
-    /// than π/2.
-    pub tilt_max_rad: Option<f64>,
+    /// How far the base may tilt, where there is a bound.
+    pub upright: Option<Upright>,
+}
+
+/// The cone about a direction that the base's z axis keeps inside of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Upright {
+    /// The direction, in W, of length 1.
+    pub z_W: Vector3<f64>,
+    /// Largest angle between the two, rad; less than π/2.
+    pub tilt_max_rad: f64,
+}
+
+impl Upright {
+    /// The angle of a base from the direction, rad.
+    pub fn tilt_rad(&self, R_WB: &UnitQuaternion<f64>) -> f64 {
+        self.z_W.angle(&(R_WB * Vector3::z()))
+    }
 }
 
 /// Which solver takes the quadratic programs.
@@ -90,7 +108,7 @@ impl Default for Solver {
             engine: Engine::ActiveSet,
             optimality: 5e-2,
             step_scale: 1.0,
-            tilt_max_rad: None,
+            upright: None,
         }
     }
 }

@@ -103,6 +103,7 @@ pub(crate) fn posture(
         q: it.q.clone(),
         contacts,
         com_W: it.kinematics.com_W,
+        upright: ctx.config.solver.upright,
         torques,
         margins,
         cost,

@@ -10,7 +10,7 @@ use crate::environment::Environment;
 use crate::iterate::{Context, Iterate, Relaxed};
 use crate::problem::{BaseGoal, Problem};
 use crate::rows::{Rows, Tag};
-use crate::{Config, Solver, cost};
+use crate::{Config, Solver, Upright, cost};
 
 /// A robot that ships, read from its files.
 pub(crate) fn shipped(name: &str) -> Robot {
@@ -120,7 +120,10 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
     };
     let config = Config {
         solver: Solver {
-            tilt_max_rad: Some(0.1),
+            upright: Some(Upright {
+                z_W: reference.R_WB * Vector3::z(),
+                tilt_max_rad: 0.1,
+            }),
             ..Solver::default()
         },
         ..Config::default()

@@ -71,7 +71,7 @@ mod solve;
 mod sqp;
 pub mod stand;
 
-pub use config::{Config, Engine, Solver};
+pub use config::{Config, Engine, Solver, Upright};
 pub use contact::{Area, Contact, Freedom};
 pub use environment::{Environment, FaceIndex};
 pub use error::Error;

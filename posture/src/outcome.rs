@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 use plan::Margins;
 use robot_model::Configuration;
 
+use crate::config::Upright;
 use crate::problem::Problem;
 pub use crate::rows::Constraint;
 
@@ -67,6 +68,8 @@ pub struct Posture {
     pub contacts: Vec<ContactState>,
     /// Centre of mass in W, m.
     pub com_W: Vector3<f64>,
+    /// How far the base was to tilt at most, where there was a bound.
+    pub upright: Option<Upright>,
     /// Holding torque of every joint, in the order of `q`, N·m (N where prismatic).
     pub torques: Vec<f64>,
     /// Distance from every limit.
