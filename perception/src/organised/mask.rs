@@ -138,7 +138,7 @@ pub(super) fn open(sure: Bits) -> Bits {
 
 #[cfg(test)]
 mod tests {
-    use super::bits::tests::kept;
+    use super::super::bits::tests::kept;
     use super::*;
 
     #[test]
