@@ -1,8 +1,8 @@
-//! Times all that is done to a depth frame of an Xtion and writes what `benches/peers/surfaces/score.py` asks for.
+//! Times all that is done to a depth frame and writes what `benches/peers/surfaces/score.py` asks for.
 //!
-//!   time_extraction DEPTH.png OUT organised|voxels RUNS [STEP]
+//!   time_extraction DEPTH.png OUT organised|voxels|auto RUNS [STEP [SENSOR]]
 //!
-//! Of a cloud every STEPth point is taken.
+//! Of a cloud every STEPth point is taken; the sensor is an Xtion where none is named.
 //!
 //! OUT.json has one entry a plane, in the sensor's optical frame (x right, y down, z forward; m):
 //!
@@ -24,22 +24,25 @@ type AnyError = Box<dyn std::error::Error + Send + Sync>;
 
 fn main() -> Result<(), AnyError> {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let ([path, out, method, runs], step) = (match &args[..] {
-        [required @ .., step] if args.len() == 5 => (required, step.parse()?),
-        all => (all, 1_usize),
-    }) else {
-        return Err("usage: time_extraction DEPTH.png OUT organised|voxels RUNS [STEP]".into());
+    let [path, out, method, runs, rest @ ..] = &args[..] else {
+        return Err(
+            "usage: time_extraction DEPTH.png OUT organised|voxels|auto RUNS [STEP [SENSOR]]"
+                .into(),
+        );
     };
+    let step: usize = rest.first().map_or(Ok(1), |step| step.parse())?;
+    let sensor = rest.get(1).map_or("xtion", String::as_str);
     let config = Config {
         method: match method.as_str() {
             "organised" => Method::Organised,
             "voxels" => Method::Voxels,
+            "auto" => Method::Auto,
             _ => return Err(format!("unknown method {method}").into()),
         },
         ..Config::default()
     };
     let options = SensorOptions {
-        sensor: "xtion".into(),
+        sensor: sensor.into(),
         ..SensorOptions::default()
     };
     let mut scan = read_scan(path.as_ref(), &options)?;

@@ -14,7 +14,7 @@ use crate::registration::RegistrationConfig;
 )]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// The organised path where the scan has an image, else voxels.
+    /// The organised path where the scan has an image with few enough pixels missing, else voxels.
     #[default]
     Auto,
     /// Inverse-depth moments on the image.

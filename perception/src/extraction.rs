@@ -4,9 +4,13 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use surfaces::{Face, Obstacle};
 
+use crate::Method;
+
 /// The faces of one scan, and how they came about.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Extraction {
+    /// How they were found.
+    pub method: Method,
     /// Connected plane faces in W, by falling area; ids f0, f1, …
     pub faces: Vec<Face>,
     /// Bodies in W where faces may go on that the image's border cuts; depth images only.

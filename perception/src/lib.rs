@@ -2,7 +2,7 @@
 //!
 //! A depth image takes the *organised* path ([`Method::Organised`]): inverse depth is linear in the
 //! pixel on a plane, so sums over cells of pixels give its planes without a nearest neighbour. Any other
-//! cloud takes the same growth over hashed voxels ([`Method::Voxels`]), or, where [`Method::Brossette2013`] asks for it, the chain of that paper
+//! cloud, and an image with too many pixels missing, takes the same growth over hashed voxels ([`Method::Voxels`]), or, where [`Method::Brossette2013`] asks for it, the chain of that paper
 //! ([`Brossette2013Config`]): crop, voxel grid, region growing on normals, planes per cluster, projection,
 //! convex hull, re-orientation.
 //!
@@ -77,13 +77,15 @@ use nalgebra::Isometry3;
 #[allow(non_snake_case)]
 pub fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Result<Extraction, Error> {
     config.check()?;
-    match (&scan.depth, config.method) {
-        (Some(depth), Method::Auto | Method::Organised) => {
-            Ok(organised::extract(depth, &scan.noise, X_WV, config))
-        }
-        (None, Method::Organised) => Err(Error::NotOrganised),
-        (_, Method::Auto | Method::Voxels) => Ok(voxels::extract(scan, X_WV, config)),
-        (_, Method::Brossette2013) => {
+    if let (Some(depth), Method::Auto | Method::Organised) = (&scan.depth, config.method)
+        && let Some(found) = organised::extract(depth, &scan.noise, X_WV, config)
+    {
+        return Ok(found);
+    }
+    match config.method {
+        Method::Organised => Err(Error::NotOrganised),
+        Method::Auto | Method::Voxels => Ok(voxels::extract(scan, X_WV, config)),
+        Method::Brossette2013 => {
             brossette2013::extract(scan, X_WV, config.range_max_m, &config.brossette2013)
         }
     }

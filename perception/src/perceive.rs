@@ -12,7 +12,7 @@ use surfaces::{Face, Terrain, UNSEEN_DEPTH_M, deepen_walls};
 use crate::extraction::Statistics;
 use crate::lidar::{LidarCalibration, LidarCloud, LidarCounts, segment_cloud};
 use crate::registration::{Registration, register};
-use crate::{Config, Error, Scan, extract};
+use crate::{Config, Error, Method, Scan, extract};
 
 /// A scan and where it was taken from.
 pub enum PosedScan<'a> {
@@ -82,6 +82,11 @@ pub enum Notice {
         /// Counts along the way.
         counts: Statistics,
     },
+    /// An image with so many pixels missing that it is taken as a cloud.
+    Sparse {
+        /// The scan.
+        scan: String,
+    },
     /// A face of a scan is left out.
     Refused {
         /// The scan.
@@ -132,6 +137,10 @@ impl fmt::Display for Notice {
                 f,
                 "{scan}: {} of {} points measured, {} in range, {} on {} planes",
                 counts.valid, counts.points, counts.used, counts.assigned, counts.planes
+            ),
+            Self::Sparse { scan } => write!(
+                f,
+                "warning: {scan}: too many pixels are missing: taken as a cloud (method voxels)"
             ),
             Self::Refused { scan, cause } => {
                 write!(f, "warning: {scan}: a face is left out: {cause}")
@@ -280,6 +289,12 @@ fn of_scan(
         scan: name.to_owned(),
         counts: extraction.statistics,
     });
+    if config.method == Method::Auto && scan.depth.is_some() && extraction.method == Method::Voxels
+    {
+        notices.push(Notice::Sparse {
+            scan: name.to_owned(),
+        });
+    }
     notices.extend(extraction.refused.into_iter().map(|cause| Notice::Refused {
         scan: name.to_owned(),
         cause,

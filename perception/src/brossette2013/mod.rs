@@ -148,6 +148,7 @@ pub(crate) fn extract(
         assigned: planes.iter().map(|p| p.inliers.len()).sum(),
     };
     Ok(Extraction {
+        method: crate::Method::Brossette2013,
         faces,
         obstacles: Vec::new(),
         refused,

@@ -54,6 +54,17 @@ impl ImageLattice<'_> {
         CellNoise::at(self.noise, at.mean())
     }
 
+    /// Number of pixels measured in the cells that are dense enough to take part.
+    pub fn dense_pixels(&self) -> f64 {
+        let counts = self.grid.cells.iter().map(|cell| cell.n);
+        counts.filter(|n| *n >= self.pixels_min()).sum()
+    }
+
+    /// Fewest pixels of a cell that takes part.
+    fn pixels_min(&self) -> f64 {
+        (1.0 - MISSING_RATIO_MAX) * (self.grid.size * self.grid.size) as f64
+    }
+
     /// Pixels over which an error of a correlation length repeats itself: 4π s².
     fn wave(scale_px: f64) -> f64 {
         4.0 * std::f64::consts::PI * scale_px.powi(2)
@@ -102,9 +113,8 @@ impl Lattice for ImageLattice<'_> {
     }
 
     fn cell(&self, cell: usize) -> Option<Cell> {
-        let pixels = (self.grid.size * self.grid.size) as f64;
         let moments = &self.grid.cells[cell];
-        let dense = moments.n >= (1.0 - MISSING_RATIO_MAX) * pixels;
+        let dense = moments.n >= self.pixels_min();
         dense.then(|| Cell::new(moments, self.noise)).flatten()
     }
 

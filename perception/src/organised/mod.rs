@@ -13,6 +13,7 @@ mod chart;
 mod contour;
 mod edges;
 mod face;
+mod folds;
 mod image;
 mod label_boundaries;
 mod labelling;
@@ -36,7 +37,7 @@ use std::cell::Cell;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 
-use crate::config::Config;
+use crate::config::{Config, Method};
 use crate::extraction::{Extraction, Segmentation, Statistics};
 use crate::face::Faces;
 use crate::scan::DepthImage;
@@ -70,14 +71,19 @@ thread_local! {
     };
 }
 
-/// The faces of a depth image taken from `X_WV`.
+/// Least part of the pixels measured that lie in cells of few enough holes to take part; of less the image
+/// shows too little, and what falls apart is better seen as a cloud.
+const DENSE_MIN: f64 = 0.8;
+
+/// The faces of a depth image taken from `X_WV`; `None` where too many pixels are missing, unless the
+/// image is asked for.
 #[allow(non_snake_case)]
 pub(crate) fn extract(
     depth: &DepthImage,
     noise: &Noise,
     X_WV: &Isometry3<f64>,
     config: &Config,
-) -> Extraction {
+) -> Option<Extraction> {
     // 1. Inverse depth, and one pass to the moments of its small and large cells.
     let room = SCRATCH.take();
     let (image, valid, used) = InverseImage::new(depth, config.range_max_m, room.inverse);
@@ -85,6 +91,9 @@ pub(crate) fn extract(
 
     // 2. Regions over large cells, then over small ones.
     let lattice = |grid| ImageLattice { grid, noise };
+    if config.method == Method::Auto && lattice(&small).dense_pixels() < DENSE_MIN * used as f64 {
+        return None;
+    }
     let Partition { regions, owner } = segmentation::segment(&[&lattice(&large), &lattice(&small)]);
 
     // 3. Every pixel to the nearest of the planes around it; gaps closed.
@@ -95,7 +104,9 @@ pub(crate) fn extract(
     // doubtful borders, necks.
     let cuts = LabelBoundaries::new(&labels, image.width, image.height);
     let assigned = labels.len() - none.count();
-    let mut sure = mask::erode(&none, &unmeasured, &cuts);
+    let folds = folds::folds(&image, &regions, &labels, &cuts);
+    let open = unmeasured.clone().or(&folds);
+    let mut sure = mask::erode(&none, &open, &cuts);
     let feet = ObjectBases {
         image: &image,
         regions: &regions,
@@ -162,11 +173,12 @@ pub(crate) fn extract(
         small: small.cells,
         large: large.cells,
     });
-    Extraction {
+    Some(Extraction {
+        method: Method::Organised,
         faces,
         obstacles,
         refused,
         statistics,
         segmentation: Some(segmentation),
-    }
+    })
 }

@@ -27,16 +27,14 @@ const STRIP_CELLS: usize = 5;
 /// Fewest points of a region, and the smallest: so much area do the sides of its voxels make, m².
 pub(super) const POINTS_MIN: usize = 60;
 const AREA_MIN_M2: f64 = 0.012;
-/// Smallest region, as the solid angle under which it is seen, sr: what is smaller does not tell its plane
-/// from the noise.
-const REGION_SR: f64 = 0.0015;
 /// Angle over which the slowly varying error keeps its sign: 40 px of a lens of 525 px.
 pub(super) const WAVE_RAD: f64 = 0.076;
 /// Regions seen under a smaller solid angle must stand out from those around them, sr: as many pixels of
 /// such a lens as in images.
 const SLIVER_SR: f64 = 0.0036;
-/// Regions seen under a smaller one tell too little of their plane to be found again behind what hides it.
-const HIDDEN_SR: f64 = 0.0009;
+/// Smallest region, as the solid angle under which it is seen, sr: what is smaller tells too little of its plane,
+/// in images as here.
+const REGION_SR: f64 = 0.0009;
 /// Points whose errors go together: one in this many counts.
 pub(super) const POINTS_ALIKE: f64 = 30.0;
 /// Side of the view's places, rad.
@@ -313,7 +311,7 @@ impl Lattice for VoxelLattice<'_> {
     }
 
     fn tells_plane(&self, region: &Moments) -> bool {
-        Self::solid_angle(region) >= HIDDEN_SR
+        Self::solid_angle(region) >= REGION_SR
     }
 
     /// By azimuth and elevation about the eye; the nearest voxel counts.

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use surfaces::outline::Outline;
 use surfaces::{Edge, EdgeKind, EdgeView, Error, FACE_AREA_MIN_M2, Face, Fit};
 
-use crate::config::Config;
+use crate::config::{Config, Method};
 use crate::extraction::{Extraction, Segmentation, Statistics};
 use crate::face::{Faces, Known, face};
 use crate::plane_covariance;
@@ -132,6 +132,7 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
             .count(),
     };
     Extraction {
+        method: Method::Voxels,
         faces,
         obstacles: Vec::new(),
         refused,
