@@ -37,6 +37,9 @@ pub struct Global {
     /// Settings to lay over the defaults and the scene's, as `scandent config` prints them
     #[arg(long, global = true, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
+    /// After the first plan spend this many nodes on shorter ones
+    #[arg(long, global = true, value_name = "NODES")]
+    pub improve: Option<usize>,
     /// Threads for the search (default: all; the plan does not depend on it)
     #[arg(long, global = true, value_name = "N")]
     pub threads: Option<NonZeroUsize>,

@@ -133,6 +133,7 @@ impl Config {
         if let Some(seed) = global.seed {
             config.seed = seed;
         }
+        config.planner.improve = global.improve.unwrap_or(config.planner.improve);
         let seed = config.seed;
         config.perception.brossette2013.seed = seed;
         config.perception.lidar.seed = seed;

@@ -15,6 +15,8 @@ use crate::report::Stages;
 use crate::scene::{Environment, Files};
 use crate::slope::calibration_file;
 
+pub mod levelled;
+
 /// The environment, and the points that it was seen by.
 #[allow(non_snake_case)]
 #[derive(Clone, Debug, Default)]
@@ -46,9 +48,11 @@ pub fn perceive(
             let scans: Vec<PosedScan> = read.iter().map(ReadScan::posed).collect();
             let work = || perception::perceive(&scans, &config.perception);
             let perceived = stages.measure("perception", work)?;
+            let points = scans.iter().zip(&perceived.moved_W);
+            let points = points.flat_map(|(scan, moved_W)| scan.points_W(moved_W, 1));
             Ok(Perceived {
+                cloud_W: points.collect(),
                 terrain: perceived.terrain,
-                cloud_W: perceived.cloud_W,
                 notes: perceived.notices.iter().map(ToString::to_string).collect(),
             })
         }
@@ -82,23 +86,10 @@ pub fn points_W(environment: &Environment, files: &Files) -> Result<Vec<[f32; 3]
     let mut cloud_W = Vec::new();
     for source in sources {
         let (mut stages, mut inputs) = (Stages::default(), Inputs::default());
-        match ReadScan::new(source, files, &mut stages, &mut inputs)? {
-            ReadScan::Scan { scan, X_WV, .. } => {
-                cloud_W.extend(scan.cloud.finite().map(|p| in_W(&X_WV, p)));
-            }
-            ReadScan::Lidar { cloud, mount, .. } => {
-                let X_WV = mount.X_WV();
-                cloud_W.extend(cloud.points_V.iter().map(|p| in_W(&X_WV, p)));
-            }
-        }
+        let scan = ReadScan::new(source, files, &mut stages, &mut inputs)?;
+        cloud_W.extend(scan.posed().points_W(&Isometry3::identity(), 1));
     }
     Ok(cloud_W)
-}
-
-#[allow(non_snake_case)]
-fn in_W(X_WV: &Isometry3<f64>, p_V: &[f32; 3]) -> [f32; 3] {
-    let p_W = X_WV * Point3::from(p_V.map(f64::from));
-    p_W.coords.map(|x| x as f32).into()
 }
 
 /// A scan as it was read, and where it was taken from.

@@ -19,6 +19,14 @@ pub struct ScanFlags {
     /// the scans: x,y,z,qx,qy,qz,qw or x,y,z,roll,pitch,yaw; default: what the file states
     #[arg(long, value_name = "POSE", value_parser = argument::pose, allow_hyphen_values = true)]
     pub pose: Vec<Isometry3<f64>>,
+    /// Take the pose of each scan from the ground that it shows: the world's origin is on the ground below
+    /// the sensor, x ahead
+    #[arg(long, conflicts_with = "pose")]
+    pub level: bool,
+    /// Which way is up in the sensor's optical frame, as an accelerometer at rest in it measures (any
+    /// unit), for --level
+    #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true, requires = "level")]
+    pub up: Option<[f64; 3]>,
     /// Where the sensor stood in the frame of clouds that were moved after the scan: x,y,z in m. A
     /// --pose is then that of the clouds' frame
     #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true)]
@@ -66,6 +74,8 @@ impl ScanFlags {
             calibration: self.calibration.as_ref().map(|p| p.display().to_string()),
             position_m: Some(pose.translation.vector.into()),
             quat_xyzw: Some(pose.rotation.coords.into()),
+            level: self.level,
+            up: self.up,
             extrinsics: None,
         }
     }

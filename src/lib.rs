@@ -31,6 +31,7 @@ pub mod slope;
 pub mod start;
 pub mod status;
 pub mod summary;
+pub mod template;
 pub mod threads;
 pub mod view;
 

@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use plan::{Motion, MotionFile, PLAN_FORMAT, Plan, RequiredMargins, RobotSummary};
 use planner::{Blocked, Progress, Request, SearchResult, Status};
 use posture::Environment;
@@ -12,7 +12,7 @@ use surfaces::{FaceId, Terrain};
 use verify::Certificate;
 
 use crate::config::Config;
-use crate::environment::{self, Perceived};
+use crate::environment::{self, Perceived, levelled};
 use crate::provenance::{self, Inputs};
 use crate::report::{Clock, Report, Stages, peak_memory_mb};
 use crate::scene::{self, Scene};
@@ -78,7 +78,9 @@ pub fn plan(
     let pool = threads::pool(options.threads)?;
 
     // Scan → surfaces.
-    let (environment, files) = (&scene.environment, &scene.files);
+    let files = &scene.files;
+    let (environment, levelled) = levelled::levelled(&scene.environment, files, config)?;
+    let environment = &environment;
     let perceived = pool
         .install(|| environment::perceive(environment, files, config, &mut stages, &mut inputs))?;
     #[allow(non_snake_case)]
@@ -87,6 +89,10 @@ pub fn plan(
         cloud_W,
         mut notes,
     } = perceived;
+    if let Some(why) = levelled::doubt(environment, &extracted) {
+        bail!(why);
+    }
+    notes.extend(levelled);
 
     // URDF, SRDF, contacts → robot.
     let robot = stages.measure("robot", || {
@@ -100,7 +106,10 @@ pub fn plan(
     let edge_sigmas = config.posture.edge_sigmas;
     let begin = stages.measure("start", || {
         let mut terrain = extracted.clone();
-        let stand = start::stand(&robot, &scene.start, &config.posture)?;
+        let mut stand = start::stand(&robot, &scene.start, &config.posture)?;
+        if scene.starts_before_floor() {
+            start::floor::stand_before(&mut stand, &robot, &terrain);
+        }
         let (posture, feet) = (&stand.configuration, &stand.patches);
         let ground = ground::add_ground(
             &mut terrain,
@@ -117,7 +126,7 @@ pub fn plan(
     let (terrain, stand, ground, refuted) = begin?;
     notes.extend(ground.notes);
     // The ground that is seen, against the one under the feet.
-    if let scene::Environment::Scans(scans) = &scene.environment
+    if let scene::Environment::Scans(scans) = environment
         && let Some((_, feet)) = ground.contacts.first()
     {
         let (feet, camera) = (terrain.get(feet)?, &config.calibration.camera);

@@ -7,7 +7,7 @@ use plan::{Motion, PLAN_FORMAT, Plan};
 use robot_model::Robot;
 
 use crate::provenance::{Inputs, read, sha256};
-use crate::robot_files::RobotFiles;
+use crate::robot_files::{BesideUrdf, RobotFiles};
 
 /// Reads a plan.
 ///
@@ -52,15 +52,11 @@ pub fn open_motion(path: &Path, plan: &Plan) -> Result<Option<Motion>> {
 /// The robot's files, where the plan does not name them or they have moved.
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlanRobotFlags {
-    /// The robot: a URDF file, or builtin:NAME (default: as the plan names it)
+    /// The robot: a URDF file, or builtin:NAME (default, as of the next two: what the plan names)
     #[arg(long, value_name = "URDF")]
     robot: Option<String>,
-    /// Named postures and pairs of links that may touch (default: as the plan names it)
-    #[arg(long, value_name = "FILE.srdf")]
-    srdf: Option<PathBuf>,
-    /// Contact patches (default: as the plan names it)
-    #[arg(long, value_name = "FILE.toml")]
-    contacts: Option<PathBuf>,
+    #[command(flatten)]
+    beside: BesideUrdf,
 }
 
 impl PlanRobotFlags {
@@ -79,8 +75,8 @@ impl PlanRobotFlags {
         let urdf = urdf.context("the plan names no robot: give --robot")?;
         let files = RobotFiles {
             urdf: urdf.clone(),
-            srdf: path("srdf", &self.srdf),
-            contacts: path("contacts", &self.contacts),
+            srdf: path("srdf", &self.beside.srdf),
+            contacts: path("contacts", &self.beside.contacts),
         };
         // The settings that the plan's robot was read with.
         let config = match plan.config.get("robot_model") {

@@ -121,6 +121,20 @@ pub struct RobotFlags {
     /// The robot: a URDF file, or builtin:NAME
     #[arg(long, value_name = "URDF")]
     pub robot: String,
+    #[command(flatten)]
+    beside: BesideUrdf,
+}
+
+impl RobotFlags {
+    /// The files.
+    pub fn files(&self) -> RobotFiles {
+        self.beside.files(&self.robot)
+    }
+}
+
+/// The files of a robot beside its URDF, on the command line.
+#[derive(Clone, Debug, clap::Args)]
+pub struct BesideUrdf {
     /// Named postures and pairs of links that may touch
     #[arg(long, value_name = "FILE.srdf")]
     pub srdf: Option<PathBuf>,
@@ -129,11 +143,11 @@ pub struct RobotFlags {
     pub contacts: Option<PathBuf>,
 }
 
-impl RobotFlags {
-    /// The files.
-    pub fn files(&self) -> RobotFiles {
+impl BesideUrdf {
+    /// These files and the URDF.
+    pub fn files(&self, urdf: &str) -> RobotFiles {
         RobotFiles {
-            urdf: self.robot.clone(),
+            urdf: urdf.to_owned(),
             srdf: self.srdf.clone(),
             contacts: self.contacts.clone(),
         }

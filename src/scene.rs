@@ -75,6 +75,15 @@ pub enum Files {
 }
 
 impl Scene {
+    /// Whether nothing says where the robot stands but the ground that a scan shows.
+    pub fn starts_before_floor(&self) -> bool {
+        let levelled = match &self.environment {
+            Environment::Scans(sources) => sources.iter().any(|source| source.level),
+            _ => false,
+        };
+        levelled && matches!(self.start, Start::Posture { base: None, .. })
+    }
+
     /// The scene of a name that ships, or of a `scene.toml`.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 pub mod agreement;
 pub mod assumed;
+pub mod floor;
 pub mod ground;
 
 use anyhow::{Context, Result, bail};

@@ -36,6 +36,18 @@ pub fn print(planned: &PlanOutcome, out: &mut dyn Write) -> std::io::Result<()> 
         planned.plan.search.candidates_solved,
         report.threads
     )?;
+    let search = &planned.plan.search;
+    if planned.status == Status::Found && planned.config.planner.improve > 0 {
+        let changes = search.path_stances.saturating_sub(1);
+        let (least, gap) = (
+            search.changes_min,
+            changes.saturating_sub(search.changes_min),
+        );
+        writeln!(
+            out,
+            "contact changes: {changes}, at least {least} (gap {gap})"
+        )?;
+    }
     if let Some(motion) = &planned.plan.motion {
         let (duration, samples) = (motion.duration_s, motion.samples);
         writeln!(out, "motion: {duration:.1} s in {samples} samples")?;

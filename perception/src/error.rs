@@ -68,6 +68,14 @@ pub enum Error {
         /// Image height, px.
         height: usize,
     },
+    /// No face of a scan could be one that is walked on.
+    #[error(
+        "none of {faces} faces can be the ground: none is seen from above by a sensor that is carried upright, or lies across the direction given as up; give the pose"
+    )]
+    NoLevelFace {
+        /// Faces that were found.
+        faces: usize,
+    },
     /// The organised path was asked for on a cloud that has no image behind it.
     #[error("method \"organised\" needs a depth image, or an organised cloud in its optical frame")]
     NotOrganised,

@@ -36,13 +36,37 @@ pub enum PosedScan<'a> {
     },
 }
 
+impl PosedScan<'_> {
+    /// Every `step`th of the measured points, in W after the scan was moved, m.
+    pub fn points_W(
+        &self,
+        moved_W: &Isometry3<f64>,
+        step: usize,
+    ) -> impl Iterator<Item = [f32; 3]> {
+        let (points, X_WV) = match self {
+            PosedScan::Scan { scan, X_WV, .. } => (&scan.cloud.points, *X_WV),
+            PosedScan::Lidar { cloud, mount, .. } => (&cloud.points_V, mount.X_WV()),
+        };
+        // By a matrix, which takes half of what a quaternion does.
+        let X = moved_W * X_WV;
+        let (turn, shift) = (X.rotation.to_rotation_matrix(), X.translation.vector);
+        let measured = |p: &&[f32; 3]| p.iter().all(|c| c.is_finite());
+        let in_W = move |p: &[f32; 3]| {
+            (turn * Vector3::from(p.map(f64::from)) + shift)
+                .map(|x| x as f32)
+                .into()
+        };
+        points.iter().step_by(step).filter(measured).map(in_W)
+    }
+}
+
 /// What scans show.
 #[derive(Debug, Clone, Default)]
 pub struct Perception {
     /// Faces and obstacles in W.
     pub terrain: Terrain,
-    /// The measured points in W, m.
-    pub cloud_W: Vec<[f32; 3]>,
+    /// By how much each scan was moved from the pose given.
+    pub moved_W: Vec<Isometry3<f64>>,
     /// What was noticed, in the order in which it happened.
     pub notices: Vec<Notice>,
 }
@@ -162,7 +186,7 @@ impl fmt::Display for Notice {
 
 /// Of so many points one tells what a view looked through, and what is free behind a wall.
 const RAY_STEP: usize = 4;
-const FREE_STEP: usize = 16;
+const FREE_STEP: usize = 17;
 /// Standard deviation of a LiDAR's range where its rings are not calibrated, m.
 const LIDAR_SIGMA_M: f64 = 0.015;
 
@@ -180,21 +204,16 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
     let fuses = config.fuse_views && scans.len() > 1;
     for (number, scan) in scans.iter().enumerate() {
         // 1. What the scan shows by itself.
-        let known = found.cloud_W.len();
         let (name, mut view) = match scan {
             PosedScan::Scan { name, scan, X_WV } => {
                 let mut view = of_scan(name, scan, X_WV, config, &mut found.notices)?;
                 if fuses {
                     view.free_space = free_space(scan, X_WV, config.range_max_m);
                 }
-                found.cloud_W.reserve(scan.cloud.points.len());
-                found.cloud_W.extend(scan.cloud.finite().map(moved(X_WV)));
                 (name, view)
             }
             PosedScan::Lidar { name, cloud, mount } => {
-                let (view, mut points_W) =
-                    of_sweep(name, cloud, mount, config, &mut found.notices)?;
-                found.cloud_W.append(&mut points_W);
+                let view = of_sweep(name, cloud, mount, config, &mut found.notices)?;
                 (name, view)
             }
         };
@@ -202,6 +221,7 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         if number > 0 {
             view.prefix_ids(&format!("scan{number}-"));
         }
+        let mut moved_W = Isometry3::identity();
         if number > 0 && config.registration.refine {
             let faces: Vec<Face> = (views.iter())
                 .flat_map(|view| &view.faces)
@@ -210,10 +230,7 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
             match register(&faces, &view.faces) {
                 Ok(registration) => {
                     view.move_by(&registration.X_W);
-                    let moved = moved(&registration.X_W);
-                    found.cloud_W[known..]
-                        .iter_mut()
-                        .for_each(|p| *p = moved(p));
+                    moved_W = registration.X_W;
                     found
                         .notices
                         .push(Notice::Registered(Box::new(registration)));
@@ -224,6 +241,7 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
                 }),
             }
         }
+        found.moved_W.push(moved_W);
         views.push(view);
     }
     // 3. Faces that more than one scan shows are one.
@@ -237,20 +255,13 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         .extend(fused.changes.into_iter().map(Notice::Fused));
     found.terrain = fused.terrain;
     // 4. What may be there behind what was seen.
-    let free = found.cloud_W.iter().step_by(FREE_STEP);
-    let free_W: Vec<Point3<f64>> = free.map(|p| Point3::from(p.map(f64::from))).collect();
-    deepen_walls(&mut found.terrain.faces, &free_W, UNSEEN_DEPTH_M);
+    let free = || {
+        let scans = scans.iter().zip(&found.moved_W);
+        let points = scans.flat_map(|(scan, moved_W)| scan.points_W(moved_W, FREE_STEP));
+        points.map(|p| Point3::from(p.map(f64::from))).collect()
+    };
+    deepen_walls(&mut found.terrain.faces, free, UNSEEN_DEPTH_M);
     Ok(found)
-}
-
-/// Moves points; by a matrix, which takes half of what a quaternion does.
-fn moved(X: &Isometry3<f64>) -> impl Fn(&[f32; 3]) -> [f32; 3] + use<> {
-    let (turn, shift) = (X.rotation.to_rotation_matrix(), X.translation.vector);
-    move |p| {
-        (turn * Vector3::from(p.map(f64::from)) + shift)
-            .map(|x| x as f32)
-            .into()
-    }
 }
 
 /// The view of a camera or a bare cloud.
@@ -298,14 +309,14 @@ fn free_space(scan: &Scan, X_WV: &Isometry3<f64>, range_max_m: f64) -> FreeSpace
     }
 }
 
-/// The view of a LiDAR, and its points in W.
+/// The view of a LiDAR.
 fn of_sweep(
     name: &str,
     cloud: &LidarCloud,
     mount: &LidarCalibration,
     config: &Config,
     notices: &mut Vec<Notice>,
-) -> Result<(View, Vec<[f32; 3]>), Error> {
+) -> Result<View, Error> {
     let seen = segment_cloud(cloud, Some(mount), &config.lidar)?;
     let points = seen.counts.kept;
     let scan = seen.scan.ok_or(Error::NoGround { points })?;
@@ -331,13 +342,12 @@ fn of_sweep(
         p_W: Point3::from(p.map(f64::from)),
         sigma_m: LIDAR_SIGMA_M,
     };
-    let view = View {
+    Ok(View {
         faces,
         obstacles: seen.around.obstacles().cloned().collect(),
         free_space: FreeSpace {
             eye_W: Point3::from(mount.X_WV().translation.vector),
             points: scan.points_W.iter().map(end).collect(),
         },
-    };
-    Ok((view, scan.points_W))
+    })
 }

@@ -154,4 +154,8 @@ pub struct SearchSummary {
     pub candidates_solved: usize,
     /// Contact sets on the path, the start included.
     pub path_stances: usize,
+    /// A number of contact changes that no plan falls short of, by lengths alone; that of the plan is
+    /// `path_stances` less one.
+    #[serde(default)]
+    pub changes_min: usize,
 }

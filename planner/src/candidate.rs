@@ -12,8 +12,10 @@ use robot_model::PatchId;
 
 use crate::Error;
 use crate::change::{Candidate, Move, RESTARTS};
-use crate::context::{Footing, SearchContext};
+use crate::context::SearchContext;
+use crate::estimate::estimate;
 use crate::foothold_proposal::{Foothold, propose};
+use crate::footing::Footing;
 use crate::node::{Node, SAME_PLACE_M};
 use crate::nominal_posture::nominal_posture;
 use crate::reserve::{NO_RESERVE, RESERVE};
@@ -55,14 +57,14 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
         if let Some(foot) = context.foot(patch) {
             after[foot].in_air = true;
         }
-        children.push(Candidate {
-            node: index,
-            change: Move::Remove(patch),
-            priority: priority(context, node, &after, stay()),
-            tries: 0,
-            charged: 0.0,
-            near: None,
-        });
+        let (made, rest) = price(context, node, &after, stay());
+        children.push(Candidate::new(
+            index,
+            Move::Remove(patch),
+            made,
+            rest,
+            context.weight,
+        ));
     }
 
     // Touch: a patch that is free, on a face it may touch, within reach.
@@ -95,7 +97,7 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
 fn within_reach(context: &SearchContext, node: &Node, patch: PatchId) -> Vec<FaceIndex> {
     let radius_m = context.request.robot.patches[patch].point_radius_m();
     let boxes = node.contacts.iter().map(|held| {
-        let reach_m = context.span_m(patch, held.patch) + radius_m.unwrap_or(0.0);
+        let reach_m = context.reach.span_m(patch, held.patch) + radius_m.unwrap_or(0.0);
         let middle = Point3::from(held.X_WC.translation.vector);
         let reach = Vector3::repeat(reach_m);
         (middle - reach, middle + reach)
@@ -126,31 +128,25 @@ pub(crate) fn touch(
             ..footing
         };
     }
-    Candidate {
-        node: index,
-        priority: priority(context, node, &feet, node.contacts.iter())
-            + extra(context, patch, Some(&footing))
-            + foothold.price()
-            + BEYOND_PRICE * beyond_m,
-        change: Move::Add(foothold),
-        tries: 0,
-        charged: 0.0,
-        near: None,
-    }
+    let (made, rest) = price(context, node, &feet, node.contacts.iter());
+    let extra = extra(context, patch, Some(&footing));
+    let made = made + extra + foothold.price() + BEYOND_PRICE * beyond_m;
+    Candidate::new(index, Move::Add(foothold), made, rest, context.weight)
 }
 
-/// Contacts made, those estimated to follow and the price of extra ones, of a child that keeps
+/// Contacts made with the price of extra ones, and those estimated to follow, of a child that keeps
 /// `contacts` and has its feet there.
-fn priority<'c>(
+fn price<'c>(
     context: &SearchContext,
     node: &Node,
     feet: &[Footing],
     contacts: impl Iterator<Item = &'c Contact>,
-) -> f64 {
+) -> (f64, f64) {
     let extras: f64 = contacts
         .map(|c| extra(context, c.patch, node.footing[c.patch.index()].as_ref()))
         .sum();
-    (node.depth + 1) as f64 + context.config.heuristic_weight * context.estimate(feet) + extras
+    let made = (node.depth + 1) as f64 + extras;
+    (made, estimate(context, feet))
 }
 
 /// The price of a contact with a patch that is not among the start's: that of any, and of its

@@ -16,8 +16,11 @@ pub(crate) const RESTARTS: [usize; 3] = [0, 1, 4];
 pub(crate) struct Candidate {
     pub node: usize,
     pub change: Move,
-    /// Contacts made plus contacts still to be made, as far as one can tell before solving.
+    /// Contacts made plus contacts still to be made, as far as one can tell before solving; those by
+    /// the weight that the search gives them.
     pub priority: f64,
+    /// Contacts estimated to follow.
+    pub rest: f64,
     /// How often it was tried already.
     pub tries: usize,
     /// What its priority has been charged for what failed before it, in contacts.
@@ -28,6 +31,19 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
+    /// A change that was not tried yet, with what it costs so far and what is estimated to follow.
+    pub fn new(node: usize, change: Move, made: f64, rest: f64, weight: f64) -> Self {
+        Self {
+            node,
+            change,
+            priority: made + weight * rest,
+            rest,
+            tries: 0,
+            charged: 0.0,
+            near: None,
+        }
+    }
+
     /// Whether nothing more is to be tried at it.
     pub fn is_spent(&self) -> bool {
         self.tries + 1 >= RESTARTS.len()

@@ -18,6 +18,8 @@ pub struct Config {
     /// Weight of the estimated number of contacts to the goal against those made: 1 for few
     /// contacts, more for a quick answer (weighted A*).
     pub heuristic_weight: f64,
+    /// After the first plan, nodes that are spent on shorter ones.
+    pub improve: usize,
     /// Extra price of touching with a patch that is not among the start's, in contacts.
     pub extra_contact_price: f64,
     /// Price of a metre beside the guide path, of a foot's place or an extra contact's, in contacts.
@@ -36,6 +38,7 @@ impl Default for Config {
             candidates_max: 4000,
             stride_m: 0.40,
             heuristic_weight: 2.0,
+            improve: 0,
             extra_contact_price: 2.0,
             lateral_deviation_price_per_m: 2.0,
             tilt_max_rad: 0.5,

@@ -4,16 +4,16 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 use posture::{Contact, FaceIndex, Problem, Upright};
-use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
+use robot_model::{Configuration, Kinematics, PatchId};
 
+use crate::footing::Footing;
 use crate::landing::{Footprint, Landing};
+use crate::reach::Reach;
 use crate::request::Request;
-use crate::result::Blocked;
 use crate::route::Route;
 use crate::{Config, Error};
-use plan::Change;
 
 /// Fewer feet than these keep a robot upright.
 pub(crate) const LEANING_MIN: usize = 3;
@@ -26,27 +26,26 @@ const BUDGET_STRIDES: f64 = 10.0;
 pub(crate) struct SearchContext<'a> {
     pub request: &'a Request<'a>,
     pub config: &'a Config,
+    /// What the estimated number of contacts to the goal weighs against those made.
+    pub weight: f64,
     /// For each patch, its place relative to the base.
     offset: Vec<Vector3<f64>>,
-    /// For each patch, an upper bound of its distance from the base, m.
-    reach_m: Vec<f64>,
+    /// How far patches reach.
+    pub reach: Reach,
     /// Patches whose progress counts: those in contact at the start.
     pub feet: Vec<PatchId>,
     /// How far a foot is put ahead of the others on level ground, m.
     pub stride_m: f64,
     /// The way of the base.
     pub route: Route,
-    /// Where no way over the terrain was found: the place that comes nearest to the point that the
-    /// base should come to, and that point.
-    pub gap: Option<[Vector2<f64>; 2]>,
+    /// Where no way over the terrain was found: what is too wide, too high or too narrow.
+    pub gap: Option<String>,
     /// Length that a turn by one radian counts for on the route, m.
     pub turn_m: f64,
     /// Smallest distance between two parts of the robot, m.
     pub self_clearance_m: f64,
     /// What each patch needs about the place where it lands.
     footprint: Vec<Footprint>,
-    /// For each patch, the leg that carries it.
-    leg: Vec<Leg>,
     /// Patches that are used at all.
     used: Vec<bool>,
     /// For each patch and face, where on the face it may land.
@@ -96,23 +95,6 @@ impl<'a> SearchContext<'a> {
                 kinematics.X_WC(patch).translation.vector - radius * Vector3::z()
             })
             .collect();
-        let reach_m = robot
-            .patches
-            .iter()
-            .map(|patch| {
-                let mut reach = patch.X_BC.translation.vector.norm();
-                let mut body = patch.body;
-                while let Some(parent) = robot.bodies[body].parent {
-                    let b = &robot.bodies[body];
-                    reach += b.X_PJ.translation.vector.norm();
-                    if b.kind == robot_model::JointKind::Prismatic {
-                        reach += b.lower.abs().max(b.upper.abs());
-                    }
-                    body = parent;
-                }
-                reach
-            })
-            .collect();
         let used = robot
             .patches
             .iter()
@@ -122,11 +104,6 @@ impl<'a> SearchContext<'a> {
         feet.sort_unstable();
         feet.dedup();
         let stride_m = config.stride_m.min(0.5 * following_m(&offset, &feet));
-        let leg = robot
-            .patches
-            .iter()
-            .map(|p| Leg::new(robot, &kinematics, p));
-        let leg = leg.collect();
         let apart_m = feet.iter().map(|foot| offset[foot.index()].xy().norm());
         let turn_m = apart_m.fold(stride_m / TURN_RAD, f64::max);
         let from = heading(&(request.start.configuration.R_WB * Vector3::x()));
@@ -140,9 +117,9 @@ impl<'a> SearchContext<'a> {
         let context = Self {
             request,
             config,
-            leg,
+            weight: config.heuristic_weight,
+            reach: Reach::new(robot, &kinematics),
             offset,
-            reach_m,
             route,
             gap: None,
             turn_m,
@@ -162,30 +139,6 @@ impl<'a> SearchContext<'a> {
         let footprint = &self.footprint[patch.index()];
         let environment = self.request.environment;
         Some(landing.get_or_init(|| Landing::new(environment, face, footprint)))
-    }
-
-    /// Why the base has no way over the terrain, as far as the lattice can tell.
-    pub fn no_way(&self) -> Option<Blocked> {
-        let [nearest, to] = self.gap?;
-        let reason = format!(
-            "no way was found for the base over the terrain: from where it is it comes to \
-             ({:.2}, {:.2}), {:.2} m from ({:.2}, {:.2}); what lies between is too wide, too high or too \
-             narrow for steps of {:.2} m",
-            nearest.x,
-            nearest.y,
-            (to - nearest).norm(),
-            to.x,
-            to.y,
-            self.stride_m
-        );
-        Some(Blocked {
-            change: Change::Goal,
-            held: String::new(),
-            reason,
-            amount: None,
-            distance_m: 0.0,
-            proof: false,
-        })
     }
 
     /// Whether two patches may land in the same places.
@@ -216,16 +169,6 @@ impl<'a> SearchContext<'a> {
     /// looking ahead, m.
     pub fn offset(&self, patch: PatchId) -> &Vector3<f64> {
         &self.offset[patch.index()]
-    }
-
-    /// An upper bound of a patch's distance from the base, m.
-    pub fn reach_m(&self, patch: PatchId) -> f64 {
-        self.reach_m[patch.index()]
-    }
-
-    /// An upper bound of the distance between two patches, m.
-    pub fn span_m(&self, a: PatchId, b: PatchId) -> f64 {
-        self.reach_m(a) + self.reach_m(b)
     }
 
     /// Whether a patch may touch a face.
@@ -303,74 +246,12 @@ impl<'a> SearchContext<'a> {
     /// feet strides as it is set to.
     pub fn stride_on(&self, patch: PatchId, normal: &Vector3<f64>, along_m: f64) -> f64 {
         let along = normal.dot(&self.route.direction(along_m));
-        let level = self.leg[patch.index()].range_m(0.0);
+        let level = self.reach.leg(patch).range_m(0.0);
         if self.feet.len() < LEANING_MIN || along.abs() < 1e-6 || normal.z <= 0.0 || level <= 0.0 {
             return self.stride_m;
         }
         let delta = (along.abs() / normal.z).atan();
-        self.stride_m * self.leg[patch.index()].range_m(delta) / level
-    }
-
-    /// Estimated number of contact changes to the goal, given each foot's last place and whether
-    /// it is in the air.
-    ///
-    /// A foot in the air lands a stride ahead of the hindmost of the others. Of two feet each then
-    /// passes the other, and one on the ground must leave and land once for every two strides that
-    /// it is behind; more feet catch up with each other, once for every stride.
-    pub fn estimate(&self, feet: &[Footing]) -> f64 {
-        let end = self.route.length_m();
-        let stride = self.stride_m;
-        let advance = if feet.len() > 2 { stride } else { 2.0 * stride };
-        let tolerance = 0.5 * self.request.goal.base.tolerance_m;
-        feet.iter()
-            .enumerate()
-            .map(|(i, foot)| {
-                let (along, landing) = if foot.in_air {
-                    (foot.along_m.max(hindmost(feet, i) + stride), 1.0)
-                } else {
-                    (foot.along_m, 0.0)
-                };
-                let behind = (end - tolerance - along).max(0.0);
-                landing
-                    + 2.0 * behind / advance
-                    + self.config.lateral_deviation_price_per_m * foot.lateral_m
-            })
-            .sum()
-    }
-}
-
-/// A leg, from its first joint to its patch.
-#[derive(Clone, Copy, Debug)]
-struct Leg {
-    /// Length stretched out, m.
-    length_m: f64,
-    /// Height of the first joint over the patch in the nominal posture, m.
-    height_m: f64,
-}
-
-impl Leg {
-    fn new(robot: &Robot, kinematics: &Kinematics, patch: &ContactPatch) -> Self {
-        let mut length_m = patch.X_BC.translation.vector.norm();
-        let mut body = patch.body;
-        while let Some(parent) = robot.bodies[body].parent.filter(|&p| p != 0) {
-            length_m += robot.bodies[body].X_PJ.translation.vector.norm();
-            body = parent;
-        }
-        let foot = kinematics.X_WC(patch).translation.vector;
-        Self {
-            length_m,
-            height_m: (kinematics.origin_W[body].z - foot.z).max(0.0),
-        }
-    }
-
-    /// How far down a slope of `delta` the foot reaches from below the first joint, at the usual
-    /// height over it, m.
-    ///
-    ///   ‖(s cos δ, h + s sin δ)‖ = L   ⇒   s = √(L² − h² cos² δ) − h sin δ
-    fn range_m(&self, delta: f64) -> f64 {
-        let (sin, cos) = delta.sin_cos();
-        let (l, h) = (self.length_m, self.height_m);
-        ((l * l - h * h * cos * cos).max(0.0).sqrt() - h * sin).max(0.0)
+        self.stride_m * self.reach.leg(patch).range_m(delta) / level
     }
 }
 
@@ -385,27 +266,6 @@ fn following_m(offset: &[Vector3<f64>], feet: &[PatchId]) -> f64 {
         .filter(|apart| apart.x > apart.y.abs())
         .map(|apart| apart.x)
         .fold(f64::INFINITY, f64::min)
-}
-
-/// Progress of the hindmost foot beside the one of that index, m: of those in the air, too, which
-/// would otherwise be left behind without a price.
-pub(crate) fn hindmost(feet: &[Footing], but: usize) -> f64 {
-    let others = feet.iter().enumerate().filter(|(i, _)| *i != but);
-    others
-        .map(|(_, foot)| foot.along_m)
-        .min_by(f64::total_cmp)
-        .unwrap_or(f64::NEG_INFINITY)
-}
-
-/// Where on the route a foot stands.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Footing {
-    /// Progress along the route, m.
-    pub along_m: f64,
-    /// Distance beside it, m.
-    pub lateral_m: f64,
-    /// Whether it is in the air, and this is where it stood last.
-    pub in_air: bool,
 }
 
 /// The heading of a direction, rad.

@@ -13,9 +13,12 @@ use crate::search::Search;
 use crate::shorten::shorten;
 use plan::Change;
 
+/// Posture problems that are solved for each node that a plan is improved by.
+const PROBLEMS_A_NODE: usize = 10;
+
 impl Search<'_> {
-    /// The plan by way of a node that has the goal's posture; nothing where a motion is missing on
-    /// the way, which is then cut there.
+    /// Keeps the plan by way of a node that has the goal's posture; where a motion is missing on the
+    /// way, that is cut there.
     ///
     /// # Errors
     /// [`Error`] where a posture or a motion cannot be asked for.
@@ -24,7 +27,7 @@ impl Search<'_> {
         index: usize,
         last: Arc<Posture>,
         progress: &(dyn Fn(Progress) + Sync),
-    ) -> Result<Option<SearchResult>, Error> {
+    ) -> Result<(), Error> {
         let goal = PathStance {
             change: Change::Goal,
             contacts: self.nodes[index].contacts.clone(),
@@ -41,7 +44,8 @@ impl Search<'_> {
         let short = path(&shorter, &goal);
         if self.motions.along(&short)?.is_none() {
             progress(self.progress(Stage::Search));
-            return Ok(Some(self.found(short)));
+            self.keep(short);
+            return Ok(());
         }
 
         // The way as it was found, left out only what motions can do without too.
@@ -49,7 +53,7 @@ impl Search<'_> {
         if let Some((stance, failure)) = missing {
             progress(self.progress(Stage::Search));
             self.forbid(&indices, stance, &failure);
-            return Ok(None);
+            return Ok(());
         }
         let motions = &mut self.motions;
         let (shorter, solved) = shorten(&self.context, config, way, &mut |way| {
@@ -57,12 +61,66 @@ impl Search<'_> {
         })?;
         self.solved += solved;
         progress(self.progress(Stage::Search));
-        Ok(Some(self.found(path(&shorter, &goal))))
+        self.keep(path(&shorter, &goal));
+        Ok(())
+    }
+
+    /// Keeps a path with motions all along it if it is the best; after the first, the search goes on for
+    /// shorter ones where it is asked to.
+    fn keep(&mut self, path: Vec<PathStance>) {
+        // The goal's posture is on the last contact set.
+        let stances = path.len() - 1;
+        if !self.could_be_better(stances - 1) {
+            return;
+        }
+        if self.best.is_none() {
+            let more = self.context.config.improve;
+            self.improve_to = [
+                self.nodes.len() + more,
+                self.solved + more * PROBLEMS_A_NODE,
+            ];
+            if more > 0 {
+                // Few contacts count from here on, not a quick answer.
+                self.frontier.weigh_less(self.context.weight - 1.0);
+                self.context.weight = 1.0;
+            }
+        }
+        self.best = Some(SearchResult {
+            status: Status::Found,
+            summary: self.summary(stances),
+            motion: self.motions.assemble(&path),
+            path,
+            blocked: Vec::new(),
+        });
+    }
+
+    /// Whether a way with so many contact changes is shorter than the best plan.
+    pub(crate) fn could_be_better(&self, changes: usize) -> bool {
+        let best = self.best.as_ref();
+        best.is_none_or(|best| changes + 1 < best.summary.path_stances)
+    }
+
+    /// Whether there is a plan and nothing more is to be done about it.
+    pub(crate) fn is_done(&self) -> bool {
+        let [nodes, solved] = self.improve_to;
+        let spent = self.nodes.len() >= nodes || self.solved >= solved;
+        self.best.is_some() && (spent || !self.could_be_better(self.changes_min))
+    }
+
+    /// The best plan where there is one, or how far the search came.
+    pub(crate) fn ended(&mut self, status: Status) -> SearchResult {
+        let Some(best) = self.best.take() else {
+            return self.give_up(status);
+        };
+        SearchResult {
+            summary: self.summary(best.summary.path_stances),
+            ..best
+        }
     }
 
     /// The way to the node nearest to the goal, and what blocks the rest.
-    pub(crate) fn give_up(&mut self, status: Status) -> SearchResult {
-        let way = self.way(self.best());
+    fn give_up(&mut self, status: Status) -> SearchResult {
+        let way = self.way(self.nearest());
         let path: Vec<PathStance> = way
             .iter()
             .map(|&i| PathStance::from(&self.nodes[i]))
@@ -75,17 +133,6 @@ impl Search<'_> {
             path,
             motion: None,
             blocked,
-        }
-    }
-
-    fn found(&self, path: Vec<PathStance>) -> SearchResult {
-        SearchResult {
-            status: Status::Found,
-            // The goal's posture is on the last contact set.
-            summary: self.summary(path.len() - 1),
-            motion: self.motions.assemble(&path),
-            path,
-            blocked: Vec::new(),
         }
     }
 

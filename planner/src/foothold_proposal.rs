@@ -5,7 +5,8 @@ use nalgebra::{Isometry3, Point2, Point3, Rotation2, Rotation3, Vector2, Vector3
 use posture::{Area, Contact, FaceIndex, Freedom};
 use robot_model::PatchId;
 
-use crate::context::{Footing, SearchContext, hindmost};
+use crate::context::SearchContext;
+use crate::footing::{Footing, hindmost};
 use crate::node::{Node, SAME_PLACE_M};
 use crate::route::wrap;
 
@@ -256,6 +257,6 @@ fn within_reach(context: &SearchContext, node: &Node, foothold: &Foothold) -> bo
     let centre = foothold.place + X_WF.rotation * over.translation.vector;
     node.contacts.iter().all(|held| {
         let apart = centre.coords - held.X_WC.translation.vector;
-        apart.norm() <= context.span_m(foothold.patch, held.patch)
+        apart.norm() <= context.reach.span_m(foothold.patch, held.patch)
     })
 }

@@ -88,6 +88,6 @@ fn near_goal(context: &SearchContext, node: &Node, goal: &BaseGoal) -> bool {
         let wanted = goal.position_m.iter();
         let pairs = wanted.zip(held.X_WC.translation.vector.iter());
         let apart: f64 = pairs.filter_map(|(g, x)| g.map(|g| (g - x).powi(2))).sum();
-        apart.sqrt() <= context.reach_m(held.patch) + goal.tolerance_m
+        apart.sqrt() <= context.reach.base_m(held.patch) + goal.tolerance_m
     })
 }

@@ -101,6 +101,12 @@ impl Landing {
         places.min_by(|a, b| (a - p_F).norm().total_cmp(&(b - p_F).norm()))
     }
 
+    /// Corners of where the patch's middle may be.
+    pub fn middles(&self) -> impl Iterator<Item = &Point2<f64>> {
+        let rings = self.middle.iter().flat_map(Region::rings);
+        rings.flat_map(|ring| &ring.vertices)
+    }
+
     /// Whether the patch's middle may be at a place.
     pub fn contains(&self, p_F: &Point2<f64>) -> bool {
         self.middle.iter().any(|region| region.contains(p_F))

@@ -3,6 +3,7 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Point3, Rotation2, Vector2, Vector3};
 use robot_model::collision::{ShapeGeometry, closest};
@@ -10,10 +11,13 @@ use robot_model::{Configuration, Kinematics};
 
 use crate::context::SearchContext;
 use crate::ground::{Ground, Tiles, tiles_about};
+use crate::reach::Leg;
 
 /// Distance of neighbouring places, m, and number of headings.
 pub(crate) const CELL_M: f64 = 0.1;
 pub(crate) const HEADINGS: i64 = 8;
+/// Directions in which the base is held over its feet.
+const AROUND: usize = 8;
 /// Levels nearer than this are one, m.
 pub(crate) const LEVEL_M: f64 = 0.15;
 /// A metre sideways or backward costs as much as this many ahead.
@@ -24,14 +28,72 @@ const OFF_PLACE: f64 = 5.0;
 const TIGHT: f64 = 4.0;
 /// Price of a metre up or down.
 const CLIMB: f64 = 2.0;
-/// A foot is put so far ahead of or behind its usual place, as a part of a stride, and so far
-/// sideways, m.
-pub(crate) const REACH_STRIDES: f64 = 0.85;
-const REACH_ASIDE_M: f64 = 0.1;
-/// Height of a step as a part of the legs' height.
-pub(crate) const CLIMB_LEGS: f64 = 0.45;
 /// What stands no higher over the ground than this part of the legs' height is stepped over.
 const OVER_LEGS: f64 = 0.4;
+
+/// How the feet step, m.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Steps {
+    /// How far ahead of or behind its usual place a foot is put, and how far sideways.
+    pub ahead_m: f64,
+    aside_m: f64,
+    /// How far up or down from the mean of the feet.
+    pub climb_m: f64,
+    /// How high things are that are stepped over.
+    over_m: f64,
+}
+
+impl Steps {
+    /// As a person would call usual, on legs of that height.
+    pub fn usual(context: &SearchContext, legs_m: f64) -> Self {
+        Self {
+            ahead_m: 0.85 * context.stride_m,
+            aside_m: 0.1,
+            climb_m: 0.45 * legs_m,
+            over_m: OVER_LEGS * legs_m,
+        }
+    }
+
+    /// As long and as high as stretched legs under a body that is a fifth lower than usual. Of two feet one
+    /// carries the body while the other lands: both together are no farther apart than the one leg
+    /// reaches from over the tip of the other's sole.
+    pub fn longest(context: &SearchContext, legs_m: f64) -> Self {
+        let legs = context.feet.iter().map(|f| context.reach.leg(*f));
+        let range_m = |low: f64, leg: &Leg| {
+            let height_m = low * leg.height_m;
+            (leg.length_m.powi(2) - height_m.powi(2)).max(0.0).sqrt()
+        };
+        let range_m = legs
+            .clone()
+            .map(|leg| range_m(0.8, leg))
+            .fold(0.0, f64::max);
+        let up_m = legs.map(|leg| leg.length_m - 0.25 * leg.height_m);
+        let tip_m = tip_m(context) + 0.1 * legs_m;
+        let ahead_m = match context.feet.len() {
+            0..=2 => 0.5 * (range_m + tip_m),
+            _ => range_m,
+        };
+        let usual = Self::usual(context, legs_m);
+        Self {
+            ahead_m: ahead_m.max(usual.ahead_m),
+            aside_m: (0.5 * ahead_m).max(usual.aside_m),
+            climb_m: up_m.fold(usual.climb_m, f64::max),
+            over_m: 0.8 * legs_m,
+        }
+    }
+
+    /// The longest step, from one foot's usual place behind to another's ahead, m.
+    pub fn length_m(&self) -> f64 {
+        2.0 * self.ahead_m
+    }
+}
+
+/// How far a foot's tip is from the middle of its patch, m.
+fn tip_m(context: &SearchContext) -> f64 {
+    let patches = &context.request.robot.patches;
+    let corners = context.feet.iter().flat_map(|f| &patches[*f].polygon);
+    corners.map(|p| p.coords.norm()).fold(0.0, f64::max)
+}
 
 /// What the lattice asks of the world.
 pub(crate) struct Lattice<'a> {
@@ -43,7 +105,9 @@ pub(crate) struct Lattice<'a> {
     /// Height of the base over the ground, m.
     pub legs_m: f64,
     trunk: Trunk,
-    turn_m: f64,
+    pub steps: Steps,
+    /// How far the base is beside what carries it at most, m.
+    lean_m: f64,
     /// Where a foot may be from its usual place (ahead, left), the nearest first.
     spread: Vec<Vector2<f64>>,
 }
@@ -80,7 +144,11 @@ pub(crate) struct Footed {
 }
 
 impl<'a> Lattice<'a> {
-    pub fn new(context: &'a SearchContext<'a>, turn_m: f64) -> Option<Self> {
+    /// With feet that step as `steps` says of legs of a height; nothing where there are none.
+    pub fn new(
+        context: &'a SearchContext<'a>,
+        steps: fn(&SearchContext, f64) -> Steps,
+    ) -> Option<Self> {
         let feet = &context.feet;
         let legs = feet.iter().map(|f| -context.offset(*f).z);
         let legs_m = legs.sum::<f64>() / feet.len().max(1) as f64;
@@ -97,11 +165,11 @@ impl<'a> Lattice<'a> {
                 bodies.entry(tile).or_default().push(k);
             }
         }
-        let ahead_m = REACH_STRIDES * context.stride_m;
+        let steps = steps(context, legs_m);
         let step = |most: f64| (most / Ground::CELL_M) as i64;
         let mut spread: Vec<Vector2<f64>> = Vec::new();
-        for i in -step(ahead_m)..=step(ahead_m) {
-            for j in -step(REACH_ASIDE_M)..=step(REACH_ASIDE_M) {
+        for i in -step(steps.ahead_m)..=step(steps.ahead_m) {
+            for j in -step(steps.aside_m)..=step(steps.aside_m) {
                 spread.push(Vector2::new(i as f64, j as f64) * Ground::CELL_M);
             }
         }
@@ -113,7 +181,8 @@ impl<'a> Lattice<'a> {
             known: RefCell::default(),
             legs_m,
             trunk,
-            turn_m,
+            steps,
+            lean_m: tip_m(context) + 0.1 * legs_m,
             spread,
         })
     }
@@ -121,21 +190,28 @@ impl<'a> Lattice<'a> {
     /// How the feet stand with the base at a place, about a level of the ground; nothing where one
     /// finds no landing or the trunk no room.
     pub fn founded(&self, p: &Vector2<f64>, heading: f64, level_m: f64) -> Option<Footed> {
-        let climb_m = CLIMB_LEGS * self.legs_m;
+        let climb_m = self.steps.climb_m;
         let turn = Rotation2::new(heading);
         let (mut ground_m, mut off_m) = (0.0, 0.0);
+        // How far the feet are from the base in each direction.
+        let mut around_m = [f64::NEG_INFINITY; AROUND];
         for &foot in &self.context.feet {
             let usual = p + turn * self.context.offset(foot).xy();
-            let found = self.spread.iter().find_map(|off| {
-                let heights = self.ground.heights(foot, &(usual + turn * off));
-                let nearest = heights
-                    .iter()
-                    .min_by(|a, b| (*a - level_m).abs().total_cmp(&(*b - level_m).abs()))?;
-                ((nearest - level_m).abs() <= climb_m).then_some((*nearest, off.norm()))
-            });
-            let (height_m, apart_m) = found?;
+            let (height_m, off) = self.spread.iter().find_map(|off| {
+                let off = turn * off;
+                let nearest = self.ground.nearest(foot, &(usual + off), level_m)?;
+                ((nearest - level_m).abs() <= climb_m).then_some((nearest, off))
+            })?;
             ground_m += height_m;
-            off_m += apart_m;
+            off_m += off.norm();
+            for (k, most) in around_m.iter_mut().enumerate() {
+                let (sin, cos) = (k as f64 * TAU / AROUND as f64).sin_cos();
+                *most = most.max((usual + off - p).dot(&Vector2::new(cos, sin)));
+            }
+        }
+        // The base is over what the feet carry.
+        if around_m.iter().any(|&most| most < -self.lean_m) {
+            return None;
         }
         let count = self.context.feet.len() as f64;
         let ground_m = ground_m / count;
@@ -158,7 +234,7 @@ impl<'a> Lattice<'a> {
         if let Some(&room) = self.known.borrow().get(&key) {
             return room;
         }
-        let low = ground_m + OVER_LEGS * self.legs_m;
+        let low = ground_m + self.steps.over_m;
         let high = (ground_m + self.legs_m + self.trunk.top_m).max(low + 0.02);
         let at = Point3::new(p.x, p.y, 0.5 * (low + high));
         let X_WP = Isometry3::translation(at.x, at.y, at.z);
@@ -207,7 +283,7 @@ impl<'a> Lattice<'a> {
         let aside = 1.0 + (ASIDE - 1.0) * (1.0 - ahead).min(1.0);
         let tight = if to.is_wide { 1.0 } else { TIGHT };
         length * aside * tight * (1.0 + OFF_PLACE * to.off_m)
-            + self.turn_m * turn.abs()
+            + self.context.turn_m * turn.abs()
             + CLIMB * (to.ground_m - from.ground_m).abs()
     }
 }

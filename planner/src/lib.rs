@@ -12,26 +12,47 @@
 //! | what follows from it once | `context` |
 //! | which places to pass, and the base's way through them | [`guide`], `route` |
 //! | which contact changes could be made, and at what price | `candidate`, `change` |
-//! | the way of the base round what it cannot walk over | `way`, over `lattice` and `ground` |
+//! | how many follow, as estimated and at least | `estimate` |
+//! | the way of the base round what it cannot walk over | `way`, over `shortest`, `lattice` and `ground` |
+//! | where there is none, in words | `gap` |
+//! | how far patches reach, by lengths alone | `reach` |
 //! | where on a face a patch may land | `landing` |
 //! | where it should land, and where else | `foothold_proposal` |
 //! | the posture that a stance would like best | `nominal_posture` |
 //! | ways that nothing can hold the robot on, goals that lengths exclude | `steepness`, `out_of_reach` |
 //! | where the search comes no nearer | `staleness` |
 //! | nodes from solved candidates | `node_construction` |
+//! | what waits, in order | `frontier` |
 //! | the tree and its order | [`search`](mod@search) |
 //! | which contacts the way can do without | `shorten` |
-//! | what is done with a way that reaches the goal | `finalize` |
-//! | the motions between its stances | `motions` |
+//! | what is done with a way that reaches the goal, and when the search ends | `finalize` |
+//! | the motions between stances, and what becomes of edges without one | `motions`, `settle` |
 //! | what comes back, and as it is written | [`result`], [`record`] |
+//!
+//! `examples/three_boxes.rs` plans over three boxes. Settings that make no sense are refused by name:
+//!
+//! ```
+//! use planner::{Config, Guide};
+//!
+//! let short = Config { stride_m: 0.3, ..Config::default() };
+//! assert!(short.validate().is_ok());
+//! let wrong = Config { stride_m: -0.3, ..Config::default() };
+//! assert!(wrong.validate().unwrap_err().to_string().contains("planner.stride_m = -0.3"));
+//! // A guide is a polyline of two places or more.
+//! assert!(Guide::new(vec![[0.0, 0.0, 0.7].into()]).is_err());
+//! ```
 
 mod candidate;
 mod change;
 mod config;
 mod context;
 mod error;
+mod estimate;
 mod finalize;
 mod foothold_proposal;
+mod footing;
+mod frontier;
+mod gap;
 mod goal;
 mod ground;
 pub mod guide;
@@ -42,13 +63,16 @@ mod node;
 mod node_construction;
 mod nominal_posture;
 mod out_of_reach;
+mod reach;
 pub mod record;
 pub mod request;
 mod reserve;
 pub mod result;
 mod route;
 pub mod search;
+mod settle;
 mod shorten;
+mod shortest;
 mod staleness;
 mod steepness;
 mod way;

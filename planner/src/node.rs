@@ -7,7 +7,8 @@ use posture::{Contact, FaceIndex, Posture};
 use robot_model::PatchId;
 
 use crate::change::Candidate;
-use crate::context::{Footing, SearchContext};
+use crate::context::SearchContext;
+use crate::footing::Footing;
 
 /// A contact set with its posture.
 #[derive(Clone, Debug)]

@@ -1,9 +1,13 @@
 //! What is asked of the planner.
 
+use nalgebra::Vector3;
 use posture::{BaseGoal, Environment, FaceIndex};
 use robot_model::{Configuration, PatchId, Robot};
 
 use crate::guide::Guide;
+
+/// Cosine of the slope up to which [`Request::walk`] lets feet touch a face.
+const WALKABLE: f64 = 0.8;
 
 /// A robot, its surroundings, where it is and where it shall go.
 pub struct Request<'a> {
@@ -21,6 +25,51 @@ pub struct Request<'a> {
     pub usable: Vec<Vec<FaceIndex>>,
     /// The nominal posture; its base is not used.
     pub reference: Configuration,
+}
+
+impl<'a> Request<'a> {
+    /// A robot that stands on a face with those feet, and shall go `by` so far in W, m, to within 0.15 m:
+    /// its feet may touch every face that is level enough to stand on, other patches none.
+    ///
+    /// # Errors
+    /// [`crate::Error::Guide`] where a number is not finite.
+    pub fn walk(
+        robot: &'a Robot,
+        environment: &'a Environment,
+        stands: Configuration,
+        (feet, floor): (&[PatchId], FaceIndex),
+        by: Vector3<f64>,
+    ) -> Result<Self, crate::Error> {
+        let is_walkable = |face: &FaceIndex| environment[*face].normal_W().z > WALKABLE;
+        let walkable: Vec<FaceIndex> = environment.faces().filter(is_walkable).collect();
+        let usable = |id| match feet.contains(&id) {
+            true => walkable.clone(),
+            false => Vec::new(),
+        };
+        let to = stands.p_WB + by;
+        let goal = BaseGoal {
+            position_m: [Some(to.x), Some(to.y), None],
+            tolerance_m: 0.15,
+            yaw_rad: None,
+            yaw_tolerance_rad: 0.2,
+        };
+        Ok(Self {
+            robot,
+            environment,
+            start: Start {
+                configuration: stands.clone(),
+                contacts: feet.iter().map(|&foot| (foot, floor)).collect(),
+            },
+            goal: Goal {
+                base: goal,
+                patches: feet.to_vec(),
+                contacts: Vec::new(),
+            },
+            guide: Guide::new(vec![stands.p_WB, to])?,
+            usable: robot.patch_ids().map(usable).collect(),
+            reference: stands,
+        })
+    }
 }
 
 /// The first stance.

@@ -12,9 +12,10 @@ use plan::{Change, SearchSummary};
 pub enum Status {
     /// A sequence of stances to the goal.
     Found,
-    /// There is none: every refusal was a proof.
+    /// There is none, by a proof that needs no search.
     NoPlan,
-    /// Everything was tried; what was refused without a proof leaves open whether there is one.
+    /// Everything was tried that the search thinks of: samples of places, which leave open whether there
+    /// is one.
     Exhausted,
     /// A budget was spent first.
     BudgetSpent,
@@ -58,8 +59,22 @@ pub struct Blocked {
     pub amount: Option<f64>,
     /// How far from the goal it was along the route, m.
     pub distance_m: f64,
-    /// Whether it is proved that it cannot be made.
+    /// Whether it is proved that it cannot be made from there, at the place that was tried.
     pub proof: bool,
+}
+
+impl Blocked {
+    /// Why no way leads to the goal, whatever is held.
+    pub(crate) fn of_goal(reason: String, proof: bool) -> Self {
+        Self {
+            change: Change::Goal,
+            held: String::new(),
+            reason,
+            amount: None,
+            distance_m: 0.0,
+            proof,
+        }
+    }
 }
 
 /// A stance on the way, with the contacts of its posture.

@@ -5,40 +5,32 @@
 //! next best candidates are solved ahead of their turn; a solve depends on its candidate alone and
 //! results are taken in the same order, so the tree is the same on any number of threads.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+use std::collections::btree_map::{BTreeMap, Entry};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use motion::{Failure, MotionContext};
+use motion::MotionContext;
 use posture::Posture;
 use rayon::prelude::*;
 
 use crate::candidate;
 use crate::change::Candidate;
 use crate::context::SearchContext;
+use crate::estimate::{at_least, estimate};
+use crate::frontier::{Frontier, Outcome, Rank};
 use crate::goal::{Attempt, try_goal};
 use crate::motions::Motions;
 use crate::node::{Key, Node, key};
 use crate::node_construction;
 use crate::out_of_reach::out_of_reach;
 use crate::request::Request;
-use crate::result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
+use crate::result::{Blocked, Progress, SearchResult, Stage, Status};
 use crate::staleness::Staleness;
 use crate::steepness::too_steep;
 use crate::way;
 use crate::{Config, Error};
-use plan::{Change, SearchSummary};
-
-/// Order of the frontier: priority, then the number of the candidate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Rank(u64, usize);
-
-impl Rank {
-    fn new(priority: f64, number: usize) -> Self {
-        // Priorities are finite and not negative: their bits have their order.
-        Self(priority.max(0.0).to_bits(), number)
-    }
-}
+use plan::SearchSummary;
 
 /// Price of another try at a candidate, from other seeds, in contacts, where the first came nowhere
 /// near; less where it fails by less than so much.
@@ -49,13 +41,10 @@ const FAR: f64 = 0.02;
 const SECOND_PRICE: f64 = 2.0;
 /// Price of a change from where the motion of another failed, in contacts.
 const FAILURE_PRICE: f64 = 1.0;
-/// Part of a motion up to which a failure is one of taking off.
-const TAKE_OFF: f64 = 0.2;
-/// A contact change is given its motion once the search has gone on by as many from there: what has
-/// none is cut before much grows on it, and not every leaf is given one.
-const SETTLED_BEHIND: usize = 2;
-
-type Solved = Result<Option<candidate::Solved>, Error>;
+/// Nodes and posture problems that are spent at most where even the longest steps lead nowhere: the base's
+/// way is no proof, but it is rarely wrong.
+const GAP_NODES: usize = 40;
+const GAP_SOLVED: usize = 100;
 
 pub(crate) struct Search<'a> {
     pub context: SearchContext<'a>,
@@ -64,10 +53,16 @@ pub(crate) struct Search<'a> {
     pub nodes: Vec<Node>,
     /// Nodes that no motion leads to, by index.
     pub dead: BTreeSet<usize>,
-    frontier: BTreeMap<Rank, (Candidate, Option<Solved>)>,
-    counted: usize,
+    pub frontier: Frontier,
     staleness: Staleness,
-    seen: BTreeSet<Key>,
+    /// The least number of changes to every contact set that was reached, to the cell.
+    pub seen: BTreeMap<Key, usize>,
+    /// The best plan so far.
+    pub best: Option<SearchResult>,
+    /// Nodes and posture problems up to which it is improved.
+    pub improve_to: [usize; 2],
+    /// A number of contact changes that no plan falls short of.
+    pub changes_min: usize,
     pub blocked: Vec<Blocked>,
     expanded: BTreeSet<usize>,
     pub solved: usize,
@@ -104,58 +99,70 @@ pub fn search(
         }),
         nodes: Vec::new(),
         dead: BTreeSet::new(),
-        frontier: BTreeMap::new(),
-        counted: 0,
+        frontier: Frontier::default(),
         staleness: Staleness::new(),
-        seen: BTreeSet::new(),
+        seen: BTreeMap::new(),
+        best: None,
+        improve_to: [0; 2],
+        changes_min: 0,
         blocked: Vec::new(),
         expanded: BTreeSet::new(),
         solved: 0,
     };
-    search.blocked.extend(search.context.no_way());
+    let gap = search.context.gap.clone();
+    search
+        .blocked
+        .extend(gap.map(|gap| Blocked::of_goal(gap, false)));
     let root = node_construction::root(&search.context, posture_config)?;
-    let proof = out_of_reach(&search.context)
+    let proof = out_of_reach(&search.context, &root.contacts)
         .or_else(|| too_steep(&search.context, posture_config.friction_use));
     if let Some(blocked) = proof {
         search.nodes.push(root);
         search.blocked.clear();
         search.blocked.push(blocked);
-        return Ok(search.give_up(Status::NoPlan));
+        return Ok(search.ended(Status::NoPlan));
     }
-    if let Some(last) = search.admit(root)?
-        && let Some(answer) = search.finalize(0, last, progress)?
-    {
-        return Ok(answer);
+    search.changes_min = at_least(&search.context, &root.contacts);
+    if let Some(last) = search.admit(root)? {
+        search.finalize(0, last, progress)?;
     }
-    let nodes_max = search.context.budget(config.nodes_max);
-    let solved_max = search.context.budget(config.candidates_max);
+    let (nodes_max, solved_max) = match &search.context.gap {
+        None => (
+            search.context.budget(config.nodes_max),
+            search.context.budget(config.candidates_max),
+        ),
+        Some(_) => (
+            config.nodes_max.min(GAP_NODES),
+            config.candidates_max.min(GAP_SOLVED),
+        ),
+    };
     loop {
-        if cancel.load(Ordering::Relaxed) {
-            return Ok(search.give_up(Status::Interrupted));
+        if search.is_done() {
+            return Ok(search.ended(Status::Found));
         }
-        if search.nodes.len() >= nodes_max || search.solved >= solved_max {
-            return Ok(search.give_up(Status::BudgetSpent));
+        if cancel.load(Ordering::Relaxed) {
+            return Ok(search.ended(Status::Interrupted));
+        }
+        let found = search.best.is_some();
+        if !found && (search.nodes.len() >= nodes_max || search.solved >= solved_max) {
+            return Ok(search.ended(Status::BudgetSpent));
         }
         let Some((candidate, solved)) = search.next() else {
-            let proved = search.blocked.iter().all(|blocked| blocked.proof);
-            let status = if proved {
-                Status::NoPlan
-            } else {
-                Status::Exhausted
-            };
-            return Ok(search.give_up(status));
+            return Ok(search.ended(Status::Exhausted));
         };
+        if !search.could_be_better(search.nodes[candidate.node].depth + 1) {
+            continue;
+        }
         // Where motions failed, and where much was tried already, others wait.
         let charge = search.charge(&candidate);
         if candidate.charged < charge {
             let priority = candidate.priority + charge - candidate.charged;
-            let (rank, solved) = (search.rank(priority), Some(solved));
             let candidate = Candidate {
                 priority,
                 charged: charge,
                 ..candidate
             };
-            search.frontier.insert(rank, (candidate, solved));
+            search.frontier.put(candidate, Some(solved));
             continue;
         }
         search.solved += 1;
@@ -184,9 +191,9 @@ pub fn search(
         }
         let blocked = solved.lift_off_blocked;
         let is_node = blocked.is_none() && child.is_ok();
-        let estimate = child.as_ref().ok().filter(|_| is_node);
-        let estimate = estimate.map(|node| search.context.estimate(&node.feet(&search.context)));
-        let begins = search.staleness.count(candidate.node, estimate);
+        let reached = child.as_ref().ok().filter(|_| is_node);
+        let rest = reached.map(|node| estimate(&search.context, &node.feet(&search.context)));
+        let begins = search.staleness.count(candidate.node, rest);
         match (child, blocked) {
             (Ok(node), Some(reason)) => {
                 search.block(candidate.node, node.change.clone(), reason);
@@ -200,10 +207,8 @@ pub fn search(
                 );
                 let index = search.nodes.len();
                 search.staleness.push(begins);
-                if let Some(last) = search.admit(node)?
-                    && let Some(answer) = search.finalize(index, last, progress)?
-                {
-                    return Ok(answer);
+                if let Some(last) = search.admit(node)? {
+                    search.finalize(index, last, progress)?;
                 }
             }
             (Ok(_), None) => {}
@@ -234,35 +239,24 @@ pub fn search(
 impl<'a> Search<'a> {
     /// Takes the best candidate off the frontier, solved; solves the next best ones with it where
     /// there are threads for them.
-    fn next(&mut self) -> Option<(Candidate, Solved)> {
-        let threads = rayon::current_num_threads();
-        let (_, (_, first)) = self.frontier.first_key_value()?;
-        if first.is_none() {
-            let due: Vec<(Rank, Candidate)> = self
-                .frontier
-                .iter()
-                .filter(|(_, (_, solved))| solved.is_none())
-                .take(threads)
-                .map(|(rank, (candidate, _))| (*rank, candidate.clone()))
-                .collect();
+    fn next(&mut self) -> Option<(Candidate, Outcome)> {
+        if self.frontier.is_due() {
+            let due = self.frontier.due(rayon::current_num_threads());
             let (context, nodes) = (&self.context, &self.nodes);
             let motion = &self.motions.context;
-            let solve = |candidate: &Candidate| {
-                candidate::solve(context, motion, &nodes[candidate.node], candidate)
+            let solve = |(rank, candidate): &(Rank, Candidate)| {
+                let node = &nodes[candidate.node];
+                (*rank, candidate::solve(context, motion, node, candidate))
             };
-            let results: Vec<(Rank, Solved)> = if due.len() > 1 {
-                due.par_iter().map(|(rank, c)| (*rank, solve(c))).collect()
-            } else {
-                due.iter().map(|(rank, c)| (*rank, solve(c))).collect()
+            let results: Vec<(Rank, Outcome)> = match due.len() {
+                0..=1 => due.iter().map(solve).collect(),
+                _ => due.par_iter().map(solve).collect(),
             };
             for (rank, result) in results {
-                if let Some(entry) = self.frontier.get_mut(&rank) {
-                    entry.1 = Some(result);
-                }
+                self.frontier.solved(rank, result);
             }
         }
-        let (_, (candidate, solved)) = self.frontier.pop_first()?;
-        Some((candidate, solved?))
+        self.frontier.pop()
     }
 
     /// What a candidate costs for what failed or came no nearer about its node, in contacts.
@@ -271,16 +265,25 @@ impl<'a> Search<'a> {
         FAILURE_PRICE * node.failures as f64 + self.staleness.price(candidate.node)
     }
 
-    /// Whether the contact set was not reached before, to the cell.
+    /// Whether the contact set was not reached before, to the cell; while a plan is improved, by as few
+    /// changes.
     fn is_new(&mut self, node: &Node) -> bool {
-        self.seen.insert(key(&self.context, &node.contacts))
+        let known = self.seen.entry(key(&self.context, &node.contacts));
+        let is_new = match &known {
+            Entry::Vacant(_) => true,
+            Entry::Occupied(least) => self.best.is_some() && node.depth < *least.get(),
+        };
+        if is_new {
+            known.insert_entry(node.depth);
+        }
+        is_new
     }
 
     /// Adds a node and its candidates; the goal's posture if the node fulfils it.
     fn admit(&mut self, node: Node) -> Result<Option<Arc<Posture>>, Error> {
         let index = self.nodes.len();
         if index == 0 {
-            self.seen.insert(key(&self.context, &node.contacts));
+            self.seen.insert(key(&self.context, &node.contacts), 0);
         }
         match try_goal(&self.context, self.posture_config, &node)? {
             Attempt::TooEarly => {}
@@ -300,63 +303,6 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
-    /// Notes what cannot be done at a node, and why.
-    pub fn block(&mut self, node: usize, change: Change, reason: String) {
-        tracing::debug!("node {node}: {change:?}: {reason}");
-        self.blocked.push(Blocked {
-            change,
-            held: self.nodes[node].describe(&self.context),
-            reason,
-            distance_m: self.nodes[node].distance_m(&self.context),
-            amount: None,
-            proof: false,
-        });
-    }
-
-    /// Gives the contact changes on the way to a node their motions, but for the last few; whether
-    /// all have one. One that has none is cut.
-    fn settle(&mut self, node: usize) -> Result<bool, Error> {
-        let ancestors = std::iter::successors(Some(node), |&i| self.nodes[i].parent);
-        let open = ancestors.skip(SETTLED_BEHIND);
-        let mut open: Vec<usize> = open.take_while(|&i| !self.nodes[i].settled).collect();
-        while let Some(index) = open.pop() {
-            let Some(parent) = self.nodes[index].parent else {
-                continue;
-            };
-            let pair = [parent, index].map(|i| PathStance::from(&self.nodes[i]));
-            if let Some((_, failure)) = self.motions.along(&pair)? {
-                let change = self.nodes[index].change.clone();
-                self.block(parent, change, format!("no motion: {}", failure.describe()));
-                self.mend(index, &failure);
-                self.cut(index);
-                return Ok(false);
-            }
-            self.nodes[index].settled = true;
-        }
-        Ok(true)
-    }
-
-    /// Learns from a node that has no motion from its parent: what else is tried from there comes
-    /// later, and where the patch cannot take off, the parent's own posture is sought once more, near
-    /// to the one that it should lead to.
-    pub fn mend(&mut self, index: usize, failure: &Failure) {
-        let Some(parent) = self.nodes[index].parent else {
-            return;
-        };
-        self.nodes[parent].failures += 1;
-        if failure.at > TAKE_OFF {
-            return;
-        }
-        let posture = self.nodes[index].posture.clone();
-        let origin = self.nodes[parent].origin.take();
-        if let Some(origin) = origin.filter(|origin| origin.near.is_none()) {
-            self.put(Candidate {
-                near: Some(posture),
-                ..origin
-            });
-        }
-    }
-
     /// Adds a node's candidates to the frontier.
     pub fn branch(&mut self, index: usize) {
         for candidate in candidate::children(&self.context, index, &self.nodes[index]) {
@@ -364,49 +310,23 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Takes a node and all that came of it out of the tree; its contact set may be reached in
-    /// another way.
-    pub fn cut(&mut self, index: usize) {
-        self.dead.insert(index);
-        // Parents come before children.
-        for i in index..self.nodes.len() {
-            if self.nodes[i].parent.is_some_and(|p| self.dead.contains(&p)) {
-                self.dead.insert(i);
-            }
-            if self.dead.contains(&i) {
-                self.seen
-                    .remove(&key(&self.context, &self.nodes[i].contacts));
-            }
-        }
-        let dead = &self.dead;
-        self.frontier
-            .retain(|_, (candidate, _)| !dead.contains(&candidate.node));
-    }
-
     /// How far the search is.
     pub fn progress(&self, stage: Stage) -> Progress {
         Progress {
             nodes: self.nodes.len(),
             solved: self.solved,
-            best_distance_m: self.nodes[self.best()].distance_m(&self.context),
+            best_distance_m: self.nodes[self.nearest()].distance_m(&self.context),
             stage,
         }
     }
 
     /// Puts a candidate on the frontier.
-    fn put(&mut self, candidate: Candidate) {
-        let rank = self.rank(candidate.priority);
-        self.frontier.insert(rank, (candidate, None));
-    }
-
-    /// The rank of the next candidate.
-    fn rank(&mut self, priority: f64) -> Rank {
-        self.counted += 1;
-        Rank::new(priority, self.counted)
+    pub fn put(&mut self, candidate: Candidate) {
+        self.frontier.put(candidate, None);
     }
 
     /// The node that is nearest to the goal.
-    pub fn best(&self) -> usize {
+    pub fn nearest(&self) -> usize {
         (0..self.nodes.len())
             .filter(|i| !self.dead.contains(i))
             .min_by(|&a, &b| {
@@ -423,6 +343,7 @@ impl<'a> Search<'a> {
             nodes_expanded: self.expanded.len(),
             candidates_solved: self.solved,
             path_stances,
+            changes_min: self.changes_min,
         }
     }
 }

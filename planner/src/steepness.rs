@@ -16,7 +16,6 @@ use posture::FaceIndex;
 
 use crate::context::SearchContext;
 use crate::result::Blocked;
-use plan::Change;
 
 /// Cosine that a ray may have with the separating direction and still count as behind it.
 const BEHIND: f64 = 1e-9;
@@ -65,21 +64,18 @@ pub(crate) fn too_steep(context: &SearchContext, friction_use: f64) -> Option<Bl
             .iter()
             .min_by(|a, b| a.1.angles().0.total_cmp(&b.1.angles().0))?;
         let (slope, allowed) = least.angles();
-        Some(Blocked {
-            change: Change::Goal,
-            held: String::new(),
-            reason: format!(
-                "{} is too steep: it slopes by {:.1}°, and friction {:.2}, of which plans use {:.0} %, \
+        let reason = format!(
+            "{} is too steep: it slopes by {:.1}°, and friction {:.2}, of which plans use {:.0} %, \
                  holds up to {:.1}°",
-                context.request.environment[*face].id,
-                slope.to_degrees(),
-                least.mu / friction_use,
-                1e2 * friction_use,
-                allowed.to_degrees()
-            ),
+            context.request.environment[*face].id,
+            slope.to_degrees(),
+            least.mu / friction_use,
+            1e2 * friction_use,
+            allowed.to_degrees()
+        );
+        Some(Blocked {
             distance_m: length - along,
-            amount: None,
-            proof: true,
+            ..Blocked::of_goal(reason, true)
         })
     })
 }
@@ -96,7 +92,7 @@ fn in_reach(
     let used = request.robot.patch_ids().filter(|p| context.is_used(*p));
     for patch in used {
         let mu = request.robot.patches[patch].friction * friction_use;
-        let reach = Vector3::repeat(context.reach_m(patch));
+        let reach = Vector3::repeat(context.reach.base_m(patch));
         let (low, high) = (Point3::from(base - reach), Point3::from(base + reach));
         for face in environment.faces_near(&low, &high) {
             if !context.may_touch(patch, face) {
@@ -105,7 +101,7 @@ fn in_reach(
             let Some((beside, over)) = environment.distances_m(face, &Point3::from(*base)) else {
                 continue;
             };
-            if beside.hypot(over) <= context.reach_m(patch) {
+            if beside.hypot(over) <= context.reach.base_m(patch) {
                 let normal = environment[face].normal_W();
                 let hold = holds.entry(face).or_insert(Hold { normal, mu });
                 hold.mu = hold.mu.max(mu);

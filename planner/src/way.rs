@@ -6,31 +6,15 @@
 //! and backward cost more, and so do feet far from their usual places. What the lattice finds is
 //! drawn straight where that costs no more.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
 use std::f64::consts::TAU;
 
 use nalgebra::{Vector2, Vector3};
 
 use crate::context::SearchContext;
-use crate::lattice::{CELL_M, CLIMB_LEGS, Footed, HEADINGS, LEVEL_M, Lattice, REACH_STRIDES};
-use crate::route::Route;
-use crate::route::{Pose, wrap};
-
-/// States that are looked at before the search for a way ends without one.
-const STATES_MAX: usize = 200_000;
-
-/// A place of the lattice: cell, heading, level.
-type State = (i64, i64, i64, i64);
-
-/// What a search on the lattice finds.
-enum Found {
-    Way(Vec<(Pose, Footed)>),
-    /// No way, and the place that comes nearest.
-    Nearest(Vector2<f64>),
-    /// Its budget is spent.
-    Unknown,
-}
+use crate::gap::gap;
+use crate::lattice::{CELL_M, Footed, HEADINGS, Lattice, Steps};
+use crate::route::{Pose, Route, wrap};
+use crate::shortest::Found;
 
 /// What came of looking for a way.
 enum Way {
@@ -38,47 +22,37 @@ enum Way {
     Straight,
     /// Through these poses.
     Round(Vec<Pose>),
-    /// None on the lattice: where the base comes nearest to the point that it should pass next.
-    None {
-        nearest: Vector2<f64>,
-        to: Vector2<f64>,
-    },
+    /// None on the lattice, and why.
+    None(String),
 }
 
 /// The context with its route on the way of the base, or with the gap where there is none.
+///
+/// Where steps as usual lead nowhere, the longest ones are asked for.
 pub(crate) fn laid(mut context: SearchContext) -> SearchContext {
-    match find(&context) {
+    let way = match find(&context, Steps::usual) {
+        Way::None(_) => find(&context, Steps::longest),
+        found => found,
+    };
+    match way {
         Way::Straight => {}
         Way::Round(poses) => context.route = Route::through(&poses, context.turn_m),
-        Way::None { nearest, to } => context.gap = Some([nearest, to]),
+        Way::None(gap) => context.gap = Some(gap),
     }
     context
 }
 
 /// The way of the base from the start through the guide's points.
-fn find(context: &SearchContext) -> Way {
-    let Some(lattice) = Lattice::new(context, context.turn_m) else {
+fn find(context: &SearchContext, steps: fn(&SearchContext, f64) -> Steps) -> Way {
+    let Some(lattice) = Lattice::new(context, steps) else {
         return Way::Straight;
     };
-    match through(context, &lattice) {
-        Ok(Some(poses)) => Way::Round(poses),
-        Ok(None) => Way::Straight,
-        Err([nearest, to]) => Way::None { nearest, to },
-    }
-}
-
-/// The poses, where the way is not straight; where the base comes nearest to which point, where
-/// there is none.
-fn through(
-    context: &SearchContext,
-    lattice: &Lattice,
-) -> Result<Option<Vec<Pose>>, [Vector2<f64>; 2]> {
     let goal_heading = context.request.goal.base.yaw_rad;
     let points = context.request.guide.points();
     let first = context.route.at(0.0);
     let ground_m = first.p.z - lattice.legs_m;
     let Some(start) = lattice.founded(&first.p.xy(), first.heading, ground_m) else {
-        return Ok(None);
+        return Way::Straight;
     };
     let mut poses = vec![(first, start)];
     let mut straight = true;
@@ -96,16 +70,16 @@ fn through(
         let to_level = level.then_some(to.z - lattice.legs_m);
         let leg = match lattice.shortest(&from, footed.ground_m, to, to_level, heading) {
             Found::Way(leg) => leg,
-            Found::Nearest(nearest) => return Err([nearest, to.xy()]),
-            Found::Unknown => return Ok(None),
+            Found::Reached(here) => return Way::None(gap(&lattice, &here, to)),
+            Found::Unknown => return Way::Straight,
         };
         poses.extend(lattice.drawn_straight(&poses[poses.len() - 1], leg));
     }
     if straight {
-        return Ok(None);
+        return Way::Straight;
     }
     let poses = poses.into_iter().map(|(pose, _)| pose).collect();
-    Ok(Some(smooth(poses)))
+    Way::Round(smooth(poses))
 }
 
 impl Lattice<'_> {
@@ -183,111 +157,10 @@ impl Lattice<'_> {
         // On the level that is wanted, with room and never far from where feet are usually.
         let wanted = to.z - self.legs_m;
         let off_m = poses.iter().map(|(_, f)| f.off_m).fold(0.0, f64::max);
-        let arrives = (last.ground_m - wanted).abs() <= CLIMB_LEGS * self.legs_m;
+        let arrives = (last.ground_m - wanted).abs() <= self.steps.climb_m;
         let is_wide = poses.iter().all(|(_, f)| f.is_wide);
-        let is_usual = is_wide && off_m <= 0.5 * REACH_STRIDES * self.context.stride_m;
+        let is_usual = is_wide && off_m <= 0.5 * Steps::usual(self.context, self.legs_m).ahead_m;
         (arrives && is_usual).then_some(poses)
-    }
-
-    /// The shortest way on the lattice to a point, in a heading where one is wanted.
-    fn shortest(
-        &self,
-        from: &Pose,
-        level_m: f64,
-        to: &Vector3<f64>,
-        to_level_m: Option<f64>,
-        heading: Option<f64>,
-    ) -> Found {
-        let angle = |h: i64| h as f64 * TAU / HEADINGS as f64;
-        let nearest = |heading: f64| (heading / angle(1)).round() as i64;
-        let origin = from.p.xy();
-        let at = |s: &State| origin + Vector2::new(s.0 as f64, s.1 as f64) * CELL_M;
-        let level = |ground_m: f64| (ground_m / LEVEL_M).round() as i64;
-        let Some(footed) = self.founded(&origin, from.heading, level_m) else {
-            return Found::Unknown;
-        };
-        let h0 = nearest(from.heading).rem_euclid(HEADINGS);
-        let first: State = (0, 0, h0, level(footed.ground_m));
-        let wanted_heading = heading.map(|h| nearest(h).rem_euclid(HEADINGS));
-        let is_there = |s: &State, f: &Footed| {
-            (at(s) - to.xy()).norm() <= 0.75 * CELL_M
-                && wanted_heading.is_none_or(|h| h == s.2)
-                && to_level_m.is_none_or(|l| (f.ground_m - l).abs() <= CLIMB_LEGS * self.legs_m)
-        };
-        let rest = |s: &State| (at(s) - to.xy()).norm();
-        let mut known: BTreeMap<State, (f64, State, Footed)> = BTreeMap::new();
-        known.insert(first, (0.0, first, footed));
-        let mut open = BinaryHeap::new();
-        let bits = |x: f64| x.max(0.0).to_bits();
-        open.push(Reverse((bits(rest(&first)), first)));
-        let mut looked = 0;
-        let mut done: BTreeMap<State, ()> = BTreeMap::new();
-        let end = loop {
-            let Some(Reverse((_, state))) = open.pop() else {
-                let nearest = done.keys().min_by(|a, b| rest(a).total_cmp(&rest(b)));
-                return nearest.map_or(Found::Unknown, |state| Found::Nearest(at(state)));
-            };
-            if done.insert(state, ()).is_some() {
-                continue;
-            }
-            looked += 1;
-            if looked > STATES_MAX {
-                return Found::Unknown;
-            }
-            let (price, _, footed) = known[&state];
-            if is_there(&state, &footed) {
-                break state;
-            }
-            let (x, y, h, _) = state;
-            let moves = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy, 0)));
-            let moves = moves.filter(|m| *m != (0, 0, 0));
-            for (dx, dy, dh) in moves.chain([(0, 0, 1), (0, 0, -1)]) {
-                let h = (h + dh).rem_euclid(HEADINGS);
-                let mut next: State = (x + dx, y + dy, h, 0);
-                let Some(there) = self.founded(&at(&next), angle(h), footed.ground_m) else {
-                    continue;
-                };
-                next.3 = level(there.ground_m);
-                let step = Vector2::new(dx as f64, dy as f64) * CELL_M;
-                let turn = dh as f64 * angle(1);
-                let price = price + self.price(&step, angle(h), turn, &footed, &there);
-                if known.get(&next).is_none_or(|(best, _, _)| price < *best) {
-                    known.insert(next, (price, state, there));
-                    open.push(Reverse((bits(price + rest(&next)), next)));
-                }
-            }
-        };
-        let mut states = vec![end];
-        while let Some(&last) = states.last().filter(|s| **s != first) {
-            states.push(known[&last].1);
-        }
-        states.reverse();
-        let mut facing = from.heading;
-        let mut poses = Vec::new();
-        for state in states.iter().skip(1) {
-            facing += wrap(angle(state.2) - facing);
-            let footed = known[state].2;
-            let p = at(state);
-            poses.push((
-                Pose {
-                    p: Vector3::new(p.x, p.y, footed.ground_m + self.legs_m),
-                    heading: facing,
-                },
-                footed,
-            ));
-        }
-        // The last place is the point itself, where it is founded as well.
-        if let Some((pose, before)) = poses.last_mut()
-            && let Some(footed) =
-                self.founded(&to.xy(), heading.unwrap_or(pose.heading), before.ground_m)
-        {
-            pose.p = Vector3::new(to.x, to.y, footed.ground_m + self.legs_m);
-            if let Some(heading) = heading {
-                pose.heading += wrap(heading - pose.heading);
-            }
-            *before = footed;
-        }
-        Found::Way(poses)
     }
 
     /// A way with straight lines where they cost no more.

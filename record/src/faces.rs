@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use crate::found::{Found, read};
-use crate::frames::{Frame, pose, write_pcd, write_png};
+use crate::frames::{Frame, pose, write_pcd};
 use crate::program::{Program, argument, json};
 use crate::score::Score;
 use crate::table::Worse::{Less, More, Neither};
@@ -33,7 +33,7 @@ pub fn simulated(program: &Program, frames: &[Frame], folder: &Path) -> Result<T
             for frame in frames.iter().filter(|f| f.name.starts_with(noise)) {
                 let scan = folder.join(format!("{}.{kind}", frame.name));
                 match kind {
-                    "png" => write_png(&scan, &frame.scan)?,
+                    "png" => std::fs::write(&scan, frame.scan.png()?)?,
                     _ => write_pcd(&scan, &frame.scan, false)?,
                 }
                 let flags = format!("--sensor xtion --pose={}", pose(&frame.X_WV));

@@ -120,18 +120,6 @@ fn touch(a: &Face, b: &Face) -> bool {
     flat(a).union(&flat(b)).parts().len() == 1
 }
 
-/// Writes the depth, mm, as a 16-bit grey image.
-pub fn write_png(path: &Path, scan: &Scan) -> Result<()> {
-    let file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    let (width, height) = (scan.camera.width as u32, scan.camera.height as u32);
-    let mut encoder = png::Encoder::new(file, width, height);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Sixteen);
-    let bytes: Vec<u8> = scan.depth_mm.iter().flat_map(|v| v.to_be_bytes()).collect();
-    encoder.write_header()?.write_image_data(&bytes)?;
-    Ok(())
-}
-
 /// Writes the points in the optical frame: `organised` row by row as the image has them, NaN where
 /// nothing was measured, else only those that were.
 pub fn write_pcd(path: &Path, scan: &Scan, organised: bool) -> Result<()> {

@@ -9,7 +9,7 @@ use scenes::simulator::{DepthNoise, KINECT, XTION, scan};
 use scenes::{Builtin, SceneFile};
 use serde_json::Value;
 
-use crate::frames::{pose, write_png};
+use crate::frames::pose;
 use crate::program::{Program, argument, json};
 use crate::table::Worse::{Less, More};
 use crate::table::{Column, Table, column, mean};
@@ -184,7 +184,7 @@ fn shoot(scene: &Builtin, seed: u64, folder: &Path) -> Result<Vec<String>> {
             _ => &XTION,
         };
         let taken = scan(&world, camera, &X_WV, &DepthNoise::default(), seed);
-        write_png(&scan_path, &taken)?;
+        std::fs::write(&scan_path, taken.png()?)?;
     }
     let sensor = source.sensor.clone().context("a sensor")?;
     let path = argument(&scan_path);

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use serde_json::json;
 
-use crate::frames::{Frame, groups, write_pcd, write_png};
+use crate::frames::{Frame, groups, write_pcd};
 
 /// Writes all frames into a folder.
 pub fn write(folder: &Path, frames: &[Frame]) -> Result<()> {
@@ -31,7 +31,7 @@ fn write_frame(stem: &Path, frame: &Frame) -> Result<()> {
     } = frame;
     let path = |end: &str| PathBuf::from(format!("{}{end}", stem.display()));
     let file = |end: &str| std::fs::File::create(path(end)).map(std::io::BufWriter::new);
-    write_png(&path("_depth.png"), shot)?;
+    std::fs::write(path("_depth.png"), shot.png()?)?;
     write_pcd(&path(".pcd"), shot, true)?;
 
     let faces = truth.faces();

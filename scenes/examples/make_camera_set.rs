@@ -6,7 +6,7 @@
 //! scandent calibrate camera --robot builtin:hexapod --poses FOLDER/poses.csv --frames FOLDER
 //! ```
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use scenes::camera_set::{PoseNoise, frame, published_extrinsics, readings, table};
 use scenes::simulator::{DepthNoise, KINECT, distortion};
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let seed = seed * 1000 + i as u64;
         let shot = frame(&world, &KINECT, &pose, &mount, &noise, &distortion, seed);
         let name = format!("pose_{:02}.png", i + 1);
-        write_png(&folder.join(&name), &shot)?;
+        std::fs::write(folder.join(&name), shot.png()?)?;
         frames.push(name);
     }
     let poses = table(&robot, &configurations, &frames);
@@ -44,20 +44,5 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{} poses in {}", frames.len(), folder.display());
     let (p, q) = (p.as_slice(), q.as_slice());
     println!("true mount: p = {p:?}, quat_xyzw = {q:?}");
-    Ok(())
-}
-
-/// Writes the depth as a 16-bit grey image, mm.
-fn write_png(
-    path: &Path,
-    scan: &scenes::simulator::Scan,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    let (width, height) = (scan.camera.width, scan.camera.height);
-    let mut encoder = png::Encoder::new(file, u32::try_from(width)?, u32::try_from(height)?);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Sixteen);
-    let bytes: Vec<u8> = scan.depth_mm.iter().flat_map(|v| v.to_be_bytes()).collect();
-    encoder.write_header()?.write_image_data(&bytes)?;
     Ok(())
 }

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 seed.unwrap_or(scene.seed),
             );
             let path = folder.join(name);
-            write_png(&path, scan.camera.width, scan.camera.height, &scan.depth_mm)?;
+            std::fs::write(&path, scan.png()?)?;
             println!("wrote {}", path.display());
             for (face, pixels) in visible(&(scene.truth)(), &scan) {
                 println!("    {pixels:7} px  {face}");
@@ -61,21 +61,4 @@ fn visible(truth: &scenes::Truth, scan: &Scan) -> Vec<(String, usize)> {
     counts.retain(|(_, pixels)| *pixels >= 500);
     counts.sort_by_key(|(_, pixels)| std::cmp::Reverse(*pixels));
     counts
-}
-
-/// Writes a 16-bit grey image.
-fn write_png(
-    path: &std::path::Path,
-    width: usize,
-    height: usize,
-    values: &[u16],
-) -> Result<(), Box<dyn std::error::Error>> {
-    let file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    let mut encoder = png::Encoder::new(file, u32::try_from(width)?, u32::try_from(height)?);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Sixteen);
-    encoder.set_compression(png::Compression::High);
-    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_be_bytes()).collect();
-    encoder.write_header()?.write_image_data(&bytes)?;
-    Ok(())
 }

@@ -101,6 +101,11 @@ pub struct ScanSource {
     pub position_m: Option<[f64; 3]>,
     /// Orientation of V in W.
     pub quat_xyzw: Option<[f64; 4]>,
+    /// In the place of both: the ground that the scan shows; W's origin is on it below the sensor, x ahead.
+    #[serde(default)]
+    pub level: bool,
+    /// With `level`: which way is up in V, as an accelerometer at rest there measures it, at any length.
+    pub up: Option<[f64; 3]>,
     /// In the place of both: the file of the sensor's mount on the robot, which stands as at the
     /// start (`scandent calibrate` writes such files).
     pub extrinsics: Option<String>,

@@ -1,17 +1,17 @@
 //! Whether a reference is executed: the robot starts at its first configuration and follows it to the end.
-use nalgebra::DVector;
-use robot_model::{Configuration, Robot};
+use robot_model::Robot;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::{Config, Controller};
 use crate::criteria::Criterion;
 use crate::footing::Footing;
-use crate::monitor::{Monitor, Seen};
+use crate::monitor::Monitor;
 use crate::perturbation::Perturbation;
 use crate::physics::{Physics, Servo};
-use crate::plant::{Plant, Touch};
+use crate::plant::Plant;
 use crate::reference::{Reference, ReferenceContact, ReferenceState};
+use crate::run::Run;
 use crate::schedule::closures;
 use crate::touching::Touching;
 use crate::verdict::{CONTACT_DELAY_S, CONTACT_N, cause, judge};
@@ -96,21 +96,18 @@ pub fn execute(
         Controller::WholeBody => Servo::SOFT,
     };
     let world = perturbation.applied(world);
-    let mut plant = Plant::new(robot, &world, &physics, servo, &perturbation.scales())?;
+    let plant = Plant::new(robot, &world, &physics, servo, &perturbation.scales())?;
     let mut controller = WholeBodyController::new(robot, &physics)?;
     let mut footing = Footing::new(robot);
 
     let mut wanted = ReferenceState::at_rest(robot.neutral());
     reference.at(0.0, &mut wanted);
-    plant.reset(&wanted.configuration);
     let closed = closures(reference, &wanted, CONTACT_N);
-    let mut monitor = Monitor::new(robot, &world, closed, CONTACT_DELAY_S, CONTACT_N);
+    let monitor = Monitor::new(robot, &world, closed, CONTACT_DELAY_S, CONTACT_N);
+    let mut run = Run::new(robot, plant, monitor, &wanted);
     let mut touching = Touching::new(robot, &wanted);
-    let mut state = wanted.configuration.clone();
-    let mut v = DVector::zeros(robot.nv());
     let mut torques = vec![0.0; robot.nj()];
     let (mut joints, mut rates) = (torques.clone(), torques.clone());
-    let mut touches: Vec<Touch> = Vec::new();
     let period = ((PERIOD_S / physics.dt_s).round() as usize).max(1);
     let duration_s = reference.duration_s() + REST_S;
     let steps = (duration_s / physics.dt_s).round() as usize;
@@ -123,8 +120,9 @@ pub fn execute(
             let (found, followed) = match config.controller {
                 Controller::WholeBody => {
                     let dt_s = period as f64 * physics.dt_s;
-                    let followed = footing.followed(&state, &wanted, touching.now(), dt_s);
-                    let found = controller.torques(&state, &v, &followed, touching.now())?;
+                    let followed = footing.followed(&run.state, &wanted, touching.now(), dt_s);
+                    let found =
+                        controller.torques(&run.state, &run.v, &followed, touching.now())?;
                     (found, followed)
                 }
                 Controller::Servo => {
@@ -142,23 +140,15 @@ pub fn execute(
                 for contact in wanted.contacts.iter().filter(searching) {
                     let body = robot.patches[contact.patch].body;
                     for j in (0..joints.len()).filter(|j| robot.supports(j + 1, body)) {
-                        (joints[j], rates[j]) = (state.joints[j], v[6 + j]);
+                        (joints[j], rates[j]) = (run.state.joints[j], run.v[6 + j]);
                     }
                 }
             }
-            plant.command(&joints, &rates, &torques);
+            run.plant.command(&joints, &rates, &torques);
         }
-        plant.push(&perturbation.force_W(t_s));
-        let stable = plant.step();
-        plant.state(&mut state, &mut v);
-        plant.touches(&mut touches);
-        monitor.see(&Seen {
-            t_s,
-            configuration: &state,
-            wanted: &wanted,
-            touches: &touches,
-            torques: plant.torques(),
-        });
+        run.plant.push(&perturbation.force_W(t_s));
+        let stable = run.step(t_s, &wanted);
+        let monitor = &run.monitor;
         let lands = monitor.nears_landing(&wanted);
         touching.update(&monitor.normal_n, &wanted, lands, physics.dt_s);
         if !stable || monitor.com_error_m.is_nan() || monitor.com_error_m > FALL_M {
@@ -166,15 +156,15 @@ pub fn execute(
             break;
         }
         if step % period == 0 {
-            let row = trace_row(robot, &state, &monitor, plant.torques(), t_s);
-            observer.see(&mut plant, &row)?;
+            let row = trace_row(robot, &run, t_s);
+            observer.see(&mut run.plant, &row)?;
         }
     }
     let simulated_s = fell_s.unwrap_or(duration_s);
-    let criteria = judge(robot, &monitor, fell_s, simulated_s);
+    let criteria = judge(robot, &run.monitor, fell_s, simulated_s);
     Ok(Executed {
         pass: criteria.iter().all(|c| c.pass),
-        stands: fell_s.is_none() && stands(&wanted, &monitor),
+        stands: fell_s.is_none() && stands(&wanted, &run.monitor),
         cause: cause(&criteria, fell_s),
         criteria,
         fell_s,
@@ -190,21 +180,15 @@ fn stands(wanted: &ReferenceState, monitor: &Monitor) -> bool {
     loaded.all(borne)
 }
 
-fn trace_row(
-    robot: &Robot,
-    state: &Configuration,
-    monitor: &Monitor,
-    torques: &[f64],
-    t_s: f64,
-) -> TraceRow {
-    let used = torques.iter().zip(robot.joint_bodies());
+fn trace_row(robot: &Robot, run: &Run, t_s: f64) -> TraceRow {
+    let used = run.plant.torques().iter().zip(robot.joint_bodies());
     let used = used.map(|(torque, body)| torque.abs() / body.effort);
     TraceRow {
         t_s,
-        q: state.to_q(),
-        normal_n: monitor.normal_n.clone(),
-        com_error_m: monitor.com_error_m,
-        tilt_rad: monitor.tilt_rad,
+        q: run.state.to_q(),
+        normal_n: run.monitor.normal_n.clone(),
+        com_error_m: run.monitor.com_error_m,
+        tilt_rad: run.monitor.tilt_rad,
         torque_use: used.fold(0.0, f64::max),
     }
 }

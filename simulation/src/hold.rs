@@ -1,17 +1,18 @@
 //! Whether a stance holds: the robot is put there and held by its servos.
 #![allow(non_snake_case)]
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::Vector3;
 use robot_model::{GRAVITY_M_S2, Robot};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::Config;
 use crate::criteria::{Criterion, Unit};
-use crate::monitor::{Monitor, Seen};
+use crate::monitor::Monitor;
 use crate::physics::{Physics, Scales, Servo};
 use crate::plant::Plant;
-use crate::reference::{ReferenceState, Standing};
+use crate::reference::ReferenceState;
+use crate::run::Run;
 use crate::schedule::Closure;
 use crate::statics::holding_torques;
 use crate::verdict::{COM_ERROR_FINAL_MAX_M, CONTACT_N, PENETRATION_MAX_M, TILT_MAX_RAD};
@@ -64,36 +65,30 @@ pub struct Held {
 pub fn hold(
     robot: &Robot,
     world: &[WorldBody],
-    standing: &Standing,
+    wanted: &ReferenceState,
     config: &Config,
     push_W: Option<Vector3<f64>>,
 ) -> Result<Held, Error> {
     let physics = Physics::from(config);
-    let wanted = standing.wanted();
-    let mut plant = Plant::new(robot, world, &physics, Servo::STIFF, &Scales::default())?;
-    plant.reset(&wanted.configuration);
-    let torques = holding_torques(robot, wanted);
-    let still = vec![0.0; robot.nj()];
-    plant.command(wanted.configuration.joints.as_slice(), &still, &torques);
-
+    let plant = Plant::new(robot, world, &physics, Servo::STIFF, &Scales::default())?;
     let closed = wanted.contacts.iter().map(|contact| Closure {
         loaded_from_s: (contact.normal_n() > CONTACT_N).then_some(0.0),
         ..Closure::new(contact, 0.0)
     });
-    let closures: Vec<Closure> = closed.collect();
-    let mut monitor = Monitor::new(robot, world, closures, 0.0, CONTACT_N);
-    let mut run = Run {
-        plant: &mut plant,
-        monitor: &mut monitor,
-        wanted,
-        configuration: wanted.configuration.clone(),
-        v: DVector::zeros(robot.nv()),
-        touches: Vec::new(),
-        dt_s: physics.dt_s,
-    };
+    let monitor = Monitor::new(robot, world, closed.collect(), 0.0, CONTACT_N);
+    let mut run = Run::new(robot, plant, monitor, wanted);
+    let torques = holding_torques(robot, wanted);
+    let still = vec![0.0; robot.nj()];
+    let joints = wanted.configuration.joints.as_slice();
+    run.plant.command(joints, &still, &torques);
 
     // Settle on the world as it is.
-    run.go(SETTLE_S, &mut |_, _| {});
+    let steps = |duration_s: f64| 1..=(duration_s / physics.dt_s).round() as usize;
+    let settling = steps(SETTLE_S);
+    let settled_s = *settling.end() as f64 * physics.dt_s;
+    let mut stable = settling
+        .into_iter()
+        .all(|step| run.step(step as f64 * physics.dt_s, wanted));
     let mut drift = Drift {
         settled_com_m: run.monitor.com_error_m,
         settled_tilt_rad: run.monitor.tilt_rad,
@@ -101,18 +96,21 @@ pub fn hold(
         ..Drift::default()
     };
     run.monitor.forget();
-    let home = run.configuration.clone();
+    let home = run.state.clone();
     let com_home = run.monitor.com_W;
 
     // Hold, pushed at first where so wished.
     let mut com_before_last = com_home;
     let last_from = config.hold_s - 1.0;
-    let mut since = 0.0;
-    run.go(config.hold_s, &mut |run, _| {
-        since += run.dt_s;
+    for step in steps(config.hold_s) {
+        let since = step as f64 * physics.dt_s;
+        stable = stable && run.step(settled_s + since, wanted);
+        if !stable {
+            break;
+        }
         let com = run.monitor.com_W;
         drift.all = drift.all.max((com - com_home).norm());
-        let tilt = run.configuration.R_WB.angle_to(&home.R_WB);
+        let tilt = run.state.R_WB.angle_to(&home.R_WB);
         drift.tilt = drift.tilt.max(tilt);
         if since < last_from {
             com_before_last = com;
@@ -121,9 +119,9 @@ pub fn hold(
         }
         let pushing = push_W.filter(|_| since < PUSH_S);
         run.plant.push(&pushing.unwrap_or_else(Vector3::zeros));
-    });
+    }
     drift.speed = Monitor::joint_speed(&run.v);
-    Ok(judge(robot, wanted, &monitor, &drift))
+    Ok(judge(robot, wanted, &run.monitor, &drift))
 }
 
 /// How the robot moved while it was held.
@@ -136,37 +134,6 @@ struct Drift {
     settled_com_m: f64,
     settled_tilt_rad: f64,
     pushed: bool,
-}
-
-struct Run<'r, 'a> {
-    plant: &'r mut Plant<'a>,
-    monitor: &'r mut Monitor<'a>,
-    wanted: &'r ReferenceState,
-    configuration: robot_model::Configuration,
-    v: DVector<f64>,
-    touches: Vec<crate::plant::Touch>,
-    dt_s: f64,
-}
-
-impl Run<'_, '_> {
-    fn go(&mut self, duration_s: f64, each: &mut dyn FnMut(&mut Self, f64)) {
-        for _ in 0..(duration_s / self.dt_s).round() as usize {
-            if !self.plant.step() {
-                return;
-            }
-            self.plant.state(&mut self.configuration, &mut self.v);
-            self.plant.touches(&mut self.touches);
-            let t_s = self.plant.time_s();
-            self.monitor.see(&Seen {
-                t_s,
-                configuration: &self.configuration,
-                wanted: self.wanted,
-                touches: &self.touches,
-                torques: self.plant.torques(),
-            });
-            each(self, t_s);
-        }
-    }
 }
 
 fn judge(robot: &Robot, wanted: &ReferenceState, monitor: &Monitor, drift: &Drift) -> Held {

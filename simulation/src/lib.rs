@@ -60,6 +60,8 @@ pub mod picture;
 #[cfg(feature = "mujoco")]
 pub mod plant;
 #[cfg(feature = "mujoco")]
+mod run;
+#[cfg(feature = "mujoco")]
 mod touching;
 #[cfg(feature = "mujoco")]
 mod verdict;

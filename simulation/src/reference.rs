@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use nalgebra::{DVector, Isometry3, Vector3};
-use robot_model::{Configuration, Robot};
+use robot_model::Configuration;
 
 /// A reference of configurations and contacts over time.
 pub trait Reference {
@@ -89,39 +89,23 @@ impl ReferenceState {
             landing: None,
         }
     }
-}
 
-/// One configuration that is held.
-#[derive(Clone, Debug)]
-pub struct Standing {
-    wanted: ReferenceState,
-}
-
-impl Standing {
     /// The robot standing still on contacts.
-    pub fn new(
-        robot: &Robot,
-        configuration: Configuration,
-        contacts: Vec<ReferenceContact>,
-    ) -> Self {
-        debug_assert_eq!(configuration.joints.len(), robot.nj());
-        let mut wanted = ReferenceState::at_rest(configuration);
-        wanted.contacts = contacts;
-        Self { wanted }
-    }
-
-    /// What is wanted all the time.
-    pub fn wanted(&self) -> &ReferenceState {
-        &self.wanted
+    pub fn standing(configuration: Configuration, contacts: Vec<ReferenceContact>) -> Self {
+        Self {
+            contacts,
+            ..Self::at_rest(configuration)
+        }
     }
 }
 
-impl Reference for Standing {
+/// What is wanted all the time.
+impl Reference for ReferenceState {
     fn duration_s(&self) -> f64 {
         0.0
     }
 
     fn at(&self, _t_s: f64, wanted: &mut ReferenceState) {
-        wanted.clone_from(&self.wanted);
+        wanted.clone_from(self);
     }
 }

@@ -12,7 +12,7 @@ use crate::cli::Global;
 use crate::environment_flags::ScanFlags;
 use crate::extrinsics::placement;
 use crate::provenance::Inputs;
-use crate::robot_files::RobotFiles;
+use crate::robot_files::{BesideUrdf, RobotFiles};
 use crate::scene::{Environment, Files, Scene, Start};
 use crate::status::{Status, UsageError};
 
@@ -44,12 +44,8 @@ pub struct Args {
     /// The robot: a URDF file, or builtin:NAME (default: builtin:hrp2)
     #[arg(long, value_name = "URDF")]
     robot: Option<String>,
-    /// Named postures and pairs of links that may touch
-    #[arg(long, value_name = "FILE.srdf")]
-    srdf: Option<PathBuf>,
-    /// Contact patches
-    #[arg(long, value_name = "FILE.toml")]
-    contacts: Option<PathBuf>,
+    #[command(flatten)]
+    beside: BesideUrdf,
     /// Start: POSTURE[@x,y,z[,roll,pitch,yaw]], or PATCH=x,y,z[,roll,pitch,yaw] once a contact
     /// (default: the resting posture over the origin, soles on z = 0)
     #[arg(long, value_name = "START", value_parser = argument::start, allow_hyphen_values = true)]
@@ -145,11 +141,11 @@ impl Args {
             // Another robot does not have the postures and patches of the scene's.
             scene.robot = RobotFiles::named(urdf);
         }
-        if self.srdf.is_some() {
-            scene.robot.srdf.clone_from(&self.srdf);
+        if self.beside.srdf.is_some() {
+            scene.robot.srdf.clone_from(&self.beside.srdf);
         }
-        if self.contacts.is_some() {
-            scene.robot.contacts.clone_from(&self.contacts);
+        if self.beside.contacts.is_some() {
+            scene.robot.contacts.clone_from(&self.beside.contacts);
         }
         self.over_start(&mut scene.start)?;
         self.over_goal(&mut scene.goal);

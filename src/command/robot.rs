@@ -1,16 +1,17 @@
 //! `scandent robot URDF`: what was read of a robot.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use anyhow::Result;
 use robot_model::{JointKind, PatchKind, Robot};
+use serde_json::{Value, json};
 
 use crate::cli::Global;
 use crate::config::Config;
 use crate::provenance::Inputs;
-use crate::robot_files::RobotFiles;
+use crate::robot_files::BesideUrdf;
 use crate::status::Status;
+use crate::template::render;
 
 /// Flags of `robot`.
 #[derive(Debug, clap::Args)]
@@ -18,12 +19,8 @@ pub struct Args {
     /// A URDF file, or builtin:NAME
     #[arg(value_name = "URDF")]
     robot: String,
-    /// Named postures and pairs of links that may touch
-    #[arg(long, value_name = "FILE.srdf")]
-    srdf: Option<PathBuf>,
-    /// Contact patches
-    #[arg(long, value_name = "FILE.toml")]
-    contacts: Option<PathBuf>,
+    #[command(flatten)]
+    beside: BesideUrdf,
     /// Also list every joint with its limits
     #[arg(long)]
     joints: bool,
@@ -35,85 +32,54 @@ pub struct Args {
 /// As [`RobotFiles::load`].
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let config = Config::layered(None, global)?;
-    let files = RobotFiles {
-        urdf: args.robot.clone(),
-        srdf: args.srdf.clone(),
-        contacts: args.contacts.clone(),
-    };
+    let files = args.beside.files(&args.robot);
     let robot = files.load(&config.robot_model, &mut Inputs::default())?;
-    print(&robot, out)?;
-    if args.joints {
-        joints(&robot, out)?;
-    }
+    let text = render(
+        "robot.txt",
+        include_str!("text/robot.txt"),
+        said(&robot, args.joints),
+    )?;
+    out.write_all(text.as_bytes())?;
     Ok(Status::Done)
 }
 
-fn print(robot: &Robot, out: &mut dyn Write) -> std::io::Result<()> {
-    writeln!(
-        out,
-        "{}: {} joints ({} degrees of freedom with the floating base), {:.3} kg, {} links, \
-         {} collision shapes",
-        robot.name,
-        robot.nj(),
-        robot.nv(),
-        robot.mass_kg,
-        robot.frames.len(),
-        robot.collision.shapes().len()
-    )?;
-    writeln!(out, "contact patches: {}", count(robot.patches.len()))?;
-    for patch in &robot.patches {
-        writeln!(
-            out,
-            "  {:<16} on {:<20} {}, friction {}, roles: {}",
-            patch.name,
-            patch.link,
-            match patch.kind {
-                PatchKind::Area => format!("{} vertices", patch.polygon.len()),
-                PatchKind::Point { radius_m } => format!("a point, radius {radius_m} m"),
-            },
-            patch.friction,
-            patch.roles.join(", ")
-        )?;
-    }
-    let postures: Vec<&str> = robot.postures.keys().map(String::as_str).collect();
-    let postures = match postures.as_slice() {
-        [] => "none".to_owned(),
-        some => some.join(", "),
-    };
-    writeln!(out, "postures: {postures}")?;
-    let colliding = robot.colliding_pairs(&robot.resting());
-    let pairs = count(colliding.len());
-    writeln!(out, "pairs of links that overlap at rest: {pairs}")?;
-    for pair in &colliding {
-        let (a, b, depth_mm) = (&pair.link_a, &pair.link_b, -1e3 * pair.distance);
-        writeln!(out, "  {a} and {b} by {depth_mm:.1} mm")?;
-    }
-    writeln!(out, "notes: {}", count(robot.notes.len()))?;
-    for note in &robot.notes {
-        writeln!(out, "  {note}")?;
-    }
-    Ok(())
-}
-
-fn count(n: usize) -> String {
-    match n {
-        0 => "none".to_owned(),
-        n => n.to_string(),
-    }
-}
-
-fn joints(robot: &Robot, out: &mut dyn Write) -> std::io::Result<()> {
-    writeln!(out, "joints:")?;
-    for body in robot.joint_bodies() {
-        let unit = match body.kind {
-            JointKind::Prismatic => "m, N",
-            _ => "rad, N·m",
+/// What the template says of a robot, and of every joint where `joints` are wanted.
+fn said(robot: &Robot, joints: bool) -> Value {
+    let patches = robot.patches.iter().map(|patch| {
+        let shape = match patch.kind {
+            PatchKind::Area => format!("{} vertices", patch.polygon.len()),
+            PatchKind::Point { radius_m } => format!("a point, radius {radius_m} m"),
         };
-        writeln!(
-            out,
-            "  {:<24} [{:.4}, {:.4}], effort {} ({unit})",
-            body.joint, body.lower, body.upper, body.effort
-        )?;
-    }
-    Ok(())
+        json!({
+            "name": patch.name,
+            "link": patch.link,
+            "shape": shape,
+            "friction": patch.friction.to_string(),
+            "roles": patch.roles,
+        })
+    });
+    let overlapping = robot.colliding_pairs(&robot.resting()).into_iter();
+    let overlapping = overlapping.map(|p| json!([p.link_a, p.link_b, -1e3 * p.distance]));
+    let joints = robot.joint_bodies().iter().filter(|_| joints).map(|body| {
+        json!({
+            "name": body.joint,
+            "slides": body.kind == JointKind::Prismatic,
+            "lower": body.lower,
+            "upper": body.upper,
+            "effort": body.effort.to_string(),
+        })
+    });
+    json!({
+        "name": robot.name,
+        "nj": robot.nj(),
+        "nv": robot.nv(),
+        "mass_kg": robot.mass_kg,
+        "links": robot.frames.len(),
+        "shapes": robot.collision.shapes().len(),
+        "patches": patches.collect::<Vec<_>>(),
+        "postures": robot.postures.keys().collect::<Vec<_>>(),
+        "overlapping": overlapping.collect::<Vec<_>>(),
+        "notes": robot.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "joints": joints.collect::<Vec<_>>(),
+    })
 }

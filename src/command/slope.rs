@@ -13,11 +13,12 @@ use crate::cli::Global;
 use crate::config::Config;
 use crate::output;
 use crate::provenance::Inputs;
+use crate::slope::calibration_file;
 use crate::slope::record::{
     GroundRecord, SLOPE_FORMAT, SlopeFile, SlopeRecord, ThingRecord, WallRecord,
 };
-use crate::slope::{calibration_file, table};
 use crate::status::Status;
+use crate::template::render;
 
 /// Flags of `slope`.
 #[derive(Debug, clap::Args)]
@@ -74,28 +75,29 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let slopes = seen.scan.as_ref().map(found).unwrap_or_default();
     let walls: Vec<WallRecord> = seen.around.walls.iter().map(WallRecord::of).collect();
     let things: Vec<ThingRecord> = seen.around.things.iter().map(ThingRecord::of).collect();
-    table::print(&seen, &slopes, &walls, &things, out)?;
+    let scan = seen.scan.as_ref();
+    let pose = scan.map_or_else(Isometry3::identity, |scan| scan.X_WV);
+    let mut faces = scan.map(lidar::SlopeScan::faces).unwrap_or_default();
+    faces.extend(seen.around.faces().cloned());
+    let file = SlopeFile {
+        format: SLOPE_FORMAT,
+        program: crate::program(),
+        inputs: inputs.into_list(),
+        config: serde_json::to_value(&config.perception.lidar).context("the settings")?,
+        calibrated: calibration.is_some(),
+        eye_m: args.eye,
+        sensor_position_m: pose.translation.vector.into(),
+        sensor_quat_xyzw: pose.rotation.coords.into(),
+        counts: seen.counts,
+        ground: scan.map(GroundRecord::of),
+        slopes,
+        walls,
+        things,
+        faces,
+    };
+    let text = render("slope.txt", include_str!("../slope/slope.txt"), &file)?;
+    out.write_all(text.as_bytes())?;
     if let Some(path) = &args.output {
-        let scan = seen.scan.as_ref();
-        let pose = scan.map_or_else(Isometry3::identity, |scan| scan.X_WV);
-        let mut faces = scan.map(lidar::SlopeScan::faces).unwrap_or_default();
-        faces.extend(seen.around.faces().cloned());
-        let file = SlopeFile {
-            format: SLOPE_FORMAT,
-            program: crate::program(),
-            inputs: inputs.into_list(),
-            config: serde_json::to_value(&config.perception.lidar).context("the settings")?,
-            calibrated: calibration.is_some(),
-            eye_m: args.eye,
-            sensor_position_m: pose.translation.vector.into(),
-            sensor_quat_xyzw: pose.rotation.coords.into(),
-            counts: seen.counts,
-            ground: scan.map(GroundRecord::of),
-            slopes,
-            walls,
-            things,
-            faces,
-        };
         output::write_json(path, &file)?;
         writeln!(out, "written: {}", path.display())?;
     }

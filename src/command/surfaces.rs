@@ -7,6 +7,7 @@ use anyhow::Result;
 
 use crate::cli::Global;
 use crate::config::Config;
+use crate::environment::levelled::{doubt, levelled};
 use crate::environment_flags::ScanFlags;
 use crate::provenance::Inputs;
 use crate::report::Stages;
@@ -42,11 +43,13 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     };
     let mut stages = Stages::default();
     let mut inputs = Inputs::default();
-    let perceived = threads::pool(global.threads)?.install(|| {
-        let files = Files::Folder(PathBuf::new());
-        environment::perceive(&source, &files, &config, &mut stages, &mut inputs)
-    })?;
-    for note in &perceived.notes {
+    let files = Files::Folder(PathBuf::new());
+    let (source, mut notes) = levelled(&source, &files, &config)?;
+    let perceived = threads::pool(global.threads)?
+        .install(|| environment::perceive(&source, &files, &config, &mut stages, &mut inputs))?;
+    notes.extend(perceived.notes);
+    notes.extend(doubt(&source, &perceived.terrain).map(|why| format!("warning: {why}")));
+    for note in &notes {
         writeln!(out, "{note}")?;
     }
     let terrain = perceived.terrain;

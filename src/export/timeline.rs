@@ -5,7 +5,7 @@ use plan::{Change, Motion, PhaseKind, Plan};
 use super::Config;
 
 /// From the start of the motion to its first movement, s.
-const START_S: f64 = 1.0;
+pub(super) const START_S: f64 = 1.0;
 /// To take a limb away that touches nothing next, s: without a motion.
 const RELEASE_S: f64 = 1.5;
 

@@ -8,15 +8,14 @@
 //! | `file.rs` | the file of the extrinsics |
 //! | `next.rs` | which stance to add |
 //! | `placement.rs` | extrinsics → the pose of a scene's scans |
-//! | `page.rs`, `plot.rs` | the report as one HTML page with charts |
-//! | `table.rs` | the disagreement of every stance, for the terminal and as CSV |
+//! | `report.rs`, `report/` | what is said of it: in words, as CSV, as one HTML page |
+//! | `plot.rs` | the page's charts |
 
 pub mod feet;
 pub mod file;
 pub mod identify;
 pub mod next;
-pub mod page;
 pub mod placement;
 pub mod plot;
+pub mod report;
 pub mod stances_file;
-pub mod table;

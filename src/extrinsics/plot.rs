@@ -1,6 +1,9 @@
 //! Line charts as SVG.
 
-use std::fmt::Write;
+use anyhow::Result;
+use serde_json::json;
+
+use crate::template::render;
 
 /// Size of a chart and of the margins left, right, top and bottom, px.
 const SIZE: [f64; 2] = [720.0, 260.0];
@@ -10,7 +13,7 @@ const TICKS: f64 = 5.0;
 
 /// Values of every stance, drawn as dots or as a line.
 pub struct Series<'a> {
-    /// Name in the legend.
+    /// Name in the legend; empty for none.
     pub name: &'a str,
     /// Colour.
     pub colour: &'a str,
@@ -34,118 +37,63 @@ pub struct Chart<'a> {
 
 impl Chart<'_> {
     /// The chart as an SVG element.
-    pub fn svg(&self) -> String {
-        let values = || {
-            let all = self.series.iter().flat_map(|s| s.values.iter().copied());
-            all.chain(self.levels.iter().map(|level| level.1))
-                .filter(|v| v.is_finite())
-        };
-        let low = values().fold(f64::INFINITY, f64::min);
-        let high = values().fold(f64::NEG_INFINITY, f64::max);
-        let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
-        // Non-negative values begin at zero.
-        let from_zero = (0.0..0.5 * high).contains(&low);
-        let low = if from_zero { 0.0 } else { low };
-        let step = nice((high - low).max(1e-9) / TICKS);
-        let (bottom, top) = ((low / step).floor() * step, (high / step).ceil() * step);
-        let top = if top > bottom { top } else { bottom + step };
+    ///
+    /// # Errors
+    /// When the template does not fit.
+    pub fn svg(&self) -> Result<String> {
+        let values = self.series.iter().flat_map(|s| s.values.iter().copied());
+        let values = values.chain(self.levels.iter().map(|level| level.1));
+        let (step, [low, high]) = scale(values.filter(|v| v.is_finite()));
         let n = self.series.iter().map(|s| s.values.len()).max();
-        let n = n.unwrap_or(0);
+        let n = n.unwrap_or(0).max(1);
 
         let [left, right, above, below] = MARGIN;
-        let width = SIZE[0] - left - right;
-        let height = SIZE[1] - above - below;
-        let x = |i: usize| left + width * (i as f64 + 0.5) / n.max(1) as f64;
-        let y = |value: f64| above + height * (top - value) / (top - bottom);
+        let (right, bottom) = (SIZE[0] - right, SIZE[1] - below);
+        let x = |i: usize| left + (right - left) * (i as f64 + 0.5) / n as f64;
+        let y = |value: f64| above + (bottom - above) * (high - value) / (high - low);
 
-        let mut out = format!(
-            "<svg viewBox=\"0 0 {} {}\" role=\"img\"><title>{title}</title>\
-             <text x=\"{left}\" y=\"18\" class=\"title\">{title}</text>",
-            SIZE[0],
-            SIZE[1],
-            title = escape(self.title),
-        );
-        // Grid and axes.
         let digits = (-step.log10().floor()).max(0.0) as usize;
-        let lines = ((top - bottom) / step).round() as usize;
-        for k in 0..=lines {
-            let value = bottom + step * k as f64;
-            let at = y(value);
-            let _ = write!(
-                out,
-                "<line x1=\"{left}\" x2=\"{:.1}\" y1=\"{at:.1}\" y2=\"{at:.1}\" class=\"grid\"/>\
-                 <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{:.digits$}</text>",
-                left + width,
-                left - 6.0,
-                at + 4.0,
-                value + 0.0
-            );
-        }
-        let every = n.div_ceil(13).max(1);
-        for i in (0..n).step_by(every) {
-            let _ = write!(
-                out,
-                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-                x(i),
-                above + height + 16.0,
-                i + 1
-            );
-        }
-        let _ = write!(
-            out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">stance</text>\
-             <text transform=\"translate(14 {:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-            left + 0.5 * width,
-            SIZE[1] - 8.0,
-            above + 0.5 * height,
-            escape(self.y)
-        );
-        // Values.
-        for series in &self.series {
-            let values = series.values.iter().enumerate();
+        let ticks = (0..=((high - low) / step).round() as usize).map(|k| {
+            let value = low + step * k as f64 + 0.0;
+            (format!("{value:.digits$}"), y(value))
+        });
+        let numbers = (0..n).step_by(n.div_ceil(13)).map(|i| (i + 1, x(i)));
+        let levels = self.levels.iter().map(|(name, value)| (name, y(*value)));
+        let series = self.series.iter().map(|s| {
+            let values = s.values.iter().enumerate();
             let finite = values.filter(|(_, value)| value.is_finite());
-            let points = finite.map(|(i, value)| [x(i), y(*value)]);
-            let colour = series.colour;
-            if series.dots {
-                for [x, y] in points {
-                    let place = format!("cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.6\"");
-                    let _ = write!(out, "<circle {place} fill=\"{colour}\"/>");
-                }
-            } else {
-                let points: Vec<String> = points.map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-                let line = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.3\"");
-                let _ = write!(out, "<polyline points=\"{}\" {line}/>", points.join(" "));
-            }
-        }
-        for (name, value) in &self.levels {
-            let at = y(*value);
-            let _ = write!(
-                out,
-                "<line x1=\"{left}\" x2=\"{:.1}\" y1=\"{at:.1}\" y2=\"{at:.1}\" class=\"level\"/>\
-                 <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-                left + width,
-                left + width,
-                at - 4.0,
-                escape(name)
-            );
-        }
-        // Legend, from the right; a series without a name has no entry.
-        let mut at = left + width;
-        let named = self.series.iter().filter(|series| !series.name.is_empty());
-        for series in named.rev() {
-            at -= 7.0 * series.name.chars().count() as f64 + 22.0;
-            let _ = write!(
-                out,
-                "<circle cx=\"{at:.1}\" cy=\"14\" r=\"4\" fill=\"{}\"/>\
-                 <text x=\"{:.1}\" y=\"18\">{}</text>",
-                series.colour,
-                at + 8.0,
-                escape(series.name)
-            );
-        }
-        out.push_str("</svg>");
-        out
+            let points: Vec<[f64; 2]> = finite.map(|(i, value)| [x(i), y(*value)]).collect();
+            json!({ "name": s.name, "colour": s.colour, "dots": s.dots, "points": points })
+        });
+        let drawn = json!({
+            "title": self.title,
+            "y": self.y,
+            "width": SIZE[0],
+            "height": SIZE[1],
+            "left": left,
+            "right": right,
+            "top": above,
+            "bottom": bottom,
+            "ticks": ticks.collect::<Vec<_>>(),
+            "numbers": numbers.collect::<Vec<_>>(),
+            "levels": levels.collect::<Vec<_>>(),
+            "series": series.collect::<Vec<_>>(),
+        });
+        render("chart.html", include_str!("report/chart.html"), drawn)
     }
+}
+
+/// The step of the grid, and its lowest and highest line around these values.
+fn scale(values: impl Iterator<Item = f64> + Clone) -> (f64, [f64; 2]) {
+    let low = values.clone().fold(f64::INFINITY, f64::min);
+    let high = values.fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
+    // Non-negative values begin at zero.
+    let from_zero = (0.0..0.5 * high).contains(&low);
+    let low = if from_zero { 0.0 } else { low };
+    let step = nice((high - low).max(1e-9) / TICKS);
+    let (bottom, top) = ((low / step).floor() * step, (high / step).ceil() * step);
+    (step, [bottom, top.max(bottom + step)])
 }
 
 /// 1, 2 or 5 times a power of ten, at least `step`.
@@ -154,14 +102,6 @@ fn nice(step: f64) -> f64 {
     let ratio = step / power;
     let nice = [1.0, 2.0, 5.0].into_iter().find(|n| ratio <= n + 1e-9);
     nice.unwrap_or(10.0) * power
-}
-
-/// Text as it may stand in HTML.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }
 
 #[cfg(test)]
@@ -182,7 +122,7 @@ mod tests {
                 }],
                 levels: vec![],
             };
-            let svg = chart.svg();
+            let svg = chart.svg().unwrap();
             assert!(svg.contains("a &lt; b") && !svg.contains("NaN"), "{svg}");
             let finite = values.iter().filter(|v| v.is_finite()).count();
             let dots: Vec<f64> = svg

@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use nalgebra::Vector3;
 use plan::{Plan, Stance};
 use robot_model::Robot;
-use simulation::reference::{ReferenceContact, Standing};
+use simulation::reference::{ReferenceContact, ReferenceState};
 
 use crate::export::frames::isometry;
 
@@ -13,7 +13,7 @@ use crate::export::frames::isometry;
 ///
 /// # Errors
 /// A configuration or a patch that is not the robot's.
-pub fn standing(robot: &Robot, stance: &Stance) -> Result<Standing> {
+pub fn standing(robot: &Robot, stance: &Stance) -> Result<ReferenceState> {
     let place = || format!("stance {}", stance.index);
     let configuration = robot.configuration(&stance.q).with_context(place)?;
     let vectors = |list: &[[f64; 3]]| -> Vec<Vector3<f64>> {
@@ -30,7 +30,7 @@ pub fn standing(robot: &Robot, stance: &Stance) -> Result<Standing> {
         ))
     });
     let contacts = contacts.collect::<Result<_>>()?;
-    Ok(Standing::new(robot, configuration, contacts))
+    Ok(ReferenceState::standing(configuration, contacts))
 }
 
 /// Puts the coefficients of friction that the plan was made with in the place of the robot's.

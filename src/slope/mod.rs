@@ -1,5 +1,4 @@
-//! Slopes in a LiDAR's cloud: the calibration's file, and the file and table of what was found.
+//! Slopes in a LiDAR's cloud: the calibration's file, and the file of what was found.
 
 pub mod calibration_file;
 pub mod record;
-pub mod table;

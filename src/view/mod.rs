@@ -26,7 +26,7 @@ use plan::{Motion, Plan};
 use robot_model::{GRAVITY_M_S2, Robot};
 use serde_json::{Value, json};
 
-use crate::extrinsics::plot::escape;
+use crate::template::escape;
 
 const TEMPLATE: &str = include_str!("../../viewer/index.html");
 const STYLE: &str = include_str!("../../viewer/viewer.css");

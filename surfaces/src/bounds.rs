@@ -28,15 +28,6 @@ impl Bounds {
             |i: usize| self.low[i] > other.high[i] + 1e-3 || other.low[i] > self.high[i] + 1e-3;
         !(0..3).any(apart)
     }
-
-    /// Whether a part of a convex ring is in it, up to a millimetre.
-    pub fn cuts(&self, ring: &[Point3<f64>]) -> bool {
-        let side = |ring: Vec<Point3<f64>>, axis: usize| {
-            let ring = clip(&ring, |p| self.low[axis] - 1e-3 - p[axis]);
-            clip(&ring, |p| p[axis] - self.high[axis] - 1e-3)
-        };
-        self.overlaps(&Self::new(ring)) && !(0..3).fold(ring.to_vec(), side).is_empty()
-    }
 }
 
 /// The part of a convex ring in space where a linear function is not positive.

@@ -64,11 +64,11 @@ pub mod pose;
 mod region;
 pub mod role;
 mod terrain;
+mod wall_depth;
 
 pub use config::{
     BodyConfig, Config, FACE_AREA_MIN_M2, FACE_WIDTH_MIN_M, UNSEEN_DEPTH_M, WALL_RAD,
 };
-pub use conservative_bodies::deepen_walls;
 pub use edge::EdgeKind;
 pub use error::Error;
 pub use face::{EdgeView, Face, FaceId, Fit, Source};
@@ -77,3 +77,4 @@ pub use obstacle::Obstacle;
 pub use polygon::{ConvexPolygon, HalfPlane};
 pub use region::{Edge, Region, Ring};
 pub use terrain::{TERRAIN_FORMAT, Terrain};
+pub use wall_depth::deepen_walls;

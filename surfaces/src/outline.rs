@@ -258,26 +258,32 @@ fn open(ring: &LineString<f64>) -> Vec<[f64; 2]> {
 /// no point of the ring farther away than `tolerance_m`; the flattest go first.
 fn without_tips(ring: &[Point2<f64>], tolerance_m: f64) -> Vec<Point2<f64>> {
     let mut kept: Vec<usize> = (0..ring.len()).collect();
-    while kept.len() > 3 {
+    // How far the ring is off the edge that leaves a corner out; infinite where it turns right.
+    let off_m = |kept: &[usize], i: usize| {
         let count = kept.len();
-        let mut best: Option<(f64, usize)> = None;
-        for i in 0..count {
-            let (before, after) = (kept[(i + count - 1) % count], kept[(i + 1) % count]);
-            let (a, b, c) = (&ring[before], &ring[kept[i]], &ring[after]);
-            if (b - a).perp(&(c - b)) < 0.0 {
-                continue;
-            }
-            let between = (1..).map(|k| (before + k) % ring.len());
-            let between = between.take_while(|k| *k != after);
-            let off = between
-                .map(|k| distance_to_segment(&ring[k], a, c))
-                .fold(0.0, f64::max);
-            if off <= tolerance_m && best.is_none_or(|(least, _)| off < least) {
-                best = Some((off, i));
-            }
+        let (before, after) = (kept[(i + count - 1) % count], kept[(i + 1) % count]);
+        let (a, b, c) = (&ring[before], &ring[kept[i]], &ring[after]);
+        if (b - a).perp(&(c - b)) < 0.0 {
+            return f64::INFINITY;
         }
-        let Some((_, i)) = best else { break };
+        let between = (1..).map(|k| (before + k) % ring.len());
+        let between = between.take_while(|k| *k != after);
+        let off = between.map(|k| distance_to_segment(&ring[k], a, c));
+        off.fold(0.0, f64::max)
+    };
+    let mut offs_m: Vec<f64> = (0..ring.len()).map(|i| off_m(&kept, i)).collect();
+    while kept.len() > 3 {
+        let least = (0..offs_m.len()).min_by(|i, j| offs_m[*i].total_cmp(&offs_m[*j]));
+        let Some(i) = least.filter(|i| offs_m[*i] <= tolerance_m) else {
+            break;
+        };
         kept.remove(i);
+        offs_m.remove(i);
+        // The corners beside it have other edges now.
+        let count = kept.len();
+        for k in [(i + count - 1) % count, i % count] {
+            offs_m[k] = off_m(&kept, k);
+        }
     }
     kept.into_iter().map(|k| ring[k]).collect()
 }

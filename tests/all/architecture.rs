@@ -42,6 +42,7 @@ const GUARDED: &[(&str, &[&str])] = &[
     ("anyhow", &["scandent", "record"]),
     ("clap", &["scandent", "record"]),
     ("indicatif", &["scandent"]),
+    ("minijinja", &["scandent", "simulation"]),
 ];
 
 /// The name of a package's library: the package `scandent-robot-model` has `robot_model`.

@@ -1,7 +1,6 @@
 //! `scandent calibrate camera` as a user meets it: joint readings and frames in, the mount out; and
 //! what it says of stances and files that will not do.
 
-use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
 
@@ -37,22 +36,14 @@ fn write_set(folder: &Path, name: &str, stances: &[[f64; 3]]) {
         configurations.push(readings(&robot, "standing", &X_GR).expect("in reach"));
         let mount = published_extrinsics();
         let shot = frame(&world, &camera, &X_GR, &mount, &noise, &flat, i as u64);
-        let points: Vec<_> = (0..camera.pixels())
-            .filter(|i| shot.depth_mm[*i] > 0)
-            .map(|i| {
-                let ray = camera.ray((i % camera.width) as f64, (i / camera.width) as f64);
-                ray * (0.001 * f64::from(shot.depth_mm[i]))
-            })
-            .collect();
-        let mut ply = format!(
-            "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nend_header\n",
-            points.len()
-        );
-        for p in points {
-            let _ = writeln!(ply, "{:.5} {:.5} {:.5}", p.x, p.y, p.z);
-        }
+        let points = (0..camera.pixels()).filter(|i| shot.depth_mm[*i] > 0);
+        let points = points.map(|i| {
+            let ray = camera.ray((i % camera.width) as f64, (i / camera.width) as f64);
+            (ray * (0.001 * f64::from(shot.depth_mm[i]))).into()
+        });
+        let cloud = program::ply(&points.collect::<Vec<_>>());
         let name = format!("{i}.ply");
-        std::fs::write(folder.join(&name), ply).expect("written");
+        std::fs::write(folder.join(&name), cloud).expect("written");
         frames.push(name);
     }
     let text = table(&robot, &configurations, &frames);

@@ -38,9 +38,13 @@ fn the_controller_makes_the_contacts_of_the_plan_in_their_order() {
             assert_same_place(&played[limb], place);
         }
     }
-    let initial = &document["states"]["MCC::Initial_"]["configs"]["initialContacts"];
-    let limbs: Vec<&String> = initial.as_object().unwrap().keys().collect();
+    // A list: read as one, a map with limbs for its keys has no entries, and nothing would touch.
+    let initial = &document["states"]["MCC::Initial_"]["configs"];
+    let limbs = list(&initial["initialContacts"]).iter();
+    let limbs: Vec<&Value> = limbs.map(|c| &c["limb"]).collect();
     assert_eq!(limbs, ["LeftFoot", "RightFoot"]);
+    // Without a time it waits for a click.
+    assert!(number(&initial["autoStartTime"]) > 0.0);
 }
 
 #[test]
@@ -101,6 +105,25 @@ fn limb_frames_are_the_patches() {
     }
 }
 
+/// The controller's own 50 N are more than a hand may ever carry.
+#[test]
+fn a_limb_has_touched_down_before_it_bears_what_is_planned() {
+    let force = |plan: &Plan| {
+        let document = yaml(plan, &Config::default());
+        number(&document["LimbManagerSet"]["LimbManager"]["LeftFoot"]["touchDownForceZ"])
+    };
+    let mut plan = biped::plan();
+    assert_eq!(force(&plan), 50.0);
+    let contacts = plan.stances.iter_mut().flat_map(|s| &mut s.contacts);
+    let forces = contacts.flat_map(|c| &mut c.forces_W);
+    forces.for_each(|f| *f = f.map(|x| 0.1 * x));
+    let light = force(&plan);
+    assert!(
+        light > 5.0 && light < 0.5 * 0.1 * plan.robot.mass_kg * 9.81 + 1.0,
+        "{light}"
+    );
+}
+
 #[test]
 fn a_tilted_contact_keeps_its_frame() {
     let mut plan = biped::plan();
@@ -132,9 +155,11 @@ fn names_and_friction_can_be_others() {
     let document = yaml(&biped::plan(), &config);
     assert!(document["robots"].get("mc_biped").is_some());
     let initial = &document["states"]["MCC::Initial_"]["configs"]["initialContacts"];
+    let paw = list(initial).iter().find(|c| c["limb"] == "Paw");
+    let paw = paw.expect("the left foot's contact");
     // 0.8 of 0.7.
-    assert!((number(&initial["Paw"]["fricCoeff"]) - 0.56).abs() < 1e-9);
-    assert_eq!(initial["Paw"]["type"], "Surface");
+    assert!((number(&paw["fricCoeff"]) - 0.56).abs() < 1e-9);
+    assert_eq!(paw["type"], "Surface");
 
     let instant = Config {
         swing_s: 0.0,

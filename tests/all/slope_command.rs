@@ -91,17 +91,10 @@ fn a_moved_cloud_is_seen_from_where_the_sensor_stood() {
     let eye = [4.0, -2.5, 1.25];
     let read = perception::parse_lidar(&plain, &taken, None);
     let cloud = read.expect("a cloud").cloud;
-    let mut ply = format!(
-        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
-         property float z\nend_header\n",
-        cloud.len()
-    );
-    for p in &cloud.points_V {
-        let [x, y, z] = [0, 1, 2].map(|k| f64::from(p[k]) + eye[k]);
-        ply.push_str(&format!("{x:.6} {y:.6} {z:.6}\n"));
-    }
+    let moved_by = |p: &[f32; 3]| [0, 1, 2].map(|k| f64::from(p[k]) + eye[k]);
+    let points: Vec<[f64; 3]> = cloud.points_V.iter().map(moved_by).collect();
     let moved = path("moved.ply");
-    std::fs::write(&moved, ply).expect("written");
+    std::fs::write(&moved, program::ply(&points)).expect("written");
 
     let describe = |cloud: &Path, more: &str, words: &[&str]| {
         let json = path("slope.json");

@@ -9,7 +9,7 @@ use crate::distance::{Solid, signed_distance};
 use crate::extremes::Extremes;
 use crate::findings::Findings;
 use crate::posture::{Posture, column, point};
-use crate::scene::{Scene, Touch};
+use crate::scene::{Placed, Scene, Touch};
 use crate::surroundings::Ball;
 
 /// What is farther over its bound than this is not measured in a stance, m.
@@ -22,30 +22,25 @@ pub(crate) struct Nearest {
 }
 
 /// The distances of one stance.
-pub(crate) fn check(
-    scene: &Scene,
-    posture: &Posture,
-    touches: &[Touch],
-    stance: usize,
-    findings: &mut Findings,
-) -> Nearest {
+pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Nearest {
     let mut worst = Extremes::default();
+    let scene = placed.scene;
     let bounds = Bounds::new(scene, scene.options.distance_m);
     // Where nothing is near, that is what is found.
-    worst.add(Check::Clearance, f64::INFINITY, bounds.free, String::new);
-    worst.add(
-        Check::ContactDepth,
-        f64::INFINITY,
-        bounds.touching,
-        String::new,
-    );
-    worst.add(Check::SelfClearance, f64::INFINITY, bounds.own, String::new);
-    distances(scene, posture, touches, &bounds, FAR_M, "", &mut worst);
+    for (check, bound) in [
+        (Check::Clearance, bounds.free),
+        (Check::ContactDepth, bounds.touching),
+        (Check::SelfClearance, bounds.own),
+    ] {
+        worst.add(check, f64::INFINITY, bound, String::new);
+    }
+    let (posture, touches) = (&placed.posture, &placed.touches);
+    distances(scene, posture, touches, &bounds, "", &mut worst);
     let nearest = Nearest {
         environment: worst.value(Check::Clearance),
         own: worst.value(Check::SelfClearance),
     };
-    worst.report(stance, findings);
+    worst.report(placed.at, findings);
     nearest
 }
 
@@ -57,16 +52,20 @@ pub(crate) fn along(
     t_s: f64,
     worst: &mut Extremes,
 ) {
-    let bounds = Bounds::new(scene, scene.options.motion_distance_m);
+    let bounds = Bounds {
+        beyond: 0.0,
+        ..Bounds::new(scene, scene.options.motion_distance_m)
+    };
     let at = format!(" at {t_s:.2} s");
-    distances(scene, posture, touches, &bounds, 0.0, &at, worst);
+    distances(scene, posture, touches, &bounds, &at, worst);
 }
 
-/// The least distances that are allowed, m.
+/// The least distances that are allowed, and how far over them is too far to be measured, m.
 struct Bounds {
     free: f64,
     touching: f64,
     own: f64,
+    beyond: f64,
 }
 
 impl Bounds {
@@ -76,17 +75,17 @@ impl Bounds {
             free: required.clearance_m - slack_m,
             touching: -scene.options.contact_depth_m,
             own: required.self_clearance_m - slack_m,
+            beyond: FAR_M,
         }
     }
 }
 
-/// The worst distances, of what cannot be told to be farther than `beyond_m` over its bound.
+/// The worst distances, of what cannot be told to be too far over its bound.
 fn distances(
     scene: &Scene,
     posture: &Posture,
     touches: &[Touch],
     bounds: &Bounds,
-    beyond_m: f64,
     at: &str,
     worst: &mut Extremes,
 ) {
@@ -99,7 +98,7 @@ fn distances(
 
     // Robot and environment.
     let balls = solids.iter().flatten().map(|(_, ball)| *ball);
-    let reach_m = beyond_m + bounds.free.max(0.0);
+    let reach_m = bounds.beyond + bounds.free.max(0.0);
     let bodies = scene.surroundings.near(balls, reach_m);
     for (shape, solid) in shapes.iter().zip(&solids) {
         let Some((solid, ball)) = solid else { continue };
@@ -108,7 +107,7 @@ fn distances(
             let least = body.bounds.least_m(ball);
             let is_better = least - bounds.free > worst.margin(Check::Clearance)
                 && least - bounds.touching > worst.margin(Check::ContactDepth);
-            if is_better || least - bounds.free > beyond_m {
+            if is_better || least - bounds.free > bounds.beyond {
                 continue;
             }
             let own = touches
@@ -144,7 +143,7 @@ fn distances(
             continue;
         };
         let least = (ball_a.0 - ball_b.0).norm() - ball_a.1 - ball_b.1;
-        if least - bounds.own <= beyond_m {
+        if least - bounds.own <= bounds.beyond {
             let distance = signed_distance(a, b, &[]);
             worst.add(Check::SelfClearance, distance, bounds.own, || {
                 format!("{} / {}{at}", shapes[i].link, shapes[j].link)

@@ -33,9 +33,9 @@ impl Extremes {
     }
 
     /// A row a check.
-    pub fn report(self, stance: usize, findings: &mut Findings) {
+    pub fn report(self, stance: Option<usize>, findings: &mut Findings) {
         for (check, (_, value, bound, subject)) in self.of {
-            findings.value(Some(stance), check, subject, value, bound);
+            findings.value(stance, check, subject, value, bound);
         }
     }
 }

@@ -2,11 +2,12 @@
 #![allow(non_snake_case)]
 
 use nalgebra::{Matrix4, Vector3};
-use plan::{Contact, Plan};
+use plan::{Contact, Plan, Stance};
 use robot_model::{ContactPatch, Robot};
 use surfaces::Face;
 
 use crate::Options;
+use crate::posture::Posture;
 use crate::surroundings::Surroundings;
 
 /// A contact of a stance, with what it refers to and where the posture puts it.
@@ -40,4 +41,14 @@ pub(crate) struct Scene<'a> {
     pub robot: &'a Robot,
     pub options: &'a Options,
     pub surroundings: Surroundings,
+}
+
+/// A stance where its posture puts it.
+pub(crate) struct Placed<'a> {
+    pub scene: &'a Scene<'a>,
+    /// Its index, as rows have it.
+    pub at: Option<usize>,
+    pub stance: &'a Stance,
+    pub posture: Posture<'a>,
+    pub touches: Vec<Touch<'a>>,
 }

@@ -9,7 +9,7 @@ use crate::findings::Findings;
 use crate::forces::{self, Used};
 use crate::posture::{Posture, angle_between, column, inverse_point, point, pose};
 use crate::region;
-use crate::scene::{Scene, Touch};
+use crate::scene::{Placed, Scene, Touch};
 use crate::{Check, well_formed};
 
 /// Goes through one stance.
@@ -23,18 +23,23 @@ pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut
         findings.flaw(at, Check::Numbers, "q", note);
         return;
     };
-    let touches = place(scene, stance, &posture);
-
-    quaternions(scene, index, stance, findings);
-    joint_limits(scene, index, stance, findings);
-    let com = (Vector3::from(stance.com_W) - posture.com_W).norm();
+    let placed = Placed {
+        touches: place(scene, stance, &posture),
+        scene,
+        at,
+        stance,
+        posture,
+    };
+    placed.quaternions(findings);
+    placed.joint_limits(findings);
+    let com = (Vector3::from(stance.com_W) - placed.posture.com_W).norm();
     findings.value(at, Check::Com, "", com, scene.options.com_m);
-    for touch in &touches {
-        contact(scene, index, touch, findings);
+    for touch in &placed.touches {
+        placed.contact(touch, findings);
     }
-    let used = forces::check(scene, index, &posture, &touches, findings);
-    let nearest = clearance::check(scene, &posture, &touches, index, findings);
-    stated_margins(scene, index, stance, &used, &nearest, findings);
+    let used = forces::check(&placed, findings);
+    let nearest = clearance::check(&placed, findings);
+    placed.stated_margins(&used, &nearest, findings);
 }
 
 /// The contacts with what they refer to, which [`well_formed::check`] has found to exist.
@@ -61,104 +66,99 @@ fn place<'a>(scene: &Scene<'a>, stance: &'a Stance, posture: &Posture) -> Vec<To
     stance.contacts.iter().filter_map(touch).collect()
 }
 
-fn quaternions(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
-    let mut add = |subject: &str, q: &[f64]| {
-        let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let (check, most) = (Check::Quaternion, scene.options.quaternion);
-        findings.value(Some(index), check, subject, (norm - 1.0).abs(), most);
-    };
-    if let Some(quaternion) = stance.q.get(3..7) {
-        add("base", quaternion);
-    }
-    for contact in &stance.contacts {
-        add(&contact.patch, &contact.X_WC.quat_xyzw);
-    }
-}
-
-/// The joint that is nearest to a limit, and every one that is too near.
-fn joint_limits(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
-    let bound = scene.plan.required.joint_rad - scene.options.joint_rad;
-    let distances: Vec<(f64, &str)> = to_limits(scene, stance).collect();
-    let nearest = distances.iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let too_near = distances.iter().filter(|(d, _)| *d < bound);
-    for (distance, joint) in too_near.chain(nearest.filter(|(d, _)| *d >= bound)) {
-        findings.value(Some(index), Check::JointLimit, *joint, *distance, bound);
-    }
-}
-
-/// How far each joint is from its nearer limit, and its name.
-fn to_limits<'a>(scene: &Scene<'a>, stance: &Stance) -> impl Iterator<Item = (f64, &'a str)> {
-    let joints = stance.q.get(7..).unwrap_or_default();
-    let bodies = scene.robot.bodies.iter().skip(1).zip(joints);
-    bodies.map(|(body, q)| ((q - body.lower).min(body.upper - q), body.joint.as_str()))
-}
-
-/// Where one contact is, on its face and in the file.
-fn contact(scene: &Scene, index: usize, touch: &Touch, findings: &mut Findings) {
-    let (at, options) = (Some(index), scene.options);
-    let name = &touch.stated.patch;
-    let X_WF = touch.face.X_WF.to_homogeneous();
-
-    // Stated and real pose, stated and real vertices.
-    let X_stated = pose(&touch.stated.X_WC.p, &touch.stated.X_WC.quat_xyzw);
-    let mut off = (column(&X_stated, 3) - column(&touch.X_WC, 3)).norm();
-    for (stated, real) in touch.stated.vertices_W.iter().zip(&touch.vertices_W) {
-        off = off.max((Vector3::from(*stated) - real).norm());
-    }
-    findings.value(at, Check::Pose, name, off, options.closure_m);
-    let turned = angle_between(&X_stated, &touch.X_WC);
-    if turned > options.pose_rad {
-        let note = format!("turned by {turned:.4} rad, {} allowed", options.pose_rad);
-        findings.flaw(at, Check::Pose, name, note);
+impl Placed<'_> {
+    fn quaternions(&self, findings: &mut Findings) {
+        let mut add = |subject: &str, q: &[f64]| {
+            let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let (check, most) = (Check::Quaternion, self.scene.options.quaternion);
+            findings.value(self.at, check, subject, (norm - 1.0).abs(), most);
+        };
+        if let Some(quaternion) = self.stance.q.get(3..7) {
+            add("base", quaternion);
+        }
+        for contact in &self.stance.contacts {
+            add(&contact.patch, &contact.X_WC.quat_xyzw);
+        }
     }
 
-    // Plane, normal, polygon.
-    let in_face = touch.vertices_W.iter().map(|p| inverse_point(&X_WF, p));
-    let in_face: Vec<Vector3<f64>> = in_face.collect();
-    let height = in_face.iter().map(|p| p.z.abs()).fold(0.0, f64::max);
-    findings.value(at, Check::Closure, name, height, options.closure_m);
-    // A ball may be turned as it likes.
-    if touch.patch.point_radius_m().is_none() {
-        let (z_C, z_F) = (column(&touch.X_WC, 2), column(&X_WF, 2));
-        let angle = z_C.cross(&z_F).norm().atan2(z_C.dot(&z_F));
-        findings.value(at, Check::Normal, name, angle, options.normal_rad);
+    /// The joint that is nearest to a limit, and every one that is too near.
+    fn joint_limits(&self, findings: &mut Findings) {
+        let bound = self.scene.plan.required.joint_rad - self.scene.options.joint_rad;
+        let distances: Vec<(f64, &str)> = self.to_limits().collect();
+        let nearest = distances.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        let too_near = distances.iter().filter(|(d, _)| *d < bound);
+        for (distance, joint) in too_near.chain(nearest.filter(|(d, _)| *d >= bound)) {
+            findings.value(self.at, Check::JointLimit, *joint, *distance, bound);
+        }
     }
-    let patch: Vec<_> = in_face.iter().map(|p| p.xy()).collect();
-    let inside = region::inside_m(touch.face, scene.plan.required.edge_sigmas, &patch);
-    findings.value(at, Check::Inclusion, name, inside, -options.inclusion_m);
-}
 
-/// The plan may not say that its margins are better than they are.
-fn stated_margins(
-    scene: &Scene,
-    index: usize,
-    stance: &Stance,
-    used: &Used,
-    nearest: &Nearest,
-    findings: &mut Findings,
-) {
-    let stated = &stance.margins;
-    let joints = to_limits(scene, stance).map(|(distance, _)| distance);
-    let joint = joints.fold(f64::INFINITY, f64::min);
-    // How much better than found, and how much of that is arithmetic, for each. A margin that is
-    // better than stated is no flaw: the bodies that it was measured from may be larger.
-    let options = scene.options;
-    let clearance = stated.clearance_m.map_or(0.0, |s| s - nearest.environment);
-    let own = stated.self_clearance_m.map_or(0.0, |s| s - nearest.own);
-    let friction = used.friction - stated.friction_use;
-    let better = [
-        ("friction_use", friction, options.part),
-        ("torque_use", used.torque - stated.torque_use, options.part),
-        ("joint_rad", stated.joint_rad - joint, options.joint_rad),
-        ("clearance_m", clearance, options.distance_m),
-        ("self_clearance_m", own, options.distance_m),
-    ];
-    let over = |(_, value, most): &(&str, f64, f64)| value - most;
-    let worst = better.into_iter().max_by(|a, b| {
-        let nan = a.1.is_nan().cmp(&b.1.is_nan());
-        nan.then(over(a).total_cmp(&over(b)))
-    });
-    if let Some((margin, value, most)) = worst {
-        findings.value(Some(index), Check::StatedMargin, margin, value, most);
+    /// How far each joint is from its nearer limit, and its name.
+    fn to_limits(&self) -> impl Iterator<Item = (f64, &str)> {
+        let joints = self.stance.q.get(7..).unwrap_or_default();
+        let bodies = self.scene.robot.bodies.iter().skip(1).zip(joints);
+        bodies.map(|(body, q)| ((q - body.lower).min(body.upper - q), body.joint.as_str()))
+    }
+
+    /// Where one contact is, on its face and in the file.
+    fn contact(&self, touch: &Touch, findings: &mut Findings) {
+        let (at, options) = (self.at, self.scene.options);
+        let name = &touch.stated.patch;
+        let X_WF = touch.face.X_WF.to_homogeneous();
+
+        // Stated and real pose, stated and real vertices.
+        let X_stated = pose(&touch.stated.X_WC.p, &touch.stated.X_WC.quat_xyzw);
+        let mut off = (column(&X_stated, 3) - column(&touch.X_WC, 3)).norm();
+        for (stated, real) in touch.stated.vertices_W.iter().zip(&touch.vertices_W) {
+            off = off.max((Vector3::from(*stated) - real).norm());
+        }
+        findings.value(at, Check::Pose, name, off, options.closure_m);
+        let turned = angle_between(&X_stated, &touch.X_WC);
+        if turned > options.pose_rad {
+            let note = format!("turned by {turned:.4} rad, {} allowed", options.pose_rad);
+            findings.flaw(at, Check::Pose, name, note);
+        }
+
+        // Plane, normal, polygon.
+        let in_face = touch.vertices_W.iter().map(|p| inverse_point(&X_WF, p));
+        let in_face: Vec<Vector3<f64>> = in_face.collect();
+        let height = in_face.iter().map(|p| p.z.abs()).fold(0.0, f64::max);
+        findings.value(at, Check::Closure, name, height, options.closure_m);
+        // A ball may be turned as it likes.
+        if touch.patch.point_radius_m().is_none() {
+            let (z_C, z_F) = (column(&touch.X_WC, 2), column(&X_WF, 2));
+            let angle = z_C.cross(&z_F).norm().atan2(z_C.dot(&z_F));
+            findings.value(at, Check::Normal, name, angle, options.normal_rad);
+        }
+        let patch: Vec<_> = in_face.iter().map(|p| p.xy()).collect();
+        let inside = region::inside_m(touch.face, self.scene.plan.required.edge_sigmas, &patch);
+        findings.value(at, Check::Inclusion, name, inside, -options.inclusion_m);
+    }
+
+    /// The plan may not say that its margins are better than they are.
+    fn stated_margins(&self, used: &Used, nearest: &Nearest, findings: &mut Findings) {
+        let stated = &self.stance.margins;
+        let joints = self.to_limits().map(|(distance, _)| distance);
+        let joint = joints.fold(f64::INFINITY, f64::min);
+        // How much better than found, and how much of that is arithmetic, for each. A margin that is
+        // better than stated is no flaw: the bodies that it was measured from may be larger.
+        let options = self.scene.options;
+        let clearance = stated.clearance_m.map_or(0.0, |s| s - nearest.environment);
+        let own = stated.self_clearance_m.map_or(0.0, |s| s - nearest.own);
+        let friction = used.friction - stated.friction_use;
+        let better = [
+            ("friction_use", friction, options.part),
+            ("torque_use", used.torque - stated.torque_use, options.part),
+            ("joint_rad", stated.joint_rad - joint, options.joint_rad),
+            ("clearance_m", clearance, options.distance_m),
+            ("self_clearance_m", own, options.distance_m),
+        ];
+        let over = |(_, value, most): &(&str, f64, f64)| value - most;
+        let worst = better.into_iter().max_by(|a, b| {
+            let nan = a.1.is_nan().cmp(&b.1.is_nan());
+            nan.then(over(a).total_cmp(&over(b)))
+        });
+        if let Some((margin, value, most)) = worst {
+            findings.value(self.at, Check::StatedMargin, margin, value, most);
+        }
     }
 }

@@ -28,6 +28,17 @@ pub(crate) fn check(
         let note = format!("{} stated, the plan has {sets}", plan.search.path_stances);
         findings.flaw(None, Check::PathLength, "", note);
     }
+    let ends = plan
+        .stances
+        .last()
+        .is_some_and(|s| s.change == Change::Goal);
+    if ends && plan.search.changes_min >= sets {
+        let note = format!(
+            "at least {} changes stated, the plan has fewer",
+            plan.search.changes_min
+        );
+        findings.flaw(None, Check::PathLength, "", note);
+    }
     for check in [
         Check::Format,
         Check::Robot,

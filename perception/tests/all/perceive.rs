@@ -41,7 +41,8 @@ fn every_tread_is_one_face_by_image_and_by_voxels() {
         let found = perceive(&[posed(&scan)], &Config::default()).unwrap();
         found.terrain.validate().unwrap();
         each_step_is_one_face(&world, &found);
-        assert_eq!(found.cloud_W.len(), scan.cloud.finite().count());
+        let points = posed(&scan).points_W(&found.moved_W[0], 1).count();
+        assert_eq!(points, scan.cloud.finite().count());
         assert!(matches!(&found.notices[..], [Notice::Extracted { .. }]));
         assert!(found.notices[0].to_string().starts_with("stairs: "));
     }

@@ -174,33 +174,66 @@ fn what_lengths_exclude_is_refused_with_the_place() {
         );
         assert_eq!(refused.summary.candidates_solved, 0);
     }
-    // A gap that is too wide for steps and not for lengths is none that is proved.
-    let near = level("near", [2.2, 0.0, 0.0], [0.5, 1.0]);
-    let environment = world(vec![level("floor", [0.0; 3], [1.0, 1.0]), near], Vec::new());
-    let mut request = request(&robot, &environment, Vector3::new(2.2, 0.0, 0.0));
-    request.goal.base.tolerance_m = 0.1;
-    let config = Config {
-        nodes_max: 30,
-        ..Config::default()
+    // The weight is over a sole while the other foot lands: 1.3 m apart is too far, two legs span it.
+    let banks = |gap_m: f64| {
+        let near = level("near", [1.5 + gap_m, 0.0, 0.0], [0.5, 1.0]);
+        world(vec![level("floor", [0.0; 3], [1.0, 1.0]), near], Vec::new())
     };
-    let settings = (posture::Config::default(), motion::Config::default());
-    let cancel = AtomicBool::new(false);
-    let open = planner::search(
-        &request,
-        &config,
-        &settings.0,
-        &settings.1,
-        &|_| {},
-        &cancel,
+    let goal = |gap_m: f64| Vector3::new(1.7 + gap_m, 0.0, 0.0);
+    let environment = banks(1.2);
+    let refused = plan(&request(&robot, &environment, goal(1.2)));
+    assert_eq!(refused.status, Status::NoPlan, "{:?}", refused.blocked);
+    let reason = &refused.blocked[0].reason;
+    assert!(
+        reason.contains("near is 1.20 m from floor") && reason.contains("weight"),
+        "{reason}"
     );
-    let open = open.unwrap();
+
+    // A gap that is too wide for steps and not for lengths is none that is proved; it is named, and
+    // little is spent on it.
+    let environment = banks(0.8);
+    let open = plan(&request(&robot, &environment, goal(0.8)));
     assert!(matches!(
         open.status,
         Status::BudgetSpent | Status::Exhausted
     ));
+    let reason = &open.blocked[0].reason;
+    assert!(reason.contains("floor to near: 0.80 m apart"), "{reason}");
+    assert!(open.summary.candidates_solved < 300, "{:?}", open.summary);
+}
+
+#[test]
+fn a_plan_that_is_improved_is_no_longer_and_no_shorter_than_lengths_allow() {
+    let robot = humanoid();
+    let rib = block("rib", [0.67, -1.0, 0.0], [0.73, 1.0, 0.03]);
+    let environment = world(vec![floor()], vec![rib]);
+    let request = request(&robot, &environment, Vector3::new(1.9, 0.0, 0.0));
+    let plan = |improve: usize| {
+        let config = Config {
+            improve,
+            heuristic_weight: 4.0,
+            ..Config::default()
+        };
+        let (margins, motion) = (posture::Config::default(), motion::Config::default());
+        let cancel = AtomicBool::new(false);
+        planner::search(&request, &config, &margins, &motion, &|_| {}, &cancel).unwrap()
+    };
+    let [first, best] = [0, 60].map(plan);
+    check(&first);
+    assert_eq!(best.status, Status::Found);
+    assert!(best.motion.is_some());
+    let changes = |found: &SearchResult| found.summary.path_stances - 1;
     assert!(
-        open.blocked[0].reason.contains("no way was found"),
+        changes(&best) <= changes(&first),
+        "{:?} {:?}",
+        best.summary,
+        first.summary
+    );
+    assert!(best.summary.nodes_generated > first.summary.nodes_generated);
+    // Both feet have to leave and to land once.
+    assert!(
+        (4..=changes(&best)).contains(&best.summary.changes_min),
         "{:?}",
-        open.blocked[0]
+        best.summary
     );
 }

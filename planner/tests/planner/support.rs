@@ -1,8 +1,8 @@
 //! Robots, worlds and requests.
 
 use nalgebra::{Isometry3, Point2, Rotation3, Translation3, UnitQuaternion, Vector3};
-use planner::{Goal, Guide, Request, Start};
-use posture::{BaseGoal, Environment, FaceIndex, stand};
+use planner::Request;
+use posture::{Environment, stand};
 use robot_model::{PatchId, Robot};
 use surfaces::{Face, Region};
 
@@ -37,40 +37,10 @@ pub fn request<'a>(
 ) -> Request<'a> {
     let is_foot = |id: &PatchId| robot.patches[*id].has_role("foot");
     let feet: Vec<PatchId> = robot.patch_ids().filter(is_foot).collect();
-    let configuration = stand::on_level_ground(robot, &robot.resting(), &feet);
-    let level = |face: &FaceIndex| environment[*face].normal_W().z > 0.8;
-    let walkable: Vec<FaceIndex> = environment.faces().filter(level).collect();
+    let stands = stand::on_level_ground(robot, &robot.resting(), &feet);
     let floor = environment.face("floor").unwrap();
-    let from = configuration.p_WB;
-    Request {
-        robot,
-        environment,
-        start: Start {
-            configuration: configuration.clone(),
-            contacts: feet.iter().map(|&foot| (foot, floor)).collect(),
-        },
-        goal: Goal {
-            base: BaseGoal {
-                position_m: [Some(to.x), Some(to.y), None],
-                tolerance_m: 0.15,
-                yaw_rad: None,
-                yaw_tolerance_rad: 0.2,
-            },
-            patches: feet,
-            contacts: Vec::new(),
-        },
-        guide: Guide::new(vec![from, from + to]).unwrap(),
-        usable: robot
-            .patches
-            .iter()
-            .map(|p| {
-                if p.has_role("foot") {
-                    walkable.clone()
-                } else {
-                    Vec::new()
-                }
-            })
-            .collect(),
-        reference: configuration,
-    }
+    let mut request = Request::walk(robot, environment, stands, (&feet, floor), to).unwrap();
+    // Wherever the base is over its feet.
+    request.goal.base.position_m = [Some(to.x), Some(to.y), None];
+    request
 }

@@ -22,6 +22,24 @@ pub struct Scan {
     pub face: Vec<Option<usize>>,
 }
 
+impl Scan {
+    /// The depth, mm, as a file: a 16-bit grey PNG.
+    ///
+    /// # Errors
+    /// An image that is too large for the format.
+    pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+        let mut file = Vec::new();
+        let (width, height) = (self.camera.width as u32, self.camera.height as u32);
+        let mut encoder = png::Encoder::new(&mut file, width, height);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Sixteen);
+        encoder.set_compression(png::Compression::High);
+        let bytes: Vec<u8> = self.depth_mm.iter().flat_map(|v| v.to_be_bytes()).collect();
+        encoder.write_header()?.write_image_data(&bytes)?;
+        Ok(file)
+    }
+}
+
 /// Random streams, one an error.
 #[derive(Clone, Copy)]
 enum Source {

@@ -5,7 +5,21 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use robot_model::{GRAVITY_M_S2, Kinematics, PatchKind, Robot};
 use scenes::{camera_set, stances};
 
-use crate::{hexapod, hexapod_urp, hrp2, quadruped};
+use crate::make_robots;
+
+/// Of the hexapods: distance of the feet from the body's middle and height of the hips while they
+/// stand, and the radius of the feet's balls.
+const HEXAPOD_STANCE: [f64; 3] = [0.78, 0.68, 0.02];
+/// Of the quadruped: the thighs' axes ahead and to the side, height of the hips while it stands, and
+/// the radius of the feet's balls.
+const QUADRUPED_STANCE: [f64; 4] = [0.33, 0.21, 0.55, 0.015];
+/// The quadruped's legs, ahead and to the left.
+const QUADRUPED_LEGS: [(&str, [f64; 2]); 4] = [
+    ("front_left", [1.0, 1.0]),
+    ("rear_left", [-1.0, 1.0]),
+    ("rear_right", [-1.0, -1.0]),
+    ("front_right", [1.0, -1.0]),
+];
 
 /// A robot that ships.
 pub fn shipped(name: &str) -> Robot {
@@ -17,16 +31,13 @@ pub fn shipped(name: &str) -> Robot {
 
 #[test]
 fn files_are_what_the_generator_writes_now() {
-    for robot in [
-        hrp2::robot().unwrap(),
-        hexapod::robot(),
-        hexapod_urp::robot(),
-        quadruped::robot(),
-    ] {
-        let shipped = scenes::builtin_robot(robot.name).expect("it ships");
+    for name in make_robots::NAMES {
+        let shipped = scenes::builtin_robot(name).expect("it ships");
         let embedded = [shipped.urdf, shipped.srdf, shipped.contacts];
-        for ((name, text), embedded) in robot.files().into_iter().zip(embedded) {
-            assert!(text == embedded, "{name}: run the example make_robots");
+        for ((file, text), embedded) in make_robots::files(name).unwrap().into_iter().zip(embedded)
+        {
+            let file = file.display();
+            assert!(text == embedded, "{file}: run the example make_robots");
         }
     }
 }
@@ -62,27 +73,25 @@ fn they_weigh_what_they_should_and_nothing_is_assumed_of_them() {
 
 #[test]
 fn balls_stand_where_the_postures_should_put_them() {
+    let [around, height, radius_m] = HEXAPOD_STANCE;
     for name in ["hexapod", "hexapod_urp"] {
         let robot = shipped(name);
         let kinematics = Kinematics::new(&robot, &robot.posture("standing").unwrap());
         for patch in &robot.patches {
-            let radius_m = hexapod::FOOT_RADIUS;
             assert_eq!(patch.kind, PatchKind::Point { radius_m });
             let p = kinematics.X_WC(patch).translation.vector;
             // Joint values are written with ten decimals.
-            assert!((p.xy().norm() - hexapod::STANCE_RADIUS).abs() < 1e-9, "{p}");
-            let height = p.z + hexapod::STANCE_HEIGHT;
-            assert!((height - radius_m).abs() < 1e-9, "{p}");
+            assert!((p.xy().norm() - around).abs() < 1e-9, "{p}");
+            assert!((p.z + height - radius_m).abs() < 1e-9, "{p}");
         }
     }
     let robot = shipped("quadruped");
     let kinematics = Kinematics::new(&robot, &robot.posture("standing").unwrap());
-    for (patch, (leg, [front, left])) in robot.patches.iter().zip(quadruped::LEGS) {
-        let (radius_m, [x, y]) = (quadruped::FOOT_RADIUS, quadruped::HIP);
+    for (patch, (leg, [front, left])) in robot.patches.iter().zip(QUADRUPED_LEGS) {
+        let [x, y, height, radius_m] = QUADRUPED_STANCE;
         let expected = (leg, PatchKind::Point { radius_m });
         assert_eq!((patch.name.as_str(), patch.kind), expected);
-        let height = radius_m - quadruped::STANCE_HEIGHT;
-        let expected = Vector3::new(front * x, left * (y + quadruped::ABDUCTION), height);
+        let expected = Vector3::new(front * x, left * y, radius_m - height);
         let p = kinematics.X_WC(patch).translation.vector;
         assert!((p - expected).norm() < 1e-9, "{leg}: {p}");
     }
@@ -123,6 +132,7 @@ fn three_legs_hold_them_within_their_efforts() {
 /// [chai2015] Table A1 is within both trees' reach, the feet where they stand.
 #[test]
 fn both_hexapods_take_the_52_poses() {
+    let [around, _, radius_m] = HEXAPOD_STANCE;
     for name in ["hexapod", "hexapod_urp"] {
         let robot = shipped(name);
         for stance in stances::TABLE_A1 {
@@ -133,8 +143,8 @@ fn both_hexapods_take_the_52_poses() {
             let kinematics = Kinematics::new(&robot, &q);
             for patch in &robot.patches {
                 let p = kinematics.X_WC(patch).translation.vector;
-                let off = (p.xy().norm() - hexapod::STANCE_RADIUS).abs();
-                let above = (p.z - hexapod::FOOT_RADIUS).abs();
+                let off = (p.xy().norm() - around).abs();
+                let above = (p.z - radius_m).abs();
                 assert!(off < 1e-8 && above < 1e-8, "{p}");
             }
         }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3};
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
 
-use simulation::reference::{ReferenceContact, Standing};
+use simulation::reference::{ReferenceContact, ReferenceState};
 
 /// The robot hrp2 that ships.
 pub fn hrp2() -> Robot {
@@ -22,9 +22,9 @@ pub fn half_sitting(robot: &Robot) -> Configuration {
 }
 
 /// A configuration held by patches, with the forces of least norm that balance it.
-pub fn standing(robot: &Robot, configuration: Configuration, patches: &[&str]) -> Standing {
+pub fn standing(robot: &Robot, configuration: Configuration, patches: &[&str]) -> ReferenceState {
     let contacts = balanced(robot, &configuration, patches);
-    Standing::new(robot, configuration, contacts)
+    ReferenceState::standing(configuration, contacts)
 }
 
 /// The contacts of [`standing`].

@@ -3,17 +3,16 @@
 use nalgebra::DVector;
 use simulation::Config;
 use simulation::physics::Physics;
-use simulation::reference::Standing;
+use simulation::reference::ReferenceState;
 use simulation::statics::holding_torques;
 use simulation::whole_body::WholeBodyController;
 
 use crate::robot::{half_sitting, hrp2, standing};
 
-fn torques(stance: &Standing, v: &DVector<f64>) -> Vec<f64> {
+fn torques(wanted: &ReferenceState, v: &DVector<f64>) -> Vec<f64> {
     let robot = hrp2();
     let physics = Physics::from(&Config::default());
     let mut controller = WholeBodyController::new(&robot, &physics).unwrap();
-    let wanted = stance.wanted();
     let touching = vec![true; robot.patches.len()];
     let found = controller.torques(&wanted.configuration, v, wanted, &touching);
     found.unwrap().to_vec()
@@ -24,7 +23,7 @@ fn at_rest_the_torques_are_those_that_hold() {
     let robot = hrp2();
     let stance = standing(&robot, half_sitting(&robot), &["left_foot", "right_foot"]);
     let found = torques(&stance, &DVector::zeros(robot.nv()));
-    let expected = holding_torques(&robot, stance.wanted());
+    let expected = holding_torques(&robot, &stance);
     for (j, (a, b)) in found.iter().zip(&expected).enumerate() {
         // Forces are a task of little weight, so they come out a little off the plan's.
         assert!((a - b).abs() < 0.5, "joint {j}: {a} N·m, {b} N·m");

@@ -14,8 +14,9 @@ use crate::config::Config;
 use crate::extrinsics::feet::Feet;
 use crate::extrinsics::file::Extrinsics;
 use crate::extrinsics::identify;
+use crate::extrinsics::next;
+use crate::extrinsics::report::Report;
 use crate::extrinsics::stances_file::{self, StanceRow};
-use crate::extrinsics::{next, page, table};
 use crate::output;
 use crate::provenance::Inputs;
 use crate::report::Stages;
@@ -106,7 +107,8 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     });
     let advice = next.map(|(pose, next)| advice(&pose, &next, REACH_M));
     let written = Extrinsics::of(&found, &robot.name, &feet.link, inputs.into_list());
-    table::print(&found, &written, out)?;
+    let report = Report::new(&measured, &found, &written, advice.as_deref())?;
+    write!(out, "{}", report.text()?)?;
     if let Some(advice) = &advice {
         writeln!(out, "{advice}")?;
     }
@@ -114,10 +116,9 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let toml = args.output.join("camera.toml");
     output::write(&toml, written.to_toml()?.as_bytes())?;
     let csv = args.output.join("stances.csv");
-    output::write(&csv, table::csv(&measured, &found).as_bytes())?;
+    output::write(&csv, report.csv()?.as_bytes())?;
     let page = args.output.join("report.html");
-    let html = page::html(&measured, &found, &written, advice.as_deref());
-    output::write(&page, html.as_bytes())?;
+    output::write(&page, report.html()?.as_bytes())?;
     let (count, all_s) = (measured.len(), 1e-3 * stages.ms.values().sum::<f64>());
     writeln!(out, "{count} frames in {all_s:.2} s: {}", stages.text())?;
     let (toml, csv, page) = (toml.display(), csv.display(), page.display());

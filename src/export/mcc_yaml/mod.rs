@@ -13,23 +13,28 @@
 //! - swing offsets are in the frame of the place that they are offsets from.
 #![allow(non_snake_case)]
 
-use std::collections::BTreeMap;
-
 use anyhow::{Context, Result, bail};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
-use plan::{Change, Contact, Plan};
+use plan::{Contact, Plan};
 use robot_model::{ContactPatch, Robot};
-use serde_saphyr::FlowSeq;
+use serde_json::{Value, json};
 
 use super::limbs::Limbs;
-use super::timeline::{Move, phases};
-use super::{Config, frames, swing};
-use document::*;
+use super::{Config, frames};
+use crate::template::render;
+use steps::steps;
 
-mod document;
+mod cubic_swing;
+mod steps;
 
-/// Part of a swing in which a limb leaves, and part in which it approaches.
-const APPROACH_PART: f64 = 0.3;
+/// When the controller takes over, s after it was started; without it, it waits for a click.
+const AUTO_START_S: f64 = 2.0;
+/// The controller's own force of a touch down, N.
+const TOUCH_DOWN_N: f64 = 50.0;
+/// Part of the least load that a limb comes to bear at which it has touched down, and the least that
+/// a force sensor's noise lets it be, N.
+const TOUCH_DOWN_PART: f64 = 0.5;
+const NOISE_N: f64 = 5.0;
 
 /// The plan as a configuration of the controller.
 pub(super) fn write(
@@ -47,205 +52,78 @@ pub(super) fn write(
     }
     let limbs = Limbs::new(robot, config)?;
     let start = plan.stances.first().context("the plan has no stances")?;
-    let initial_contacts = start.contacts.iter().map(|contact| {
-        let limb = limbs.of(&contact.patch)?.to_owned();
-        Ok((limb, constraint(plan, contact)))
-    });
-    let initial_contacts = initial_contacts.collect::<Result<_>>()?;
-    let name = config.robot.as_ref().unwrap_or(&plan.robot.name).clone();
-    let base = robot.bodies.first().map(|b| b.name.clone());
-    let document = Document {
-        states: States {
-            initial: State {
-                base: "MCC::Initial",
-                configs: Initial { initial_contacts },
-            },
-            motion: State {
-                base: "MCC::ConfigMotion",
-                configs: steps(plan, motion, &limbs, config)?,
-            },
-            main: Parallel {
-                base: "Parallel",
-                states: FlowSeq(["MCC::ConfigMotion_"]),
-            },
-        },
-        limb_tasks: limb_tasks(robot, &limbs)?,
-        contacts: Contacts {
-            surface: vertices(robot, &limbs)?,
-        },
-        robots: BTreeMap::from([(
-            name,
-            RobotConfig {
-                frames: contact_frames(robot, &limbs)?,
-                base_orientation: BaseOrientation {
-                    frame: base.unwrap_or_default(),
-                },
-                centroidal: Centroidal {
-                    nominal_centroidal_pose_base_frame: "World",
-                    nominal_centroidal_pose: centroidal_pose(plan, 0)?,
-                },
-            },
-        )]),
+    let initial = start.contacts.iter();
+    let initial = initial.map(|c| Ok((limbs.of(&c.patch)?, friction(plan, c))));
+    let corner = |v: &Point2<f64>| [frames::rounded(v.x), frames::rounded(v.y), 0.0];
+    let patch = |patch: &ContactPatch| {
+        let link = robot.frame(&patch.link)?;
+        Ok(json!({
+            "limb": limbs.of(&patch.name)?,
+            "link": patch.link,
+            "pose": pose(&(link.X_BL.inverse() * patch.X_BC)),
+            "vertices": patch.polygon.iter().map(corner).collect::<Vec<_>>(),
+            "touch_down_n": frames::rounded(touch_down_n(plan, patch)),
+        }))
     };
-    let header = format!(
-        "# {} by {} {}: {} stances of {}.\n\
-         # For isri-aist/MultiContactController: merge it over the controller's own configuration.\n\
-         # Poses: m, and roll, pitch, yaw in rad. Contact frames have z out of the environment.\n\
-         # Friction is what the plan uses of it ({} of the coefficient).\n",
-        plan.scene,
-        plan.program.name,
-        plan.program.version,
-        plan.stances.len(),
-        plan.robot.name,
-        plan.required.friction_use,
-    );
-    Ok(header + &serde_saphyr::to_string(&document)?)
+    let steps = steps(plan, motion, robot, &limbs, config)?;
+    let said = json!({
+        "scene": plan.scene,
+        "program": format!("{} {}", plan.program.name, plan.program.version),
+        "stances": plan.stances.len(),
+        "robot": plan.robot.name,
+        "controlled": config.robot.as_ref().unwrap_or(&plan.robot.name),
+        "base": robot.bodies.first().map_or("", |body| &body.name),
+        "friction_use": plan.required.friction_use,
+        "auto_start_s": AUTO_START_S,
+        "strays_mm": 1e3 * steps.strays_m,
+        "initial": initial.collect::<Result<Vec<_>>>()?,
+        "start": centroidal_pose(plan, 0)?,
+        "steps": steps.commands,
+        "nominals": steps.nominals,
+        "patches": robot.patches.iter().map(patch).collect::<Result<Vec<_>>>()?,
+    });
+    render("mcc.yaml", include_str!("mcc.yaml"), said)
 }
 
-/// The step commands, and the centres of mass and postures that go with them.
-fn steps(
-    plan: &Plan,
-    motion: Option<&plan::Motion>,
-    limbs: &Limbs,
-    config: &Config,
-) -> Result<Motion> {
-    let mut steps = Vec::new();
-    let mut poses: Vec<TimedPose> = Vec::new();
-    let mut postures = Vec::new();
-    for phase in phases(plan, motion, config) {
-        let stance = &plan.stances[phase.stance];
-        let time = frames::rounded(phase.start_s);
-        // A limb that is taken away leaves the posture as it is.
-        if phase.kind != Move::Release {
-            poses.push(TimedPose {
-                time,
-                pose: centroidal_pose(plan, phase.stance)?,
-            });
-            let joints = stance.q.iter().skip(7).map(|q| frames::rounded(*q));
-            let target = plan.robot.joint_names.iter().cloned().zip(joints).collect();
-            postures.push(TimedPosture {
-                time,
-                target: Target(target),
-            });
-        }
-        let (Change::Add { patch, .. } | Change::Remove { patch, .. }) = &stance.change else {
+/// The force by which a limb is known to have touched down, N: less than the least that it comes to
+/// bear in any contact that the plan makes with it.
+fn touch_down_n(plan: &Plan, patch: &ContactPatch) -> f64 {
+    let mut least_N = TOUCH_DOWN_N / TOUCH_DOWN_PART;
+    // The most that the present contact has borne.
+    let mut borne_N: Option<f64> = None;
+    for stance in &plan.stances {
+        let contact = stance.contacts.iter().find(|c| c.patch == patch.name);
+        let Some(contact) = contact else {
+            least_N = borne_N.take().unwrap_or(least_N).min(least_N);
             continue;
         };
-        let contact = frames::contact(plan, phase.stance, patch)?;
-        let to = frames::isometry(&contact.X_WC);
-        let off = Some(triple(&swing::off_surface()));
-        let part = Some(APPROACH_PART);
-        let swing_config = match phase.kind {
-            Move::Shift => continue,
-            Move::Step { from } => {
-                let from = frames::isometry(&frames::contact(plan, from, patch)?.X_WC);
-                let swing = swing::between(&from, &to);
-                SwingConfig {
-                    withdraw_duration_ratio: part,
-                    withdraw_offset: Some(triple(&swing.withdraw)),
-                    approach_duration_ratio: part,
-                    approach_offset: Some(triple(&swing.approach)),
-                    swing_offset: Some(triple(&swing.middle)),
-                }
-            }
-            Move::Make => SwingConfig {
-                approach_duration_ratio: part,
-                approach_offset: off,
-                ..SwingConfig::default()
-            },
-            Move::Release => SwingConfig {
-                withdraw_offset: off,
-                ..SwingConfig::default()
-            },
-        };
-        let makes = phase.kind != Move::Release;
-        steps.push(StepCommand {
-            limb: limbs.of(patch)?.to_owned(),
-            kind: if makes { "Add" } else { "Remove" },
-            start_time: time,
-            end_time: frames::rounded(phase.end_s),
-            pose: makes.then(|| pose(&to)),
-            constraint: makes.then(|| constraint(plan, contact)),
-            swing_config,
-        });
+        let normal_W = frames::isometry(&contact.X_WC).rotation * Vector3::z();
+        let forces_W = contact.forces_W.iter();
+        let load_N: f64 = forces_W.map(|f| Vector3::from(*f).dot(&normal_W)).sum();
+        borne_N = Some(borne_N.unwrap_or(0.0).max(load_N));
     }
-    Ok(Motion {
-        base_time: "Relative",
-        step_command_list: steps,
-        nominal_centroidal_pose_list: poses,
-        nominal_posture_list: postures,
-    })
+    least_N = borne_N.unwrap_or(least_N).min(least_N);
+    (TOUCH_DOWN_PART * least_N).max(NOISE_N)
 }
 
-/// A surface contact with the friction that the plan allows itself: plan and controller then
-/// share one cone.
-fn constraint(plan: &Plan, contact: &Contact) -> Constraint {
-    let fric_coeff = frames::rounded(contact.friction * plan.required.friction_use);
-    Constraint {
-        kind: "Surface",
-        fric_coeff,
-    }
+/// What the plan allows itself of the friction: plan and controller then share one cone.
+fn friction(plan: &Plan, contact: &Contact) -> f64 {
+    frames::rounded(contact.friction * plan.required.friction_use)
 }
 
 /// Centre of mass and orientation of the base.
-fn centroidal_pose(plan: &Plan, stance: usize) -> Result<Pose> {
+fn centroidal_pose(plan: &Plan, stance: usize) -> Result<Value> {
     let stance = plan.stances.get(stance).context("no such stance")?;
     let turn: UnitQuaternion<f64> = frames::base(stance)?.rotation;
     let com_W = Vector3::from(stance.com_W);
     Ok(pose(&Isometry3::from_parts(com_W.into(), turn)))
 }
 
-fn limb_tasks(robot: &Robot, limbs: &Limbs) -> Result<Vec<LimbTask>> {
-    let task = |patch: &ContactPatch| {
-        let limb = limbs.of(&patch.name)?.to_owned();
-        // Kind, period and weight of the controller's own samples.
-        Ok(LimbTask {
-            kind: "firstOrderImpedance",
-            frame: frame_name(&limb),
-            limb,
-            cutoff_period: 0.01,
-            weight: 1000.0,
-        })
-    };
-    robot.patches.iter().map(task).collect()
-}
-
-fn vertices(robot: &Robot, limbs: &Limbs) -> Result<Vec<Vertices>> {
-    let corner = |v: &Point2<f64>| [frames::rounded(v.x), frames::rounded(v.y), 0.0];
-    let vertices = |patch: &ContactPatch| {
-        Ok(Vertices {
-            name: limbs.of(&patch.name)?.to_owned(),
-            vertices: FlowSeq(patch.polygon.iter().map(corner).collect()),
-        })
-    };
-    robot.patches.iter().map(vertices).collect()
-}
-
-/// The patches as frames on their links.
-fn contact_frames(robot: &Robot, limbs: &Limbs) -> Result<Vec<Frame>> {
-    let frame = |patch: &ContactPatch| {
-        let link = robot.frame(&patch.link)?;
-        Ok(Frame {
-            name: frame_name(limbs.of(&patch.name)?),
-            parent: patch.link.clone(),
-            X_p_f: pose(&(link.X_BL.inverse() * patch.X_BC)),
-        })
-    };
-    robot.patches.iter().map(frame).collect()
-}
-
-fn frame_name(limb: &str) -> String {
-    format!("{limb}Contact")
-}
-
-fn pose(X: &Isometry3<f64>) -> Pose {
+fn pose(X: &Isometry3<f64>) -> Value {
     let rotation = frames::roll_pitch_yaw(&X.rotation).map(frames::rounded);
-    Pose {
-        translation: triple(&X.translation.vector),
-        rotation: FlowSeq(rotation),
-    }
+    json!({ "translation": triple(&X.translation.vector), "rotation": rotation })
 }
 
-fn triple(v: &Vector3<f64>) -> Triple {
-    FlowSeq([v.x, v.y, v.z].map(frames::rounded))
+fn triple(v: &Vector3<f64>) -> [f64; 3] {
+    [v.x, v.y, v.z].map(frames::rounded)
 }

@@ -1,5 +1,7 @@
 //! A robot on six balls walks over flat ground and onto a step, from known surfaces; the verifier
 //! agrees with every stance and every sample of the motion, and physics with the whole.
+use std::sync::LazyLock;
+
 use nalgebra::Vector3;
 use plan::Plan;
 use scandent::export::{self, Format};
@@ -32,7 +34,7 @@ fn terrain() -> Terrain {
 }
 
 /// Onto the step.
-fn walked() -> Walked {
+static WALKED: LazyLock<Walked> = LazyLock::new(|| {
     let walk = Walk {
         robot: robot("hexapod"),
         terrain: terrain(),
@@ -43,11 +45,11 @@ fn walked() -> Walked {
         posture: posture::Config::default(),
     };
     walk.plan()
-}
+});
 
 #[test]
 fn it_walks_onto_a_step_and_verifier_and_physics_agree() {
-    let walked = walked();
+    let walked = &*WALKED;
     let (plan, robot) = (&walked.plan, &walked.robot);
     walked.show("hexapod-step");
     walked.assert_certified();
@@ -87,11 +89,11 @@ fn it_walks_onto_a_step_and_verifier_and_physics_agree() {
 
 #[test]
 fn the_verifier_finds_a_ball_that_is_moved_or_pushed_elsewhere() {
-    let Walked { plan, robot, .. } = walked();
+    let Walked { plan, robot, .. } = &*WALKED;
     let faults = |change: &dyn Fn(&mut Plan)| {
         let mut changed = plan.clone();
         change(&mut changed);
-        verify(&changed, &robot, &Options::default()).failed_checks()
+        verify(&changed, robot, &Options::default()).failed_checks()
     };
     assert_eq!(faults(&|_| {}), []);
     // A thigh lifted by a degree lifts its ball by some millimetres.

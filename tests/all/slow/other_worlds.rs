@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::program::{read, root, succeeds};
+use crate::support::program::{ends_with, read, root, succeeds};
 
 /// Real scans and robots beside the checkout, or where SCANDENT_SHARED says.
 fn shared() -> PathBuf {
@@ -65,4 +65,22 @@ fn a_real_staircase_is_climbed_from_its_scan() {
     let here = format!("depth = {:?}", scan.canonicalize().expect("it is there"));
     std::fs::write(&scene, shipped.replace(named, &here)).expect("writable");
     assert_planned("run @", &[&scene], "real-stairs/plan.json", "", &[]);
+}
+
+/// Nothing but the picture, the lens and a goal: the pose comes of the treads, the start of the floor.
+#[test]
+fn a_real_staircase_is_climbed_from_a_bare_picture() {
+    let scan = shared().join("scans/rgbd/k2_stairs_0000_depth.png");
+    if !scan.exists() {
+        eprintln!("SKIPPED: {} is not there", scan.display());
+        return;
+    }
+    let lens = "kinect_v2:365.3178,365.3172,254.6861,208.5499";
+    let line = format!("plan --sensor {lens} --goal 0.45,0 --friction 0.6 --scan @");
+    let level = format!("{line} --level");
+    assert_planned(&level, &[&scan], "plan.json", "", &[]);
+    // Without a pose every tread is upside down, and no robot is planned for that.
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let paths: [&Path; 2] = [&scan, folder.path()];
+    ends_with(&format!("{line} -o @"), &paths, 1, &["--level", "tilted"]);
 }

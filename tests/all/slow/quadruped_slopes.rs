@@ -60,18 +60,13 @@ fn walk(terrain: Terrain, way: Vec<Vector3<f64>>) -> Walked {
     walk.plan()
 }
 
-fn climbs(delta_deg: f64, turn_deg: f64) {
+fn climbs(delta_deg: f64, turn_deg: f64) -> Walked {
     let walked = walked(delta_deg, turn_deg);
     walked.show(&format!("quadruped-{delta_deg}-{turn_deg}"));
     walked.assert_certified();
     #[cfg(feature = "mujoco")]
     walked.assert_executed();
-}
-
-#[test]
-fn up_slopes_straight() {
-    climbs(10.5, 0.0);
-    climbs(23.8, 0.0);
+    walked
 }
 
 #[test]
@@ -128,9 +123,12 @@ fn what_friction_does_not_hold_is_refused_with_the_number() {
 /// The steeper, the shorter the steps, the nearer the body to the slope and the more it pitches:
 /// stances, distance of the base from the face, pitch.
 #[test]
-fn steps_height_and_pitch_follow_the_slope() {
+fn up_slopes_straight_with_steps_height_and_pitch_that_follow_them() {
     let measured = [0.0, 10.5, 23.8].map(|delta_deg: f64| {
-        let walked = walked(delta_deg, 0.0);
+        let walked = match delta_deg {
+            0.0 => walked(delta_deg, 0.0),
+            _ => climbs(delta_deg, 0.0),
+        };
         assert_eq!(walked.answer.status, Status::Found);
         let stances = &walked.plan.stances;
         // The last one before the goal's, whose place is the goal's.

@@ -15,10 +15,6 @@ use surfaces::{Face, Terrain};
 use super::record::record;
 use super::walk::face;
 
-mod robot;
-
-pub use robot::robot;
-
 const THIGH: f64 = 0.35;
 const SHIN: f64 = 0.35;
 /// Height of the ankle over the sole, m.
@@ -29,7 +25,19 @@ pub const HIP_Y: f64 = 0.10;
 pub const FOOT: [f64; 2] = [0.10, 0.05];
 /// By how much the feet are shrunk where forces act.
 pub const COM_MARGIN: f64 = 0.025;
-const FRICTION: f64 = 0.7;
+
+/// The robot: 30 kg, hips 0.2 m apart, legs of 0.78 m.
+pub fn robot() -> Robot {
+    robot_model::load_from_strings(
+        include_str!("biped/biped.urdf"),
+        None,
+        Some(include_str!("biped/contacts.toml")),
+        "biped",
+        &|_| Ok(include_bytes!("biped/keel.obj").to_vec()),
+        &robot_model::Config::default(),
+    )
+    .expect("it loads")
+}
 
 /// Left and right.
 const SIDES: [(&str, f64); 2] = [("left", 1.0), ("right", -1.0)];

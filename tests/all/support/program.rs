@@ -95,3 +95,14 @@ pub fn robot(name: &str) -> Robot {
         .load(&robot_model::Config::default())
         .expect("it loads")
 }
+
+/// Points, m, as a PLY file.
+pub fn ply(points: &[[f64; 3]]) -> String {
+    let axes = ["x", "y", "z"].map(|axis| format!("property float {axis}\n"));
+    let (count, axes) = (points.len(), axes.concat());
+    let mut text = format!("ply\nformat ascii 1.0\nelement vertex {count}\n{axes}end_header\n");
+    for [x, y, z] in points {
+        text += &format!("{x:.6} {y:.6} {z:.6}\n");
+    }
+    text
+}

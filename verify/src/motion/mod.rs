@@ -28,7 +28,7 @@ pub(crate) fn check(scene: &Scene, motion: &Motion, findings: &mut Findings) {
         .map(|phase| samples::check(scene, motion, phase))
         .collect();
     for (phase, worst) in motion.phases.iter().zip(worst) {
-        worst.report(phase.to_stance, findings);
+        worst.report(Some(phase.to_stance), findings);
     }
 }
 

@@ -1,0 +1,86 @@
+//! Scans whose pose is taken from what they show, and poses that cannot be those of the scans.
+#![allow(non_snake_case)]
+
+use anyhow::{Context, Result, bail};
+use nalgebra::Vector3;
+use perception::{ground_pose, up_by_planes};
+use surfaces::Terrain;
+
+use super::ReadScan;
+use crate::config::Config;
+use crate::provenance::Inputs;
+use crate::report::Stages;
+use crate::scene::{Environment, Files};
+
+/// Faces that lean by more than this carry no one, rad.
+const STEEPEST_RAD: f64 = 0.6;
+/// Part of all faces' area that must be level by another pose for the one given to be doubted.
+const LEVEL_PART: f64 = 0.3;
+
+/// The environment with a pose for each scan that is to be levelled, and what was found, for the user.
+///
+/// # Errors
+/// A scan that cannot be read or shows no ground; a scan of a spinning LiDAR, which has a calibration.
+pub fn levelled(
+    environment: &Environment,
+    files: &Files,
+    config: &Config,
+) -> Result<(Environment, Vec<String>)> {
+    let mut environment = environment.clone();
+    let mut notes = Vec::new();
+    if let Environment::Scans(sources) = &mut environment {
+        for source in sources.iter_mut().filter(|source| source.level) {
+            let (mut stages, mut inputs) = (Stages::default(), Inputs::default());
+            let read = ReadScan::new(source, files, &mut stages, &mut inputs)?;
+            let ReadScan::Scan { name, scan, .. } = read else {
+                bail!(
+                    "a spinning LiDAR is levelled by its calibration: `scandent calibrate lidar`"
+                );
+            };
+            let up_V = source.up.map(Vector3::from);
+            let found = ground_pose(&scan, up_V, &config.perception);
+            let found = found.with_context(|| name.to_owned())?;
+            let [level_m2, all_m2] = found.level_m2;
+            notes.push(format!(
+                "{name}: levelled by {level_m2:.2} of {all_m2:.2} m² of faces: the sensor is {:.3} m over the \
+                 ground and looks down by {:.1}°; its place on the ground is the world's origin, x ahead",
+                found.height_m(),
+                found.looks_down_rad().to_degrees(),
+            ));
+            source.place(&found.X_WV);
+        }
+    }
+    Ok((environment, notes))
+}
+
+/// Why the pose of a single scan cannot be the one given, where nothing in it is level by that pose and
+/// much would be by another.
+pub fn doubt(environment: &Environment, terrain: &Terrain) -> Option<String> {
+    let Environment::Scans(sources) = environment else {
+        return None;
+    };
+    let [source] = &sources[..] else {
+        return None;
+    };
+    let planes = terrain.faces.iter();
+    let planes: Vec<_> = planes.map(|f| (f.normal_W(), f.region.area())).collect();
+    let carries = |normal: &Vector3<f64>| normal.z > STEEPEST_RAD.cos();
+    if planes.iter().any(|(normal, _)| carries(normal)) {
+        return None;
+    }
+    let all_m2: f64 = planes.iter().map(|(_, area)| area).sum();
+    let R_VW = source.X_WV().rotation.inverse();
+    let in_V = planes.iter().map(|(normal, area)| (R_VW * normal, *area));
+    let (up_V, level_m2) = up_by_planes(&in_V.collect::<Vec<_>>(), None)?;
+    let tilt = (source.X_WV().rotation * up_V).angle(&Vector3::z());
+    (level_m2 > LEVEL_PART * all_m2).then(|| {
+        let name = source.depth.as_ref().or(source.cloud.as_ref());
+        format!(
+            "{}: by its pose nothing that it shows is level, and what is by its planes ({level_m2:.2} of \
+             {all_m2:.2} m²) is tilted by {:.0}°: give the sensor's --pose, or --level to take it from the \
+             planes",
+            name.map_or("the scan", String::as_str),
+            tilt.to_degrees(),
+        )
+    })
+}
