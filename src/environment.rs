@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use nalgebra::{Isometry3, Matrix4, Point3, Vector4};
+use nalgebra::{Isometry3, Matrix4, Vector4};
 use perception::lidar::{LidarCalibration, LidarCloud};
 use perception::{Intrinsics, PosedScan, Scan, SensorOptions};
 use scenes::scene_file::ScanSource;
@@ -49,7 +49,7 @@ pub fn perceive(
             let work = || perception::perceive(&scans, &config.perception);
             let perceived = stages.measure("perception", work)?;
             let points = scans.iter().zip(&perceived.moved_W);
-            let points = points.flat_map(|(scan, moved_W)| scan.points_W(moved_W, 1));
+            let points = points.flat_map(|(scan, moved)| scan.points_W(moved, 1));
             Ok(Perceived {
                 cloud_W: points.collect(),
                 terrain: perceived.terrain,
