@@ -180,8 +180,9 @@ impl<'a> ClearanceMonitor<'a> {
                 let in_air = air.filter(|_| swings);
                 let touching = (in_air.and_then(|air| air.contact_distance_m(context, o)))
                     .or_else(|| task.contact_distance_m(context, shape.body, o));
+                // What a patch touches changes while it is in the air alone.
                 if touching == Some(f64::NEG_INFINITY) {
-                    *left = 0.0;
+                    *left = if swings { 0.0 } else { f64::INFINITY };
                     continue;
                 }
                 let placed = &self.placed[i];
@@ -204,7 +205,8 @@ impl<'a> ClearanceMonitor<'a> {
                 let short = required - found.distance;
                 // What is asked of a patch in the air grows along its path: look again in good time.
                 *left = match touching {
-                    Some(_) => 0.0,
+                    Some(_) if swings => 0.0,
+                    Some(least_m) => found.distance - least_m,
                     None => found.distance - if swings { most } else { beside },
                 };
                 if short > TOLERANCE_M {

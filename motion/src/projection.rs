@@ -269,3 +269,51 @@ impl Projection {
         set.solve(n, m, &self.scaled, &self.A, &mut self.y);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::UnitQuaternion;
+
+    use super::*;
+
+    #[test]
+    #[allow(clippy::unwrap_used)]
+    fn a_base_that_leans_too_far_is_set_upright_over_its_foot() {
+        let robot = scenes::builtin_robot("hrp2").unwrap();
+        let robot = robot.load(&robot_model::Config::default()).unwrap();
+        let foot = robot.patch_id("left_foot").unwrap();
+        let mut reference = Configuration::zero(robot.nj());
+        reference.R_WB = UnitQuaternion::from_euler_angles(0.1, 0.3, 0.0);
+        let mut kinematics = Kinematics::new(&robot, &reference);
+        let target = Target {
+            patches: vec![(foot, kinematics.X_WC(&robot.patches[foot]))],
+            turn_freedom: 0.0,
+            com_W: kinematics.com_W,
+        };
+        let weight = vec![1.0; robot.nv()];
+        let mut tilt_rad = |upright: Option<Upright>| {
+            let bounds = Bounds {
+                upright,
+                ..Bounds::NONE
+            };
+            let ask = Ask {
+                robot: &robot,
+                target: &target,
+                bounds: &bounds,
+                weight: &weight,
+            };
+            let mut q = reference.clone();
+            let mut projection = Projection::default();
+            let left = projection.solve(&ask, &reference, &mut q, &mut kinematics);
+            assert!(left < 1e-6, "{left}");
+            (q.R_WB * Vector3::z()).angle(&Vector3::z())
+        };
+        assert!(tilt_rad(None) > 0.3);
+        let upright = Upright {
+            z_W: Vector3::z(),
+            tilt_max_rad: 0.1,
+        };
+        let tilt = tilt_rad(Some(upright));
+        assert!((tilt - 0.1).abs() < 1e-4, "{tilt}");
+    }
+}
