@@ -32,6 +32,7 @@ pub mod start;
 pub mod status;
 pub mod summary;
 pub mod threads;
+pub mod unsolved;
 pub mod view;
 
 /// This program, as it signs its results.
