@@ -26,6 +26,8 @@ pub struct Item {
     pub robot: String,
     /// Seed of the world; nothing where it was not drawn.
     pub seed: Option<u64>,
+    /// Whether it is meant to be within what the robot can do; nothing where it was not drawn.
+    pub likely: Option<bool>,
     /// The scene file.
     pub scene: String,
 }
@@ -40,8 +42,10 @@ pub enum Ended {
     Refused,
     /// A proof that there is none.
     NoPlan,
-    /// All was tried, or the budget is spent, or the user stopped it.
-    GivenUp,
+    /// Everything was tried, and none is excluded: ideas ran out.
+    Exhausted,
+    /// The budget ran out, or the user stopped it.
+    BudgetSpent,
     /// The scene could not be used.
     Error,
 }
@@ -57,6 +61,8 @@ pub struct Row {
     pub robot: String,
     /// Seed of the world.
     pub seed: Option<u64>,
+    /// Whether it is meant to be within what the robot can do.
+    pub likely: Option<bool>,
     /// How it ended.
     pub ended: Ended,
     /// What blocks the way, or the error.
@@ -93,6 +99,7 @@ pub fn run(item: &Item, global: &Global) -> Row {
         family: item.family.clone(),
         robot: item.robot.clone(),
         seed: item.seed,
+        likely: item.likely,
         ended: Ended::Error,
         reason: None,
         nodes: 0,
@@ -132,13 +139,11 @@ fn of_outcome(row: Row, planned: &PlanOutcome) -> Row {
         Status::Found if planned.certificate.pass => Ended::Solved,
         Status::Found => Ended::Refused,
         Status::NoPlan => Ended::NoPlan,
-        Status::Exhausted | Status::BudgetSpent | Status::Interrupted => Ended::GivenUp,
+        Status::Exhausted => Ended::Exhausted,
+        Status::BudgetSpent | Status::Interrupted => Ended::BudgetSpent,
     };
-    let reason = match ended {
-        Ended::Refused => planned.certificate.failures().next().map(|r| r.sentence()),
-        Ended::Solved => None,
-        _ => planned.blocked.first().map(|b| b.reason.clone()),
-    };
+    let unsolved = planned.report.unsolved.as_ref();
+    let reason = unsolved.and_then(|unsolved| unsolved.reasons.first().cloned());
     let (report, plan) = (&planned.report, &planned.plan);
     let found = planned.status == Status::Found;
     let stances = || plan.stances.iter().filter(|_| found).map(|s| &s.margins);

@@ -197,6 +197,10 @@ fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
         (report.crowded_edges, "edges of more than two triangles"),
         (report.flipped_edges, wound),
         (report.faces_broken, "faces whose outline could not be used"),
+        (
+            report.flat_parts,
+            "closed parts without an inside: no solids",
+        ),
     ] {
         if n > 0 {
             notes.push(format!("{name}: {n} {flaw}"));

@@ -33,6 +33,7 @@ pub mod status;
 pub mod summary;
 pub mod template;
 pub mod threads;
+pub mod unsolved;
 pub mod view;
 
 /// This program, as it signs its results.

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, bail};
 use plan::{Motion, MotionFile, PLAN_FORMAT, Plan, RequiredMargins, RobotSummary};
-use planner::{Blocked, Progress, Request, SearchResult, Status};
+use planner::{Progress, Request, SearchResult, Status};
 use posture::Environment;
 use robot_model::{PatchId, Robot};
 use surfaces::{FaceId, Terrain};
@@ -17,7 +17,7 @@ use crate::provenance::{self, Inputs};
 use crate::report::{Clock, Report, Stages, peak_memory_mb};
 use crate::scene::{self, Scene};
 use crate::start::{self, agreement, assumed, ground};
-use crate::{goal, roles, threads};
+use crate::{goal, roles, threads, unsolved};
 
 /// Name of the file of a plan's motion, in the plan's folder.
 pub const MOTION_FILE: &str = "motion.json";
@@ -44,8 +44,6 @@ pub struct PlanOutcome {
     pub motion_json: Vec<u8>,
     /// The verifier's verdict on it.
     pub certificate: Certificate,
-    /// What blocks the way, nearest to the goal first; empty where a plan was found.
-    pub blocked: Vec<Blocked>,
     /// The terrain as it was extracted, without the ground under the start.
     pub extracted: Terrain,
     /// The scans' points in W, m.
@@ -102,9 +100,16 @@ pub fn plan(
 
     // The robot's own feet → the ground under them.
     let edge_sigmas = config.posture.edge_sigmas;
+    let thickness_m = config.surfaces.body.thickness_m;
     let begin = stages.measure("start", || {
         let mut terrain = extracted.clone();
-        let mut stand = start::stand(&robot, &scene.start, &config.posture)?;
+        let surroundings = match &scene.start {
+            scene::Start::Over { .. } => {
+                Environment::new(terrain.clone(), thickness_m, edge_sigmas)?
+            }
+            _ => Environment::default(),
+        };
+        let mut stand = start::stand(&robot, &scene.start, &surroundings, &config.posture)?;
         if scene.starts_before_floor() {
             start::floor::stand_before(&mut stand, &robot, &terrain);
         }
@@ -140,7 +145,6 @@ pub fn plan(
     }
 
     // Start, goal, guide, roles → request.
-    let thickness_m = config.surfaces.body.thickness_m;
     let environment = Environment::new(terrain.clone(), thickness_m, edge_sigmas)?;
     let on = |(patch, face): &(PatchId, FaceId)| Ok((*patch, environment.face(face.as_str())?));
     let contacts: Vec<_> = ground.contacts.iter().map(on).collect::<Result<_>>()?;
@@ -192,7 +196,7 @@ pub fn plan(
     };
 
     // Stances → plan, and the verdict of code that shares nothing with the search.
-    let plan = Plan {
+    let mut plan = Plan {
         format: PLAN_FORMAT.to_owned(),
         program: crate::program(),
         scene: scene.name.clone(),
@@ -220,6 +224,8 @@ pub fn plan(
         })
     });
 
+    let (status, blocked) = (answer.status, &answer.blocked);
+    plan.search.unsolved = unsolved::unsolved(status, blocked, &certificate, config);
     let report = report(&answer, &plan, stages, pool.current_num_threads());
     Ok(PlanOutcome {
         status: answer.status,
@@ -227,7 +233,6 @@ pub fn plan(
         motion: answer.motion,
         motion_json,
         certificate,
-        blocked: answer.blocked,
         extracted,
         cloud_W,
         robot,
@@ -252,7 +257,11 @@ fn apply_friction(robot: &mut Robot, scene: &Scene) -> Result<()> {
 }
 
 fn report(answer: &SearchResult, plan: &Plan, stages: Stages, threads: usize) -> Report {
+    let unsolved = plan.search.unsolved.clone();
+    let status = unsolved.as_ref().map_or("verified", |u| u.status.as_str());
     Report {
+        status: status.to_owned(),
+        unsolved,
         stages_ms: stages.ms,
         surfaces: plan.faces.len(),
         nodes_generated: answer.summary.nodes_generated,

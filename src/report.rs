@@ -4,12 +4,17 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use plan::Unsolved;
 use planner::Stage;
 use serde::Serialize;
 
 /// The content of `report.json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
+    /// `verified`, or as [`Unsolved::status`].
+    pub status: String,
+    /// What blocks the way and what to try, where there is no verified plan.
+    pub unsolved: Option<Unsolved>,
     /// Wall-clock time of each stage, ms.
     pub stages_ms: BTreeMap<String, f64>,
     /// Surfaces that the search could use, the ground under the start included.

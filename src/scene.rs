@@ -61,6 +61,17 @@ pub enum Start {
         /// Patches that touch the ground; all feet where there are none.
         contacts: Vec<String>,
     },
+    /// In a named posture over a place, the feet on the ground that is there.
+    Over {
+        /// As above.
+        name: Option<String>,
+        /// Where the base is in W, x and y, m.
+        at_m: [f64; 2],
+        /// Its heading, rad.
+        yaw_rad: f64,
+        /// As above.
+        contacts: Vec<String>,
+    },
     /// With these patches at these poses, in a posture that is yet to be found.
     Contacts(Vec<(String, Isometry3<f64>)>),
 }
@@ -147,6 +158,14 @@ impl From<&scene_file::Start> for Start {
             let contacts = start.contact.iter();
             let contacts = contacts.map(|c| (c.patch.clone(), pose(c.position_m, c.rpy_rad)));
             return Start::Contacts(contacts.collect());
+        }
+        if let Some(at_m) = start.over_m {
+            return Start::Over {
+                name: start.posture.clone(),
+                at_m,
+                yaw_rad: start.yaw_rad,
+                contacts: start.contacts.clone(),
+            };
         }
         Start::Posture {
             name: start.posture.clone(),

@@ -4,9 +4,9 @@ pub mod agreement;
 pub mod assumed;
 pub mod floor;
 pub mod ground;
+mod standing;
 
 use anyhow::{Context, Result, bail};
-use nalgebra::Isometry3;
 use posture::{Contact, Environment, Outcome, Problem, stand};
 use robot_model::{Configuration, PatchId, Robot};
 
@@ -24,12 +24,17 @@ pub struct StartState {
     pub patches: Vec<PatchId>,
 }
 
-/// The configuration that a scene's start describes.
+/// The configuration that a scene's start describes, in these surroundings.
 ///
 /// # Errors
 /// An unknown posture or patch, with those that there are; contacts that no posture reaches, with
-/// the constraint that fails.
-pub fn stand(robot: &Robot, start: &Start, config: &posture::Config) -> Result<StartState> {
+/// the constraint that fails; a place without ground.
+pub fn stand(
+    robot: &Robot,
+    start: &Start,
+    environment: &Environment,
+    config: &posture::Config,
+) -> Result<StartState> {
     match start {
         Start::Posture {
             name,
@@ -47,7 +52,27 @@ pub fn stand(robot: &Robot, start: &Start, config: &posture::Config) -> Result<S
                 patches,
             })
         }
-        Start::Contacts(contacts) => on_contacts(robot, contacts, config),
+        Start::Over {
+            name,
+            at_m,
+            yaw_rad,
+            contacts,
+        } => {
+            let posture = named_posture(robot, name.as_deref())?;
+            let feet = patches(robot, contacts)?;
+            let place = (*at_m, *yaw_rad);
+            let (contacts, guess) = standing::contacts(robot, environment, &posture, &feet, place)?;
+            on_contacts(robot, contacts, &guess, environment, config)
+        }
+        Start::Contacts(named) => {
+            let contacts = named.iter().map(|(name, pose)| {
+                let patch = robot.patch_id(name)?;
+                Ok(Contact::at(robot, patch, *pose))
+            });
+            let contacts: Vec<Contact> = contacts.collect::<Result<_>>()?;
+            let guess = stand::over_contacts(robot, &robot.resting(), &contacts);
+            on_contacts(robot, contacts, &guess, &Environment::default(), config)
+        }
     }
 }
 
@@ -77,27 +102,22 @@ pub fn patches(robot: &Robot, names: &[String]) -> Result<Vec<PatchId>> {
     Ok(feet)
 }
 
-/// A posture that touches with every named patch at its pose.
+/// A posture near `guess` that touches with every patch at its place.
 fn on_contacts(
     robot: &Robot,
-    named: &[(String, Isometry3<f64>)],
+    contacts: Vec<Contact>,
+    guess: &Configuration,
+    environment: &Environment,
     config: &posture::Config,
 ) -> Result<StartState> {
-    let contacts = named.iter().map(|(name, pose)| {
-        let patch = robot.patch_id(name)?;
-        Ok(Contact::at(robot, patch, *pose))
-    });
-    let contacts: Vec<Contact> = contacts.collect::<Result<_>>()?;
     let patches = contacts.iter().map(|contact| contact.patch).collect();
-    let environment = Environment::default();
-    let guess = stand::over_contacts(robot, &robot.resting(), &contacts);
     let problem = Problem {
         robot,
-        environment: &environment,
+        environment,
         contacts,
         base_goal: None,
-        reference: &guess,
-        guess: &guess,
+        reference: guess,
+        guess,
     };
     match posture::solve(&problem, config).context("the start")? {
         Outcome::Feasible(posture) => Ok(StartState {

@@ -1,15 +1,14 @@
 //! What a user reads on the terminal after a search.
 
-use std::collections::BTreeSet;
 use std::io::Write;
 
 use plan::{Change, Plan};
-use planner::{Blocked, Status};
+use planner::Status;
 use surfaces::Face;
 
 use crate::pipeline::PlanOutcome;
 
-/// How many reasons are printed where there is no plan.
+/// How many faces that serve no patch are printed where there is no plan.
 const REASONS: usize = 6;
 
 /// Prints what was found: surfaces, stances, sizes and times; where there is no plan, why.
@@ -22,9 +21,12 @@ pub fn print(planned: &PlanOutcome, out: &mut dyn Write) -> std::io::Result<()> 
     }
     let required = &planned.plan.required;
     faces(&planned.plan.faces, required.edge_sigmas, out)?;
-    stances(&planned.plan, planned.status, out)?;
+    stances(&planned.plan, out)?;
     if planned.status != Status::Found {
-        blocked(&planned.blocked, out)?;
+        if let Some(unsolved) = &planned.plan.search.unsolved {
+            list("what blocks the way:", &unsolved.reasons, out)?;
+            list("what to try:", &unsolved.to_try, out)?;
+        }
         unusable(&planned.unusable, out)?;
     }
     let report = &planned.report;
@@ -94,16 +96,12 @@ pub fn faces(faces: &[Face], edge_sigmas: f64, out: &mut dyn Write) -> std::io::
     Ok(())
 }
 
-fn stances(plan: &Plan, status: Status, out: &mut dyn Write) -> std::io::Result<()> {
-    match status {
-        Status::Found => writeln!(out, "a plan of {} stances:", plan.stances.len())?,
-        Status::NoPlan => writeln!(out, "there is no plan; the nearest that the robot comes:")?,
-        Status::Exhausted => writeln!(
-            out,
-            "no plan was found where everything was tried, and none is excluded; the nearest so far:"
-        )?,
-        Status::BudgetSpent => writeln!(out, "the budget is spent; the nearest so far:")?,
-        Status::Interrupted => writeln!(out, "interrupted; the nearest so far:")?,
+fn stances(plan: &Plan, out: &mut dyn Write) -> std::io::Result<()> {
+    match &plan.search.unsolved {
+        Some(unsolved) if unsolved.status != "refused" => {
+            writeln!(out, "{}; the nearest that it came:", unsolved.sentence)?;
+        }
+        _ => writeln!(out, "a plan of {} stances:", plan.stances.len())?,
     }
     for stance in &plan.stances {
         let m = &stance.margins;
@@ -123,26 +121,10 @@ fn stances(plan: &Plan, status: Status, out: &mut dyn Write) -> std::io::Result<
     Ok(())
 }
 
-/// Why there is no plan: the constraints that block contacts, nearest to the goal first.
-fn blocked(blocked: &[Blocked], out: &mut dyn Write) -> std::io::Result<()> {
-    if blocked.is_empty() {
-        let why = "no surface is within reach of a free patch";
-        return writeln!(out, "nothing was tried: {why}");
-    }
-    writeln!(out, "what blocks the way:")?;
-    let mut said = BTreeSet::new();
-    for one in blocked {
-        let what = describe(&one.change);
-        if said.len() < REASONS && said.insert(what.clone()) {
-            let (why, distance) = (&one.reason, one.distance_m);
-            let held = match one.held.as_str() {
-                "" => String::new(),
-                held => format!("holding {held}; "),
-            };
-            writeln!(out, "  {what}: {why} ({held}{distance:.2} m to go)")?;
-        }
-    }
-    Ok(())
+/// Lines under a title.
+fn list(title: &str, lines: &[String], out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(out, "{title}")?;
+    lines.iter().try_for_each(|line| writeln!(out, "  {line}"))
 }
 
 /// Which faces serve which patches not, and why.

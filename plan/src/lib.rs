@@ -28,7 +28,7 @@ pub use error::Error;
 pub use motion::{MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
 pub use plan::{
     GoalContact, GoalRecord, Input, MotionFile, PLAN_FORMAT, Plan, Program, RequiredMargins,
-    RobotSummary, SearchSummary,
+    RobotSummary, SearchSummary, Unsolved,
 };
 pub use pose::Pose;
 pub use stance::{Change, Margins, Stance};

@@ -143,7 +143,7 @@ pub struct GoalContact {
 }
 
 /// What the search did.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchSummary {
     /// Contact sets with a posture, the start included.
@@ -158,4 +158,24 @@ pub struct SearchSummary {
     /// `path_stances` less one.
     #[serde(default)]
     pub changes_min: usize,
+    /// The way of the base that the search followed: x, y, z in W, m, and its heading, rad.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub route: Vec<[f64; 4]>,
+    /// Why this is no verified plan, where it is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unsolved: Option<Unsolved>,
+}
+
+/// How a search ended without a verified plan.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Unsolved {
+    /// `no_plan` (proved), `exhausted`, `budget_spent`, `interrupted`, or `refused` by the verifier.
+    pub status: String,
+    /// The same in words.
+    pub sentence: String,
+    /// What blocks the way, nearest to the goal first; what the verifier refuses.
+    pub reasons: Vec<String>,
+    /// What may help.
+    pub to_try: Vec<String>,
 }

@@ -116,6 +116,11 @@ impl Route {
         route
     }
 
+    /// Its poses.
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
     /// Its length, turns included, m.
     pub fn length_m(&self) -> f64 {
         self.lengths.last().copied().unwrap_or(0.0)

@@ -338,12 +338,17 @@ impl<'a> Search<'a> {
 
     /// Counts of what was done.
     pub fn summary(&self, path_stances: usize) -> SearchSummary {
+        let route = self.context.route.poses().iter();
         SearchSummary {
             nodes_generated: self.nodes.len(),
             nodes_expanded: self.expanded.len(),
             candidates_solved: self.solved,
             path_stances,
             changes_min: self.changes_min,
+            route: route
+                .map(|pose| [pose.p.x, pose.p.y, pose.p.z, pose.heading])
+                .collect(),
+            unsolved: None,
         }
     }
 }

@@ -123,8 +123,9 @@ pub struct RobotSource {
     pub contacts: Option<String>,
 }
 
-/// The robot before its first step: a posture with the base at a place, or patches at their poses
-/// (`contact`), for which a posture is sought.
+/// The robot before its first step: a posture with the base at a place, a posture over a place
+/// (`over_m`), where the feet stand on whatever ground there is, or patches at their poses
+/// (`contact`); for the last two a posture is sought.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
@@ -135,6 +136,11 @@ pub struct Start {
     /// Orientation of the base in W: roll, pitch, yaw about fixed axes.
     #[serde(default)]
     pub base_rpy_rad: [f64; 3],
+    /// In the place of both: where the base is over the ground, x and y in W, m.
+    pub over_m: Option<[f64; 2]>,
+    /// Its heading there, rad.
+    #[serde(default)]
+    pub yaw_rad: f64,
     /// Patches that touch the ground in that posture.
     #[serde(default)]
     pub contacts: Vec<String>,

@@ -11,9 +11,12 @@ use super::{Ended, Row};
 pub fn print(rows: &[Row], out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(
         out,
-        "| family | robot | worlds | solved | no plan | given up | refused | error | nodes | per stance | ms | 95 % | worst ms |"
+        "| family | robot | worlds | solved | no plan | no idea | budget | refused | error | nodes | per stance | ms | 95 % | worst ms |"
     )?;
-    writeln!(out, "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|")?;
+    writeln!(
+        out,
+        "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+    )?;
     let mut groups: Vec<(&str, &str)> = Vec::new();
     for row in rows {
         let group = (row.robot.as_str(), row.family.as_str());
@@ -24,7 +27,13 @@ pub fn print(rows: &[Row], out: &mut dyn Write) -> std::io::Result<()> {
     for (robot, family) in &groups {
         let of_group = |row: &&Row| row.robot == *robot && row.family == *family;
         let group: Vec<&Row> = rows.iter().filter(of_group).collect();
-        line(family, robot, &group, out)?;
+        let unsure = group.iter().any(|row| row.likely == Some(false));
+        let mark = if unsure {
+            " (not known to be feasible)"
+        } else {
+            ""
+        };
+        line(&format!("{family}{mark}"), robot, &group, out)?;
     }
     let mut robots: Vec<&str> = groups.iter().map(|g| g.0).collect();
     robots.dedup();
@@ -44,11 +53,12 @@ fn line(family: &str, robot: &str, rows: &[&Row], out: &mut dyn Write) -> std::i
     let ms: Vec<f64> = rows.iter().map(|row| row.planning_ms).collect();
     writeln!(
         out,
-        "| {family} | {robot} | {} | {} | {} | {} | {} | {} | {:.0} | {:.1} | {:.0} | {:.0} | {:.0} |",
+        "| {family} | {robot} | {} | {} | {} | {} | {} | {} | {} | {:.0} | {:.1} | {:.0} | {:.0} | {:.0} |",
         rows.len(),
         ended(Ended::Solved),
         ended(Ended::NoPlan),
-        ended(Ended::GivenUp),
+        ended(Ended::Exhausted),
+        ended(Ended::BudgetSpent),
         ended(Ended::Refused),
         ended(Ended::Error),
         quantile(nodes, 0.5),

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use nalgebra::{Point3, Vector3};
-use robot_model::{Kinematics, PatchId, Robot};
+use posture::Environment;
+use robot_model::{ContactPatch, Kinematics, PatchId, Robot};
 use scenes::worlds::families::{Build, Drawn};
 
 use crate::output;
@@ -24,7 +25,7 @@ pub fn build(robot: &Robot, config: &posture::Config) -> Result<Build> {
         base: None,
         contacts: Vec::new(),
     };
-    let stands = start::stand(robot, &start, config)?;
+    let stands = start::stand(robot, &start, &Environment::default(), config)?;
     let kinematics = Kinematics::new(robot, &stands.configuration);
     let feet = &stands.patches;
     let corners = |foot: &PatchId| -> Vec<Point3<f64>> {
@@ -50,9 +51,19 @@ pub fn build(robot: &Robot, config: &posture::Config) -> Result<Build> {
         height_m: stands.configuration.p_WB.z,
         stance_m: [extent(&all, 1), extent(&all, 0)],
         width_m: extent(&body, 1),
+        top_m: body.iter().map(|p| p.z).fold(0.0, f64::max),
+        hands: with_role(robot, "hand").count(),
         foot_m: extent(&foot, 0),
         feet: feet.len(),
     })
+}
+
+/// The patches of a role.
+fn with_role<'r>(robot: &'r Robot, role: &'r str) -> impl Iterator<Item = &'r ContactPatch> {
+    robot
+        .patches
+        .iter()
+        .filter(move |patch| patch.has_role(role))
 }
 
 fn extent(points: &[Point3<f64>], axis: usize) -> f64 {
@@ -64,16 +75,22 @@ fn extent(points: &[Point3<f64>], axis: usize) -> f64 {
 ///
 /// # Errors
 /// A file that cannot be written, a robot's file that does not exist.
-pub fn write(folder: &Path, name: &str, drawn: &Drawn, robot: &RobotFiles) -> Result<()> {
+pub fn write(
+    folder: &Path,
+    name: &str,
+    drawn: &Drawn,
+    files: &RobotFiles,
+    robot: &Robot,
+) -> Result<()> {
     let obj = format!("{name}.obj");
     output::write(&folder.join(&obj), mesh(drawn)?.as_bytes())?;
     let mut scene = format!("name = {name:?}\nmesh_file = {obj:?}\n\n[robot]\n");
-    let urdf = match robot.is_builtin() {
-        true => robot.urdf.clone(),
-        false => absolute(Path::new(&robot.urdf))?,
+    let urdf = match files.is_builtin() {
+        true => files.urdf.clone(),
+        false => absolute(Path::new(&files.urdf))?,
     };
     writeln!(scene, "urdf = {urdf:?}")?;
-    for (key, path) in [("srdf", &robot.srdf), ("contacts", &robot.contacts)] {
+    for (key, path) in [("srdf", &files.srdf), ("contacts", &files.contacts)] {
         if let Some(path) = path {
             writeln!(scene, "{key} = {:?}", absolute(path)?)?;
         }
@@ -82,6 +99,15 @@ pub fn write(folder: &Path, name: &str, drawn: &Drawn, robot: &RobotFiles) -> Re
     writeln!(scene, "\n[goal]\nbase_position_m = {goal_m:?}")?;
     if let Some(yaw_rad) = drawn.yaw_rad {
         writeln!(scene, "yaw_rad = {yaw_rad:?}")?;
+    }
+    if let Some([feet, hands]) = drawn.friction {
+        writeln!(
+            scene,
+            "\n[friction]\ndefault = {feet:?}\n\n[friction.patch]"
+        )?;
+        for patch in with_role(robot, "hand") {
+            writeln!(scene, "{:?} = {hands:?}", patch.name)?;
+        }
     }
     output::write(&folder.join(format!("{name}.toml")), scene.as_bytes())
 }

@@ -25,7 +25,8 @@ pub struct Args {
     /// Scenes to plan (scene.toml, or those that ship) in the place of drawn worlds
     scenes: Vec<String>,
     /// Draw worlds of this family only (repeatable): stairs-up, stairs-down, tilted-blocks, stones,
-    /// gaps, ribs, clutter, wall, door, bridge, turn, ramp
+    /// gaps, ribs, clutter, wall, door, bridge, turn, ramp, bridge-turn, and, not known to be feasible,
+    /// bar, low-door, hand-step, hand-corridor
     #[arg(long, value_name = "NAME", conflicts_with = "scenes")]
     family: Vec<String>,
     /// Worlds of each family
@@ -95,7 +96,8 @@ fn sentence(row: &Row) -> String {
         Ended::Solved => format!("solved, {} stances", row.stances),
         Ended::Refused => "found, and refused by the verifier".to_owned(),
         Ended::NoPlan => "no plan".to_owned(),
-        Ended::GivenUp => "given up".to_owned(),
+        Ended::Exhausted => "given up, all was tried".to_owned(),
+        Ended::BudgetSpent => "given up, the budget is spent".to_owned(),
         Ended::Error => "error".to_owned(),
     };
     let reason = row
@@ -120,6 +122,7 @@ fn given(scene: &str) -> Item {
         name,
         robot: "the scene's".to_owned(),
         seed: None,
+        likely: None,
         scene: scene.to_owned(),
     }
 }
@@ -141,16 +144,17 @@ impl Args {
             let robot = files.load(&config.robot_model, &mut Inputs::default())?;
             let build =
                 world::build(&robot, &config.posture).with_context(|| robot.name.clone())?;
-            for family in &families {
+            for family in families.iter().filter(|f| f.hands <= build.hands) {
                 for seed in self.first..self.first.saturating_add(self.count) {
                     let name = format!("{}-{}-{seed}", family.name, robot.name);
-                    world::write(&folder, &name, &family.draw(&build, seed), &files)?;
+                    world::write(&folder, &name, &family.draw(&build, seed), &files, &robot)?;
                     items.push(Item {
                         scene: folder.join(format!("{name}.toml")).display().to_string(),
                         name,
                         family: family.name.to_owned(),
                         robot: robot.name.clone(),
                         seed: Some(seed),
+                        likely: Some(family.likely),
                     });
                 }
             }

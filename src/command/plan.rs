@@ -187,7 +187,9 @@ impl Args {
             return Ok(());
         }
         match start {
-            Start::Posture { contacts, .. } => contacts.clone_from(&self.start_contacts),
+            Start::Posture { contacts, .. } | Start::Over { contacts, .. } => {
+                contacts.clone_from(&self.start_contacts)
+            }
             Start::Contacts(_) => {
                 return Err(usage("--start-contacts does not go with --start PATCH=…"));
             }

@@ -40,7 +40,12 @@ pub fn place(
     // The pipeline notes the robot's files and reads it again: friction is not its business here.
     let files = &scene.robot;
     let robot = files.load(&config.robot_model, &mut Inputs::default())?;
-    let stand = start::stand(&robot, &scene.start, &config.posture)?;
+    let stand = start::stand(
+        &robot,
+        &scene.start,
+        &posture::Environment::default(),
+        &config.posture,
+    )?;
     let kinematics = Kinematics::new(&robot, &stand.configuration);
     let mut placed = sources.clone();
     let mut mounts = vec![None; placed.len()];

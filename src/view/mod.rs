@@ -57,7 +57,10 @@ pub struct ViewInput<'a> {
 pub fn page(input: &ViewInput<'_>) -> Result<String> {
     // Nothing in the JSON may end the script element that carries it.
     let data = data(input)?.to_string().replace('<', "\\u003c");
-    let title = escape(&input.plan.scene);
+    let title = match &input.plan.search.unsolved {
+        Some(_) => format!("No plan · {}", escape(&input.plan.scene)),
+        None => escape(&input.plan.scene),
+    };
     let parts = [
         ("@TITLE@", title.as_str()),
         ("@STYLE@", STYLE),

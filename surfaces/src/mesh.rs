@@ -56,6 +56,8 @@ pub struct Report {
     pub inward_parts: usize,
     /// Closed convex parts, each kept as one body.
     pub solids: usize,
+    /// Closed convex parts without an inside: their faces are kept, not the body.
+    pub flat_parts: usize,
     /// Plane faces that are large enough to touch.
     pub faces: usize,
     /// Plane faces that are too small or too narrow.
@@ -82,7 +84,8 @@ pub fn extract(mesh: &TriangleMesh, thickness_m: f64) -> Result<(Terrain, Report
     let welded = Welded::new(mesh)?;
     let topology = Topology::new(&welded);
     let all: Vec<usize> = (0..welded.triangles.len()).collect();
-    let (all_faces, broken) = face::faces(&welded, &topology, &all);
+    let whole = face::faces(&welded, &topology, &all);
+    let (all_faces, broken) = &whole;
     let large = |face: &&Face| {
         let wide = || !face.inset_region(0.0, 0.5 * FACE_WIDTH_MIN_M).is_empty();
         face.region.area() >= FACE_AREA_MIN_M2 && wide()
@@ -102,11 +105,12 @@ pub fn extract(mesh: &TriangleMesh, thickness_m: f64) -> Result<(Terrain, Report
         flipped_edges: topology.flipped_edges,
         inward_parts: topology.inward_parts,
         solids: topology.solids.len(),
+        flat_parts: topology.flat_parts,
         faces: faces.len(),
         faces_dropped: all_faces.len() - faces.len(),
         faces_broken: broken.len(),
     };
-    let obstacles = bodies::bodies(&welded, &topology, &all_faces, thickness_m);
+    let obstacles = bodies::bodies(&welded, &topology, &whole, thickness_m);
     Ok((Terrain::new(faces, obstacles)?, report))
 }
 

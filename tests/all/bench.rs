@@ -52,7 +52,7 @@ fn what_makes_no_sense_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let words = [
         "no-such.toml",
-        "| **all** | the scene's | 1 | 0 | 0 | 0 | 0 | 1 |",
+        "| **all** | the scene's | 1 | 0 | 0 | 0 | 0 | 0 | 1 |",
     ];
     ends_with("bench no-such.toml -o @", &[folder.path()], 1, &words);
 }

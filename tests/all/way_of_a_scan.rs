@@ -126,6 +126,14 @@ fn a_known_mesh_is_climbed_without_any_scan() {
     // The goal's tolerance, and the solver's.
     assert!((x - 1.4).abs() < 0.1001 && y.abs() < 0.1001, "{x} {y}");
 
+    // The route that the search followed leads from the start to the goal.
+    let route = list(&written["search"]["route"]);
+    let ends = [&route[0], &route[route.len() - 1]].map(|pose| number(&pose[0]));
+    assert!(
+        ends[0].abs() < 0.1 && (ends[1] - 1.4).abs() < 0.1,
+        "{ends:?}"
+    );
+
     // A goal where the robot stands needs no step.
     assert_ended(&plan("0,0"), 0, &[]);
     // In a wall, a metre under the floor, is no place for a base: the reason is said, no plan is
@@ -135,6 +143,15 @@ fn a_known_mesh_is_climbed_without_any_scan() {
     assert!(matches!(code, 3 | 4));
     assert_ended(&blocked, code, &["what blocks the way"]);
     assert!(out.join("partial_plan.json").exists() && !out.join("plan.json").exists());
+    // The files and the page say the same.
+    let report = json(out.join("report.json"));
+    let unsolved = &report["unsolved"];
+    assert_eq!(unsolved["status"], report["status"]);
+    assert!(!list(&unsolved["reasons"]).is_empty() && !list(&unsolved["to_try"]).is_empty());
+    let partial = json(out.join("partial_plan.json"));
+    assert_eq!(&partial["search"]["unsolved"], unsolved);
+    let page = std::fs::read_to_string(out.join("view.html")).expect("a page");
+    assert!(page.contains("<title>No plan"));
 }
 
 #[test]

@@ -14,6 +14,7 @@ import { obstaclesLayer } from './obstacles.js';
 import { Motion, describePhase } from './motion.js';
 import { Panel } from './panel.js';
 import { RobotLayer } from './robot.js';
+import { routeLayer } from './route.js';
 import { Stage } from './stage.js';
 import { SurfacesLayer } from './surfaces.js';
 import { isDark, onTheme, startTheme, toggleTheme } from './theme.js';
@@ -43,12 +44,18 @@ function start() {
   const contacts = new ContactsLayer(stage, data);
   const balance = new BalanceLayer(stage, data.stances);
   const goal = goalLayer(stage, data.goal, extent.floor, data.stances.at(-1)?.poses[2] ?? extent.floor);
-  stage.scene.add(cloud, surfaces.fill, surfaces.inset, surfaces.frames, surfaces.names, obstacles, robot.solid,
+  const route = routeLayer(stage, data.search.route ?? []);
+  stage.scene.add(route, cloud, surfaces.fill, surfaces.inset, surfaces.frames, surfaces.names, obstacles, robot.solid,
     ghost, contacts.patches, contacts.forces, contacts.places, balance.group, balance.path, goal);
 
   // The page around them.
   $('scene-name').textContent = data.scene;
   $('scene-facts').textContent = `${data.robot.name}, ${data.robot.mass_kg.toFixed(1)} kg · ${data.surfaces.length} surfaces`;
+  const { unsolved } = data.search;
+  if (unsolved) {
+    document.body.classList.add('unsolved');
+    $('stage').append(el('div', { class: 'verdict', role: 'alert' }, el('b', {}, 'No plan'), unsolved.sentence));
+  }
   layerSwitches($('layers'), [
     ['cloud', 'Scan', cloud, data.cloud !== null],
     ['surface', 'Surfaces', surfaces.fill, true],
@@ -63,6 +70,7 @@ function start() {
     ['support', 'CoM and support', balance.group, true],
     ['place', 'All footholds', contacts.places, true],
     ['path', 'CoM path', balance.path, true, false],
+    ['route', 'Route of the base', route, route.children.length > 0],
     ['goal', 'Goal', goal, true],
   ], () => stage.invalidate());
   colourKey($('key'), { cloud: data.cloud, range, scale: contacts.scale, surfaces: data.surfaces });

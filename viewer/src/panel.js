@@ -15,6 +15,7 @@ export class Panel {
     this.data = data;
     this.stanceBox = el('div', { class: 'stance-box' });
     element.append(
+      unsolvedSection(data.search),
       this.stanceBox,
       section('Search', facts(searchFacts(data))),
       section('Goal', facts(goalFacts(data.goal))),
@@ -37,6 +38,16 @@ export class Panel {
 }
 
 const section = (title, ...content) => el('section', {}, el('h3', {}, title), content);
+
+/** Why there is no plan, and what to try. */
+function unsolvedSection({ unsolved }) {
+  if (!unsolved) return '';
+  const list = (lines) => el('ul', {}, lines.map((line) => el('li', {}, line)));
+  return el('div', { class: 'why', id: 'why' },
+    el('h2', {}, 'No plan', el('small', {}, unsolved.sentence)),
+    section(unsolved.status === 'refused' ? 'What the verifier refuses' : 'What blocks the way', list(unsolved.reasons)),
+    section('What to try', list(unsolved.to_try)));
+}
 
 const facts = (rows) =>
   el('dl', {}, rows.map(([name, value]) => [el('dt', {}, name), el('dd', {}, value)]));
@@ -93,7 +104,7 @@ function supportNote(stance, { required }) {
 
 function searchFacts({ search, stances, seed }) {
   return [
-    ['Stances in the plan', count(stances.length)],
+    [search.unsolved ? 'Stances so far' : 'Stances in the plan', count(stances.length)],
     ['Contact sets on the path', count(search.path_stances)],
     ['Nodes generated', count(search.nodes_generated)],
     ['Nodes expanded', count(search.nodes_expanded)],

@@ -39,6 +39,14 @@ impl Start {
             finite(&format!("{field}.rpy_rad"), &contact.rpy_rad)?;
         }
         finite("start.base_rpy_rad", &self.base_rpy_rad)?;
+        finite("start.yaw_rad", &[self.yaw_rad])?;
+        if let Some(over_m) = &self.over_m {
+            if self.base_position_m.is_some() || !self.contact.is_empty() {
+                let reason = "goes with posture, yaw_rad and contacts only";
+                return Err(Error::field("start.over_m", reason));
+            }
+            return finite("start.over_m", over_m);
+        }
         match (&self.posture, &self.base_position_m) {
             (Some(_), Some(position)) if self.contact.is_empty() => {
                 finite("start.base_position_m", position)?;
@@ -50,7 +58,7 @@ impl Start {
             (None, None) if self.contact.is_empty() || self.contacts.is_empty() => Ok(()),
             _ => Err(Error::field(
                 "start",
-                "needs posture, base_position_m and contacts, or `contact` in their place",
+                "needs posture, base_position_m and contacts, or `over_m` or `contact` in their place",
             )),
         }
     }

@@ -1,9 +1,10 @@
 //! Worlds drawn from a seed, in families: what a planner is measured by.
 //!
 //! Every world is a few boxes, sized by the robot that is to cross it: all lengths are parts of the
-//! height of its base, its stance or its width. They are meant to be well within what such a robot
-//! can do; none is proved to be.
+//! height of its base, its stance or its width. Most are meant to be well within what such a robot
+//! can do, of the others ([`Family::likely`]) it is not known; none is proved to be.
 
+mod harder;
 mod world;
 
 use nalgebra::{Rotation3, Vector3};
@@ -23,8 +24,12 @@ pub struct Build {
     pub width_m: f64,
     /// Length of a foot; of a ball its diameter.
     pub foot_m: f64,
+    /// Height of its highest point over what it stands on.
+    pub top_m: f64,
     /// Number of feet.
     pub feet: usize,
+    /// Number of hands.
+    pub hands: usize,
 }
 
 /// A world and what is asked in it: the robot stands upright at the origin and looks along x.
@@ -36,6 +41,8 @@ pub struct Drawn {
     pub goal_m: [f64; 2],
     /// The heading that it shall have there, rad.
     pub yaw_rad: Option<f64>,
+    /// Coefficients of friction of feet and hands, where they are not the robot's.
+    pub friction: Option<[f64; 2]>,
 }
 
 /// A kind of world.
@@ -45,11 +52,15 @@ pub struct Family {
     pub name: &'static str,
     /// What the robot meets, in a few words.
     pub about: &'static str,
+    /// Whether it is meant to be within what a robot of that build can do; else that is not known.
+    pub likely: bool,
+    /// Hands that a robot must have.
+    pub hands: usize,
     build: fn(&mut World) -> Drawn,
 }
 
 /// All families.
-pub const FAMILIES: [Family; 12] = [
+pub const FAMILIES: [Family; 17] = [
     family("stairs-up", "four to seven steps up", |w| stairs(w, 1.0)),
     family("stairs-down", "four to seven steps down", |w| {
         stairs(w, -1.0)
@@ -74,10 +85,48 @@ pub const FAMILIES: [Family; 12] = [
     ),
     family("turn", "a turn by 90° or more on a floor", turn),
     family("ramp", "a ramp of 5° to 12° onto a platform", ramp),
+    family(
+        "bridge-turn",
+        "a gap with a bridge that turns by 90°",
+        harder::bridge_turn,
+    ),
+    unsure("bar", "a bar to duck under", 0, harder::bar),
+    unsure("low-door", "a door to duck under", 0, harder::low_door),
+    unsure(
+        "hand-step",
+        "a high step beside a block for a hand",
+        1,
+        harder::hand_step,
+    ),
+    unsure(
+        "hand-corridor",
+        "a slippery ramp between walls for both hands",
+        2,
+        harder::hand_corridor,
+    ),
 ];
 
 const fn family(name: &'static str, about: &'static str, build: fn(&mut World) -> Drawn) -> Family {
-    Family { name, about, build }
+    Family {
+        name,
+        about,
+        likely: true,
+        hands: 0,
+        build,
+    }
+}
+
+const fn unsure(
+    name: &'static str,
+    about: &'static str,
+    hands: usize,
+    build: fn(&mut World) -> Drawn,
+) -> Family {
+    Family {
+        likely: false,
+        hands,
+        ..family(name, about, build)
+    }
 }
 
 impl Family {
@@ -266,7 +315,9 @@ mod tests {
         stance_m: [0.33, 0.24],
         width_m: 0.7,
         foot_m: 0.24,
+        top_m: 1.4,
         feet: 2,
+        hands: 2,
     };
 
     #[test]

@@ -19,7 +19,13 @@ fn at_rest(robot: &Robot) -> StartState {
         base: None,
         contacts: Vec::new(),
     };
-    stand(robot, &start, &posture::Config::default()).unwrap()
+    stand(
+        robot,
+        &start,
+        &posture::Environment::default(),
+        &posture::Config::default(),
+    )
+    .unwrap()
 }
 
 /// The humanoid at rest over the origin, its soles on z = 0, and the ground that it gives.

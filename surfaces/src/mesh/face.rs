@@ -1,13 +1,12 @@
 //! Plane faces: triangles in one plane, merged into regions with holes.
 
-use std::collections::HashMap;
-
 use geo::{Coord, LineString, Polygon};
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::topology::Topology;
 use super::weld::Welded;
 use super::{MERGE_ANGLE_RAD, MERGE_OFFSET_M, WELD_M};
+use crate::bounds::{Bounds, BoundsTree};
 use crate::polygon::clean_ring;
 use crate::{Face, Fit, Region, Source};
 
@@ -109,49 +108,39 @@ fn fitted(mesh: &Welded, mut triangles: Vec<usize>) -> Plane {
     }
 }
 
-/// Joins planes that are the same although no edge connects them (tiles, T-junctions).
+/// Joins planes that are the same and meet although no edge connects them (tiles, T-junctions).
 fn merge(mesh: &Welded, mut planes: Vec<Plane>) -> Vec<Plane> {
     planes.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2));
+    let bounds = |plane: &Plane| {
+        let corners = plane.triangles.iter().flat_map(|t| mesh.corners(*t));
+        Bounds::new(&corners.collect::<Vec<_>>())
+    };
+    let boxes: Vec<Bounds> = planes.iter().map(bounds).collect();
+    let tree = BoundsTree::new(boxes.clone());
     let mut merged: Vec<Plane> = Vec::new();
-    // Looked up only, by cells of normals twice as wide as normals may differ.
-    let width = 2.0 * MERGE_ANGLE_RAD.max(1e-3);
-    let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
-    for plane in planes {
-        let cell = |n: f64| (n / width).floor() as i64;
-        let home = [
-            cell(plane.normal.x),
-            cell(plane.normal.y),
-            cell(plane.normal.z),
-        ];
-        let near = (0..27).map(|k| {
-            [
-                home[0] + k % 3 - 1,
-                home[1] + k / 3 % 3 - 1,
-                home[2] + k / 9 - 1,
-            ]
-        });
-        let same = near
-            .filter_map(|key| cells.get(&key))
-            .flatten()
-            .copied()
-            .filter(|i| {
-                let into = &merged[*i];
-                let inside = |t: &usize| fits(mesh, *t, &into.normal, &into.origin);
-                plane.triangles.iter().all(inside)
-            })
-            .min();
-        match same {
-            Some(i) => merged[i].triangles.extend(plane.triangles),
+    // For each plane so far where it went.
+    let mut places: Vec<usize> = Vec::new();
+    for (plane, bounds) in planes.into_iter().zip(&boxes) {
+        let fits_into = |place: &usize| {
+            let into = &merged[*place];
+            let inside = |t: &usize| fits(mesh, *t, &into.normal, &into.origin);
+            plane.triangles.iter().all(inside)
+        };
+        let met = tree.meeting(bounds).into_iter();
+        let met = met.filter_map(|i| places.get(i).copied());
+        match met.filter(fits_into).min() {
+            Some(place) => {
+                places.push(place);
+                merged[place].triangles.extend(plane.triangles);
+            }
             None => {
-                cells.entry(home).or_default().push(merged.len());
+                places.push(merged.len());
                 merged.push(plane);
             }
         }
     }
-    merged
-        .into_iter()
-        .map(|plane| fitted(mesh, plane.triangles))
-        .collect()
+    let parts = merged.into_iter().map(|plane| plane.triangles);
+    parts.map(|triangles| fitted(mesh, triangles)).collect()
 }
 
 /// The connected regions of a plane; None when an outline is beyond use.

@@ -378,3 +378,22 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_closed_part_without_an_inside_is_no_solid_and_the_rest_is_read() {
+    // A sheet: two triangles back to back.
+    let corners = [[5.0, 0.0, 1.0], [6.0, 0.0, 1.0], [5.0, 1.0, 1.0]];
+    let sheet = TriangleMesh {
+        vertices: corners.map(Point3::from).to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 1]],
+    };
+    let (terrain, report) = run(&joined(&[cuboid([1.0; 3], [0.0; 3]), sheet]));
+    assert_eq!((report.solids, report.flat_parts), (1, 1));
+    assert_eq!(terrain.faces.len(), 8);
+    assert!(
+        terrain
+            .obstacles
+            .iter()
+            .all(|body| body.points_W.len() >= 4)
+    );
+}

@@ -19,6 +19,7 @@ pub(super) struct Topology {
     pub crowded_edges: usize,
     pub flipped_edges: usize,
     pub inward_parts: usize,
+    pub flat_parts: usize,
 }
 
 /// A triangle at an edge, and whether it runs from the smaller to the larger vertex.
@@ -43,6 +44,7 @@ impl Topology {
             crowded_edges: 0,
             flipped_edges: 0,
             inward_parts: 0,
+            flat_parts: 0,
         };
         let mut parts = Parts::new(count);
         let mut closed = vec![true; count];
@@ -68,7 +70,11 @@ impl Topology {
             if part.iter().any(|t| !closed[*t]) {
                 continue;
             }
-            if volume(mesh, &part) < 0.0 {
+            let (volume, area) = (volume(mesh, &part), area(mesh, &part));
+            // A ball in a convex body has at most the radius 3 V / A.
+            if 3.0 * volume.abs() < WELD_M * area {
+                topology.flat_parts += 1;
+            } else if volume < 0.0 {
                 topology.inward_parts += 1;
             } else if topology.is_convex(mesh, &part) {
                 for t in &part {
@@ -120,6 +126,11 @@ fn volume(mesh: &Welded, part: &[usize]) -> f64 {
         a.dot(&b.cross(&c)) / 6.0
     };
     part.iter().map(of_triangle).sum()
+}
+
+/// Area of a part, m².
+fn area(mesh: &Welded, part: &[usize]) -> f64 {
+    part.iter().map(|t| mesh.triangles[*t].area_m2).sum()
 }
 
 /// Disjoint sets of triangles.

@@ -42,7 +42,7 @@ pub fn record(robot: &Robot, terrain: Terrain, thin_body_m: f64, stances: Vec<St
             nodes_expanded: count,
             candidates_solved: count,
             path_stances,
-            changes_min: 0,
+            ..SearchSummary::default()
         },
         stances,
     }

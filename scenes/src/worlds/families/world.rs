@@ -73,6 +73,11 @@ impl World {
             .push(OrientedBox::new(&name, centre, size, rotation));
     }
 
+    /// Boxes that were drawn before.
+    pub fn take(&mut self, boxes: Vec<OrientedBox>) {
+        self.boxes = boxes;
+    }
+
     /// A floor at z = 0 from behind the start to beyond `to_x`.
     pub fn floor(&mut self, to_x: f64, half_y: f64) {
         let around = self.around_m();
@@ -85,6 +90,7 @@ impl World {
             boxes: std::mem::take(&mut self.boxes),
             goal_m,
             yaw_rad,
+            friction: None,
         }
     }
 }

@@ -1,0 +1,89 @@
+//! How a search ended without a verified plan, in words: for the terminal, the files and the page.
+
+use std::collections::BTreeSet;
+
+use plan::Unsolved;
+use planner::{Blocked, Status};
+use verify::Certificate;
+
+use crate::config::Config;
+use crate::summary::describe;
+
+/// How many reasons are given.
+const REASONS: usize = 6;
+/// How much more of a budget is worth trying.
+const MORE: usize = 10;
+
+/// How it ended, what blocks the way and what to try; nothing where there is a verified plan.
+pub fn unsolved(
+    status: Status,
+    blocked: &[Blocked],
+    certificate: &Certificate,
+    config: &Config,
+) -> Option<Unsolved> {
+    let (status, sentence) = match status {
+        Status::Found if certificate.pass => return None,
+        Status::Found => ("refused", "a plan was found, and the verifier refuses it"),
+        Status::NoPlan => ("no_plan", "there is no plan: every refusal is a proof"),
+        Status::Exhausted => (
+            "exhausted",
+            "no plan was found where everything was tried, and none is excluded",
+        ),
+        Status::BudgetSpent => ("budget_spent", "the budget is spent"),
+        Status::Interrupted => ("interrupted", "interrupted"),
+    };
+    let failures = certificate.failures().take(REASONS);
+    let reasons = match status {
+        "refused" => failures.map(|row| row.sentence()).collect(),
+        _ => reasons(blocked),
+    };
+    let planner = &config.planner;
+    let budget = format!(
+        "--set planner.nodes_max={} --set planner.candidates_max={}",
+        MORE * planner.nodes_max,
+        MORE * planner.candidates_max
+    );
+    let restarts = config.posture.restarts.max(1) * 4;
+    let to_try = match status {
+        "refused" => vec!["report this scene: what is found should pass".to_owned()],
+        "no_plan" => vec![
+            "another start or goal, or a world without what the reasons name".to_owned(),
+            "a robot that may do more: friction, contact patches, roles of faces".to_owned(),
+        ],
+        "exhausted" => vec![
+            format!("--set posture.restarts={restarts}: more attempts at each posture"),
+            "--guide X,Y,Z: places that the base should pass".to_owned(),
+            "--goal-tolerance-m: a goal that need not be met as exactly".to_owned(),
+        ],
+        _ => vec![
+            format!("{budget}: {MORE} times the budget"),
+            "--guide X,Y,Z: places that the base should pass".to_owned(),
+        ],
+    };
+    Some(Unsolved {
+        status: status.to_owned(),
+        sentence: sentence.to_owned(),
+        reasons,
+        to_try,
+    })
+}
+
+/// The constraints that block contacts, nearest to the goal first, one for each change.
+fn reasons(blocked: &[Blocked]) -> Vec<String> {
+    if blocked.is_empty() {
+        return vec!["nothing was tried: no surface is within reach of a free patch".to_owned()];
+    }
+    let mut said = BTreeSet::new();
+    let once = blocked
+        .iter()
+        .filter(|one| said.insert(describe(&one.change)));
+    let in_words = |one: &Blocked| {
+        let (what, why, distance) = (describe(&one.change), &one.reason, one.distance_m);
+        let held = match one.held.as_str() {
+            "" => String::new(),
+            held => format!("holding {held}; "),
+        };
+        format!("{what}: {why} ({held}{distance:.2} m to go)")
+    };
+    once.map(in_words).take(REASONS).collect()
+}
