@@ -6,7 +6,7 @@
 //!
 //!   ‖p_C − c‖ = ‖Σ m_i (p_C − c_i)‖ / M ≤ Σ m_i d(C, c_i) / M
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector2, Vector3};
 use robot_model::{ContactPatch, JointKind, Kinematics, PatchId, Robot};
 
 /// How far the patches of a robot reach.
@@ -28,13 +28,7 @@ impl Reach {
         let end = |patch: &ContactPatch| (patch.body, patch.X_BC.translation.vector);
         let patches = || robot.patches.iter();
         let com_m = patches().map(|patch| {
-            let corners = patch.polygon.len().max(1) as f64;
-            let middle = patch
-                .polygon
-                .iter()
-                .map(|p| p.coords)
-                .sum::<nalgebra::Vector2<f64>>();
-            let middle = patch.X_BC * nalgebra::Point3::from((middle / corners).push(0.0));
+            let middle = patch.X_BC * middle(patch);
             let bodies = robot.bodies.iter().enumerate();
             let parts = bodies.map(|(i, body)| {
                 body.mass_kg * apart_m(robot, (patch.body, middle.coords), (i, body.com_B))
@@ -70,6 +64,12 @@ impl Reach {
     pub fn leg(&self, patch: PatchId) -> &Leg {
         &self.leg[patch.index()]
     }
+}
+
+/// The middle of a patch's corners, in its frame.
+fn middle(patch: &ContactPatch) -> Point3<f64> {
+    let sum: Vector2<f64> = patch.polygon.iter().map(|p| p.coords).sum();
+    Point3::from((sum / patch.polygon.len().max(1) as f64).push(0.0))
 }
 
 /// An upper bound of the distance between points of two bodies, each in its body's frame, m.
@@ -148,9 +148,12 @@ mod tests {
             let kinematics = Kinematics::new(&robot, &q);
             let com = kinematics.com_W;
             for a in robot.patch_ids() {
-                let p = kinematics.X_WC(&robot.patches[a]).translation.vector;
+                let patch = &robot.patches[a];
+                let X_WC = kinematics.X_WC(patch);
+                let p = X_WC.translation.vector;
                 assert!(p.norm() <= reach.base_m(a) + 1e-9);
-                assert!((p - com).norm() <= reach.com_m(a) + 0.2);
+                let middle = X_WC * middle(patch);
+                assert!((middle.coords - com).norm() <= reach.com_m(a) + 1e-9);
                 for b in robot.patch_ids() {
                     let other = kinematics.X_WC(&robot.patches[b]).translation.vector;
                     assert!((p - other).norm() <= reach.span_m(a, b) + 1e-9);
