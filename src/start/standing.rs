@@ -128,11 +128,11 @@ mod tests {
         let robot = robot
             .load(&Default::default(), &mut Inputs::default())
             .unwrap();
-        // A floor, a platform over it, and a beam over that which has no room for a foot.
+        // A floor, a platform over it, and over the head a beam that has no room for a foot.
         let faces = vec![
             square("floor", [0.0, 0.0, 0.0], 4.0),
             square("platform", [2.0, 0.0, 0.3], 0.5),
-            square("beam", [2.0, 0.1, 0.8], 0.04),
+            square("beam", [2.0, 0.1, 2.5], 0.04),
         ];
         let terrain = Terrain::new(faces, Vec::new()).unwrap();
         let environment = Environment::new(terrain, 0.03, 2.0).unwrap();

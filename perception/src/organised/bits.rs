@@ -185,14 +185,6 @@ impl Bits {
         self
     }
 
-    /// The pixels in either.
-    pub fn or(mut self, other: &Self) -> Self {
-        for (a, b) in self.words.iter_mut().zip(&other.words) {
-            *a |= b;
-        }
-        self
-    }
-
     /// Those of its pixels from which the one `x` columns and `y` rows on is in the other one; `x` is less
     /// than 64.
     pub fn and_moved(mut self, other: &Self, x: isize, y: isize) -> Self {

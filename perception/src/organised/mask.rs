@@ -117,12 +117,12 @@ fn starts(none: &Bits, most: usize, down: bool) -> Bits {
 
 /// The pixels that surely lie on their face.
 ///
-/// Every face loses its outermost [`EDGE_UNSEEN_PX`] pixels where it ends at pixels that are `open`, unmeasured
-/// ones and those at folds, and [`EDGE_SEEN_PX`] where another surface is beside it (in the maximum norm).
-/// Nothing is taken off at the border of the image, where only the view ends. `none` are the pixels without a
-/// label.
-pub(super) fn erode(none: &Bits, open: &Bits, cuts: &LabelBoundaries) -> Bits {
-    let seen = cuts.near(EDGE_SEEN_PX, Some(open));
+/// Every face loses its outermost [`EDGE_UNSEEN_PX`] pixels where it ends at unmeasured ones, and
+/// [`EDGE_SEEN_PX`] where another surface is beside it (in the maximum norm). Nothing is taken off at the
+/// border of the image, where only the view ends. `none` are the pixels without a label, of which
+/// some are `unmeasured`.
+pub(super) fn erode(none: &Bits, unmeasured: &Bits, cuts: &LabelBoundaries) -> Bits {
+    let seen = cuts.near(EDGE_SEEN_PX, Some(unmeasured));
     let unseen = cuts.near(EDGE_UNSEEN_PX, None);
     Bits::around([&seen, &unseen, none], |[seen, unseen, none]| {
         !(seen[1][1] | unseen[1][1] | none[1][1])

@@ -13,7 +13,6 @@ mod chart;
 mod contour;
 mod edges;
 mod face;
-mod folds;
 mod image;
 mod label_boundaries;
 mod labelling;
@@ -104,9 +103,7 @@ pub(crate) fn extract(
     // doubtful borders, necks.
     let cuts = LabelBoundaries::new(&labels, image.width, image.height);
     let assigned = labels.len() - none.count();
-    let folds = folds::folds(&image, &regions, &labels, &cuts);
-    let open = unmeasured.clone().or(&folds);
-    let mut sure = mask::erode(&none, &open, &cuts);
+    let mut sure = mask::erode(&none, &unmeasured, &cuts);
     let feet = ObjectBases {
         image: &image,
         regions: &regions,
