@@ -215,7 +215,7 @@ mod tests {
         // A disc with three hundred teeth.
         let tooth = |k: usize| {
             let angle = std::f64::consts::TAU * k as f64 / 600.0;
-            let radius = if k % 2 == 0 { 1.0 } else { 0.95 };
+            let radius = if k.is_multiple_of(2) { 1.0 } else { 0.95 };
             Point2::new(radius * angle.cos(), radius * angle.sin())
         };
         let disc = Region::new([(0..600).map(tooth).collect::<Vec<_>>()]).unwrap();
