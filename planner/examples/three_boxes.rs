@@ -26,6 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let never = AtomicBool::new(false);
     let found = planner::search(&request, &config, &margins, &motion, &|_| {}, &never)?;
     assert_eq!(found.status, Status::Found);
-    println!("{} contact sets, {:?}", found.path.len() - 1, found.summary);
+    let (sets, nodes) = (found.path.len() - 1, found.summary.nodes_generated);
+    println!("{sets} contact sets on the path, {nodes} in the tree");
     Ok(())
 }

@@ -25,7 +25,7 @@ pub struct Config {
     /// Price of a metre beside the guide path, of a foot's place or an extra contact's, in contacts.
     pub lateral_deviation_price_per_m: f64,
     /// Largest tilt of the base from upright (of a robot on three feet or more: from the mean of
-    /// what it stands on), rad, less than π/2.
+    /// what it stands on), in stances and between them, rad, less than π/2.
     pub tilt_max_rad: f64,
     /// Patches that are not used, by name or role.
     pub exclude: Vec<String>,
