@@ -14,9 +14,9 @@ use crate::statics::Statics;
 use crate::swing_path::SwingPath;
 use crate::time_scaling::quintic;
 
-/// How far a joint, or the base's tilt, may be inside its margin, rad. The postures at the ends may be on their bounds,
-/// and a C² curve cannot follow a bound and leave it: it strays by less than a tenth of a degree,
-/// 5 % of the margin.
+/// How far a joint, or the base's tilt, may be inside its margin, rad. The postures at the ends may be
+/// on their bounds, and a C² curve cannot follow a bound and leave it: it strays by less than a tenth of
+/// a degree, 5 % of the margin of a joint.
 const JOINT_TOLERANCE: f64 = 1.5e-3;
 /// How far a closed contact may be from its place, m (angles times 0.1 m): five times what the
 /// postures close their contacts to, since patches stray from their places between the knots.

@@ -1,6 +1,6 @@
-//! A world of every family for every robot that ships.
+//! A world of every family that is feasible by construction, for every robot that ships.
 //!
-//! Pass criteria: all of the families that are feasible by construction are planned and pass the verifier. Seeds are those of nobody's tuning: the test
+//! Pass criteria: all are planned and pass the verifier. Seeds are those of nobody's tuning: the test
 //! draws them once and for all, and a change that loses one has to say why.
 
 use crate::support::program::succeeds;
