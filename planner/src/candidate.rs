@@ -18,7 +18,7 @@ use crate::foothold_proposal::{Foothold, propose};
 use crate::footing::Footing;
 use crate::node::{Node, SAME_PLACE_M};
 use crate::nominal_posture::nominal_posture;
-use crate::reserve::{NO_RESERVE, RESERVE};
+use crate::reserve::solve_with_reserve;
 
 /// How near to the nominal one the postures of the tree are brought: what is left to gain is carried
 /// on to the children ([`posture::Solver::optimality`]).
@@ -192,11 +192,6 @@ pub(crate) fn solve(
     node: &Node,
     candidate: &Candidate,
 ) -> Result<Option<Solved>, Error> {
-    let reserve = if candidate.tries == 0 {
-        &RESERVE
-    } else {
-        &NO_RESERVE
-    };
     let mut contacts = node.contacts.clone();
     let mut along_m = node.along_m(context);
     match &candidate.change {
@@ -217,18 +212,21 @@ pub(crate) fn solve(
         }
     }
     let nominal = nominal_posture(context, &contacts, along_m);
-    let config = &posture::Config {
+    let config = posture::Config {
         restarts: RESTARTS[candidate.tries.min(RESTARTS.len() - 1)],
         solver: posture::Solver {
             optimality: OPTIMALITY,
             upright: Some(context.upright(&nominal)),
             ..motion.posture.solver
         },
-        ..reserve.beyond(motion.posture)
+        ..motion.posture.clone()
     };
     let reference = candidate.near.as_ref().map_or(nominal, |p| p.q.clone());
     let problem = context.problem(contacts, &reference, &node.posture.q);
-    let outcome = posture::solve(&problem, config)?;
+    let outcome = match candidate.tries {
+        0 => solve_with_reserve(&problem, &config)?,
+        _ => posture::solve(&problem, &config)?,
+    };
     let lift_off_blocked = match &outcome {
         Outcome::Feasible(posture) => {
             let stance = StanceRef {
