@@ -25,11 +25,18 @@ pub(crate) struct Foothold {
     moved_m: f64,
     /// Which of [`VARIATIONS`] it is.
     variation: usize,
+    /// The contact itself, where its place was found together with what follows on it.
+    pub exact: Option<Contact>,
 }
 
 impl Foothold {
     /// The contact that is asked for, not loaded yet; nothing where the face has no room for it.
     pub fn contact(&self, context: &SearchContext) -> Option<Contact> {
+        self.exact.clone().or_else(|| self.free(context))
+    }
+
+    /// As [`Self::contact`], free to move about on the face.
+    pub fn free(&self, context: &SearchContext) -> Option<Contact> {
         let request = context.request;
         let X_WF = request.environment[self.face].X_WF;
         let at = Isometry3::from_parts(self.place.into(), X_WF.rotation);
@@ -189,6 +196,7 @@ fn place(
             along_m,
             moved_m: 0.0,
             variation,
+            exact: None,
         }
     };
     // As far ahead as it goes without standing on another foot.

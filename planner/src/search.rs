@@ -172,7 +172,7 @@ pub fn search(
             continue;
         }
         let parent = &search.nodes[candidate.node];
-        let is_first = candidate.tries == 0 && candidate.near.is_none();
+        let is_first = candidate.tries == 0 && !candidate.is_variant();
         let next = candidate::next_place(&search.context, parent, &candidate).filter(|_| is_first);
         let Some(solved) = solved else {
             search.staleness.count(candidate.node, None);
@@ -198,7 +198,7 @@ pub fn search(
             (Ok(node), Some(reason)) => {
                 search.block(candidate.node, node.change.clone(), reason);
             }
-            (Ok(node), None) if search.is_new(&node) || candidate.near.is_some() => {
+            (Ok(node), None) if search.is_new(&node) || candidate.is_variant() => {
                 tracing::debug!(
                     "node {} from {}: {:?}",
                     search.nodes.len(),
@@ -207,6 +207,7 @@ pub fn search(
                 );
                 let index = search.nodes.len();
                 search.staleness.push(begins);
+                search.follow(&candidate, index);
                 if let Some(last) = search.admit(node)? {
                     search.finalize(index, last, progress)?;
                 }
@@ -220,6 +221,8 @@ pub fn search(
                     blocked.reason
                 );
                 let open = !blocked.proof && !candidate.is_spent();
+                let anew = search.place_anew(&candidate, blocked.amount)?;
+                anew.into_iter().for_each(|anew| search.put(anew));
                 let missed = blocked.amount.map_or(1.0, |m| (m / FAR).min(1.0));
                 // The reason so far, should its next turn never come.
                 search.blocked.push(*blocked);
