@@ -14,7 +14,7 @@ use crate::Error;
 use crate::change::{Candidate, Move, RESTARTS};
 use crate::context::SearchContext;
 use crate::estimate::estimate;
-use crate::foothold_proposal::{Foothold, propose};
+use crate::foothold_proposal::{CROSSED_PRICE, Foothold, crossed_m, propose};
 use crate::footing::Footing;
 use crate::node::{Node, SAME_PLACE_M};
 use crate::nominal_posture::nominal_posture;
@@ -130,7 +130,8 @@ pub(crate) fn touch(
     }
     let (made, rest) = price(context, node, &feet, node.contacts.iter());
     let extra = extra(context, patch, Some(&footing));
-    let made = made + extra + foothold.price() + BEYOND_PRICE * beyond_m;
+    let crossed = CROSSED_PRICE * crossed_m(context, node, &foothold);
+    let made = made + extra + foothold.price() + BEYOND_PRICE * beyond_m + crossed;
     Candidate::new(index, Move::Add(foothold), made, rest, context.weight)
 }
 

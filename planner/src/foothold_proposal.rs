@@ -113,6 +113,28 @@ impl Foothold {
     }
 }
 
+/// Price of a metre by which a foot lands across from where it would stand beside another, in contacts: legs
+/// that cross are rarely brought past each other.
+pub(crate) const CROSSED_PRICE: f64 = 10.0;
+
+/// How far a foot lands beyond half of its usual distance beside one that stands, toward the other's
+/// side and past it, m.
+pub(crate) fn crossed_m(context: &SearchContext, node: &Node, foothold: &Foothold) -> f64 {
+    if context.foot(foothold.patch).is_none() {
+        return 0.0;
+    }
+    let heading = context.route.at(foothold.along_m).heading;
+    let left = Vector3::new(-heading.sin(), heading.cos(), 0.0);
+    let held = node.contacts.iter();
+    let held = held.filter(|held| held.patch != foothold.patch && context.foot(held.patch).is_some());
+    let crossed = held.map(|held| {
+        let usual_m = (context.offset(foothold.patch) - context.offset(held.patch)).y;
+        let beside_m = left.dot(&(foothold.place.coords - context.place_W(held)));
+        0.5 * usual_m.abs() - beside_m * usual_m.signum()
+    });
+    crossed.fold(0.0, f64::max)
+}
+
 /// The first place on a face, from variation number `from` on, that is within reach, clear of the
 /// feet that stand and none of those before it: a stride ahead of the hindmost of the other feet
 /// (for a hand, of the foremost that stands), at the patch's usual offset, moved onto the face.
