@@ -11,24 +11,23 @@ use crate::least_load::least_load;
 use crate::rows::{Rows, Tag};
 
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, load: &Load, rows: &mut Rows) {
-    let mu = ctx.contacts[contact].mu_axis;
+    let (sides, mu) = ctx.pyramid(contact);
     for &column in &ctx.layout.force[contact] {
         let k = column - ctx.layout.nq;
         // The four sides imply f_z ≥ 0.
-        for axis in 0..2 {
-            for sign in [1.0, -1.0] {
-                let share = ctx.pyramid_of_up(contact, axis, sign);
-                let value = mu * it.force[k + 2] + sign * it.force[k + axis] - share * load.value;
-                let row = rows.push(Tag::Friction(contact), value, 0.0, f64::INFINITY);
-                if !row.is_empty() {
-                    for (row, slope) in row.iter_mut().zip(&load.gradient) {
-                        *row -= share * slope;
-                    }
-                    row[column + 2] = mu;
-                    row[column + axis] = sign;
+        for side in sides {
+            let share = ctx.up_inside(contact, side, mu);
+            let [x, y] = side;
+            let along = x * it.force[k] + y * it.force[k + 1];
+            let value = mu * it.force[k + 2] - along - share * load.value;
+            let row = rows.push(Tag::Friction(contact), value, 0.0, f64::INFINITY);
+            if !row.is_empty() {
+                for (row, slope) in row.iter_mut().zip(&load.gradient) {
+                    *row -= share * slope;
                 }
-                rows.harden_last();
+                row[column..column + 3].copy_from_slice(&[-x, -y, mu]);
             }
+            rows.harden_last();
         }
     }
 }
