@@ -87,7 +87,8 @@ impl Inequalities {
     /// P gᵀ of the working rows from number `known` on, and the products of all.
     fn project(&mut self, n: usize, m: usize, equations: &[f64], factor: &[f64], known: usize) {
         for &i in &self.working[known..] {
-            self.projected.extend_from_slice(&self.rows[i * n..(i + 1) * n]);
+            self.projected
+                .extend_from_slice(&self.rows[i * n..(i + 1) * n]);
         }
         for row in self.projected[known * n..].chunks_exact_mut(n) {
             self.along.clear();

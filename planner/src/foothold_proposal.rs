@@ -118,7 +118,7 @@ impl Foothold {
 pub(crate) const CROSSED_PRICE: f64 = 10.0;
 
 /// How far a foot lands beyond half of its usual distance beside one that stands, toward the other's
-/// side and past it, m.
+/// side and past it, m: of feet that are side by side.
 pub(crate) fn crossed_m(context: &SearchContext, node: &Node, foothold: &Foothold) -> f64 {
     if context.foot(foothold.patch).is_none() {
         return 0.0;
@@ -126,11 +126,13 @@ pub(crate) fn crossed_m(context: &SearchContext, node: &Node, foothold: &Foothol
     let heading = context.route.at(foothold.along_m).heading;
     let left = Vector3::new(-heading.sin(), heading.cos(), 0.0);
     let held = node.contacts.iter();
-    let held = held.filter(|held| held.patch != foothold.patch && context.foot(held.patch).is_some());
-    let crossed = held.map(|held| {
-        let usual_m = (context.offset(foothold.patch) - context.offset(held.patch)).y;
+    let held =
+        held.filter(|held| held.patch != foothold.patch && context.foot(held.patch).is_some());
+    let crossed = held.filter_map(|held| {
+        let usual = context.offset(foothold.patch) - context.offset(held.patch);
         let beside_m = left.dot(&(foothold.place.coords - context.place_W(held)));
-        0.5 * usual_m.abs() - beside_m * usual_m.signum()
+        let are_beside = usual.y.abs() > usual.x.abs();
+        are_beside.then(|| 0.5 * usual.y.abs() - beside_m * usual.y.signum())
     });
     crossed.fold(0.0, f64::max)
 }

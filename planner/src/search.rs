@@ -272,7 +272,10 @@ impl<'a> Search<'a> {
     /// What a candidate costs for what failed or came no nearer about its node, in contacts.
     fn charge(&self, candidate: &Candidate) -> f64 {
         let node = &self.nodes[candidate.node];
-        let like = (key(&self.context, &node.contacts), change_key(&candidate.change));
+        let like = (
+            key(&self.context, &node.contacts),
+            change_key(&candidate.change),
+        );
         let others = self.failed.get(&like).into_iter().flatten();
         let others = others.filter(|&&other| other != candidate.node).count();
         FAILURE_PRICE * node.failures as f64

@@ -62,7 +62,9 @@ impl Search<'_> {
         };
         self.nodes[parent].failures += 1;
         let change = self.nodes[index].origin.as_ref().map(|o| o.change.clone());
-        change.iter().for_each(|change| self.remember(parent, change));
+        change
+            .iter()
+            .for_each(|change| self.remember(parent, change));
         if failure.at > TAKE_OFF {
             return;
         }

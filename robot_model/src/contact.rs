@@ -145,6 +145,9 @@ mod tests {
     #[test]
     fn level_faces_keep_their_axes() {
         let turn = Rotation3::from_euler_angles(0.0, 0.0, 0.7);
-        assert_eq!(pyramid_axes_W(turn.matrix(), &-Vector3::z()), *turn.matrix());
+        assert_eq!(
+            pyramid_axes_W(turn.matrix(), &-Vector3::z()),
+            *turn.matrix()
+        );
     }
 }
