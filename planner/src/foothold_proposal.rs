@@ -117,22 +117,37 @@ impl Foothold {
 /// that cross are rarely brought past each other.
 pub(crate) const CROSSED_PRICE: f64 = 10.0;
 
-/// How far a foot lands beyond half of its usual distance beside one that stands, toward the other's
-/// side and past it, m: of feet that are side by side.
+/// How far a foot comes nearer to one that stands than half of its usual distance beside it, or past it to
+/// its other side, m: where it lands, and where it passes on the straight way from where it stood. Of feet
+/// that are side by side.
 pub(crate) fn crossed_m(context: &SearchContext, node: &Node, foothold: &Foothold) -> f64 {
     if context.foot(foothold.patch).is_none() {
         return 0.0;
     }
     let heading = context.route.at(foothold.along_m).heading;
+    let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
     let left = Vector3::new(-heading.sin(), heading.cos(), 0.0);
+    let to = foothold.place.coords;
+    let stood = node.touching.iter().find(|c| c.patch == foothold.patch);
+    let from = stood.map_or(to, |c| context.place_W(c));
     let held = node.contacts.iter();
     let held =
         held.filter(|held| held.patch != foothold.patch && context.foot(held.patch).is_some());
     let crossed = held.filter_map(|held| {
         let usual = context.offset(foothold.patch) - context.offset(held.patch);
-        let beside_m = left.dot(&(foothold.place.coords - context.place_W(held)));
+        let stands = context.place_W(held);
+        // Where the way is beside the foot that stands.
+        let (behind, before) = (ahead.dot(&(stands - from)), ahead.dot(&(to - stands)));
+        let part = behind / (behind + before);
+        let passes = if behind > 0.0 && before > 0.0 {
+            from + (to - from) * part
+        } else {
+            to
+        };
+        let crossed =
+            |p: Vector3<f64>| 0.5 * usual.y.abs() - left.dot(&(p - stands)) * usual.y.signum();
         let are_beside = usual.y.abs() > usual.x.abs();
-        are_beside.then(|| 0.5 * usual.y.abs() - beside_m * usual.y.signum())
+        are_beside.then(|| crossed(to).max(crossed(passes)))
     });
     crossed.fold(0.0, f64::max)
 }

@@ -7,7 +7,7 @@
 //! where nothing failed yet.
 
 /// What one try counts at the parent of a node where it counts 1.
-const UPWARD: f64 = 0.6;
+const UPWARD: f64 = 0.8;
 /// Counts below this are nothing.
 const NOTHING: f64 = 1e-3;
 /// Price of a count, in contacts.
