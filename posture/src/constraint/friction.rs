@@ -1,4 +1,5 @@
-//! A contact pushes, and inside the friction pyramid inscribed in the cone:
+//! A contact pushes, and inside the friction pyramid inscribed in the cone, whose edges are along the
+//! contact's load as far as that is known before (`layout`):
 //!
 //!   f_z ≥ 0,   |f_x| ≤ μ/√2·f_z,   |f_y| ≤ μ/√2·f_z        (in the contact's axes)
 //!
