@@ -29,7 +29,9 @@ impl Search<'_> {
         amount: Option<f64>,
     ) -> Result<Option<Candidate>, Error> {
         let is_hopeless = amount.is_none_or(|amount| amount > LITTLE);
-        if is_hopeless || failed.tries > 0 || failed.is_variant() {
+        let was_tried =
+            failed.tries > 0 || failed.is_variant() || self.failed_elsewhere(failed) > 0;
+        if is_hopeless || was_tried {
             return Ok(None);
         }
         let context = &self.context;

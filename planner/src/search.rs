@@ -269,17 +269,19 @@ impl<'a> Search<'a> {
         self.frontier.pop()
     }
 
+    /// How many other nodes of the same contact set a change failed from.
+    pub fn failed_elsewhere(&self, candidate: &Candidate) -> usize {
+        let set = key(&self.context, &self.nodes[candidate.node].contacts);
+        let failed = self.failed.get(&(set, change_key(&candidate.change)));
+        let others = failed.into_iter().flatten();
+        others.filter(|&&other| other != candidate.node).count()
+    }
+
     /// What a candidate costs for what failed or came no nearer about its node, in contacts.
     fn charge(&self, candidate: &Candidate) -> f64 {
         let node = &self.nodes[candidate.node];
-        let like = (
-            key(&self.context, &node.contacts),
-            change_key(&candidate.change),
-        );
-        let others = self.failed.get(&like).into_iter().flatten();
-        let others = others.filter(|&&other| other != candidate.node).count();
         FAILURE_PRICE * node.failures as f64
-            + FAILED_PRICE * others as f64
+            + FAILED_PRICE * self.failed_elsewhere(candidate) as f64
             + self.staleness.price(candidate.node)
     }
 
