@@ -16,7 +16,7 @@ use crate::swing_path::{self, SwingPath};
 use crate::timing;
 
 /// Paths through the air on which the whole body is tried for one swing.
-const PATHS_MAX: usize = 6;
+const PATHS_MAX: usize = 4;
 /// How often a path is bent away from what it comes too near to, by how much at most each time, and by how
 /// much more than it is short, m.
 const BENDS_MAX: usize = 6;
