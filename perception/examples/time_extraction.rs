@@ -2,7 +2,7 @@
 //!
 //!   time_extraction DEPTH.png OUT organised|voxels|auto RUNS [STEP [SENSOR]]
 //!
-//! Of a cloud every STEPth point is taken; the sensor is an Xtion where none is named.
+//! Of a cloud every STEPth point is taken; the sensor is an Xtion where none is named, or NAME:fx,fy,cx,cy.
 //!
 //! OUT.json has one entry a plane, in the sensor's optical frame (x right, y down, z forward; m):
 //!
@@ -17,7 +17,7 @@ use std::time::Instant;
 
 use nalgebra::{Isometry3, Point2, Vector3};
 use perception::{
-    Config, Extraction, Method, PosedScan, SensorOptions, extract, perceive, read_scan,
+    Config, Extraction, Intrinsics, Method, PosedScan, SensorOptions, extract, perceive, read_scan,
 };
 
 type AnyError = Box<dyn std::error::Error + Send + Sync>;
@@ -41,8 +41,17 @@ fn main() -> Result<(), AnyError> {
         },
         ..Config::default()
     };
+    let (sensor, k) = sensor.split_once(':').unwrap_or((sensor, ""));
+    let k: Vec<f64> = (k.split(',').filter(|k| !k.is_empty()))
+        .map(str::parse)
+        .collect::<Result<_, _>>()?;
+    let intrinsics = match k[..] {
+        [fx, fy, cx, cy] => Some(Intrinsics { fx, fy, cx, cy }),
+        _ => None,
+    };
     let options = SensorOptions {
         sensor: sensor.into(),
+        intrinsics,
         ..SensorOptions::default()
     };
     let mut scan = read_scan(path.as_ref(), &options)?;

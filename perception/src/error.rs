@@ -68,6 +68,23 @@ pub enum Error {
         /// Image height, px.
         height: usize,
     },
+    /// Hardly a point of a scan is in range: its unit is another one, or the range too short.
+    #[error(
+        "{scan}: {used} of {points} points are within {range_max_m} m (perception.range_max_m), and half of them are \
+         farther away than {median_m:.3} m: is the file in mm or cm?"
+    )]
+    OutOfRange {
+        /// The scan.
+        scan: String,
+        /// Points in range.
+        used: usize,
+        /// Points measured.
+        points: usize,
+        /// Half of the points are farther away, m.
+        median_m: f64,
+        /// The range that is used, m.
+        range_max_m: f64,
+    },
     /// No face of a scan could be one that is walked on.
     #[error(
         "none of {faces} faces can be the ground: none is seen from above by a sensor that is carried upright, or lies across the direction given as up; give the pose"

@@ -26,7 +26,7 @@ pub struct Extraction {
 /// Counts of points and parts along the way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Statistics {
-    /// Points or pixels in the scan.
+    /// Points or pixels in the scan; of an image that is finer than needed, the blocks that are one.
     pub points: usize,
     /// Those that were measured.
     pub valid: usize,

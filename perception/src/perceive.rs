@@ -12,7 +12,7 @@ use surfaces::{Face, Terrain, UNSEEN_DEPTH_M, deepen_walls};
 use crate::extraction::Statistics;
 use crate::lidar::{LidarCalibration, LidarCloud, LidarCounts, segment_cloud};
 use crate::registration::{Registration, register};
-use crate::{Config, Error, Method, Scan, extract};
+use crate::{Config, DepthImage, Error, Method, Scan, extract};
 
 /// A scan and where it was taken from.
 pub enum PosedScan<'a> {
@@ -87,6 +87,13 @@ pub enum Notice {
         /// The scan.
         scan: String,
     },
+    /// Something in a scan that is likely a mistake.
+    Doubt {
+        /// The scan.
+        scan: String,
+        /// What it is.
+        cause: String,
+    },
     /// A face of a scan is left out.
     Refused {
         /// The scan.
@@ -142,6 +149,7 @@ impl fmt::Display for Notice {
                 f,
                 "warning: {scan}: too many pixels are missing: taken as a cloud (method voxels)"
             ),
+            Self::Doubt { scan, cause } => write!(f, "warning: {scan}: {cause}"),
             Self::Refused { scan, cause } => {
                 write!(f, "warning: {scan}: a face is left out: {cause}")
             }
@@ -206,7 +214,8 @@ const LIDAR_SIGMA_M: f64 = 0.015;
 /// what a later scan looks through is taken off; walls are as deep as nothing was seen behind them.
 ///
 /// # Errors
-/// As [`extract`] and [`segment_cloud`], and [`Error::NoGround`] of a sweep without ground.
+/// As [`extract`] and [`segment_cloud`], [`Error::OutOfRange`] of a scan with hardly a point in range, and
+/// [`Error::NoGround`] of a sweep without ground.
 pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Error> {
     let mut found = Perception::default();
     let mut views: Vec<View> = Vec::new();
@@ -273,6 +282,25 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
     Ok(found)
 }
 
+/// A scan with less than this part of its points in range shows nothing.
+const IN_RANGE_MIN: f64 = 0.01;
+/// Principal points are no farther from the middle of an image than this part of its size.
+const OFF_CENTRE_MAX: f64 = 0.1;
+
+/// Why an image's intrinsics are likely those of another size.
+fn off_centre(depth: &DepthImage) -> Option<String> {
+    let k = depth.intrinsics;
+    let (width, height) = (depth.width, depth.height);
+    let off = |c: f64, size: usize| ((c + 0.5) / size as f64 - 0.5).abs() > OFF_CENTRE_MAX;
+    (off(k.cx, width) || off(k.cy, height)).then(|| {
+        format!(
+            "the principal point ({}, {}) is far from the middle of {width}x{height} pixels: intrinsics of another \
+             image size?",
+            k.cx, k.cy
+        )
+    })
+}
+
 /// The view of a camera or a bare cloud.
 fn of_scan(
     name: &str,
@@ -282,6 +310,23 @@ fn of_scan(
     notices: &mut Vec<Notice>,
 ) -> Result<View, Error> {
     let mut extraction = extract(scan, X_WV, config)?;
+    let Statistics { valid, used, .. } = extraction.statistics;
+    if (used as f64) < IN_RANGE_MIN * valid as f64 {
+        let away = |p: &[f32; 3]| (Vector3::from(p.map(f64::from)) - scan.eye_V).norm();
+        let mut away_m: Vec<f64> = scan.cloud.finite().map(away).collect();
+        let middle = away_m.len() / 2;
+        return Err(Error::OutOfRange {
+            scan: name.to_owned(),
+            used,
+            points: valid,
+            median_m: *away_m.select_nth_unstable_by(middle, f64::total_cmp).1,
+            range_max_m: config.range_max_m,
+        });
+    }
+    if let Some(cause) = scan.depth.as_ref().and_then(off_centre) {
+        let scan = name.to_owned();
+        notices.push(Notice::Doubt { scan, cause });
+    }
     if config.assume_level {
         extraction.faces.iter_mut().for_each(apply_level_prior);
     }

@@ -167,7 +167,12 @@ impl<'a> SphericalRangeImage<'a> {
             let count = ((place(1.0) - place(0.0)).norm() / PLACES_APART).ceil() as usize;
             let count = count.clamp(1, PLACES_MAX);
             let out = PixelRay::new(&(aside - place(0.5)));
-            EdgeKind::most(edges::walks(self, label, count, place, &out).map(|walk| walk.kind))
+            // Outlines of clouds are not so exact that none of them goes under what rises at a fold.
+            let kinds = edges::walks(self, label, count, place, &out).map(|walk| match walk.kind {
+                EdgeKind::Fold => EdgeKind::Real,
+                kind => kind,
+            });
+            EdgeKind::most(kinds)
         };
         ring.iter().zip(next).zip(out).map(of_edge).collect()
     }

@@ -68,6 +68,16 @@ pub fn doubt(environment: &Environment, terrain: &Terrain) -> Option<String> {
         return None;
     }
     let all_m2: f64 = planes.iter().map(|(_, area)| area).sum();
+    let down = planes.iter().filter(|(normal, _)| carries(&-normal));
+    let down_m2: f64 = down.map(|(_, area)| area).sum();
+    if let (Some(name), None) = (&source.cloud, source.eye_m)
+        && down_m2 > LEVEL_PART * all_m2
+    {
+        return Some(format!(
+            "{name}: its floors ({down_m2:.2} of {all_m2:.2} m²) face down: where the sensor stood is not its origin; \
+             give the --eye"
+        ));
+    }
     let R_VW = source.X_WV().rotation.inverse();
     let in_V = planes.iter().map(|(normal, area)| (R_VW * normal, *area));
     let (up_V, level_m2) = up_by_planes(&in_V.collect::<Vec<_>>(), None)?;

@@ -6,9 +6,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EdgeKind {
-    /// The face ends: beyond it is something farther away, or another face that meets it.
+    /// The face ends: beyond it is something farther away.
     #[default]
     Real,
+    /// Another face rises from it: nothing falls there, and what keeps clear of that face keeps clear of the edge.
+    Fold,
     /// Something nearer hides how the face goes on.
     Occluded,
     /// The border of what the sensor measured cuts the face.
@@ -19,7 +21,13 @@ pub enum EdgeKind {
 
 impl EdgeKind {
     /// All kinds, each at its own number.
-    const ALL: [Self; 4] = [Self::Real, Self::Occluded, Self::FieldOfView, Self::Unknown];
+    const ALL: [Self; 5] = [
+        Self::Real,
+        Self::Fold,
+        Self::Occluded,
+        Self::FieldOfView,
+        Self::Unknown,
+    ];
 
     /// The kind that an edge has in most of its places; of equals the first in the order above, and
     /// [`Self::Real`] of none.

@@ -53,6 +53,9 @@ fn depth_m(
     let column = Column::new(wall);
     let mut depth_m = depth_max_m;
     for (other, places_W) in faces.iter().zip(shown_W) {
+        if !column.may_hold(other, depth_max_m) {
+            continue;
+        }
         if is_far_side(wall, other) {
             // The two sides of a sheet may lie in one plane.
             let end_m = column.nearest_m(places_W, -DEPTH_MIN_M, depth_m);
@@ -85,6 +88,16 @@ impl<'a> Column<'a> {
             bounds: Bounds::new(&corners),
             rim_m: if is_wide { TOUCH_M } else { 0.0 },
         }
+    }
+
+    /// Whether places of a face may be in the column down to a depth: it is not all to one side of it.
+    fn may_hold(&self, face: &Face, to_m: f64) -> bool {
+        let outer = face.region.rings()[0].vertices.iter();
+        let X_FO = self.wall.X_WF.inverse() * face.X_WF;
+        let corners: Vec<_> = outer.map(|p| X_FO * Point3::new(p.x, p.y, 0.0)).collect();
+        let mut column = self.bounds.clone();
+        (column.low.z, column.high.z) = (-to_m, DEPTH_MIN_M);
+        Bounds::new(&corners).overlaps(&column)
     }
 
     /// The least depth behind the wall of points in the column, from one depth on and less than another.

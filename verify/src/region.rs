@@ -111,11 +111,11 @@ fn seen_inset_m(
     });
     let by_plane_m = sigmas * plane_sigma_m * n.dot(&ray).abs() / height;
     let per_rad = ray.norm() * ray.cross(&e).norm() / height;
-    // The border of the view is known: only the plane moves an edge there.
-    let per_rad = if edge.kind == EdgeKind::FieldOfView {
-        0.0
-    } else {
-        per_rad
+    // The border of the view is known: only the plane moves an edge there. Where another face rises nothing falls.
+    let (per_rad, by_plane_m) = match edge.kind {
+        EdgeKind::FieldOfView => (0.0, by_plane_m),
+        EdgeKind::Fold => (0.0, 0.0),
+        _ => (per_rad, by_plane_m),
     };
     let by_image_m = sigmas * view.sigma_rad * per_rad;
     let inside_m = edge.inside_rad * per_rad;

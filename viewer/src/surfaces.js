@@ -13,6 +13,7 @@ export const AXIS_M = 0.12;
 /** What can end a face at an edge of its outline, and how such edges are drawn: a solid line where the face ends. */
 export const EDGE_KINDS = [
   { name: 'real', label: 'the face ends' },
+  { name: 'fold', label: 'another face rises' },
   { name: 'occluded', label: 'hidden by something nearer', dashes: { dashed: true, dashSize: 0.05, gapSize: 0.03 } },
   { name: 'field_of_view', label: 'cut by the view', dashes: { dashed: true, dashSize: 0.012, gapSize: 0.018 } },
   { name: 'unknown', label: 'not measured beyond', dashes: { dashed: true, dashSize: 0.012, gapSize: 0.05 } },

@@ -200,7 +200,7 @@ fn beyond(picture: &impl Picture, label: u16, from: &Point2<f64>, out: &PixelRay
         let p = at(k);
         if picture.plane(its, &p).is_some() {
             let kind = if meets(picture, [label, its], &at(last), &p, out) {
-                EdgeKind::Real
+                EdgeKind::Fold
             } else {
                 EdgeKind::Occluded
             };

@@ -206,14 +206,6 @@ impl Bits {
         self
     }
 
-    /// The pixels that are not in the other one.
-    pub fn without(mut self, other: &Self) -> Self {
-        for (a, b) in self.words.iter_mut().zip(&other.words) {
-            *a &= !b;
-        }
-        self
-    }
-
     /// The pixels that are not in it.
     pub fn not(mut self) -> Self {
         self.words.iter_mut().for_each(|word| *word = !*word);

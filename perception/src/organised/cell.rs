@@ -1,5 +1,6 @@
 //! What growth asks of one cell: how well a plane fits it.
 
+use super::image::Lens;
 use super::moments::{InversePlane, Moments};
 use crate::segmentation::MISFIT;
 use crate::sensor::Noise;
@@ -9,16 +10,28 @@ use crate::sensor::Noise;
 pub(super) struct CellNoise {
     /// σ of one pixel's inverse depth, 1/m.
     pub sigma: f64,
-    /// κ w: systematic error of inverse depth, 1/m.
+    /// Systematic error of inverse depth, 1/m: the sensor's κ w, and what the face is off its plane.
     pub systematic: f64,
 }
 
+/// What is built flat is so to this, m: the root mean square by which real treads, risers and floors are off
+/// their planes along the normal.
+const UNEVEN_M: f64 = 0.0025;
+
+/// By how much the square of (ε/d), the part of its inverse depth by which a face is off its plane, is more than κ²: κ was
+/// measured on walls seen from the front, and has what those are off. A plane seen at a flat angle is near to the
+/// sensor's height, d, and off by the more.
+pub(super) fn unevenness(lens: &Lens, plane: &InversePlane, noise: &Noise) -> f64 {
+    let part = UNEVEN_M * UNEVEN_M * lens.normal(plane).norm_squared();
+    (part - noise.systematic_ratio * noise.systematic_ratio).max(0.0)
+}
+
 impl CellNoise {
-    /// At inverse depth `w`, 1/m.
-    pub fn at(noise: &Noise, w: f64) -> Self {
+    /// At inverse depth `w`, 1/m, on a face of some [`unevenness`].
+    pub fn at(noise: &Noise, w: f64, uneven: f64) -> Self {
         Self {
             sigma: noise.sigma_at_inverse(w),
-            systematic: noise.systematic_ratio * w,
+            systematic: (noise.systematic_ratio.powi(2) + uneven).sqrt() * w,
         }
     }
 
@@ -67,7 +80,7 @@ pub(super) struct Cell {
     uu: f32,
     uv: f32,
     vv: f32,
-    /// Largest misfit to the plane of its region, 1/m².
+    /// Largest misfit to the plane of its region, were that even, 1/m².
     misfit_max: f32,
     /// Largest mean square of a seed about it, 1/m².
     pub seed_max: f32,
@@ -75,9 +88,10 @@ pub(super) struct Cell {
 
 impl Cell {
     /// Of moments; `None` where they are not planar.
-    pub fn new(m: &Moments, noise: &Noise) -> Option<Self> {
+    pub fn new(m: &Moments, lens: &Lens, noise: &Noise) -> Option<Self> {
         let fit = m.fit()?;
-        let noise = CellNoise::at(noise, fit.w);
+        let even = CellNoise::at(noise, fit.w, 0.0);
+        let noise = CellNoise::at(noise, fit.w, unevenness(lens, &fit.plane(), noise));
         (fit.square() <= noise.planar()).then_some(Self {
             u: fit.u as f32,
             v: fit.v as f32,
@@ -87,23 +101,29 @@ impl Cell {
             uu: fit.uu as f32,
             uv: fit.uv as f32,
             vv: fit.vv as f32,
-            misfit_max: noise.misfit() as f32,
+            misfit_max: even.misfit() as f32,
             seed_max: noise.seed() as f32,
         })
     }
 
     /// Whether its misfit to a plane, beyond its own noise, is below its limit.
     #[inline]
-    pub fn fits(&self, plane: &[f32; 3]) -> bool {
-        let [a, b, c] = *plane;
+    pub fn fits(&self, &([a, b, c], uneven): &([f32; 3], f32)) -> bool {
         let d = a * self.u + b * self.v + c - self.w;
         let (a, b) = (a - self.a, b - self.b);
         let bend = a * (a * self.uu + 2.0 * b * self.uv) + b * b * self.vv;
-        d * d + bend <= self.misfit_max
+        d * d + bend <= self.misfit_max + uneven * self.w * self.w
     }
 }
 
-/// A plane as [`Cell::fits`] takes it.
+/// A plane as [`Cell::fits`] takes it: its coefficients, and the square of what its unevenness adds to a misfit's
+/// limit, as a part of inverse depth.
+pub(super) fn test(lens: &Lens, plane: &InversePlane, noise: &Noise) -> ([f32; 3], f32) {
+    let uneven = MISFIT.1 * MISFIT.1 * unevenness(lens, plane, noise);
+    (coefficients(plane), uneven as f32)
+}
+
+/// A plane's coefficients in 32 bits.
 pub(super) fn coefficients(plane: &InversePlane) -> [f32; 3] {
     plane.0.map(|x| x as f32).into()
 }
@@ -115,6 +135,7 @@ mod tests {
 
     use super::*;
     use crate::Sensor;
+    use crate::organised::image::tests::grids_of;
 
     #[test]
     fn a_cell_fits_a_plane_as_its_moments_say() {
@@ -126,20 +147,21 @@ mod tests {
             let (u, v) = (f64::from(j - 300), f64::from(k + 201));
             m.push(u, v, 0.7 + 2e-4 * u - 1e-4 * v + rough);
         }
-        let cell = Cell::new(&m, &noise).unwrap();
+        let (lens, ..) = grids_of(|_, _| 1.0);
+        let cell = Cell::new(&m, &lens, &noise).unwrap();
         let own = m.mean_square(&m.plane().unwrap());
-        let limit = CellNoise::at(&noise, m.mean()).misfit();
         let (mut fits, mut not) = (0, 0);
         for i in 0..400 {
             let (i, j) = (f64::from(i % 20 - 10), f64::from(i / 20 - 10));
             let plane = Vector3::new(2e-4 + 4e-4 * i, -1e-4 + 3e-4 * j, 0.7);
-            // Turned about the cell's own middle.
-            let c = plane.z - (plane.x - 2e-4) * -298.5 - (plane.y + 1e-4) * 202.5;
+            // Turned about the cell's own middle, and shifted.
+            let c = plane.z + 2e-3 * i - (plane.x - 2e-4) * -298.5 - (plane.y + 1e-4) * 202.5;
             let plane = InversePlane(Vector3::new(plane.x, plane.y, c));
+            let limit = CellNoise::at(&noise, m.mean(), unevenness(&lens, &plane, &noise)).misfit();
             let misfit = m.mean_square(&plane) - own;
             // Nothing so near the limit that 32 bits may decide.
             if (misfit / limit - 1.0).abs() > 1e-3 {
-                assert_eq!(cell.fits(&coefficients(&plane)), misfit <= limit);
+                assert_eq!(cell.fits(&test(&lens, &plane, &noise)), misfit <= limit);
                 if misfit <= limit { fits += 1 } else { not += 1 }
             }
         }

@@ -4,7 +4,7 @@ use nalgebra::Point2;
 use surfaces::EdgeKind;
 
 use super::image::InverseImage;
-use super::mask::EDGE_UNSEEN_PX;
+use super::mask::EDGE_SEEN_PX;
 use super::plane::Plane;
 use crate::edges::{self, Picture, Shown};
 use crate::scan::DepthImage;
@@ -137,11 +137,9 @@ pub(super) struct Edges {
 }
 
 /// More than this no outline is surely inside the true edge, px: rings run along pixels' centres, half a
-/// pixel inside, and that many pixels are taken off everywhere. What its label covers beyond may be
-/// another's, within the noise of its plane: the front of a board, the floor at a ramp's foot. Frames show no better
-/// value: a quarter of a pixel more has 1 % more of a face touched, and 1e-5 more of that off the face; twice as much
-/// beyond two pixels.
-const INSIDE_MAX_PX: f64 = EDGE_UNSEEN_PX as f64 + 0.5;
+/// pixel inside, and that many pixels are taken off. What its label covers beyond may be another's, within the noise of
+/// its plane: the front of a board, the floor at a ramp's foot.
+const INSIDE_MAX_PX: f64 = EDGE_SEEN_PX as f64 + 0.5;
 
 impl Edges {
     /// Of rings that have the face on their left where v is up.

@@ -1,6 +1,8 @@
 //! The inverse-depth image and its cells.
 
-use super::moments::Moments;
+use nalgebra::Vector3;
+
+use super::moments::{InversePlane, Moments};
 pub(super) use super::pixels::CELL_PX;
 use super::pixels::{Column, of_row};
 use crate::scan::DepthImage;
@@ -16,7 +18,31 @@ pub(super) struct InverseImage {
     pub centre: (f64, f64),
 }
 
+/// How the pixels of planes become rays: focal lengths, and the principal point as planes count, px.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lens {
+    f: (f64, f64),
+    axis: (f64, f64),
+}
+
+impl Lens {
+    /// n/d of the plane n·p = d in the sensor's frame, with its normal n away from the sensor, 1/m.
+    pub fn normal(&self, plane: &InversePlane) -> Vector3<f64> {
+        let at_axis = plane.at(self.axis.0, self.axis.1);
+        Vector3::new(plane.0.x * self.f.0, plane.0.y * self.f.1, at_axis)
+    }
+}
+
 impl InverseImage {
+    /// How its pixels become rays.
+    pub fn lens(&self) -> Lens {
+        let (k, (u0, v0)) = (self.intrinsics, self.centre);
+        Lens {
+            f: (k.fx, k.fy),
+            axis: (k.cx - u0, k.cy - v0),
+        }
+    }
+
     /// The image of 1/z for points within `range_max_m` of the sensor (along the ray), in the room
     /// of a vector that is no longer needed; and how many pixels were measured, and how many of these
     /// are within the range.
@@ -135,7 +161,7 @@ pub(super) mod tests {
     use super::*;
 
     /// The small and the large cells of a small image of these depths, m.
-    pub fn grids_of(z: impl Fn(usize, usize) -> f64) -> (Grid, Grid) {
+    pub fn grids_of(z: impl Fn(usize, usize) -> f64) -> (Lens, Grid, Grid) {
         let (width, height) = (160, 120);
         let pixels = (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
         let depth = DepthImage {
@@ -150,6 +176,7 @@ pub(super) mod tests {
             },
         };
         let (image, ..) = InverseImage::new(&depth, 10.0, Vec::new());
-        Grid::both(&image, Default::default())
+        let (small, large) = Grid::both(&image, Default::default());
+        (image.lens(), small, large)
     }
 }

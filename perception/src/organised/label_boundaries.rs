@@ -5,6 +5,7 @@ use super::words::{firsts, pack};
 
 /// The cuts between neighbours in a row and in a column: bit u of row v is the one from (u, v) to the
 /// next column, or to the next row.
+#[derive(Clone)]
 pub(super) struct LabelBoundaries {
     along: Bits,
     down: Bits,
@@ -26,6 +27,16 @@ impl LabelBoundaries {
     /// Those in a row, or those in a column.
     pub fn toward(&self, along: bool) -> &Bits {
         if along { &self.along } else { &self.down }
+    }
+
+    /// Takes out the cut after a pixel, in its row or in its column.
+    pub fn clear(&mut self, along: bool, u: usize, v: usize) {
+        let cuts = if along {
+            &mut self.along
+        } else {
+            &mut self.down
+        };
+        cuts.clear(u, v);
     }
 
     /// Calls `with` for every run of pixels in a row that are in `of` and have one label: the row,

@@ -5,7 +5,7 @@ use std::ops::Range;
 use wide::bytemuck::cast;
 use wide::{f32x8, i16x8, i32x8, u16x8};
 
-use super::cell::{CellNoise, coefficients};
+use super::cell::{CellNoise, coefficients, unevenness};
 use super::image::{CELL_PX, Grid, InverseImage};
 use super::moments::Moments;
 use super::moments::Region;
@@ -16,12 +16,14 @@ use crate::sensor::Noise;
 /// Writes labels cell by cell.
 pub(super) struct Labelling<'a> {
     image: &'a InverseImage,
-    /// Coefficients of each region's plane.
-    planes: Vec<[f32; 3]>,
+    /// Coefficients of each region's plane, and what its unevenness adds to `limits`, as a part of the square of
+    /// inverse depth.
+    planes: Vec<([f32; 3], f32)>,
     /// Columns of cells.
     cols: usize,
-    /// For each cell the square of the distance within which its pixels belong to a plane.
-    limits: Vec<f32>,
+    /// For each cell the square of the distance within which its pixels belong to an even plane, and that of its
+    /// inverse depth.
+    limits: Vec<(f32, f32)>,
     /// The label of every pixel; a margin of the image narrower than a cell has none.
     pub pixels: Vec<u16>,
     /// Of the row of cells that is being painted: what the planes take, and for each column of pixels
@@ -34,10 +36,14 @@ pub(super) struct Labelling<'a> {
 
 impl<'a> Labelling<'a> {
     pub fn new(image: &'a InverseImage, grid: &Grid, regions: &[Region], noise: &Noise) -> Self {
-        let plane = |region: &Region| coefficients(&region.plane);
+        let lens = image.lens();
+        let plane = |region: &Region| {
+            let uneven = ON_PLANE.1 * ON_PLANE.1 * unevenness(&lens, &region.plane, noise);
+            (coefficients(&region.plane), uneven as f32)
+        };
         // First all means: the limits are then found side by side.
         let means: Vec<f64> = grid.cells.iter().map(Moments::mean).collect();
-        let limits = means.iter().map(|w| limit(*w, noise) as f32);
+        let limits = (means.iter()).map(|w| (limit(*w, 0.0, noise) as f32, (w * w) as f32));
         Self {
             image,
             planes: regions.iter().map(plane).collect(),
@@ -58,7 +64,7 @@ impl<'a> Labelling<'a> {
 
     /// Has a plane painted in some of a row of cells.
     pub fn take(&mut self, label: u16, y: usize, columns: Range<usize>) {
-        let [a, b, c] = self.planes[usize::from(label)];
+        let ([a, b, c], uneven) = self.planes[usize::from(label)];
         let (u0, end) = (columns.start * CELL_PX, columns.end * CELL_PX);
         let (x0, y0) = self.place(u0, y * CELL_PX);
         let rise = self.rise[u0..end].iter_mut();
@@ -67,8 +73,8 @@ impl<'a> Labelling<'a> {
         }
         let limits = &self.limits[y * self.cols..][columns];
         let limit = self.limit[u0..end].as_chunks_mut::<CELL_PX>().0;
-        for (limit, of_cell) in limit.iter_mut().zip(limits) {
-            *limit = [*of_cell; CELL_PX];
+        for (limit, (even, square)) in limit.iter_mut().zip(limits) {
+            *limit = [even + uneven * square; CELL_PX];
         }
         self.runs.push(Run {
             label,
@@ -104,14 +110,16 @@ impl<'a> Labelling<'a> {
         let (x0, y0) = self.place(u0, v0);
         let start = |k: usize| (v0 + k) * self.image.width + u0;
         // Square of the distance to the nearest plane, and which it is; four pixels at once.
-        let mut best = [[self.limits[y * self.cols + x]; CELL_PX]; CELL_PX];
+        let (even, square_w) = self.limits[y * self.cols + x];
+        let mut best = [[f32::INFINITY; CELL_PX]; CELL_PX];
         let mut won = [[u32::from(NONE); CELL_PX]; CELL_PX];
         let mut lines = [[0.0_f32; CELL_PX]; CELL_PX];
         for (k, line) in lines.iter_mut().enumerate() {
             line.copy_from_slice(&self.image.w[start(k)..][..CELL_PX]);
         }
         for &candidate in candidates {
-            let [a, b, c] = self.planes[usize::from(candidate)];
+            let ([a, b, c], uneven) = self.planes[usize::from(candidate)];
+            let limit = even + uneven * square_w;
             let first = a * x0 + (b * y0 + c);
             for k in 0..CELL_PX {
                 let first = first + b * k as f32;
@@ -119,7 +127,7 @@ impl<'a> Labelling<'a> {
                     let w = lines[k][j];
                     let e = a * j as f32 + first - w;
                     let square = e * e;
-                    let better = (square < best[k][j]) & (w > 0.0);
+                    let better = (square < best[k][j].min(limit)) & (w > 0.0);
                     best[k][j] = if better { square } else { best[k][j] };
                     won[k][j] = if better { candidate.into() } else { won[k][j] };
                 }
@@ -193,9 +201,10 @@ impl Line<'_> {
     }
 }
 
-/// The square of the distance within which a plane may claim pixels, 1/m², for those of a cell of mean inverse depth `w`, 1/m; nothing
+/// The square of the distance within which a plane may claim pixels, 1/m², for those of a cell of mean inverse depth `w`, 1/m,
+/// and a plane's [`unevenness`]; nothing
 /// is nearer than that of a cell without a pixel.
 #[inline]
-pub(super) fn limit(w: f64, noise: &Noise) -> f64 {
-    CellNoise::at(noise, w).square(ON_PLANE.0, ON_PLANE.1)
+pub(super) fn limit(w: f64, uneven: f64, noise: &Noise) -> f64 {
+    CellNoise::at(noise, w, uneven).square(ON_PLANE.0, ON_PLANE.1)
 }

@@ -28,25 +28,25 @@ pub(super) fn label(
     noise: &Noise,
 ) -> (Vec<u16>, CellLabels) {
     let (cols, rows) = (grid.cols, grid.rows);
-    // The cells that had a region, those that no plane was tried in, and those that have a region
-    // since the last ring.
+    // The cells that had a region, and those to paint: at first all near one, then those that still have none
+    // near one that has one since the last ring.
     let labelled = Bits::of(&cells, cols, |label| label != NONE);
     let mut painter = Labelling::new(image, grid, regions, noise);
-    let mut untried = Bits::empty(cols, rows).not();
-    let mut fresh = cells.clone();
+    let mut open = Bits::empty(cols, rows).not();
     let (mut alone, mut its, mut candidates) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..RINGS {
-        let near = Near::all(&fresh, cols, regions.len(), 1);
+        let near = Near::all(&cells, cols, regions.len(), 1);
         // Those near one of them, and near several.
         let (one, several) = counted(&near, cols, rows);
-        let (one, several) = (one.and(&untried), several.and(&untried));
-        untried = untried.without(&one);
+        let (one, several) = (one.and(&open), several.and(&open));
         // Cells that had none have what most of their pixels have.
-        fresh.fill(NONE);
+        let mut fresh = Bits::empty(cols, rows);
         let mut settle = |painter: &Labelling, x: usize, y: usize, candidates: &[u16]| {
             let cell = y * cols + x;
             cells[cell] = painter.most(x, y, candidates);
-            fresh[cell] = cells[cell];
+            if cells[cell] != NONE {
+                fresh.fill(y, x, x + 1);
+            }
         };
         let mut here = Vec::new();
         for y in 0..rows {
@@ -80,6 +80,8 @@ pub(super) fn label(
                 }
             });
         }
+        let none = Bits::of(&cells, cols, |label| label == NONE);
+        open = fresh.dilated(1).and(&none);
     }
     (painter.pixels, CellLabels(cells))
 }

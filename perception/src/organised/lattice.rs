@@ -2,13 +2,13 @@
 
 use super::bits::{Bits, on_left};
 use super::borders::{Sums, borders};
-use super::cell::{Cell, CellNoise, coefficients};
-use super::image::Grid;
+use super::cell::{Cell, CellNoise, test, unevenness};
+use super::image::{Grid, Lens};
 use super::moments::{InversePlane, Moments};
 use super::seed::{BLOCK, STRIPS, cells_of, places};
 use super::words::pack;
-use crate::segmentation::NONE;
 use crate::segmentation::{self, Border, Lattice, ON_PLANE, Partition, Seed, Shape, View};
+use crate::segmentation::{MISFIT, NONE};
 use crate::sensor::Noise;
 
 /// Largest ratio of pixels without depth in a cell that takes part.
@@ -46,12 +46,14 @@ impl segmentation::Moments for Moments {
 /// The cells of one size, with the sensor's noise. Residuals are of inverse depth, 1/m.
 pub(super) struct ImageLattice<'a> {
     pub grid: &'a Grid,
+    pub lens: &'a Lens,
     pub noise: &'a Noise,
 }
 
 impl ImageLattice<'_> {
-    fn noise_at(&self, at: &Moments) -> CellNoise {
-        CellNoise::at(self.noise, at.mean())
+    /// The noise at an inverse depth on a plane.
+    fn noise_at(&self, w: f64, plane: &InversePlane) -> CellNoise {
+        CellNoise::at(self.noise, w, unevenness(self.lens, plane, self.noise))
     }
 
     /// Number of pixels measured in the cells that are dense enough to take part.
@@ -74,7 +76,7 @@ impl ImageLattice<'_> {
 impl Lattice for ImageLattice<'_> {
     type Moments = Moments;
     type Cell = Cell;
-    type Test = [f32; 3];
+    type Test = ([f32; 3], f32);
     const RESUMES: bool = false;
 
     #[inline]
@@ -104,26 +106,31 @@ impl Lattice for ImageLattice<'_> {
         fine
     }
 
-    fn variance(&self, at: &Moments, _: &InversePlane, k: f64, m: f64) -> f64 {
-        self.noise_at(at).square(k, m)
+    fn variance(&self, at: &Moments, plane: &InversePlane, k: f64, m: f64) -> f64 {
+        // What is built uneven is so within a cell as over a face: waves of the sensor's error are not.
+        let (w, m_uneven) = (at.mean(), m.min(MISFIT.1));
+        let uneven = unevenness(self.lens, plane, self.noise) * w * w;
+        CellNoise::at(self.noise, w, 0.0).square(k, m) + m_uneven * m_uneven * uneven
     }
 
-    fn planar(&self, at: &Moments, _: &InversePlane) -> f64 {
-        self.noise_at(at).planar()
+    fn planar(&self, at: &Moments, plane: &InversePlane) -> f64 {
+        self.noise_at(at.mean(), plane).planar()
     }
 
     fn cell(&self, cell: usize) -> Option<Cell> {
         let moments = &self.grid.cells[cell];
         let dense = moments.n >= self.pixels_min();
-        dense.then(|| Cell::new(moments, self.noise)).flatten()
+        dense
+            .then(|| Cell::new(moments, self.lens, self.noise))
+            .flatten()
     }
 
-    fn test(plane: &InversePlane) -> [f32; 3] {
-        coefficients(plane)
+    fn test(&self, plane: &InversePlane) -> Self::Test {
+        test(self.lens, plane, self.noise)
     }
 
     #[inline]
-    fn fits(&self, _: usize, cell: &Cell, plane: &[f32; 3]) -> bool {
+    fn fits(&self, _: usize, cell: &Cell, plane: &Self::Test) -> bool {
         cell.fits(plane)
     }
 
@@ -190,7 +197,7 @@ impl Lattice for ImageLattice<'_> {
         let alike = Self::wave(self.noise.correlation_px);
         let pixels = (self.grid.size * self.grid.size) as f64;
         let sigmas = 2.0 * (alike / (count * pixels)).min(1.0).sqrt();
-        let noise = CellNoise::at(self.noise, border.level / count);
+        let noise = self.noise_at(border.level / count, plane);
         Some((step, noise.square(sigmas, m)))
     }
 
@@ -222,7 +229,7 @@ impl Lattice for ImageLattice<'_> {
         let inverse = 1.0 / m.n;
         let w = plane.at(m.u * inverse, m.v * inverse);
         let nearer = m.w * inverse - w;
-        let limit = CellNoise::at(self.noise, w).square(ON_PLANE.0, ON_PLANE.1);
+        let limit = self.noise_at(w, plane).square(ON_PLANE.0, ON_PLANE.1);
         Some(nearer > 0.0 && nearer * nearer > limit)
     }
 }
@@ -238,8 +245,9 @@ mod tests {
     /// Regions of an image of 160 × 120 depths, m, and its small cells.
     fn regions(z: impl Fn(usize, usize) -> f64) -> (Partition<Moments>, Grid) {
         let noise = &Sensor::named("xtion").unwrap().noise;
-        let (small, large) = grids_of(z);
-        let lattice = |grid| ImageLattice { grid, noise };
+        let (lens, small, large) = grids_of(z);
+        let lens = &lens;
+        let lattice = |grid| ImageLattice { grid, lens, noise };
         let found = segment(&[&lattice(&large), &lattice(&small)]);
         (found, small)
     }
@@ -298,7 +306,7 @@ mod tests {
                 1.0 / (0.5 + if is_plate { by } else { 0.0 })
             }
         };
-        let noise = CellNoise::at(&Sensor::named("xtion").unwrap().noise, 0.5);
+        let noise = CellNoise::at(&Sensor::named("xtion").unwrap().noise, 0.5, 0.0);
         let refused = noise.misfit().sqrt();
         let stands_out = (noise.planar() + noise.misfit()).sqrt();
         for (by, count) in [
@@ -308,8 +316,8 @@ mod tests {
         ] {
             // Small cells alone: none is of both.
             let noise = &Sensor::named("xtion").unwrap().noise;
-            let grid = &grids_of(plate(by)).0;
-            let found = segment(&[&ImageLattice { grid, noise }]);
+            let (lens, grid, _) = &grids_of(plate(by));
+            let found = segment(&[&ImageLattice { grid, lens, noise }]);
             assert_eq!(found.regions.len(), count, "{by}");
         }
     }

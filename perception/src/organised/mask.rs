@@ -1,7 +1,7 @@
 //! The labelled pixels that surely lie on their face: small gaps closed, edges taken off.
 
 use super::bits::Bits;
-use super::cell::CellNoise;
+use super::cell::{CellNoise, unevenness};
 use super::image::InverseImage;
 use super::label_boundaries::LabelBoundaries;
 use super::moments::Region;
@@ -14,29 +14,30 @@ const GAP_PX: usize = 4;
 /// How far edges are taken back where a face ends at unmeasured pixels (an edge in the air:
 /// the drop-outs have taken some of it), px.
 pub(super) const EDGE_UNSEEN_PX: usize = 1;
-/// How far edges are taken back where a face meets another surface, px; by one at least.
+/// How far edges are taken back where another surface is beside a face, px; by one at least.
 pub(super) const EDGE_SEEN_PX: usize = 2;
 /// Parts narrower than twice this and one pixel are taken off, px.
 const NECK_PX: usize = 2;
 
 /// The square of the distance from a plane beyond which a pixel of inverse depth `w` surely is not on it,
-/// 1/m²: (5σ)² + (3κw)².
-pub(super) fn surely_off(w: f64, noise: &Noise) -> f64 {
-    CellNoise::at(noise, w).square(5.0, 3.0)
+/// 1/m²: (5σ)² + (3κw)², κ with the plane's [`unevenness`].
+pub(super) fn surely_off(w: f64, uneven: f64, noise: &Noise) -> f64 {
+    CellNoise::at(noise, w, uneven).square(5.0, 3.0)
 }
 
 /// Closes small gaps of the labels along rows, then along columns; returns the pixels still without,
 /// and which of them were not measured.
 ///
 /// A gap is closed where it is bounded by the same label on both sides and holds nothing that
-/// contradicts the plane: unmeasured pixels and outliers near the plane, never another label.
+/// contradicts the plane: unmeasured pixels and outliers near the plane, never another label. So is one in
+/// which the planes of both sides meet, where all of it was measured near them: folds are round.
 pub(super) fn close(
     image: &InverseImage,
     regions: &[Region],
     labels: &mut [u16],
     noise: &Noise,
 ) -> (Bits, Bits) {
-    let width = image.width;
+    let (width, lens) = (image.width, image.lens());
     let mut none = Bits::of(labels, width, |label| label == NONE);
     // Along the rows, then down the columns. A gap ends at pixels with a label: to close it changes no
     // other one.
@@ -52,21 +53,45 @@ pub(super) fn close(
                 (gap + usize::from(all), all)
             };
             let (gap, _) = (1..GAP_PX).fold((1, true), open);
-            if labels[first + gap * step] != label {
+            let other = labels[first + gap * step];
+            // The planes before and after the gap, from its first pixel on, and how far they allow a pixel to be off.
+            let from = |label: u16| {
+                let plane = &regions[usize::from(label)].plane;
+                let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
+                let slope = if down { plane.0.y } else { plane.0.x };
+                let own = plane.at(x, y);
+                (
+                    own,
+                    slope,
+                    surely_off(own, unevenness(&lens, plane, noise), noise),
+                )
+            };
+            let before = from(label);
+            let after = if other == label { before } else { from(other) };
+            let apart = |k: f64| after.0 - before.0 + k * (after.1 - before.1);
+            if apart(-1.0) * apart(gap as f64) > 0.0 {
                 return;
             }
-            let plane = &regions[usize::from(label)].plane;
-            let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
-            let (own, slope) = (plane.at(x, y), if down { plane.0.y } else { plane.0.x });
-            let limit = surely_off(own, noise);
-            let near = |(all, own): (bool, f64), k: usize| {
+            // A pixel goes to the plane that is nearest to it; at a fold it has to be measured.
+            let to = |k: usize| {
                 let w = f64::from(image.w[first + k * step]);
-                let e = own - w;
-                (all & ((w == 0.0) | (e * e <= limit)), own + slope)
+                let square =
+                    |(own, slope, _): (f64, f64, f64)| (own + k as f64 * slope - w).powi(2);
+                let (its, nearest) = if square(after) < square(before) {
+                    (other, after)
+                } else {
+                    (label, before)
+                };
+                let fits = if w > 0.0 {
+                    square(nearest) <= nearest.2
+                } else {
+                    other == label
+                };
+                fits.then_some(its)
             };
-            if (0..gap).fold((true, own), near).0 {
+            if (0..gap).all(|k| to(k).is_some()) {
                 for k in 0..gap {
-                    labels[first + k * step] = label;
+                    labels[first + k * step] = to(k).unwrap_or(label);
                     let (u, v) = if down { (u, v + k) } else { (u + k, v) };
                     none.clear(u, v);
                 }
@@ -117,20 +142,20 @@ fn starts(none: &Bits, most: usize, down: bool) -> Bits {
 
 /// The pixels that surely lie on their face.
 ///
-/// Every face loses its outermost [`EDGE_UNSEEN_PX`] pixels where it ends at unmeasured ones, and
-/// [`EDGE_SEEN_PX`] where another surface is beside it (in the maximum norm). Nothing is taken off at the
-/// border of the image, where only the view ends. `none` are the pixels without a label, of which
-/// some are `unmeasured`.
-pub(super) fn erode(none: &Bits, unmeasured: &Bits, cuts: &LabelBoundaries) -> Bits {
-    let seen = cuts.near(EDGE_SEEN_PX, Some(unmeasured));
-    let unseen = cuts.near(EDGE_UNSEEN_PX, None);
+/// At its `edges` every face loses its outermost [`EDGE_UNSEEN_PX`] pixels where it ends at unmeasured ones, and
+/// [`EDGE_SEEN_PX`] where another surface is beside it (in the maximum norm). Nothing is taken off at folds, nor at the
+/// border of the image, where only the view ends. `none` are the pixels without a label, of which some are
+/// `unmeasured`.
+pub(super) fn erode(none: &Bits, unmeasured: &Bits, edges: &LabelBoundaries) -> Bits {
+    let seen = edges.near(EDGE_SEEN_PX, Some(unmeasured));
+    let unseen = edges.near(EDGE_UNSEEN_PX, None);
     Bits::around([&seen, &unseen, none], |[seen, unseen, none]| {
         !(seen[1][1] | unseen[1][1] | none[1][1])
     })
 }
 
 /// The pixels of the parts that are wider than 2 [`NECK_PX`]: eroded, and grown back within what was
-/// there. Of the sure pixels those beside each other must be of one face, as they are after [`erode`].
+/// there. Beyond a fold it is the other face's, which is as sure.
 pub(super) fn open(sure: Bits) -> Bits {
     // What is near the core of a face, far from all that is not sure, is all of that face.
     sure.eroded(NECK_PX).dilated(NECK_PX)
@@ -173,30 +198,30 @@ mod tests {
     }
 
     #[test]
-    fn erosion_takes_more_off_at_a_surface_than_in_the_air_and_none_at_the_border() {
-        // Face, gap without depth, face, then a surface without a plane.
-        let row = "aaaa..bbbbbb??";
+    fn erosion_takes_more_off_at_a_surface_than_in_the_air_and_none_at_the_border_nor_at_a_fold() {
+        // Face, gap without depth, face, another face, then a surface without a plane.
+        let row = "aaaa..bbbbbbcccc??";
         let picture = row.repeat(3);
         let labels: Vec<u16> = picture
             .bytes()
             .map(|b| match b {
-                b'a' => 0,
-                b'b' => 1,
+                b'a'..=b'c' => u16::from(b - b'a'),
                 _ => NONE,
             })
             .collect();
-        let cuts = LabelBoundaries::new(&labels, row.len(), 3);
+        let mut edges = LabelBoundaries::new(&labels, row.len(), 3);
         let none = Bits::of(&labels, row.len(), |label| label == NONE);
         let unmeasured = Bits::of(picture.as_bytes(), row.len(), |b| b == b'.');
-        let eroded = kept(&erode(&none, &unmeasured, &cuts), &labels);
-        let expected = "aaa....bbb....".repeat(3);
-        for (i, (&label, want)) in eroded.iter().zip(expected.bytes()).enumerate() {
-            let got = match label {
-                0 => b'a',
-                1 => b'b',
-                _ => b'.',
-            };
-            assert_eq!(got, want, "pixel {i}");
+        for (fold, expected) in [(false, "aaa....bbb........"), (true, "aaa....bbbbbcc....")] {
+            if fold {
+                (0..3).for_each(|v| edges.clear(true, 11, v));
+            }
+            let eroded = kept(&erode(&none, &unmeasured, &edges), &labels);
+            let got = eroded.iter().map(|&label| match label {
+                NONE => '.',
+                label => char::from(b'a' + label as u8),
+            });
+            assert_eq!(got.collect::<String>(), expected.repeat(3));
         }
     }
 

@@ -5,6 +5,7 @@
 //! a near maximum-likelihood plane of any union of cells: no normals, no eigenvalues, no search.
 
 mod ambiguous_borders;
+mod binning;
 mod bits;
 mod borders;
 mod boundary_trace;
@@ -13,6 +14,7 @@ mod chart;
 mod contour;
 mod edges;
 mod face;
+mod folds;
 mod image;
 mod label_boundaries;
 mod labelling;
@@ -83,13 +85,19 @@ pub(crate) fn extract(
     X_WV: &Isometry3<f64>,
     config: &Config,
 ) -> Option<Extraction> {
+    // An image finer than pixels are meant here is taken in blocks of them.
+    let (all, ratio) = (depth, binning::ratio(depth));
+    let coarse = (ratio > 1).then(|| binning::binned(all, ratio, noise));
+    let depth = coarse.as_ref().unwrap_or(all);
+
     // 1. Inverse depth, and one pass to the moments of its small and large cells.
     let room = SCRATCH.take();
     let (image, valid, used) = InverseImage::new(depth, config.range_max_m, room.inverse);
     let (small, large) = Grid::both(&image, [room.small, room.large]);
 
     // 2. Regions over large cells, then over small ones.
-    let lattice = |grid| ImageLattice { grid, noise };
+    let lens = &image.lens();
+    let lattice = |grid| ImageLattice { grid, lens, noise };
     if config.method == Method::Auto && lattice(&small).dense_pixels() < DENSE_MIN * used as f64 {
         return None;
     }
@@ -103,7 +111,8 @@ pub(crate) fn extract(
     // doubtful borders, necks.
     let cuts = LabelBoundaries::new(&labels, image.width, image.height);
     let assigned = labels.len() - none.count();
-    let mut sure = mask::erode(&none, &unmeasured, &cuts);
+    let edges = folds::without_folds(&image, &regions, &labels, &cuts, noise);
+    let mut sure = mask::erode(&none, &unmeasured, &edges);
     let feet = ObjectBases {
         image: &image,
         regions: &regions,
@@ -156,9 +165,12 @@ pub(crate) fn extract(
         assigned,
     };
     let segmentation = Segmentation {
-        width: image.width,
-        height: image.height,
-        labels,
+        width: all.width,
+        height: all.height,
+        labels: match ratio {
+            1 => labels,
+            _ => binning::spread(&labels, image.width, all, ratio),
+        },
         plane_of_face,
         planes_V: planes
             .iter()

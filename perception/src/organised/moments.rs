@@ -63,6 +63,14 @@ pub(super) struct Fit<T = f64> {
     det: T,
 }
 
+impl Fit {
+    /// The plane on the image.
+    pub fn plane(&self) -> InversePlane {
+        let c = self.w - self.a * self.u - self.b * self.v;
+        InversePlane(Vector3::new(self.a, self.b, c))
+    }
+}
+
 /// One number, or one for each of two sets.
 pub(super) trait Real:
     Copy + From<f64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
@@ -189,9 +197,7 @@ impl Moments {
     ///
     /// `None` when the pixels do not span a plane.
     pub fn plane(&self) -> Option<InversePlane> {
-        let fit = self.fit()?;
-        let c = fit.w - fit.a * fit.u - fit.b * fit.v;
-        Some(InversePlane(Vector3::new(fit.a, fit.b, c)))
+        self.fit().map(|fit| fit.plane())
     }
 
     /// The least-squares plane about the mean pixel; `None` when the pixels do not span a plane.

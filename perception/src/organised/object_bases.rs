@@ -5,7 +5,8 @@
 //! last pixels of what stands there are as near to the face's plane as its own, and have its label.
 
 use super::bits::{Bits, Three, on_left, on_right};
-use super::image::InverseImage;
+use super::cell::unevenness;
+use super::image::{InverseImage, Lens};
 use super::label_boundaries::LabelBoundaries;
 use super::labelling::limit;
 use super::mask::surely_off;
@@ -34,7 +35,12 @@ impl ObjectBases<'_> {
     /// Takes off the sure pixels those of a face down to where something stands on it, and those within
     /// `margin_px` of them.
     pub fn drop(&self, margin_px: usize, noise: &Noise, sure: &mut Bits) {
-        let slopes: Vec<Slope> = self.regions.iter().map(|r| Slope::new(r, noise)).collect();
+        let lens = self.image.lens();
+        let slopes: Vec<Slope> = self
+            .regions
+            .iter()
+            .map(|r| Slope::new(r, &lens, noise))
+            .collect();
         for way in ImageDirection::ALL {
             if slopes.iter().all(|slope| slope.way != Some(way)) {
                 continue;
@@ -107,7 +113,7 @@ impl ObjectBases<'_> {
         let off = f64::from(w(&back)) - own;
         // Nearer to the plane it is the face's, if out of the label's reach.
         let most = slope.most + back as f64 * slope.rise;
-        if off < limit(own, noise).sqrt() || off > most {
+        if off < limit(own, slope.uneven, noise).sqrt() || off > most {
             return;
         }
         let length = (off / slope.rise).ceil() as isize - back;
@@ -174,11 +180,14 @@ struct Slope {
     /// How far off the plane the nearest pixel of what stands on it may be, and no farther than what the
     /// plane falls on the way to it: what is farther off hides the face from the front.
     most: f64,
+    /// The [`unevenness`] of the plane.
+    uneven: f64,
 }
 
 impl Slope {
-    fn new(region: &Region, noise: &Noise) -> Self {
+    fn new(region: &Region, lens: &Lens, noise: &Noise) -> Self {
         let (a, b) = (region.plane.0.x, region.plane.0.y);
+        let uneven = unevenness(lens, &region.plane, noise);
         let (way, most, other) = if a.abs() > b.abs() {
             (
                 if a > 0.0 {
@@ -202,12 +211,13 @@ impl Slope {
         };
         let across = if most > 0.0 { other / most } else { 0.0 };
         let rise = most + other * across;
-        let most = surely_off(region.moments.mean(), noise).sqrt() + rise;
+        let most = surely_off(region.moments.mean(), uneven, noise).sqrt() + rise;
         Self {
             way: (most <= REACH_PX * rise).then_some(way),
             rise,
             across,
             most,
+            uneven,
         }
     }
 }
@@ -251,7 +261,7 @@ mod tests {
         let all = || (0..HEIGHT).flat_map(|v| (0..WIDTH).map(move |u| (u, v)));
         let label = |(u, v): (usize, usize)| {
             let (own, w) = (at(u, v), depth(u, v));
-            if (w - own).powi(2) <= limit(w, &noise) {
+            if (w - own).powi(2) <= limit(w, 0.0, &noise) {
                 0
             } else {
                 NONE

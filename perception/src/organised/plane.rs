@@ -72,7 +72,7 @@ pub(super) fn fit(
         }
         let label = usize::from(label);
         let w = chunk.mean();
-        let noise = CellNoise::at(noise, w);
+        let noise = CellNoise::at(noise, w, 0.0);
         let variance =
             area_noise * noise.sigma.powi(2) + area_systematic * noise.systematic.powi(2);
         // 1/σ² and 1/w² by one division.
@@ -90,7 +90,7 @@ pub(super) fn fit(
             number[label] = region.moments.n;
         }
     }
-    let k = image.intrinsics;
+    let lens = image.lens();
     weighted
         .iter()
         .zip(&metric)
@@ -98,10 +98,7 @@ pub(super) fn fit(
         .map(|((moments, metric), &number)| {
             let inliers = number as usize;
             let inverse = moments.plane()?;
-            let [a, b, c] = [inverse.0.x, inverse.0.y, inverse.0.z];
-            // n/d on the ray (x, y, 1): u = fx x + cx − centre.
-            let at_axis = c + a * (k.cx - image.centre.0) + b * (k.cy - image.centre.1);
-            let scaled = Vector3::new(a * k.fx, b * k.fy, at_axis);
+            let scaled = lens.normal(&inverse);
             let distance = 1.0 / scaled.norm();
             let normal = scaled * distance;
             let square = metric.mean_square(&inverse) * metric.n * distance * distance;

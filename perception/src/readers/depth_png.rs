@@ -17,12 +17,35 @@ const DEFLATE_RATIO_MAX: usize = 1032;
 /// No depth camera has more pixels.
 const PIXELS_MAX: usize = 64 << 20;
 
+/// Less than this part of the pixels measured in the sensor's range is no range but another unit.
+const IN_RANGE_MIN: f64 = 0.1;
+
+/// That depths in the unit given are such that the sensor measures.
+fn check_unit(path: &Path, z_m: &[f32], sensor: &Sensor, scale: f64) -> Result<(), Error> {
+    let (near, far) = (sensor.range_m.0 as f32, sensor.range_m.1 as f32);
+    let mut measured: Vec<f32> = z_m.iter().copied().filter(|z| *z > 0.0).collect();
+    let inside = measured
+        .iter()
+        .filter(|z| (near..=far).contains(*z))
+        .count();
+    if measured.is_empty() || inside as f64 >= IN_RANGE_MIN * measured.len() as f64 {
+        return Ok(());
+    }
+    let middle = measured.len() / 2;
+    let (_, median, _) = measured.select_nth_unstable_by(middle, f32::total_cmp);
+    let cause = format!(
+        "{median:.3} m in the median, and {} measures from {near} to {far} m: is a unit {scale} m (depth_scale_m)?",
+        sensor.name
+    );
+    Err(Error::field(path, "depths", cause))
+}
+
 /// The depth image in `bytes`, in metres.
 ///
 /// Depths outside the sensor's range count as not measured.
 ///
 /// # Errors
-/// [`Error::Field`] for another pixel type, absurd sizes or a file too short for them;
+/// [`Error::Field`] for another pixel type, absurd sizes, a file too short for them, or depths in another unit;
 /// [`Error::Parse`] from the decoder; [`Error::NoIntrinsics`]; [`Error::Config`].
 pub(super) fn parse(
     path: &Path,
@@ -79,11 +102,14 @@ pub(super) fn parse(
         .next_frame(&mut raw)
         .map_err(|e| Error::parse(path, FORMAT, e))?;
     let (near, far) = (sensor.range_m.0 as f32, sensor.range_m.1 as f32);
-    let z_m = raw
+    let mut z_m: Vec<f32> = raw
         .chunks_exact(2)
         .map(|b| f32::from(u16::from_be_bytes([b[0], b[1]])) * scale as f32)
-        .map(|z| if (near..=far).contains(&z) { z } else { 0.0 })
         .collect();
+    check_unit(path, &z_m, sensor, scale)?;
+    for z in z_m.iter_mut().filter(|z| !(near..=far).contains(*z)) {
+        *z = 0.0;
+    }
 
     // The pinhole: the caller's, else the sensor's for this size.
     let intrinsics = options

@@ -109,7 +109,7 @@ impl<'a, L: Lattice> Growth<'a, L> {
         let (queue, refusing) = (&mut self.queue, &mut self.refusing);
         let cells = lattice.cells();
         let refit = |moments: &L::Moments, plane| moments.plane().unwrap_or(plane);
-        let mut test = L::test(&plane);
+        let mut test = lattice.test(&plane);
         let mut refit_at = 2 * members.len();
         queue.clone_from(members);
         // Twice: what the early planes refused, the final one may accept.
@@ -134,13 +134,13 @@ impl<'a, L: Lattice> Growth<'a, L> {
                     queue.push(k);
                     if members.len() >= refit_at {
                         plane = refit(moments, plane);
-                        test = L::test(&plane);
+                        test = lattice.test(&plane);
                         refit_at = members.len() * 3 / 2;
                     }
                 }
             }
             plane = refit(moments, plane);
-            test = L::test(&plane);
+            test = lattice.test(&plane);
             std::mem::swap(queue, refusing);
         }
         plane
@@ -156,9 +156,10 @@ impl<'a, L: Lattice> Growth<'a, L> {
         }
         let begun = moments.plane();
         if let Some(plane) = begun {
-            let test = L::test(&self.grow(&mut moments, plane));
+            let test = self.grow(&mut moments, plane);
             // Cells that the final plane no longer fits go back.
             let (lattice, shut) = (self.lattice, &mut self.shut);
+            let test = lattice.test(&test);
             let (of, index) = (&self.cells, &self.index);
             self.members.retain(|&i| {
                 let stays = lattice.fits(i, &of[index[i] as usize], &test);

@@ -50,7 +50,7 @@ pub(crate) trait Lattice {
 
     /// A cell for growth; `None` where it takes no part.
     fn cell(&self, cell: usize) -> Option<Self::Cell>;
-    fn test(plane: &PlaneOf<Self>) -> Self::Test;
+    fn test(&self, plane: &PlaneOf<Self>) -> Self::Test;
     /// Whether a cell's misfit to a plane, beyond its own noise, is within the limit of growth.
     fn fits(&self, number: usize, cell: &Self::Cell, plane: &Self::Test) -> bool;
     /// Places of a shape whose cells are open (not `shut`) and fit one plane, in no order. `of` gives a

@@ -191,7 +191,7 @@ impl Lattice for VoxelLattice<'_> {
         })))
     }
 
-    fn test(plane: &Plane) -> Plane {
+    fn test(&self, plane: &Plane) -> Plane {
         *plane
     }
 

@@ -113,7 +113,9 @@ fn right(lengths: &Lengths) -> (f64, BTreeMap<String, (f64, f64)>) {
     for ((is, named), length) in lengths.iter().filter(|((is, _), _)| is != "none") {
         let entry = of_kind.entry(is.clone()).or_default();
         entry.1 += length;
-        entry.0 += if is == named { *length } else { 0.0 };
+        // A fold is where the face ends, too.
+        let same = is == named || (is == "Real" && named == "Fold");
+        entry.0 += if same { *length } else { 0.0 };
     }
     let sum = |pick: fn(&(f64, f64)) -> f64| of_kind.values().map(pick).sum::<f64>();
     (sum(|l| l.0) / sum(|l| l.1), of_kind)

@@ -3,7 +3,9 @@
 
 use std::path::Path;
 
-use perception::{Error, Scan, SensorOptions, parse_scan, read_scan};
+use perception::{
+    Config, Error, Intrinsics, PosedScan, Scan, SensorOptions, parse_scan, perceive, read_scan,
+};
 use proptest::prelude::*;
 
 const POINTS: [[f32; 3]; 6] = [
@@ -444,5 +446,128 @@ proptest! {
     #[test]
     fn mutated_png_survives(bytes in mutated(depth_png())) {
         survives("m.png", &bytes);
+    }
+}
+
+/// A floor 1 m below a camera that looks down by 45°, as depths in metres.
+fn floor(v: u32) -> f64 {
+    let slope = (f64::from(v) - 239.5) / 525.0;
+    std::f64::consts::SQRT_2 / (1.0 + slope)
+}
+
+#[test]
+#[allow(non_snake_case)]
+fn input_that_is_almost_right_is_said_to_be_so() {
+    let image = |unit_m: f64| {
+        let row = |v: u32| ((floor(v) / unit_m) as u16).to_be_bytes().repeat(640);
+        let rows: Vec<u8> = (0..480).flat_map(row).collect();
+        png(640, 480, png::BitDepth::Sixteen, &rows)
+    };
+    let cloud = |unit_m: f64| {
+        let points = (0..480)
+            .step_by(8)
+            .flat_map(|v| (0..640).step_by(8).map(move |u| (u, v)));
+        let point = |(u, v): (u32, u32)| {
+            let z = floor(v) / unit_m;
+            let (x, y) = (
+                (f64::from(u) - 319.5) / 525.0,
+                (f64::from(v) - 239.5) / 525.0,
+            );
+            format!("{} {} {z}\n", x * z, y * z)
+        };
+        let rows: Vec<String> = points.map(point).collect();
+        let count = rows.len();
+        let head = "ply\nformat ascii 1.0\nelement vertex";
+        let axes = "property float x\nproperty float y\nproperty float z\nend_header";
+        format!("{head} {count}\n{axes}\n{}", rows.concat()).into_bytes()
+    };
+    // What the error or a warning says; none of what is right.
+    let said = |name: &str, bytes: &[u8], options: &SensorOptions, range_max_m: f64| {
+        let config = Config {
+            range_max_m,
+            ..Config::default()
+        };
+        let scan = match parse_scan(Path::new(name), bytes, options) {
+            Ok(scan) => scan,
+            Err(cause) => return cause.to_string(),
+        };
+        let X_WV = scan.X_WV;
+        let posed = PosedScan::Scan {
+            name,
+            scan: &scan,
+            X_WV,
+        };
+        match perceive(&[posed], &config) {
+            Ok(found) => {
+                let said = found.notices.iter().map(ToString::to_string);
+                said.filter(|notice| notice.starts_with("warning"))
+                    .collect()
+            }
+            Err(cause) => cause.to_string(),
+        }
+    };
+    let [xtion, generic] = ["xtion", "generic"].map(|sensor| SensorOptions {
+        sensor: sensor.into(),
+        ..SensorOptions::default()
+    });
+    let of_half_size = SensorOptions {
+        intrinsics: Some(Intrinsics {
+            fx: 262.5,
+            fy: 262.5,
+            cx: 159.5,
+            cy: 119.5,
+        }),
+        ..xtion.clone()
+    };
+    for (name, bytes, options, range_max_m, expected) in [
+        ("mm.png", image(1e-3), &xtion, 5.0, ""),
+        (
+            "cm.png",
+            image(1e-2),
+            &xtion,
+            5.0,
+            "is a unit 0.001 m (depth_scale_m)?",
+        ),
+        (
+            "tenths.png",
+            image(1e-4),
+            &xtion,
+            5.0,
+            "is a unit 0.001 m (depth_scale_m)?",
+        ),
+        (
+            "range.png",
+            image(1e-3),
+            &xtion,
+            0.5,
+            "0 of 307200 points are within 0.5 m",
+        ),
+        (
+            "size.png",
+            image(1e-3),
+            &of_half_size,
+            5.0,
+            "intrinsics of another image size?",
+        ),
+        ("m.ply", cloud(1.0), &generic, 5.0, ""),
+        (
+            "mm.ply",
+            cloud(1e-3),
+            &generic,
+            5.0,
+            "is the file in mm or cm?",
+        ),
+        (
+            "cm.ply",
+            cloud(1e-2),
+            &generic,
+            5.0,
+            "is the file in mm or cm?",
+        ),
+    ] {
+        let said = said(name, &bytes, options, range_max_m);
+        assert_eq!(said.is_empty(), expected.is_empty(), "{name}: {said}");
+        assert!(said.contains(expected), "{name}: {said}");
+        assert!(said.is_empty() || said.contains(name), "{name}: {said}");
     }
 }

@@ -12,6 +12,9 @@
 //!
 //!   σ_e = |n · d_xy / d_z| σ(p),   u = |d| |d × e| / |d_z|   (e the edge's direction),
 //!   inset_e = max(0, √((k σ_e)² + (k u σ_α)² + f²) − u ε),   the largest of both ends and the middle.
+//!
+//! The border of the view is where it is: σ_α = ε = 0. Where another face rises nothing falls, and what keeps clear of
+//! that face keeps clear of the edge: σ_e = 0 too.
 
 use nalgebra::{Point2, Point3, Vector2};
 
@@ -50,8 +53,12 @@ impl Face {
             let plane_m = k * slide.abs() * covariance.map_or(0.0, |c| sigma_at(c, &p));
             let per_rad = ray.norm() * ray.cross(&along.push(0.0)).norm() / -ray.z;
             let (image_m, inside_m) = match edge.kind {
-                EdgeKind::FieldOfView => (0.0, 0.0),
+                EdgeKind::FieldOfView | EdgeKind::Fold => (0.0, 0.0),
                 _ => (k * view.sigma_rad * per_rad, edge.inside_rad * per_rad),
+            };
+            let plane_m = match edge.kind {
+                EdgeKind::Fold => 0.0,
+                _ => plane_m,
             };
             plane_m.hypot(image_m).hypot(edge.further_m) - inside_m
         };

@@ -14,7 +14,7 @@ const THROUGH_MIN: f64 = 0.5;
 
 /// Makes edges real beyond which a view looked through the plane.
 pub(super) fn look_beyond(face: &mut GrowingFace, free_space: &FreeSpace) {
-    let open = |trace: &Trace| trace.edge.kind != EdgeKind::Real;
+    let open = |trace: &Trace| !matches!(trace.edge.kind, EdgeKind::Real | EdgeKind::Fold);
     let strips = face.traces.iter().filter(|trace| open(trace)).map(strip);
     let zone = strips.fold(Outline::default(), |zone, strip| zone.union(&strip));
     if zone.is_empty() {
