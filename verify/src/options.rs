@@ -70,6 +70,18 @@ pub struct Options {
     pub cone_edges: usize,
     /// Largest time between two samples of a motion, s.
     pub motion_step_s: f64,
+    /// How far a part (of speed, acceleration, friction, torque) may exceed the promised one between the
+    /// samples at which it was set: one percent.
+    pub motion_part: f64,
+    /// Largest acceleration of a joint that a motion may promise itself, rad/s²: what a fall takes is
+    /// less.
+    pub motion_acceleration: f64,
+    /// Largest difference of a stated velocity from that of the samples, m/s and rad/s: a hundredth of
+    /// what joints move at.
+    pub motion_rate: f64,
+    /// Largest difference of a stated acceleration from that of the velocities, m/s² and rad/s²: what
+    /// grows or falls over some samples differs by a part of it, what jumps by half of the jump.
+    pub motion_jump: f64,
     /// Largest distance of a motion from a stance that it passes, m and rad: what the postures'
     /// contacts are closed to.
     pub motion_end: f64,
@@ -111,6 +123,10 @@ impl Default for Options {
             extent_m: 1e4,
             cone_edges: 16,
             motion_step_s: 0.02,
+            motion_part: 0.01,
+            motion_acceleration: 100.0,
+            motion_rate: 0.01,
+            motion_jump: 1.0,
             motion_end: 1e-4,
             motion_joint_rad: 2e-3,
             motion_distance_m: 6e-4,
