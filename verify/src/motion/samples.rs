@@ -147,7 +147,7 @@ fn rates(scene: &Scene, motion: &Motion, i: usize, worst: &mut Extremes) {
         let off = moved / h - mean(&before.v, &now.v) + bend;
         worst.add(Check::MotionRate, off.abs(), scene.options.motion_rate, at);
         let off = (now.v[k] - before.v[k]) / h - mean(&before.a, &now.a);
-        let bound = scene.options.motion_jump;
+        let bound = scene.options.motion_jump * motion.limits.joint_acceleration_rad_s2;
         worst.add(Check::MotionJump, off.abs(), bound, at);
     }
 }
