@@ -43,15 +43,15 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             dt_s: 0.01,
-            settle_s: 0.1,
-            smooth_s: 0.08,
-            joint_speed_use: 0.5,
-            joint_acceleration_rad_s2: 15.0,
+            settle_s: 0.05,
+            smooth_s: 0.06,
+            joint_speed_use: 0.8,
+            joint_acceleration_rad_s2: 25.0,
             torque_use: 0.9,
             friction_use: 0.9,
-            margin_use: 0.5,
-            swing_speed_m_s: 1.0,
-            landing_speed_m_s: 0.15,
+            margin_use: 0.75,
+            swing_speed_m_s: 1.5,
+            landing_speed_m_s: 0.25,
             swing_clearance_m: 0.020,
             swing_height_m: 0.05,
         }

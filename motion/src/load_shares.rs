@@ -10,7 +10,9 @@
 //! of the margin of the centre of mass.
 #![allow(non_snake_case)]
 
-use nalgebra::{Matrix6, Point2, Vector3, Vector6};
+use std::ops::AddAssign;
+
+use nalgebra::{Matrix3, Matrix6, Point2, Vector3, Vector6};
 use posture::{Contact, patch_inset_m};
 
 use crate::problem::MotionContext;
@@ -70,38 +72,49 @@ impl LoadShares {
         own
     }
 
+    /// Force and moment about `com_W` of forces at the points.
+    pub fn resultant(&self, com_W: &Vector3<f64>, forces_W: &[Vector3<f64>]) -> Vector6<f64> {
+        let each = self.points.iter().zip(forces_W);
+        each.fold(Vector6::zeros(), |sum, (p, f)| {
+            let moment = (p.p_W - com_W).cross(f);
+            sum + Vector6::new(f.x, f.y, f.z, moment.x, moment.y, moment.z)
+        })
+    }
+
+    /// How much of what is needed beyond rest each point takes.
+    pub fn weights(&self, at_rest: &[Vector3<f64>]) -> Vec<f64> {
+        let mut weights = self.loads(at_rest);
+        let mut sums = vec![0.0; self.normals.len()];
+        for (load, p) in weights.iter().zip(&self.points) {
+            sums[p.contact] += load;
+        }
+        for (load, p) in weights.iter_mut().zip(&self.points) {
+            *load *= sums[p.contact];
+        }
+        weights
+    }
+
     /// Forces at the points that have each of these resultants: force and moment about `com_W`.
     pub fn shared<const N: usize>(
         &self,
-        at_rest: &[Vector3<f64>],
+        weights: &[f64],
         com_W: &Vector3<f64>,
         resultants: [Vector6<f64>; N],
     ) -> [Vec<Vector3<f64>>; N] {
-        let loads = at_rest.iter().zip(&self.points);
-        let loads = loads.map(|(f, p)| f.dot(&self.normals[p.contact]).max(0.0));
-        let mut loads: Vec<f64> = loads.collect();
-        let mut sums = vec![0.0; self.normals.len()];
-        for (load, p) in loads.iter().zip(&self.points) {
-            sums[p.contact] += load;
-        }
-        for (load, p) in loads.iter_mut().zip(&self.points) {
-            *load *= sums[p.contact];
-        }
-        let most = loads.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
-        let arms: Vec<Vector3<f64>> = self.points.iter().map(|p| p.p_W - com_W).collect();
+        let most = weights.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
+        let each = self.points.iter().zip(weights);
+        let each: Vec<_> = each.map(|(p, w)| (p.p_W - com_W, w / most)).collect();
         let mut square = Matrix6::zeros();
-        for (load, r) in loads.iter().zip(&arms) {
-            let (w, R) = (load / most, r.cross_matrix());
-            let turned = R * w;
-            for i in 0..3 {
-                square[(i, i)] += w;
-            }
-            let mut low = square.fixed_view_mut::<3, 3>(3, 0);
-            low += turned;
-            let mut right = square.fixed_view_mut::<3, 3>(0, 3);
-            right -= turned;
-            let mut corner = square.fixed_view_mut::<3, 3>(3, 3);
-            corner -= R * turned;
+        for (r, w) in &each {
+            let R = r.cross_matrix();
+            let turned = R * *w;
+            let [mut upper, mut lower] = [Matrix3::identity() * *w, turned];
+            square.fixed_view_mut::<3, 3>(0, 0).add_assign(&upper);
+            square.fixed_view_mut::<3, 3>(3, 0).add_assign(&lower);
+            lower.neg_mut();
+            square.fixed_view_mut::<3, 3>(0, 3).add_assign(&lower);
+            upper = R * lower;
+            square.fixed_view_mut::<3, 3>(3, 3).add_assign(&upper);
         }
         // Points on one line bear no moment about it; nothing is asked of them there.
         let inverse = square.try_inverse();
@@ -110,12 +123,41 @@ impl LoadShares {
         resultants.map(|resultant| {
             let y = inverse * resultant;
             let (force, moment) = (y.fixed_rows::<3>(0), y.fixed_rows::<3>(3));
-            let each = loads.iter().zip(&arms);
-            each.map(|(load, r)| (force + moment.cross(r)) * (load / most))
-                .collect()
+            each.iter().map(|(r, w)| (force + moment.cross(r)) * *w).collect()
         })
     }
+
+    /// Forces with this resultant whose loads are near to those at rest in proportion, so that none of
+    /// them changes its sign: the shares of the whole, again and again by the loads that come of it.
+    pub fn leaning(
+        &self,
+        at_rest: &[Vector3<f64>],
+        com_W: &Vector3<f64>,
+        resultant: Vector6<f64>,
+    ) -> Vec<Vector3<f64>> {
+        let mut loads = self.loads(at_rest);
+        for _ in 0..LEANINGS {
+            let [forces] = self.shared(&loads, com_W, [resultant]);
+            let next = self.loads(&forces);
+            for (load, next) in loads.iter_mut().zip(next) {
+                *load = next.max(FALL_MAX * *load);
+            }
+        }
+        let [forces] = self.shared(&loads, com_W, [resultant]);
+        forces
+    }
+
+    /// How hard each point presses, N; nothing where it pulls.
+    fn loads(&self, forces_W: &[Vector3<f64>]) -> Vec<f64> {
+        let loads = forces_W.iter().zip(&self.points);
+        let loads = loads.map(|(f, p)| f.dot(&self.normals[p.contact]).max(0.0));
+        loads.collect()
+    }
 }
+
+/// How often loads are sought that lean to a side, and the part to which one falls at most each time.
+const LEANINGS: usize = 5;
+const FALL_MAX: f64 = 0.2;
 
 /// The points of a patch at which the forces of a motion act, in C, m.
 fn points(polygon: &[Point2<f64>], context: &MotionContext) -> Vec<Point2<f64>> {

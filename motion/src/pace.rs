@@ -6,7 +6,7 @@
 //! in ṡ²; so is every limit.
 #![allow(non_snake_case)]
 
-use nalgebra::{DVector, Vector3, Vector6};
+use nalgebra::{DVector, Matrix3x6, Vector3, Vector6};
 use posture::Contact;
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, pyramid_axes_W};
 
@@ -20,11 +20,19 @@ use crate::segment::PhaseTrajectory;
 use crate::spline::Ends;
 use crate::time_law::{Row, TimeLaw};
 
-/// Pieces of a path at whose ends its limits are computed.
-const PIECES: usize = 64;
+/// Largest number of places of a path at which its limits are computed: those of its samples, between
+/// which they are smooth, where these are no more.
+const PIECES_MAX: usize = 160;
 /// Part of the distance that the robot is kept clear of things which a body moves between two samples at
 /// most.
-const STEP_PART: f64 = 0.6;
+const STEP_PART: f64 = 0.9;
+/// How often the forces are suited to the law that came of the last ones, the part of the time from which
+/// on that is worth going on, and for how much more than that law needs.
+const PASSES: usize = 6;
+const WORTH: f64 = 0.98;
+const FARTHER: f64 = 1.5;
+/// Part of the weight below which what is needed has no direction.
+const SLIGHT: f64 = 0.01;
 /// Distance of a patch from its landing at which it moves no faster than it may touch, m: what a scan is
 /// off.
 const LANDING_M: f64 = 0.015;
@@ -36,8 +44,10 @@ const ROOM: f64 = 1e-3;
 const OVER: f64 = 2e-3;
 /// How often a law is sought at most.
 const SMOOTHINGS: usize = 8;
+/// How often a law is made slower until every sample is within its limits.
+const STRETCHES: usize = 10;
 /// How a patch slows down on its way to its landing, m/s².
-const LANDING_M_S2: f64 = 3.0;
+const LANDING_M_S2: f64 = 5.0;
 
 /// The whole body at one sample of a motion.
 pub(crate) struct Paced {
@@ -57,6 +67,10 @@ type Parts<T> = [T; 3];
 struct Place {
     path: Instant,
     com_W: Vector3<f64>,
+    /// Force and moment about the centre of mass that are needed, N and N·m.
+    needs: Parts<Vector6<f64>>,
+    /// How much each point takes of what is needed beyond rest.
+    weights: Vec<f64>,
     /// Force at each point, N.
     forces_W: Parts<Vec<Vector3<f64>>>,
     /// Torque of each joint, N·m or N.
@@ -65,6 +79,21 @@ struct Place {
     speeds: Vec<f64>,
     /// How fast the patch in the air moves over ṡ, and how far it is from its landing.
     landing: Option<(f64, f64)>,
+}
+
+/// Forces of the points without a resultant, linear in what is needed beyond rest, so that contacts bear
+/// it better than by their shares alone.
+type Lean = Vec<Matrix3x6<f64>>;
+
+/// That at `s`, between those of the grid; none where there is no grid.
+fn between(grid: &[Lean], s: f64) -> Lean {
+    let at = s * (grid.len().max(2) - 1) as f64;
+    let low = (at as usize).min(grid.len().saturating_sub(2));
+    let part = at - low as f64;
+    match grid.get(low..low + 2) {
+        Some([a, b]) => a.iter().zip(b).map(|(a, b)| a + (b - a) * part).collect(),
+        _ => Lean::new(),
+    }
 }
 
 /// A phase whose time is sought.
@@ -95,18 +124,34 @@ impl<'a> Pace<'a> {
     /// The samples of the phase, `dt_s` apart, both ends included.
     pub fn samples(&mut self) -> Vec<Paced> {
         let config = self.context.config;
-        let grid = (0..=PIECES).map(|i| {
-            let place = self.place(i as f64 / PIECES as f64);
-            self.rows(&place)
-        });
-        let grid: Vec<Vec<Row>> = grid.collect();
-        // At rest every row has room, so there is one.
-        let Some((mut law, mut over)) = smooth(&grid, config) else { return Vec::new() };
-        if std::env::var("PACE").is_ok() {
-            self.debug(&grid, &law, over);
+        let pieces = (self.phase.samples.len() - 1).min(PIECES_MAX);
+        // The fastest law, by forces that suit the one before it.
+        let mut best: Option<(TimeLaw, f64, Vec<Lean>)> = None;
+        let mut leans = Vec::new();
+        for _ in 0..PASSES {
+            let places = (0..=pieces).map(|i| self.place(i as f64 / pieces as f64, &leans));
+            let places: Vec<Place> = places.collect();
+            let grid: Vec<Vec<Row>> = places.iter().map(|place| self.rows(place)).collect();
+            // At rest every row has room, so there is one.
+            let Some((law, over)) = smooth(&grid, config) else { break };
+            let time = law.duration_s() * over.max(1.0);
+            let before = best.as_ref().map(|(law, over, _)| law.duration_s() * over.max(1.0));
+            if before.is_some_and(|before| time >= before) {
+                break;
+            }
+            let next = places.iter().enumerate().map(|(i, place)| {
+                let [_, rate, bend] = law.at(law.time_s(i as f64 / pieces as f64));
+                self.lean(place, rate, bend)
+            });
+            let next = next.collect();
+            best = Some((law, over, std::mem::replace(&mut leans, next)));
+            if before.is_some_and(|before| time > WORTH * before) {
+                break;
+            }
         }
+        let Some((mut law, mut over, leans)) = best else { return Vec::new() };
         let mut samples = Vec::new();
-        for _ in 0..4 {
+        for _ in 0..STRETCHES {
             // Whole steps, and within the limits.
             let time = law.duration_s() * over.max(1.0);
             let steps = (time / config.dt_s - 1e-9).ceil().max(1.0);
@@ -115,7 +160,7 @@ impl<'a> Pace<'a> {
             over = 0.0;
             for i in 0..=steps as usize {
                 let [s, rate, bend] = law.at(i as f64 * config.dt_s);
-                let place = self.place(s.clamp(0.0, 1.0));
+                let place = self.place(s.clamp(0.0, 1.0), &leans);
                 let rows = self.rows(&place);
                 over = over.max(excess(rows.iter().copied(), rate, bend));
                 samples.push(self.paced(&place, rate, bend));
@@ -127,41 +172,34 @@ impl<'a> Pace<'a> {
         samples
     }
 
-    fn debug(&self, grid: &[Vec<Row>], law: &TimeLaw, over: f64) {
-        let robot = self.context.robot;
-        let nj = robot.nj();
-        let mut names: Vec<String> = Vec::new();
-        for b in robot.joint_bodies() { names.push(format!("speed {}", b.joint)); }
-        for b in &robot.bodies { names.push(format!("step {}", b.name)); }
-        if self.phase.swing.is_some() { names.push("swing".to_owned()); }
-        for b in robot.joint_bodies() { for _ in 0..2 { names.push(format!("acc {}", b.joint)); } }
-        for b in robot.joint_bodies() { if b.effort > 0.0 && b.effort.is_finite() { for _ in 0..2 { names.push(format!("tau {}", b.joint)); } } }
-        for (i, p) in self.shares.points.iter().enumerate() {
-            let c = &robot.patches[self.phase.closed[p.contact].patch].name;
-            names.push(format!("push {c} {i}"));
-            for _ in 0..4 { names.push(format!("fric {c} {i}")); }
-        }
-        assert_eq!(names.len(), grid[0].len(), "{nj}");
-        let mut dwell: std::collections::BTreeMap<String, f64> = Default::default();
-        let t = law.duration_s();
-        let n = 2000;
-        for i in 0..n {
-            let [s, rate, bend] = law.at(i as f64 * t / n as f64);
-            let at = ((s * PIECES as f64).round() as usize).min(PIECES);
-            let used: Vec<f64> = grid[at].iter().map(|r| (r.a * bend + r.b * rate * rate) / r.c).collect();
-            let k = (0..used.len()).max_by(|a, b| used[*a].total_cmp(&used[*b])).unwrap();
-            *dwell.entry(names[k].clone()).or_default() += t / n as f64;
-        }
-        let mut all: Vec<_> = dwell.into_iter().collect();
-        all.sort_by(|a, b| b.1.total_cmp(&a.1));
-        all.truncate(7);
-        let text: Vec<String> = all.iter().map(|(n, t)| format!("{n} {t:.2}")).collect();
-        let swing = self.phase.swing.map(|p| robot.patches[p].name.clone());
-        eprintln!("{swing:?} {t:.2} s, over {over:.3}: {}", text.join(", "));
+    /// How the forces should lean at a place that is gone through like this.
+    fn lean(&self, place: &Place, rate: f64, bend: f64) -> Lean {
+        let [rest, a, b] = &place.needs;
+        let w = a * bend + b * rate * rate;
+        let still = &place.forces_W[0];
+        let leaning = self.shares.leaning(still, &place.com_W, rest + w * FARTHER);
+        let plain = self.shares.shared(&place.weights, &place.com_W, [w]);
+        let [plain] = plain;
+        let leaning = leaning.iter().zip(still).map(|(f, rest)| (f - rest) / FARTHER);
+        let leaning: Vec<Vector3<f64>> = leaning.collect();
+        // By what part of their limits they grow.
+        let used = |forces: &Vec<Vector3<f64>>| {
+            let mut rows = Vec::new();
+            self.bearing(&[still.clone(), forces.clone(), forces.clone()], &mut rows);
+            rows.iter().map(|row| row.a / row.c).fold(0.0, f64::max)
+        };
+        let weight = self.context.robot.mass_kg * GRAVITY_M_S2;
+        // Nearly nothing has no direction.
+        let square = w.norm_squared() + (SLIGHT * weight).powi(2);
+        let better = used(&leaning) < used(&plain);
+        let part = if better { 1.0 } else { 0.0 };
+        let along = w.transpose() * (part / square);
+        let off = leaning.iter().zip(&plain).map(|(f, g)| (f - g) * along);
+        off.collect()
     }
 
-    /// The dynamics at `s`.
-    fn place(&mut self, s: f64) -> Place {
+    /// The dynamics at `s`, where forces lean as at the places of the grid, or not at all.
+    fn place(&mut self, s: f64, leans: &[Lean]) -> Place {
         let robot = self.context.robot;
         let path = self.curve.at(s);
         let at_rest = self.shares.at_rest(&self.blended(s));
@@ -192,20 +230,24 @@ impl<'a> Pace<'a> {
         });
         // What the contacts bear: at rest as the postures have it, and their shares of the rest.
         let com_W = kinematics.com_W;
-        let mut resultants = [0, 1, 2].map(|k| {
+        let resultants = [0, 1, 2].map(|k| {
             let each = needs[k].iter().zip(&kinematics.origin_W);
             each.fold(Vector6::zeros(), |sum: Vector6<f64>, ((f, m), o)| {
                 let moment = m + (o - com_W).cross(f);
                 sum + Vector6::new(f.x, f.y, f.z, moment.x, moment.y, moment.z)
             })
         });
-        for (p, f) in self.shares.points.iter().zip(&at_rest) {
-            let moment = (p.p_W - com_W).cross(f);
-            resultants[0] -= Vector6::new(f.x, f.y, f.z, moment.x, moment.y, moment.z);
-        }
-        let mut forces_W = self.shares.shared(&at_rest, &com_W, resultants);
-        for (sum, rest) in forces_W[0].iter_mut().zip(at_rest) {
-            *sum += rest;
+        let [rest, a, b] = resultants;
+        let weights = self.shares.weights(&at_rest);
+        // What leans has no resultant, and the shares make up for what it has.
+        let lean = between(leans, s);
+        let leaning = [a, b].map(|w| lean.iter().map(|part| part * w).collect::<Vec<_>>());
+        let left = [0, 1].map(|k| self.shares.resultant(&com_W, &leaning[k]));
+        let unborne = rest - self.shares.resultant(&com_W, &at_rest);
+        let shared = [unborne, a - left[0], b - left[1]];
+        let mut forces_W = self.shares.shared(&weights, &com_W, shared);
+        for (forces, off) in forces_W.iter_mut().zip([&at_rest, &leaning[0], &leaning[1]]) {
+            forces.iter_mut().zip(off).for_each(|(f, off)| *f += off);
         }
         // What the joints exert for it.
         let tau = [0, 1, 2].map(|k| {
@@ -222,6 +264,8 @@ impl<'a> Pace<'a> {
         Place {
             path,
             com_W,
+            needs: resultants,
+            weights,
             forces_W,
             tau,
             speeds,
@@ -283,12 +327,18 @@ impl<'a> Pace<'a> {
                 both([0, 1, 2].map(|k| place.tau[k][j]), limit);
             }
         }
-        // Forces push, inside the pyramid of their contact.
-        let friction_use = config.friction_use.max(self.context.posture.friction_use);
+        self.bearing(&place.forces_W, &mut rows);
+        rows
+    }
+
+    /// Forces push, inside the pyramid of their contact.
+    fn bearing(&self, forces_W: &Parts<Vec<Vector3<f64>>>, rows: &mut Vec<Row>) {
+        let posture = self.context.posture;
+        let friction_use = self.context.config.friction_use.max(posture.friction_use);
         for (i, point) in self.shares.points.iter().enumerate() {
             let contact = &self.phase.closed[point.contact];
             let axes = axes(self.context, contact);
-            let parts = [0, 1, 2].map(|k| axes.tr_mul(&place.forces_W[k][i]));
+            let parts = [0, 1, 2].map(|k| axes.tr_mul(&forces_W[k][i]));
             let n = parts.map(|f| f.z);
             let mu = contact.friction * friction_use * std::f64::consts::FRAC_1_SQRT_2;
             let mut least = |along: [f64; 3], kept: f64| {
@@ -305,7 +355,6 @@ impl<'a> Pace<'a> {
                 }
             }
         }
-        rows
     }
 
     fn paced(&self, place: &Place, rate: f64, bend: f64) -> Paced {
@@ -357,7 +406,7 @@ fn smooth(grid: &[Vec<Row>], config: &Config) -> Option<(TimeLaw, f64)> {
     let mut limits = grid.to_vec();
     let mut best: Option<(TimeLaw, f64)> = None;
     for _ in 0..SMOOTHINGS {
-        let law = TimeLaw::fastest(&limits, config.smooth_s)?;
+        let Some(law) = TimeLaw::fastest(&limits, config.smooth_s) else { break };
         let used = interpolated(grid, &law, config.dt_s);
         let over = used.iter().fold(0.0, |a: f64, (_, over)| a.max(*over));
         let time = |law: &TimeLaw, over: f64| law.duration_s() * over.max(1.0);
@@ -383,15 +432,16 @@ fn smooth(grid: &[Vec<Row>], config: &Config) -> Option<(TimeLaw, f64)> {
 /// The excess at every sample of a law, by limits between those of the grid, and the first and last
 /// places of the grid from which the mean comes.
 fn interpolated(grid: &[Vec<Row>], law: &TimeLaw, dt_s: f64) -> Vec<([usize; 2], f64)> {
+    let pieces = grid.len() - 1;
     let steps = (law.duration_s() / dt_s).ceil() as usize;
     let over = (0..=steps).map(|i| {
         let t = i as f64 * dt_s;
         let [s, rate, bend] = law.at(t);
-        let at = s.clamp(0.0, 1.0) * PIECES as f64;
-        let low = (at as usize).min(PIECES - 1);
+        let at = s.clamp(0.0, 1.0) * pieces as f64;
+        let low = (at as usize).min(pieces - 1);
         let part = at - low as f64;
-        let span = law.span(t).map(|s| s * PIECES as f64);
-        let span = [span[0].floor() as usize, (span[1].ceil() as usize).min(PIECES)];
+        let span = law.span(t).map(|s| s * pieces as f64);
+        let span = [span[0].floor() as usize, (span[1].ceil() as usize).min(pieces)];
         let mix = |a: f64, b: f64| a + part * (b - a);
         let rows = grid[low].iter().zip(&grid[low + 1]).map(|(r, n)| Row {
             a: mix(r.a, n.a),

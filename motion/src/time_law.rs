@@ -88,6 +88,20 @@ impl TimeLaw {
         [mean(2), mean(0) * k, mean(1) * k * k]
     }
 
+    /// When the path is at `s`, s.
+    pub fn time_s(&self, s: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.duration_s());
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            if self.at(middle)[0] < s {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
     /// The part of the path over which the mean at a time is taken: s from … to ….
     pub fn span(&self, t_s: f64) -> [f64; 2] {
         let t = t_s / self.slower;
