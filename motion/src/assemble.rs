@@ -4,6 +4,7 @@
 use nalgebra::{DVector, Vector3};
 use plan::{Limits, MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
 use posture::Contact;
+use rayon::prelude::*;
 
 use crate::load_shares::LoadShares;
 use crate::pace::{Pace, Paced};
@@ -28,30 +29,38 @@ pub fn assemble(context: &MotionContext, segments: &[&Segment]) -> Motion {
         phases: Vec::new(),
         samples: Vec::new(),
     };
-    for (k, segment) in segments.iter().enumerate() {
-        for phase in &segment.phases {
-            let mut pace = Pace::new(context, phase);
-            let samples = pace.samples();
-            let swing = phase.swing.map(|p| context.robot.patches[p].name.clone());
-            let contacts = contacts(context, &phase.closed, &pace.shares);
-            let kind = (phase.kind, k, k + 1);
-            append(&mut motion, kind, contacts, swing, samples.iter());
-            let rest = (config.settle_s / config.dt_s).round() as usize;
-            if let (Some(landed), Some(last)) = (&phase.landed, samples.into_iter().next_back())
-                && rest > 0
-            {
-                // The patch that has landed is closed, and carries nothing yet.
-                let mut closed = phase.closed.clone();
-                closed.push(landed.clone());
-                let shares = LoadShares::new(context, &closed);
-                let points = shares.points.iter().filter(|p| p.contact + 1 == closed.len());
-                let mut still = last;
-                still.forces_W.push(vec![Vector3::zeros(); points.count()]);
-                let contacts = self::contacts(context, &closed, &shares);
-                let samples = std::iter::repeat_n(&still, rest + 1);
-                let holds = (PhaseKind::Hold, k + 1, k + 1);
-                append(&mut motion, holds, contacts, None, samples);
-            }
+    // Every phase has a time of its own, from rest to rest.
+    let phases = segments.iter().enumerate();
+    let phases = phases.flat_map(|(k, segment)| segment.phases.iter().map(move |phase| (k, phase)));
+    let phases: Vec<_> = phases.collect();
+    let paced = phases.into_par_iter().map(|(k, phase)| {
+        let mut pace = Pace::new(context, phase);
+        let samples = pace.samples();
+        (k, phase, pace.shares, samples)
+    });
+    for (k, phase, shares, samples) in paced.collect::<Vec<_>>() {
+        let swing = phase.swing.map(|p| context.robot.patches[p].name.clone());
+        let contacts = contacts(context, &phase.closed, &shares);
+        let kind = (phase.kind, k, k + 1);
+        append(&mut motion, kind, contacts, swing, samples.iter());
+        let rest = (config.settle_s / config.dt_s).round() as usize;
+        if let (Some(landed), Some(last)) = (&phase.landed, samples.into_iter().next_back())
+            && rest > 0
+        {
+            // The patch that has landed is closed, and carries nothing yet.
+            let mut closed = phase.closed.clone();
+            closed.push(landed.clone());
+            let shares = LoadShares::new(context, &closed);
+            let points = shares
+                .points
+                .iter()
+                .filter(|p| p.contact + 1 == closed.len());
+            let mut still = last;
+            still.forces_W.push(vec![Vector3::zeros(); points.count()]);
+            let contacts = self::contacts(context, &closed, &shares);
+            let samples = std::iter::repeat_n(&still, rest + 1);
+            let holds = (PhaseKind::Hold, k + 1, k + 1);
+            append(&mut motion, holds, contacts, None, samples);
         }
     }
     motion
@@ -93,7 +102,11 @@ fn append<'a>(
     motion.samples.extend(samples);
 }
 
-fn contacts(context: &MotionContext, closed: &[Contact], shares: &LoadShares) -> Vec<plan::Contact> {
+fn contacts(
+    context: &MotionContext,
+    closed: &[Contact],
+    shares: &LoadShares,
+) -> Vec<plan::Contact> {
     let record = |(k, contact): (usize, &Contact)| {
         let patch = &context.robot.patches[contact.patch];
         let face = contact

@@ -44,7 +44,7 @@ impl Default for Config {
         Self {
             dt_s: 0.01,
             settle_s: 0.05,
-            smooth_s: 0.06,
+            smooth_s: 0.05,
             joint_speed_use: 0.8,
             joint_acceleration_rad_s2: 25.0,
             torque_use: 0.9,

@@ -12,7 +12,7 @@
 
 use std::ops::AddAssign;
 
-use nalgebra::{Matrix3, Matrix6, Point2, Vector3, Vector6};
+use nalgebra::{Cholesky, Matrix3, Matrix6, Point2, Vector3, Vector6};
 use posture::{Contact, patch_inset_m};
 
 use crate::problem::MotionContext;
@@ -117,13 +117,21 @@ impl LoadShares {
             square.fixed_view_mut::<3, 3>(3, 3).add_assign(&upper);
         }
         // Points on one line bear no moment about it; nothing is asked of them there.
-        let inverse = square.try_inverse();
-        let inverse = inverse.or_else(|| square.pseudo_inverse(1e-9).ok());
-        let inverse = inverse.unwrap_or_else(Matrix6::zeros);
+        let factor = Cholesky::new(square);
+        let inverse = match factor {
+            Some(_) => None,
+            None => square.pseudo_inverse(1e-9).ok(),
+        };
         resultants.map(|resultant| {
-            let y = inverse * resultant;
+            let y = match (&factor, inverse) {
+                (Some(factor), _) => factor.solve(&resultant),
+                (None, Some(inverse)) => inverse * resultant,
+                (None, None) => Vector6::zeros(),
+            };
             let (force, moment) = (y.fixed_rows::<3>(0), y.fixed_rows::<3>(3));
-            each.iter().map(|(r, w)| (force + moment.cross(r)) * *w).collect()
+            each.iter()
+                .map(|(r, w)| (force + moment.cross(r)) * *w)
+                .collect()
         })
     }
 
@@ -173,7 +181,11 @@ fn coordinates(polygon: &[Point2<f64>], p: &Point2<f64>) -> Vec<f64> {
     }
     let area = |a: &Point2<f64>, b: &Point2<f64>, c: &Point2<f64>| (b - a).perp(&(c - a));
     let weight = |j: usize| {
-        let (before, at, after) = (&polygon[(j + n - 1) % n], &polygon[j], &polygon[(j + 1) % n]);
+        let (before, at, after) = (
+            &polygon[(j + n - 1) % n],
+            &polygon[j],
+            &polygon[(j + 1) % n],
+        );
         let beside = area(p, before, at).max(AREA_MIN) * area(p, at, after).max(AREA_MIN);
         area(before, at, after) / beside
     };

@@ -133,9 +133,13 @@ impl<'a> Pace<'a> {
             let places: Vec<Place> = places.collect();
             let grid: Vec<Vec<Row>> = places.iter().map(|place| self.rows(place)).collect();
             // At rest every row has room, so there is one.
-            let Some((law, over)) = smooth(&grid, config) else { break };
+            let Some((law, over)) = smooth(&grid, config) else {
+                break;
+            };
             let time = law.duration_s() * over.max(1.0);
-            let before = best.as_ref().map(|(law, over, _)| law.duration_s() * over.max(1.0));
+            let before = best
+                .as_ref()
+                .map(|(law, over, _)| law.duration_s() * over.max(1.0));
             if before.is_some_and(|before| time >= before) {
                 break;
             }
@@ -149,7 +153,9 @@ impl<'a> Pace<'a> {
                 break;
             }
         }
-        let Some((mut law, mut over, leans)) = best else { return Vec::new() };
+        let Some((mut law, mut over, leans)) = best else {
+            return Vec::new();
+        };
         let mut samples = Vec::new();
         for _ in 0..STRETCHES {
             // Whole steps, and within the limits.
@@ -180,7 +186,10 @@ impl<'a> Pace<'a> {
         let leaning = self.shares.leaning(still, &place.com_W, rest + w * FARTHER);
         let plain = self.shares.shared(&place.weights, &place.com_W, [w]);
         let [plain] = plain;
-        let leaning = leaning.iter().zip(still).map(|(f, rest)| (f - rest) / FARTHER);
+        let leaning = leaning
+            .iter()
+            .zip(still)
+            .map(|(f, rest)| (f - rest) / FARTHER);
         let leaning: Vec<Vector3<f64>> = leaning.collect();
         // By what part of their limits they grow.
         let used = |forces: &Vec<Vector3<f64>>| {
@@ -209,7 +218,11 @@ impl<'a> Pace<'a> {
         let zero = vec![0.0; v.len()];
         // What every body needs: under gravity at rest, per s̈, per ṡ².
         let mut needs: Parts<BodyForces> = Default::default();
-        let states = [(&zero[..], &zero[..], GRAVITY_M_S2), (v, a, 0.0), (&zero[..], v, 0.0)];
+        let states = [
+            (&zero[..], &zero[..], GRAVITY_M_S2),
+            (v, a, 0.0),
+            (&zero[..], v, 0.0),
+        ];
         // In this order, so that the accelerations left are the velocities over ṡ.
         for (k, (v, a, g)) in [0, 2, 1].into_iter().zip(states) {
             let out = &mut needs[k];
@@ -246,7 +259,10 @@ impl<'a> Pace<'a> {
         let unborne = rest - self.shares.resultant(&com_W, &at_rest);
         let shared = [unborne, a - left[0], b - left[1]];
         let mut forces_W = self.shares.shared(&weights, &com_W, shared);
-        for (forces, off) in forces_W.iter_mut().zip([&at_rest, &leaning[0], &leaning[1]]) {
+        for (forces, off) in forces_W
+            .iter_mut()
+            .zip([&at_rest, &leaning[0], &leaning[1]])
+        {
             forces.iter_mut().zip(off).for_each(|(f, off)| *f += off);
         }
         // What the joints exert for it.
@@ -292,7 +308,11 @@ impl<'a> Pace<'a> {
         let (robot, config) = (self.context.robot, self.context.config);
         let mut rows = Vec::with_capacity(300);
         let mut square = |speed: f64, limit: f64| {
-            let b = if limit > 0.0 && limit.is_finite() { (speed / limit).powi(2) } else { 0.0 };
+            let b = if limit > 0.0 && limit.is_finite() {
+                (speed / limit).powi(2)
+            } else {
+                0.0
+            };
             rows.push(Row { a: 0.0, b, c: 1.0 });
         };
         // Speeds: of joints, of bodies between two samples, of the patch in the air.
@@ -313,8 +333,16 @@ impl<'a> Pace<'a> {
             let (most, least) = (limit - parts[0], limit + parts[0]);
             let room = |c: f64| c.max(ROOM * limit);
             let [_, a, b] = parts;
-            rows.push(Row { a, b, c: room(most) });
-            rows.push(Row { a: -a, b: -b, c: room(least) });
+            rows.push(Row {
+                a,
+                b,
+                c: room(most),
+            });
+            rows.push(Row {
+                a: -a,
+                b: -b,
+                c: room(least),
+            });
         };
         // Accelerations and torques of joints.
         for (v, a) in v.iter().zip(a) {
@@ -331,7 +359,8 @@ impl<'a> Pace<'a> {
         rows
     }
 
-    /// Forces push, inside the pyramid of their contact.
+    /// Forces push, inside eight sides of their contact's cone whose edges are on it; those of the postures'
+    /// pyramid are four of these.
     fn bearing(&self, forces_W: &Parts<Vec<Vector3<f64>>>, rows: &mut Vec<Row>) {
         let posture = self.context.posture;
         let friction_use = self.context.config.friction_use.max(posture.friction_use);
@@ -340,19 +369,29 @@ impl<'a> Pace<'a> {
             let axes = axes(self.context, contact);
             let parts = [0, 1, 2].map(|k| axes.tr_mul(&forces_W[k][i]));
             let n = parts.map(|f| f.z);
-            let mu = contact.friction * friction_use * std::f64::consts::FRAC_1_SQRT_2;
+            let mu = contact.friction * friction_use;
             let mut least = |along: [f64; 3], kept: f64| {
                 let c = along[0] - kept;
-                let row = Row { a: -along[1], b: -along[2], c };
+                let row = Row {
+                    a: -along[1],
+                    b: -along[2],
+                    c,
+                };
                 // A point that bears nothing takes nothing.
                 let bears = n[0] > UNLOADED_N;
-                rows.push(if bears { Row { c: c.max(ROOM * mu * n[0]), ..row } } else { FREE });
+                rows.push(if bears {
+                    Row {
+                        c: c.max(ROOM * mu * n[0]),
+                        ..row
+                    }
+                } else {
+                    FREE
+                });
             };
             least(n, LOAD_KEPT * n[0]);
-            for side in [0, 1] {
-                for sign in [1.0, -1.0] {
-                    least([0, 1, 2].map(|k| mu * n[k] + sign * parts[k][side]), 0.0);
-                }
+            for [x, y] in CONE_SIDES {
+                let across = |f: &Vector3<f64>| x * f.x + y * f.y;
+                least(parts.map(|f| CONE_INSIDE * mu * f.z - across(&f)), 0.0);
             }
         }
     }
@@ -381,9 +420,29 @@ impl<'a> Pace<'a> {
 }
 
 /// A limit that binds nothing.
-const FREE: Row = Row { a: 0.0, b: 0.0, c: 1.0 };
+const FREE: Row = Row {
+    a: 0.0,
+    b: 0.0,
+    c: 1.0,
+};
 /// A point that bears less at rest takes nothing, N.
 const UNLOADED_N: f64 = 1e-3;
+
+/// Normals of the eight sides of a friction cone, and the part of its width that is inside of them.
+const CONE_SIDES: [[f64; 2]; 8] = {
+    let (c, s) = (CONE_INSIDE, 0.382_683_432_365_089_8);
+    [
+        [c, s],
+        [s, c],
+        [-s, c],
+        [-c, s],
+        [-c, -s],
+        [-s, -c],
+        [s, -c],
+        [c, -s],
+    ]
+};
+const CONE_INSIDE: f64 = 0.923_879_532_511_286_7;
 
 /// The axes of a contact's friction pyramid, in W, as the postures have them.
 fn axes(context: &MotionContext, contact: &Contact) -> nalgebra::Matrix3<f64> {
@@ -406,11 +465,16 @@ fn smooth(grid: &[Vec<Row>], config: &Config) -> Option<(TimeLaw, f64)> {
     let mut limits = grid.to_vec();
     let mut best: Option<(TimeLaw, f64)> = None;
     for _ in 0..SMOOTHINGS {
-        let Some(law) = TimeLaw::fastest(&limits, config.smooth_s) else { break };
+        let Some(law) = TimeLaw::fastest(&limits, config.smooth_s) else {
+            break;
+        };
         let used = interpolated(grid, &law, config.dt_s);
         let over = used.iter().fold(0.0, |a: f64, (_, over)| a.max(*over));
         let time = |law: &TimeLaw, over: f64| law.duration_s() * over.max(1.0);
-        if best.as_ref().is_none_or(|(b, o)| time(&law, over) < time(b, *o)) {
+        if best
+            .as_ref()
+            .is_none_or(|(b, o)| time(&law, over) < time(b, *o))
+        {
             best = Some((law, over));
         }
         if over <= 1.0 + OVER {
@@ -441,7 +505,10 @@ fn interpolated(grid: &[Vec<Row>], law: &TimeLaw, dt_s: f64) -> Vec<([usize; 2],
         let low = (at as usize).min(pieces - 1);
         let part = at - low as f64;
         let span = law.span(t).map(|s| s * pieces as f64);
-        let span = [span[0].floor() as usize, (span[1].ceil() as usize).min(pieces)];
+        let span = [
+            span[0].floor() as usize,
+            (span[1].ceil() as usize).min(pieces),
+        ];
         let mix = |a: f64, b: f64| a + part * (b - a);
         let rows = grid[low].iter().zip(&grid[low + 1]).map(|(r, n)| Row {
             a: mix(r.a, n.a),

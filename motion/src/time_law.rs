@@ -30,6 +30,8 @@ pub struct TimeLaw {
     slower: f64,
 }
 
+/// How often the time of a place is halved: to a hundredth of a percent of the whole.
+const HALVINGS: usize = 14;
 /// Smallest part of a limit that counts as a coefficient.
 const SMALL: f64 = 1e-9;
 
@@ -47,7 +49,9 @@ impl TimeLaw {
         let mut knots = vec![[0.0; 4]];
         for (i, rows) in limits.iter().enumerate().take(n) {
             let up = rows.iter().filter(|r| r.a > SMALL * r.c);
-            let reach = up.map(|r| (r.c - r.b * x) / r.a).fold(f64::INFINITY, f64::min);
+            let reach = up
+                .map(|r| (r.c - r.b * x) / r.a)
+                .fold(f64::INFINITY, f64::min);
             let next = (x + 2.0 * ds * reach).clamp(0.0, most[i + 1]);
             let [t, s, rate, area] = knots[i];
             let dt = 2.0 * ds / (rate + next.sqrt());
@@ -91,7 +95,7 @@ impl TimeLaw {
     /// When the path is at `s`, s.
     pub fn time_s(&self, s: f64) -> f64 {
         let (mut low, mut high) = (0.0, self.duration_s());
-        for _ in 0..30 {
+        for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             if self.at(middle)[0] < s {
                 low = middle;
@@ -139,8 +143,16 @@ impl TimeLaw {
 /// Newton's method from above ends on it after a few of its pieces.
 fn controllable(rows: &[Row], ds: f64, next: f64) -> f64 {
     let ends = [
-        Row { a: 2.0 * ds, b: 1.0, c: next },
-        Row { a: -2.0 * ds, b: -1.0, c: 0.0 },
+        Row {
+            a: 2.0 * ds,
+            b: 1.0,
+            c: next,
+        },
+        Row {
+            a: -2.0 * ds,
+            b: -1.0,
+            c: 0.0,
+        },
     ];
     let rows = || rows.iter().chain(&ends);
     let flat = |r: &&Row| r.a.abs() <= SMALL * r.c.abs() && r.b > 0.0;
@@ -183,9 +195,21 @@ mod tests {
     /// A straight line of length 1 with bounds on speed and acceleration.
     fn line(speed: f64, acceleration: f64, n: usize) -> Vec<Vec<Row>> {
         let rows = vec![
-            Row { a: 1.0, b: 0.0, c: acceleration },
-            Row { a: -1.0, b: 0.0, c: acceleration },
-            Row { a: 0.0, b: 1.0, c: speed * speed },
+            Row {
+                a: 1.0,
+                b: 0.0,
+                c: acceleration,
+            },
+            Row {
+                a: -1.0,
+                b: 0.0,
+                c: acceleration,
+            },
+            Row {
+                a: 0.0,
+                b: 1.0,
+                c: speed * speed,
+            },
         ];
         vec![rows; n + 1]
     }
@@ -205,7 +229,9 @@ mod tests {
 
     #[test]
     fn it_keeps_to_its_limits_rests_at_the_ends_and_its_jerk_is_bounded() {
-        let law = TimeLaw::fastest(&line(0.8, 2.0, 50), 0.1).unwrap().slower(1.5);
+        let law = TimeLaw::fastest(&line(0.8, 2.0, 50), 0.1)
+            .unwrap()
+            .slower(1.5);
         let h = law.duration_s() / 2000.0;
         let states: Vec<_> = (0..=2000).map(|i| law.at(i as f64 * h)).collect();
         assert!(states[0].iter().all(|x| x.abs() < 1e-12));

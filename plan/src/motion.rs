@@ -171,7 +171,12 @@ impl Motion {
             }
             let forces = sample.forces_W.iter().flatten().flatten();
             let rates = sample.v.iter().chain(&sample.a).chain(&sample.tau);
-            let mut all = sample.q.iter().chain(&sample.com_W).chain(rates).chain(forces);
+            let mut all = sample
+                .q
+                .iter()
+                .chain(&sample.com_W)
+                .chain(rates)
+                .chain(forces);
             if !all.all(|x| x.is_finite()) {
                 return refuse(format!("sample {i} has a number that is not finite"));
             }

@@ -80,8 +80,8 @@ pub struct Options {
     /// what joints move at.
     pub motion_rate: f64,
     /// Largest difference of a stated acceleration from that of the velocities, over the largest that a
-    /// joint may have: one that goes from bound to bound over eight samples differs by an eighth between
-    /// two of them, one that jumps by the whole.
+    /// joint may have: one that goes from bound to bound over some samples differs by a part of it, one
+    /// that jumps there by the whole.
     pub motion_jump: f64,
     /// Largest distance of a motion from a stance that it passes, m and rad: what the postures'
     /// contacts are closed to.
@@ -127,7 +127,7 @@ impl Default for Options {
             motion_part: 0.01,
             motion_acceleration: 100.0,
             motion_rate: 0.01,
-            motion_jump: 0.25,
+            motion_jump: 0.5,
             motion_end: 1e-4,
             motion_joint_rad: 2e-3,
             motion_distance_m: 6e-4,

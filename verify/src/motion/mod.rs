@@ -59,7 +59,11 @@ fn record(scene: &Scene, motion: &Motion, findings: &mut Findings) -> bool {
         flaw(what);
     }
     let limits = &motion.limits;
-    let uses = [limits.joint_speed_use, limits.torque_use, limits.friction_use];
+    let uses = [
+        limits.joint_speed_use,
+        limits.torque_use,
+        limits.friction_use,
+    ];
     let shares = uses.iter().all(|part| (0.0..=1.0).contains(part));
     let most = scene.options.motion_acceleration;
     let acceleration = (0.0..=most).contains(&limits.joint_acceleration_rad_s2);
