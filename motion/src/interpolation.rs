@@ -153,6 +153,13 @@ mod tests {
             format: MOTION_FORMAT.to_owned(),
             robot: "body".to_owned(),
             dt_s: 0.01,
+            limits: plan::Limits {
+                joint_speed_use: 1.0,
+                joint_acceleration_rad_s2: 50.0,
+                torque_use: 1.0,
+                friction_use: 1.0,
+                margin_use: 0.0,
+            },
             phases: vec![Phase {
                 kind: PhaseKind::Shift,
                 t_start_s: 0.0,
