@@ -18,7 +18,7 @@ import toppra
 from scipy.interpolate import CubicSpline
 
 TIME = Path(__file__).parents[2] / "target/release/examples/path_time"
-SMOOTH_S = 0.06
+SMOOTH_S = 0.05
 PIECES = 80
 
 

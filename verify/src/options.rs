@@ -76,8 +76,8 @@ pub struct Options {
     /// Largest acceleration of a joint that a motion may promise itself, rad/s²: what a fall takes is
     /// less.
     pub motion_acceleration: f64,
-    /// Largest difference of a stated velocity from that of the samples, m/s and rad/s: a hundredth of
-    /// what joints move at.
+    /// Largest difference of a stated velocity from that of the samples, over what the largest acceleration
+    /// of a joint makes of it between two of them: accelerations are not known between the samples.
     pub motion_rate: f64,
     /// Largest difference of a stated acceleration from that of the velocities, over the largest that a
     /// joint may have: one that goes from bound to bound over some samples differs by a part of it, one
@@ -126,7 +126,7 @@ impl Default for Options {
             motion_step_s: 0.02,
             motion_part: 0.01,
             motion_acceleration: 100.0,
-            motion_rate: 0.01,
+            motion_rate: 0.1,
             motion_jump: 0.5,
             motion_end: 1e-4,
             motion_joint_rad: 2e-3,

@@ -79,7 +79,7 @@ const MUTATIONS: &[Mutation] = &[
         hurry(m, 0.7);
         m.limits.joint_speed_use = 1.2;
     }, &[Check::MotionRecord]),
-    ("a velocity is another", |m, i| m.samples[i].v[8] += 0.05, &[Check::MotionRate]),
+    ("a velocity is another", |m, i| m.samples[i].v[8] += 0.2, &[Check::MotionRate]),
     ("an acceleration is another", |m, i| m.samples[i].a[2] += 0.1, &[Check::BalanceForce]),
     ("a torque is another", |m, i| m.samples[i].tau[3] += 3.0, &[Check::MotionTorque]),
     ("forces act at the edge of the sole", |m, _| {

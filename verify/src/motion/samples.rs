@@ -136,6 +136,11 @@ fn rates(scene: &Scene, motion: &Motion, i: usize, worst: &mut Extremes) {
     let at = || format!("motion at {:.2} s", now.t_s);
     let nv = now.v.len();
     let turn = rotation_vector(&before.q[3..7], &now.q[3..7]);
+    let most = motion.limits.joint_acceleration_rad_s2;
+    let [rate, jump] = [
+        scene.options.motion_rate * most * h,
+        scene.options.motion_jump * most,
+    ];
     for k in 0..nv {
         let moved = match k {
             0..3 => now.q[k] - before.q[k],
@@ -145,10 +150,9 @@ fn rates(scene: &Scene, motion: &Motion, i: usize, worst: &mut Extremes) {
         let mean = |x: &[f64], y: &[f64]| 0.5 * (x[k] + y[k]);
         let bend = h * (now.a[k] - before.a[k]) / 12.0;
         let off = moved / h - mean(&before.v, &now.v) + bend;
-        worst.add(Check::MotionRate, off.abs(), scene.options.motion_rate, at);
+        worst.add(Check::MotionRate, off.abs(), rate, at);
         let off = (now.v[k] - before.v[k]) / h - mean(&before.a, &now.a);
-        let bound = scene.options.motion_jump * motion.limits.joint_acceleration_rad_s2;
-        worst.add(Check::MotionJump, off.abs(), bound, at);
+        worst.add(Check::MotionJump, off.abs(), jump, at);
     }
 }
 
