@@ -15,7 +15,7 @@ use crate::sweep::{self, Hit, Shortfall};
 use crate::swing_path::{self, SwingPath};
 
 /// Paths through the air on which the whole body is tried for one swing.
-const PATHS_MAX: usize = 6;
+const PATHS_MAX: usize = 4;
 /// How often a path is bent away from what it comes too near to, by how much at most each time, and by how
 /// much more than it is short, m.
 const BENDS_MAX: usize = 6;

@@ -11,6 +11,8 @@ use crate::dense::{cholesky_solve, dot};
 const SWEEPS: usize = 200;
 /// A sweep that changes the multipliers by less than this part is the last.
 const SETTLED: f64 = 1e-9;
+/// A row that is violated by less is not worked with, m and rad.
+const VIOLATED: f64 = 1e-9;
 /// What keeps rows that contradict each other from running away.
 const ELASTIC: f64 = 1e-6;
 
@@ -19,11 +21,15 @@ const ELASTIC: f64 = 1e-6;
 pub(crate) struct Inequalities {
     rows: Vec<f64>,
     room: Vec<f64>,
-    /// P gᵀ of each row.
+    /// The rows that count so far: those that some solution violated.
+    working: Vec<usize>,
+    /// P gᵀ of each of them.
     projected: Vec<f64>,
     products: Vec<f64>,
     multiplier: Vec<f64>,
     along: Vec<f64>,
+    /// y₀.
+    before: Vec<f64>,
 }
 
 impl Inequalities {
@@ -48,15 +54,43 @@ impl Inequalities {
     }
 
     /// Moves `y` from the solution of the `m` equations, whose rows are `equations` and whose
-    /// Cholesky factor is `factor`, to that of all.
+    /// Cholesky factor is `factor`, to that of all: of most rows it has room, and only those that it or
+    /// a solution on the way violates are worked with.
     pub fn solve(&mut self, n: usize, m: usize, equations: &[f64], factor: &[f64], y: &mut [f64]) {
-        let count = self.room.len();
-        if self.room.iter().all(|room| *room >= 0.0) {
-            return;
-        }
+        self.working.clear();
         self.projected.clear();
-        self.projected.extend_from_slice(&self.rows);
-        for row in self.projected.chunks_exact_mut(n) {
+        self.multiplier.clear();
+        self.before.clear();
+        self.before.extend_from_slice(y);
+        loop {
+            let known = self.working.len();
+            for i in 0..self.room.len() {
+                let moved = y.iter().zip(&self.before).map(|(y, before)| y - before);
+                let row = &self.rows[i * n..(i + 1) * n];
+                let room = self.room[i] + row.iter().zip(moved).map(|(g, d)| g * d).sum::<f64>();
+                if room < -VIOLATED && !self.working[..known].contains(&i) {
+                    self.working.push(i);
+                }
+            }
+            if self.working.len() == known {
+                return;
+            }
+            self.project(n, m, equations, factor, known);
+            self.sweep();
+            y.copy_from_slice(&self.before);
+            for (row, mu) in self.projected.chunks_exact(n).zip(&self.multiplier) {
+                y.iter_mut().zip(row).for_each(|(y, p)| *y += mu * p);
+            }
+        }
+    }
+
+    /// P gᵀ of the working rows from number `known` on, and the products of all.
+    fn project(&mut self, n: usize, m: usize, equations: &[f64], factor: &[f64], known: usize) {
+        for &i in &self.working[known..] {
+            self.projected
+                .extend_from_slice(&self.rows[i * n..(i + 1) * n]);
+        }
+        for row in self.projected[known * n..].chunks_exact_mut(n) {
             self.along.clear();
             self.along
                 .extend(equations.chunks_exact(n).map(|e| dot(e, row)));
@@ -66,20 +100,25 @@ impl Inequalities {
             }
         }
         self.products.clear();
-        for row in self.rows.chunks_exact(n) {
+        for &i in &self.working {
+            let row = &self.rows[i * n..(i + 1) * n];
             let products = self.projected.chunks_exact(n).map(|p| dot(row, p));
             self.products.extend(products);
         }
-        self.multiplier.clear();
+    }
+
+    /// The multipliers of the working rows, from those that they had.
+    fn sweep(&mut self) {
+        let count = self.working.len();
         self.multiplier.resize(count, 0.0);
         for _ in 0..SWEEPS {
             let mut change: f64 = 0.0;
             let mut size: f64 = 0.0;
-            for i in 0..count {
-                let row = &self.products[i * count..(i + 1) * count];
-                let value = self.room[i] + dot(row, &self.multiplier);
+            for (i, &row) in self.working.iter().enumerate() {
+                let products = &self.products[i * count..(i + 1) * count];
+                let value = self.room[row] + dot(products, &self.multiplier);
                 let before = self.multiplier[i];
-                let after = (before - value / (row[i] + ELASTIC)).max(0.0);
+                let after = (before - value / (products[i] + ELASTIC)).max(0.0);
                 self.multiplier[i] = after;
                 change = change.max((after - before).abs());
                 size = size.max(after.abs());
@@ -87,9 +126,6 @@ impl Inequalities {
             if change <= SETTLED * size {
                 break;
             }
-        }
-        for (row, mu) in self.projected.chunks_exact(n).zip(&self.multiplier) {
-            y.iter_mut().zip(row).for_each(|(y, p)| *y += mu * p);
         }
     }
 }

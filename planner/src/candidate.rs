@@ -14,11 +14,11 @@ use crate::Error;
 use crate::change::{Candidate, Move, RESTARTS};
 use crate::context::SearchContext;
 use crate::estimate::estimate;
-use crate::foothold_proposal::{Foothold, propose};
+use crate::foothold_proposal::{CROSSED_PRICE, Foothold, crossed_m, propose};
 use crate::footing::Footing;
 use crate::node::{Node, SAME_PLACE_M};
 use crate::nominal_posture::nominal_posture;
-use crate::reserve::{NO_RESERVE, RESERVE};
+use crate::reserve::solve_with_reserve;
 
 /// How near to the nominal one the postures of the tree are brought: what is left to gain is carried
 /// on to the children ([`posture::Solver::optimality`]).
@@ -130,7 +130,8 @@ pub(crate) fn touch(
     }
     let (made, rest) = price(context, node, &feet, node.contacts.iter());
     let extra = extra(context, patch, Some(&footing));
-    let made = made + extra + foothold.price() + BEYOND_PRICE * beyond_m;
+    let crossed = CROSSED_PRICE * crossed_m(context, node, &foothold);
+    let made = made + extra + foothold.price() + BEYOND_PRICE * beyond_m + crossed;
     Candidate::new(index, Move::Add(foothold), made, rest, context.weight)
 }
 
@@ -192,11 +193,6 @@ pub(crate) fn solve(
     node: &Node,
     candidate: &Candidate,
 ) -> Result<Option<Solved>, Error> {
-    let reserve = if candidate.tries == 0 {
-        &RESERVE
-    } else {
-        &NO_RESERVE
-    };
     let mut contacts = node.contacts.clone();
     let mut along_m = node.along_m(context);
     match &candidate.change {
@@ -217,18 +213,21 @@ pub(crate) fn solve(
         }
     }
     let nominal = nominal_posture(context, &contacts, along_m);
-    let config = &posture::Config {
+    let config = posture::Config {
         restarts: RESTARTS[candidate.tries.min(RESTARTS.len() - 1)],
         solver: posture::Solver {
             optimality: OPTIMALITY,
             upright: Some(context.upright(&nominal)),
             ..motion.posture.solver
         },
-        ..reserve.beyond(motion.posture)
+        ..motion.posture.clone()
     };
     let reference = candidate.near.as_ref().map_or(nominal, |p| p.q.clone());
     let problem = context.problem(contacts, &reference, &node.posture.q);
-    let outcome = posture::solve(&problem, config)?;
+    let outcome = match candidate.tries {
+        0 => solve_with_reserve(&problem, &config)?,
+        _ => posture::solve(&problem, &config)?,
+    };
     let lift_off_blocked = match &outcome {
         Outcome::Feasible(posture) => {
             let stance = StanceRef {

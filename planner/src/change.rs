@@ -28,6 +28,8 @@ pub(crate) struct Candidate {
     /// A posture to stay near to in the place of the nominal one: the next one on a way that no
     /// motion takes off for.
     pub near: Option<Arc<Posture>>,
+    /// The changes to follow on it, where several were planned together.
+    pub then: Option<Vec<Move>>,
 }
 
 impl Candidate {
@@ -41,12 +43,18 @@ impl Candidate {
             tries: 0,
             charged: 0.0,
             near: None,
+            then: None,
         }
+    }
+
+    /// Whether it leads to a contact set that was reached before, in another way that counts.
+    pub fn is_variant(&self) -> bool {
+        self.near.is_some() || self.then.is_some()
     }
 
     /// Whether nothing more is to be tried at it.
     pub fn is_spent(&self) -> bool {
-        self.tries + 1 >= RESTARTS.len()
+        self.then.is_some() || self.tries + 1 >= RESTARTS.len()
     }
 }
 

@@ -25,11 +25,18 @@ pub(crate) struct Foothold {
     moved_m: f64,
     /// Which of [`VARIATIONS`] it is.
     variation: usize,
+    /// The contact itself, where its place was found together with what follows on it.
+    pub exact: Option<Contact>,
 }
 
 impl Foothold {
     /// The contact that is asked for, not loaded yet; nothing where the face has no room for it.
     pub fn contact(&self, context: &SearchContext) -> Option<Contact> {
+        self.exact.clone().or_else(|| self.free(context))
+    }
+
+    /// As [`Self::contact`], free to move about on the face.
+    pub fn free(&self, context: &SearchContext) -> Option<Contact> {
         let request = context.request;
         let X_WF = request.environment[self.face].X_WF;
         let at = Isometry3::from_parts(self.place.into(), X_WF.rotation);
@@ -104,6 +111,45 @@ impl Foothold {
     pub fn next(&self) -> usize {
         self.variation + 1
     }
+}
+
+/// Price of a metre by which a foot lands across from where it would stand beside another, in contacts: legs
+/// that cross are rarely brought past each other.
+pub(crate) const CROSSED_PRICE: f64 = 10.0;
+
+/// How far a foot comes nearer to one that stands than half of its usual distance beside it, or past it to
+/// its other side, m: where it lands, and where it passes on the straight way from where it stood. Of feet
+/// that are side by side.
+pub(crate) fn crossed_m(context: &SearchContext, node: &Node, foothold: &Foothold) -> f64 {
+    if context.foot(foothold.patch).is_none() {
+        return 0.0;
+    }
+    let heading = context.route.at(foothold.along_m).heading;
+    let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
+    let left = Vector3::new(-heading.sin(), heading.cos(), 0.0);
+    let to = foothold.place.coords;
+    let stood = node.touching.iter().find(|c| c.patch == foothold.patch);
+    let from = stood.map_or(to, |c| context.place_W(c));
+    let held = node.contacts.iter();
+    let held =
+        held.filter(|held| held.patch != foothold.patch && context.foot(held.patch).is_some());
+    let crossed = held.filter_map(|held| {
+        let usual = context.offset(foothold.patch) - context.offset(held.patch);
+        let stands = context.place_W(held);
+        // Where the way is beside the foot that stands.
+        let (behind, before) = (ahead.dot(&(stands - from)), ahead.dot(&(to - stands)));
+        let part = behind / (behind + before);
+        let passes = if behind > 0.0 && before > 0.0 {
+            from + (to - from) * part
+        } else {
+            to
+        };
+        let crossed =
+            |p: Vector3<f64>| 0.5 * usual.y.abs() - left.dot(&(p - stands)) * usual.y.signum();
+        let are_beside = usual.y.abs() > usual.x.abs();
+        are_beside.then(|| crossed(to).max(crossed(passes)))
+    });
+    crossed.fold(0.0, f64::max)
 }
 
 /// The first place on a face, from variation number `from` on, that is within reach, clear of the
@@ -189,6 +235,7 @@ fn place(
             along_m,
             moved_m: 0.0,
             variation,
+            exact: None,
         }
     };
     // As far ahead as it goes without standing on another foot.

@@ -5,14 +5,14 @@
 use std::sync::Arc;
 
 use plan::Change;
-use posture::{BaseGoal, Outcome, Posture, Problem};
+use posture::{BaseGoal, Posture, Problem};
 
 use crate::Error;
 use crate::context::SearchContext;
 use crate::node::Node;
 use crate::node_construction::feasible;
 use crate::nominal_posture::nominal_posture;
-use crate::reserve::{NO_RESERVE, RESERVE, Reserve};
+use crate::reserve::solve_with_reserve;
 use crate::result::Blocked;
 
 /// What came of trying the goal at a node.
@@ -54,21 +54,15 @@ pub(crate) fn try_goal(
         ..context.problem(node.contacts.clone(), &reference, &node.posture.q)
     };
     // The node's posture is near: what other seeds would find is another way to the goal.
-    let solve = |reserve: &Reserve| {
-        let config = posture::Config {
-            restarts: 0,
-            solver: posture::Solver {
-                upright: Some(context.upright(&reference)),
-                ..config.solver
-            },
-            ..reserve.beyond(config)
-        };
-        posture::solve(&problem, &config)
+    let config = posture::Config {
+        restarts: 0,
+        solver: posture::Solver {
+            upright: Some(context.upright(&reference)),
+            ..config.solver
+        },
+        ..config.clone()
     };
-    let mut outcome = solve(&RESERVE)?;
-    if !matches!(outcome, Outcome::Feasible(_)) {
-        outcome = solve(&NO_RESERVE)?;
-    }
+    let outcome = solve_with_reserve(&problem, &config)?;
     Ok(match feasible(outcome, &problem) {
         Ok(posture) => Attempt::Reached(posture),
         Err(reason) => Attempt::Missed(Blocked {

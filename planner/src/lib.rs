@@ -63,6 +63,7 @@ mod node;
 mod node_construction;
 mod nominal_posture;
 mod out_of_reach;
+mod place_anew;
 mod reach;
 pub mod record;
 pub mod request;

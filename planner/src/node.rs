@@ -6,7 +6,7 @@ use plan::Change;
 use posture::{Contact, FaceIndex, Posture};
 use robot_model::PatchId;
 
-use crate::change::Candidate;
+use crate::change::{Candidate, Move};
 use crate::context::SearchContext;
 use crate::footing::Footing;
 
@@ -77,6 +77,21 @@ const SAME_HEADING_RAD: f64 = 0.2;
 
 /// What tells one contact set from another: patches, faces, places and headings, to the cell.
 pub(crate) type Key = Vec<(PatchId, Option<FaceIndex>, [i64; 4])>;
+
+/// What tells one change to a contact set from another: patch, and the contact made.
+pub(crate) type ChangeKey = (PatchId, Option<(FaceIndex, [i64; 3])>);
+
+/// The key of a change.
+pub(crate) fn change_key(change: &Move) -> ChangeKey {
+    match change {
+        Move::Remove(patch) => (*patch, None),
+        Move::Add(foothold) => {
+            let p = foothold.place.coords / SAME_PLACE_M;
+            let cell = [p.x, p.y, p.z].map(|x| x.round() as i64);
+            (foothold.patch, Some((foothold.face, cell)))
+        }
+    }
+}
 
 /// The key of contacts in the order of the patches.
 pub(crate) fn key(context: &SearchContext, contacts: &[Contact]) -> Key {

@@ -1,38 +1,50 @@
 //! What postures keep to spare for the motion between them.
 
-/// What a posture keeps beyond the margins that are asked for.
-pub(crate) struct Reserve {
-    /// Part of the torques.
-    torque: f64,
-    /// Of the joints' ranges, rad.
-    joint_rad: f64,
-    /// Of all distances, m.
-    clearance_m: f64,
-}
+use posture::{Config, Error, Outcome, Problem};
 
-/// The motion between two postures strays from what both keep: of postures on their bounds it is beyond
-/// them by a hair somewhere.
-pub(crate) const RESERVE: Reserve = Reserve {
-    torque: 0.96,
-    joint_rad: 3e-3,
-    clearance_m: 2e-3,
-};
-/// Where no posture has it, none is asked for.
-pub(crate) const NO_RESERVE: Reserve = Reserve {
-    torque: 1.0,
-    joint_rad: 0.0,
-    clearance_m: 0.0,
-};
+/// Part of the torques that is used of what is allowed.
+const TORQUE: f64 = 0.96;
+/// Kept of the joints' ranges beyond what is asked for, rad.
+const JOINT_RAD: f64 = 3e-3;
+/// Kept of all distances beyond what is asked for, m.
+const CLEARANCE_M: f64 = 2e-3;
+/// A posture that lacks more than this of what is asked for with the reserve lacks it without, as
+/// [`posture::Violation::amount`].
+const MADE_UP_MAX: f64 = 0.02;
 
-impl Reserve {
-    /// The settings with margins beyond what they ask for.
-    pub fn beyond(&self, asked: &posture::Config) -> posture::Config {
-        posture::Config {
-            torque_use: asked.torque_use * self.torque,
-            joint_margin_rad: asked.joint_margin_rad + self.joint_rad,
-            clearance_m: asked.clearance_m + self.clearance_m,
-            self_clearance_m: asked.self_clearance_m + self.clearance_m,
-            ..asked.clone()
+/// The posture of a problem with something to spare, as far as there is one: the motion between two
+/// postures strays from what both keep, and of postures on their bounds it is beyond them by a hair
+/// somewhere.
+///
+/// Where the reserve is more than there is (a finger beside the fist is 22 mm from whatever the
+/// fist touches, however it turns), the posture that comes nearest is brought inside the bounds
+/// themselves.
+///
+/// # Errors
+/// As [`posture::solve`].
+pub(crate) fn solve_with_reserve(problem: &Problem, asked: &Config) -> Result<Outcome, Error> {
+    let reserved = Config {
+        torque_use: asked.torque_use * TORQUE,
+        joint_margin_rad: asked.joint_margin_rad + JOINT_RAD,
+        clearance_m: asked.clearance_m + CLEARANCE_M,
+        self_clearance_m: asked.self_clearance_m + CLEARANCE_M,
+        ..asked.clone()
+    };
+    let outcome = posture::solve(problem, &reserved)?;
+    match outcome {
+        Outcome::Undecided {
+            violation, nearest, ..
+        } if violation.amount < MADE_UP_MAX => {
+            let from_there = Problem {
+                guess: &nearest.q,
+                ..problem.clone()
+            };
+            let asked = Config {
+                restarts: 0,
+                ..asked.clone()
+            };
+            posture::solve(&from_there, &asked)
         }
+        outcome => Ok(outcome),
     }
 }

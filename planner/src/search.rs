@@ -15,13 +15,13 @@ use posture::Posture;
 use rayon::prelude::*;
 
 use crate::candidate;
-use crate::change::Candidate;
+use crate::change::{Candidate, Move};
 use crate::context::SearchContext;
 use crate::estimate::{at_least, estimate};
 use crate::frontier::{Frontier, Outcome, Rank};
 use crate::goal::{Attempt, try_goal};
 use crate::motions::Motions;
-use crate::node::{Key, Node, key};
+use crate::node::{ChangeKey, Key, Node, change_key, key};
 use crate::node_construction;
 use crate::out_of_reach::out_of_reach;
 use crate::request::Request;
@@ -41,6 +41,9 @@ const FAR: f64 = 0.02;
 const SECOND_PRICE: f64 = 2.0;
 /// Price of a change from where the motion of another failed, in contacts.
 const FAILURE_PRICE: f64 = 1.0;
+/// Price of a change that failed before from a like contact set reached in another way, each time, in
+/// contacts.
+const FAILED_PRICE: f64 = 1.5;
 /// Nodes and posture problems that are spent at most where even the longest steps lead nowhere: the base's
 /// way is no proof, but it is rarely wrong.
 const GAP_NODES: usize = 40;
@@ -64,6 +67,8 @@ pub(crate) struct Search<'a> {
     /// A number of contact changes that no plan falls short of.
     pub changes_min: usize,
     pub blocked: Vec<Blocked>,
+    /// The nodes from which a change had no posture or no motion, by contact set and change.
+    failed: BTreeMap<(Key, ChangeKey), BTreeSet<usize>>,
     expanded: BTreeSet<usize>,
     pub solved: usize,
 }
@@ -106,6 +111,7 @@ pub fn search(
         improve_to: [0; 2],
         changes_min: 0,
         blocked: Vec::new(),
+        failed: BTreeMap::new(),
         expanded: BTreeSet::new(),
         solved: 0,
     };
@@ -172,7 +178,7 @@ pub fn search(
             continue;
         }
         let parent = &search.nodes[candidate.node];
-        let is_first = candidate.tries == 0 && candidate.near.is_none();
+        let is_first = candidate.tries == 0 && !candidate.is_variant();
         let next = candidate::next_place(&search.context, parent, &candidate).filter(|_| is_first);
         let Some(solved) = solved else {
             search.staleness.count(candidate.node, None);
@@ -198,7 +204,7 @@ pub fn search(
             (Ok(node), Some(reason)) => {
                 search.block(candidate.node, node.change.clone(), reason);
             }
-            (Ok(node), None) if search.is_new(&node) || candidate.near.is_some() => {
+            (Ok(node), None) if search.is_new(&node) || candidate.is_variant() => {
                 tracing::debug!(
                     "node {} from {}: {:?}",
                     search.nodes.len(),
@@ -207,6 +213,7 @@ pub fn search(
                 );
                 let index = search.nodes.len();
                 search.staleness.push(begins);
+                search.follow(&candidate, index);
                 if let Some(last) = search.admit(node)? {
                     search.finalize(index, last, progress)?;
                 }
@@ -219,7 +226,10 @@ pub fn search(
                     blocked.change,
                     blocked.reason
                 );
+                search.remember(candidate.node, &candidate.change);
                 let open = !blocked.proof && !candidate.is_spent();
+                let anew = search.place_anew(&candidate, blocked.amount)?;
+                anew.into_iter().for_each(|anew| search.put(anew));
                 let missed = blocked.amount.map_or(1.0, |m| (m / FAR).min(1.0));
                 // The reason so far, should its next turn never come.
                 search.blocked.push(*blocked);
@@ -262,7 +272,22 @@ impl<'a> Search<'a> {
     /// What a candidate costs for what failed or came no nearer about its node, in contacts.
     fn charge(&self, candidate: &Candidate) -> f64 {
         let node = &self.nodes[candidate.node];
-        FAILURE_PRICE * node.failures as f64 + self.staleness.price(candidate.node)
+        let like = (
+            key(&self.context, &node.contacts),
+            change_key(&candidate.change),
+        );
+        let others = self.failed.get(&like).into_iter().flatten();
+        let others = others.filter(|&&other| other != candidate.node).count();
+        FAILURE_PRICE * node.failures as f64
+            + FAILED_PRICE * others as f64
+            + self.staleness.price(candidate.node)
+    }
+
+    /// Remembers that a change failed from a node: from its contact set, reached in another way, it waits.
+    pub fn remember(&mut self, node: usize, change: &Move) {
+        let set = key(&self.context, &self.nodes[node].contacts);
+        let failed = self.failed.entry((set, change_key(change)));
+        failed.or_default().insert(node);
     }
 
     /// Whether the contact set was not reached before, to the cell; while a plan is improved, by as few

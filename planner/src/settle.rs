@@ -61,6 +61,10 @@ impl Search<'_> {
             return;
         };
         self.nodes[parent].failures += 1;
+        let change = self.nodes[index].origin.as_ref().map(|o| o.change.clone());
+        change
+            .iter()
+            .for_each(|change| self.remember(parent, change));
         if failure.at > TAKE_OFF {
             return;
         }

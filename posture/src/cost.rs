@@ -103,7 +103,7 @@ fn force_weights<'a>(ctx: &'a Context) -> impl Iterator<Item = (usize, f64)> + '
     let config = ctx.config;
     let contacts = ctx.layout.force.iter().zip(&ctx.contacts);
     contacts.flat_map(move |(columns, model)| {
-        let slip = config.weight_friction / model.mu_axis.max(MU_MIN).powi(2);
+        let slip = config.weight_friction / model.mu.max(MU_MIN).powi(2);
         let (along, across) = (WEIGHT_FORCES, WEIGHT_FORCES + slip);
         let weights = move |&c: &usize| [(c, across), (c + 1, across), (c + 2, along)];
         columns.iter().flat_map(weights)

@@ -6,6 +6,8 @@
 //! free to move, and the forces.
 #![allow(non_snake_case)]
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
 
@@ -78,11 +80,17 @@ impl<'a> Context<'a> {
         self.problem.robot
     }
 
-    /// How far inside a side of a contact's friction pyramid an upward force of one is.
-    pub fn pyramid_of_up(&self, contact: usize, axis: usize, sign: f64) -> f64 {
-        let model = &self.contacts[contact];
-        let up = model.axes.row(2);
-        model.mu_axis * up[2] + sign * up[axis]
+    /// The sides of the pyramid inscribed in a contact's friction cone, edges along its axes' diagonals:
+    /// each as the tangential direction, in the contact's axes, of t·f_t ≤ μ_side f_z.
+    pub fn pyramid(&self, contact: usize) -> ([[f64; 2]; 4], f64) {
+        let sides = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]];
+        (sides, self.contacts[contact].mu * FRAC_1_SQRT_2)
+    }
+
+    /// By how much an upward force of one fulfils t·f_t ≤ μ f_z at a contact.
+    pub fn up_inside(&self, contact: usize, [x, y]: [f64; 2], mu: f64) -> f64 {
+        let up = self.contacts[contact].axes.row(2);
+        mu * up[2] - x * up[0] - y * up[1]
     }
 
     /// What a row speaks of, with names.

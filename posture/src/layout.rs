@@ -1,6 +1,8 @@
 //! Which variable of the problem stands where in a step, and what of its contacts stays the same.
 
-use nalgebra::{Matrix3, Point2};
+#![allow(non_snake_case)]
+
+use nalgebra::{Matrix3, Point2, Vector3};
 use surfaces::ConvexPolygon;
 
 use crate::Config;
@@ -83,9 +85,21 @@ pub(crate) struct ContactModel {
     pub force_points: Vec<Point2<f64>>,
     /// Axes in W in which the forces are written: two tangents and the normal.
     pub axes: Matrix3<f64>,
-    /// Largest tangential force over the normal one, along each tangent: the pyramid inscribed
-    /// in the cone.
-    pub mu_axis: f64,
+    /// Largest tangential force over the normal one.
+    pub mu: f64,
+}
+
+/// Faces whose normals have a smaller upward part than this are pushed against, not stood on.
+const WALL: f64 = 0.5;
+
+/// The direction in which a contact is loaded, as far as the others tell: by the weight, and by what
+/// pushes off walls.
+fn load_W(problem: &Problem, index: usize) -> Vector3<f64> {
+    let others = problem.contacts.iter().enumerate();
+    let others = others.filter(|(i, other)| *i != index && other.loaded);
+    let normals = others.map(|(_, other)| other.normal_W());
+    let pushed: Vector3<f64> = normals.filter(|n| n.z < WALL).sum();
+    pushed - Vector3::z()
 }
 
 impl ContactModel {
@@ -93,18 +107,13 @@ impl ContactModel {
         let contact = &problem.contacts[index];
         let patch = &problem.robot.patches[contact.patch];
         let axes = contact.X_WC.rotation.to_rotation_matrix().into_inner();
-        // How a ball is turned does not matter.
-        let axes = match patch.point_radius_m() {
-            Some(_) => robot_model::pyramid_axes_W(&axes),
-            None => axes,
-        };
         Self {
             body: patch.body,
             radius: patch.point_radius_m(),
             vertices: patch.polygon.clone(),
             force_points: force_points(&patch.polygon, config.com_margin_m),
-            axes,
-            mu_axis: contact.friction * config.friction_use / std::f64::consts::SQRT_2,
+            axes: robot_model::pyramid_axes_W(&axes, &load_W(problem, index)),
+            mu: contact.friction * config.friction_use,
         }
     }
 }

@@ -22,6 +22,8 @@ pub enum Outcome {
         stop: Stop,
         /// The constraint that is violated most where it stopped.
         violation: Violation,
+        /// Where it stopped: no posture, but the nearest to one that was seen.
+        nearest: Box<Posture>,
     },
 }
 

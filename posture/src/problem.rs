@@ -20,6 +20,7 @@ pub struct BaseGoal {
 }
 
 /// A contact set for which a posture is wanted.
+#[derive(Clone)]
 pub struct Problem<'a> {
     /// The robot.
     pub robot: &'a Robot,

@@ -161,7 +161,12 @@ impl<'a> Sqp<'a> {
         let (posture, worst) = evaluate::posture(ctx, it, scratch, rows, cost, iterations);
         match worst {
             Some(violation) if violation.amount > TOLERANCE => {
-                Outcome::Undecided { stop, violation }
+                let nearest = Box::new(posture);
+                Outcome::Undecided {
+                    stop,
+                    violation,
+                    nearest,
+                }
             }
             _ => Outcome::Feasible(Box::new(posture)),
         }

@@ -101,20 +101,20 @@ impl ContactPatch {
     }
 }
 
-/// Faces nearer to level than this have no fall line, sine of the angle.
+/// A load nearer to the normal than this has no tangential part, sine of the angle.
 const LEVEL: f64 = 1e-3;
 
-/// The axes of the friction pyramid |f_x|, |f_y| ≤ μ/√2 f_z of a point contact: z is the normal, and
-/// where the face leans, the pyramid's edges, which lie on the cone, are along its fall line and
-/// across it. A weight on the face may then use the whole cone.
+/// The axes of the friction pyramid |f_x|, |f_y| ≤ μ/√2 f_z of a contact that is loaded along `load_W`
+/// (down, for a weight): z is the normal, and where the load is not along it, the pyramid's edges, which
+/// lie on the cone, are along its tangential part and across that. The load may then use the whole cone.
 ///
-///   x = (t − s)/√2,   y = (t + s)/√2,   t down the fall line,   s = z × t
+///   x = (t − s)/√2,   y = (t + s)/√2,   t the load's tangential part,   s = z × t
 ///
-/// On level faces the axes are `level`'s.  Frames: all in W.
-pub fn pyramid_axes_W(level: &Matrix3<f64>) -> Matrix3<f64> {
-    let z = level.column(2).into_owned();
-    let Some(t) = (z * z.z - Vector3::z()).try_normalize(LEVEL) else {
-        return *level;
+/// Without a tangential part the axes are `patch`'s.  Frames: all in W.
+pub fn pyramid_axes_W(patch: &Matrix3<f64>, load_W: &Vector3<f64>) -> Matrix3<f64> {
+    let z = patch.column(2).into_owned();
+    let Some(t) = (load_W - z * z.dot(load_W)).try_normalize(LEVEL) else {
+        return *patch;
     };
     let s = z.cross(&t);
     let half = std::f64::consts::FRAC_1_SQRT_2;
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn a_weight_on_a_slope_may_use_the_whole_cone() {
         let turn = Rotation3::from_euler_angles(0.3, -0.2, 1.1);
-        let axes = pyramid_axes_W(turn.matrix());
+        let axes = pyramid_axes_W(turn.matrix(), &-Vector3::z());
         assert!((axes.transpose() * axes - Matrix3::identity()).amax() < 1e-12);
         assert!((axes.determinant() - 1.0).abs() < 1e-12);
         assert!((axes.column(2) - turn.matrix().column(2)).amax() < 1e-12);
@@ -145,6 +145,9 @@ mod tests {
     #[test]
     fn level_faces_keep_their_axes() {
         let turn = Rotation3::from_euler_angles(0.0, 0.0, 0.7);
-        assert_eq!(pyramid_axes_W(turn.matrix()), *turn.matrix());
+        assert_eq!(
+            pyramid_axes_W(turn.matrix(), &-Vector3::z()),
+            *turn.matrix()
+        );
     }
 }

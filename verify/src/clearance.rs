@@ -114,6 +114,7 @@ fn distances(
                 .iter()
                 .filter(|touch| touch.patch.body == shape.body);
             let rise = own
+                .clone()
                 .filter_map(|touch| Some((body.rise_over(touch.face, scene.options)?, touch)))
                 .max_by(|a, b| a.0.total_cmp(&b.0));
             let subject = || format!("{} / {}{at}", shape.link, body.name);
@@ -129,8 +130,16 @@ fn distances(
                     );
                 }
                 None => {
-                    let distance = signed_distance(solid, &body.solid, &[]);
-                    worst.add(Check::Clearance, distance, bounds.free, subject);
+                    let whole = signed_distance(solid, &body.solid, &[]);
+                    let above = own.map(|touch| body.above(touch.face, scene.options));
+                    let above = above.map(|part| signed_distance(solid, &part, &[]));
+                    match above.max_by(f64::total_cmp) {
+                        Some(above) => {
+                            worst.add(Check::Clearance, above, bounds.free, subject);
+                            worst.add(Check::ContactDepth, whole, bounds.touching, subject);
+                        }
+                        None => worst.add(Check::Clearance, whole, bounds.free, subject),
+                    }
                 }
             }
         }

@@ -101,6 +101,20 @@ impl Body {
         let rise = heights.fold(f64::NEG_INFINITY, f64::max);
         (rise <= options.same_plane_m).then_some(rise.max(0.0))
     }
+
+    /// The part that rises over the plane of a face, of a body that does: what a link in contact with
+    /// the face keeps away from. Into which convex bodies the rest was cut does not matter.
+    pub fn above(&self, touched: &Face, options: &Options) -> Solid {
+        let plane = touched.X_WF.to_homogeneous();
+        let over = |p: &Vector3<f64>| inverse_point(&plane, p).z - options.same_plane_m;
+        let over: Vec<(Vector3<f64>, f64)> = self.points.iter().map(|p| (*p, over(p))).collect();
+        let (high, low): (Vec<_>, Vec<_>) = over.into_iter().partition(|(_, z)| *z >= 0.0);
+        let cut = high.iter().flat_map(|(p, above)| {
+            let down = low.iter();
+            down.map(move |(q, below)| p + (q - p) * (above / (above - below)))
+        });
+        Solid::hull(cut.chain(high.iter().map(|(p, _)| *p)), 0.0)
+    }
 }
 
 /// The lowest and the highest corner of the box along the axes around points.

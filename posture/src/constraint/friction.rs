@@ -1,4 +1,5 @@
-//! A contact pushes, and inside the friction pyramid inscribed in the cone:
+//! A contact pushes, and inside the friction pyramid inscribed in the cone, whose edges are along the
+//! contact's load as far as that is known before (`layout`):
 //!
 //!   f_z ≥ 0,   |f_x| ≤ μ/√2·f_z,   |f_y| ≤ μ/√2·f_z        (in the contact's axes)
 //!
@@ -11,24 +12,23 @@ use crate::least_load::least_load;
 use crate::rows::{Rows, Tag};
 
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, load: &Load, rows: &mut Rows) {
-    let mu = ctx.contacts[contact].mu_axis;
+    let (sides, mu) = ctx.pyramid(contact);
     for &column in &ctx.layout.force[contact] {
         let k = column - ctx.layout.nq;
         // The four sides imply f_z ≥ 0.
-        for axis in 0..2 {
-            for sign in [1.0, -1.0] {
-                let share = ctx.pyramid_of_up(contact, axis, sign);
-                let value = mu * it.force[k + 2] + sign * it.force[k + axis] - share * load.value;
-                let row = rows.push(Tag::Friction(contact), value, 0.0, f64::INFINITY);
-                if !row.is_empty() {
-                    for (row, slope) in row.iter_mut().zip(&load.gradient) {
-                        *row -= share * slope;
-                    }
-                    row[column + 2] = mu;
-                    row[column + axis] = sign;
+        for side in sides {
+            let share = ctx.up_inside(contact, side, mu);
+            let [x, y] = side;
+            let along = x * it.force[k] + y * it.force[k + 1];
+            let value = mu * it.force[k + 2] - along - share * load.value;
+            let row = rows.push(Tag::Friction(contact), value, 0.0, f64::INFINITY);
+            if !row.is_empty() {
+                for (row, slope) in row.iter_mut().zip(&load.gradient) {
+                    *row -= share * slope;
                 }
-                rows.harden_last();
+                row[column..column + 3].copy_from_slice(&[-x, -y, mu]);
             }
+            rows.harden_last();
         }
     }
 }

@@ -78,7 +78,7 @@ fn feet_farther_apart_than_the_robot_is_long_are_proved_impossible() {
 
 #[test]
 fn a_slope_steeper_than_friction_slips() {
-    // One foot on a slope of 31° needs μ ≥ 0.6; 0.5 × 0.8 does not do, 1.2 × 0.8/√2 does.
+    // Feet on a slope of 31° need 0.8 μ ≥ tan 31°: all of the cone is theirs.
     let (robot, q, world) = humanoid(vec![square("slope", [0.0; 3], 0.54, 1.0)]);
     let config = Config {
         com_margin_m: 0.01,
@@ -88,12 +88,13 @@ fn a_slope_steeper_than_friction_slips() {
         let feet = feet(&world, &robot, ["slope"; 2], friction);
         solve(&robot, &world, &feet, None, &q, &config)
     };
-    let slips = with(0.5);
-    let violation = slips.violation().expect("no friction pyramid holds this");
+    let least = 0.54_f64.tan() / 0.8;
+    let slips = with(0.99 * least);
+    let violation = slips.violation().expect("no friction cone holds this");
     use Constraint::{Balance, Closure, Equilibrium};
     let slips = matches!(violation.constraint, Equilibrium | Balance | Closure(_));
     assert!(slips, "{violation:?}");
-    assert!(with(1.2).posture().is_some(), "enough friction");
+    assert!(with(1.01 * least).posture().is_some(), "enough friction");
 }
 
 #[test]
@@ -176,8 +177,6 @@ fn a_slippery_slope_is_explained_by_the_friction_that_it_would_take() {
     assert!(found.conflict.contains(&Group::Equilibrium), "{words}");
     let mut relaxations = found.relaxations.iter();
     let needed = relaxations.find(|r| r.group == Group::Friction).unwrap();
-    // Down a slope the pyramid of 0.8 μ gives 0.8 μ/√2 along its axes.
-    let least = 0.4f64.tan() * std::f64::consts::SQRT_2 / 0.8;
-    let needed = needed.amount / least;
-    assert!(needed > 0.98 && needed < 1.2, "{words}");
+    let needed = needed.amount * 0.8 / 0.4f64.tan();
+    assert!(needed > 0.99 && needed < 1.01, "{words}: {needed}");
 }

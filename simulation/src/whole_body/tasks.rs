@@ -158,7 +158,7 @@ pub(super) fn contact_axes(
 ) -> Matrix3<f64> {
     let axes = |X: &Isometry3<f64>| X.rotation.to_rotation_matrix().into_inner();
     if is_point {
-        robot_model::pyramid_axes_W(&axes(&contact.X_WC))
+        robot_model::pyramid_axes_W(&axes(&contact.X_WC), &-Vector3::z())
     } else {
         axes(X_WC)
     }

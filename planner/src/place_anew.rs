@@ -1,0 +1,125 @@
+//! A change that fails by little is tried once more with the contacts made just before it at other
+//! places, all chosen together.
+//!
+//! A contact is put where its own posture wants it. Whether the next foot can leave from there is found
+//! out only then, and of the places around most may not do: a hand has to push where it holds the foot
+//! that stays, and that foot has to stand where the hand holds it.
+
+use posture::{Contact, Freedom, Outcome, Problem};
+
+use crate::Error;
+use crate::change::{Candidate, Move};
+use crate::nominal_posture::nominal_posture;
+use crate::search::Search;
+
+/// A change that fails by more than this is not mended by other places of the contacts before it, as
+/// [`posture::Violation::amount`].
+const LITTLE: f64 = 0.05;
+
+impl Search<'_> {
+    /// The first of the changes that put the contacts made before a failed change at places from which
+    /// it can be done, with the others to follow; nothing where there are no such contacts, or none
+    /// was found.
+    ///
+    /// # Errors
+    /// [`Error::Posture`] where the posture cannot be asked for.
+    pub fn place_anew(
+        &self,
+        failed: &Candidate,
+        amount: Option<f64>,
+    ) -> Result<Option<Candidate>, Error> {
+        let is_hopeless = amount.is_none_or(|amount| amount > LITTLE);
+        if is_hopeless || failed.tries > 0 || failed.is_variant() {
+            return Ok(None);
+        }
+        let context = &self.context;
+        let node = &self.nodes[failed.node];
+
+        // From the failed change back to what was released before the contacts made last.
+        let mut changes = vec![failed.change.clone()];
+        let mut first = failed.node;
+        let mut made = 0;
+        while let Some(origin) = &self.nodes[first].origin {
+            let is_own = origin.change.patch() == failed.change.patch();
+            match &origin.change {
+                Move::Add(_) if !is_own => made += 1,
+                Move::Remove(_) if is_own && made == 0 => {}
+                _ => break,
+            }
+            changes.push(origin.change.clone());
+            first = origin.node;
+        }
+        if made == 0 {
+            return Ok(None);
+        }
+        changes.reverse();
+
+        let mut contacts = node.contacts.clone();
+        for change in &changes {
+            match change {
+                Move::Add(foothold) => {
+                    let Some(free) = foothold.free(context) else {
+                        return Ok(None);
+                    };
+                    let is_last = foothold.patch == failed.change.patch();
+                    contacts.retain(|c| c.patch != foothold.patch);
+                    contacts.push(free.loaded(!is_last));
+                }
+                Move::Remove(patch) => {
+                    for contact in contacts.iter_mut().filter(|c| c.patch == *patch) {
+                        contact.loaded = false;
+                    }
+                }
+            }
+        }
+        let reference = nominal_posture(context, &contacts, node.along_m(context));
+        let problem = Problem {
+            guess: &node.posture.q,
+            ..context.problem(contacts, &reference, &node.posture.q)
+        };
+        let config = posture::Config {
+            restarts: 0,
+            solver: posture::Solver {
+                upright: Some(context.upright(&reference)),
+                ..self.posture_config.solver
+            },
+            ..self.posture_config.clone()
+        };
+        let Outcome::Feasible(posture) = posture::solve(&problem, &config)? else {
+            return Ok(None);
+        };
+        let placed: Vec<(&Contact, _)> = problem.contacts.iter().zip(&posture.contacts).collect();
+        for change in &mut changes {
+            let Move::Add(foothold) = change else {
+                continue;
+            };
+            let found = placed.iter().find(|(c, _)| c.patch == foothold.patch);
+            foothold.exact = found.map(|(contact, state)| Contact {
+                X_WC: state.X_WC,
+                freedom: Freedom::Fixed,
+                loaded: false,
+                ..(*contact).clone()
+            });
+        }
+        let mut changes = changes.into_iter();
+        Ok(changes.next().map(|change| Candidate {
+            node: first,
+            change,
+            then: Some(changes.collect()),
+            ..failed.clone()
+        }))
+    }
+
+    /// Puts the change that is to follow on one that has become a node on the frontier.
+    pub fn follow(&mut self, done: &Candidate, node: usize) {
+        let Some([next, rest @ ..]) = done.then.as_deref() else {
+            return;
+        };
+        self.put(Candidate {
+            node,
+            change: next.clone(),
+            then: Some(rest.to_vec()),
+            ..done.clone()
+        });
+    }
+}
