@@ -140,11 +140,12 @@ impl Pace<'_> {
     }
 }
 
-/// The axes of a contact's friction pyramid, in W, as the postures have them.
+/// The axes along which the sides of a contact's cone stand, in W. Eight sides of nine tenths of the
+/// friction hold all of the postures' cone of eight tenths, however these stand.
 fn axes(context: &MotionContext, contact: &Contact) -> nalgebra::Matrix3<f64> {
     let axes = contact.X_WC.rotation.to_rotation_matrix().into_inner();
     match context.robot.patches[contact.patch].point_radius_m() {
-        Some(_) => pyramid_axes_W(&axes),
+        Some(_) => pyramid_axes_W(&axes, &-Vector3::z()),
         None => axes,
     }
 }
