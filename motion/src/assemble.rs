@@ -1,52 +1,66 @@
 //! Segments, one after the other, as the motion that is written.
 #![allow(non_snake_case)]
 
-use nalgebra::Vector3;
-use plan::{MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
-use posture::{Contact, force_points};
+use nalgebra::{DVector, Vector3};
+use plan::{Limits, MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
+use posture::Contact;
+use rayon::prelude::*;
 
+use crate::load_shares::LoadShares;
+use crate::pace::{Pace, Paced};
 use crate::problem::MotionContext;
-use crate::sampling::Instance;
 use crate::segment::Segment;
 
-/// The motion of a plan: its segments in order, `segments[k]` from stance k to stance k + 1.
+/// The motion of a plan: its segments in order, `segments[k]` from stance k to stance k + 1, in the
+/// shortest time that the limits allow.
 pub fn assemble(context: &MotionContext, segments: &[&Segment]) -> Motion {
     let config = context.config;
     let mut motion = Motion {
         format: MOTION_FORMAT.to_owned(),
         robot: context.robot.name.clone(),
         dt_s: config.dt_s,
+        limits: Limits {
+            joint_speed_use: config.joint_speed_use,
+            joint_acceleration_rad_s2: config.joint_acceleration_rad_s2,
+            torque_use: config.torque_use.max(context.posture.torque_use),
+            friction_use: config.friction_use.max(context.posture.friction_use),
+            margin_use: config.margin_use,
+        },
         phases: Vec::new(),
         samples: Vec::new(),
     };
-    for (k, segment) in segments.iter().enumerate() {
-        for phase in &segment.phases {
-            let contacts = contacts(context, &phase.closed);
-            let swing = phase.swing.map(|p| context.robot.patches[p].name.clone());
-            let samples = phase.samples.iter();
-            append(
-                &mut motion,
-                (phase.kind, k, k + 1),
-                contacts,
-                swing,
-                samples,
-            );
-            let rest = (config.settle_s / config.dt_s).round() as usize;
-            if let (Some(landed), Some(last)) = (&phase.landed, phase.samples.last())
-                && rest > 0
-            {
-                // The patch that has landed is closed, and carries nothing yet.
-                let mut closed = phase.closed.clone();
-                closed.push(landed.clone());
-                let polygon = &context.robot.patches[landed.patch].polygon;
-                let points = force_points(polygon, context.posture.com_margin_m).len();
-                let mut still = last.clone();
-                still.forces_W.push(vec![Vector3::zeros(); points]);
-                let contacts = self::contacts(context, &closed);
-                let samples = std::iter::repeat_n(&still, rest + 1);
-                let holds = (PhaseKind::Hold, k + 1, k + 1);
-                append(&mut motion, holds, contacts, None, samples);
-            }
+    // Every phase has a time of its own, from rest to rest.
+    let phases = segments.iter().enumerate();
+    let phases = phases.flat_map(|(k, segment)| segment.phases.iter().map(move |phase| (k, phase)));
+    let phases: Vec<_> = phases.collect();
+    let paced = phases.into_par_iter().map(|(k, phase)| {
+        let mut pace = Pace::new(context, phase);
+        let samples = pace.samples();
+        (k, phase, pace.shares, samples)
+    });
+    for (k, phase, shares, samples) in paced.collect::<Vec<_>>() {
+        let swing = phase.swing.map(|p| context.robot.patches[p].name.clone());
+        let contacts = contacts(context, &phase.closed, &shares);
+        let kind = (phase.kind, k, k + 1);
+        append(&mut motion, kind, contacts, swing, samples.iter());
+        let rest = (config.settle_s / config.dt_s).round() as usize;
+        if let (Some(landed), Some(last)) = (&phase.landed, samples.into_iter().next_back())
+            && rest > 0
+        {
+            // The patch that has landed is closed, and carries nothing yet.
+            let mut closed = phase.closed.clone();
+            closed.push(landed.clone());
+            let shares = LoadShares::new(context, &closed);
+            let points = shares
+                .points
+                .iter()
+                .filter(|p| p.contact + 1 == closed.len());
+            let mut still = last;
+            still.forces_W.push(vec![Vector3::zeros(); points.count()]);
+            let contacts = self::contacts(context, &closed, &shares);
+            let samples = std::iter::repeat_n(&still, rest + 1);
+            let holds = (PhaseKind::Hold, k + 1, k + 1);
+            append(&mut motion, holds, contacts, None, samples);
         }
     }
     motion
@@ -58,15 +72,19 @@ fn append<'a>(
     (kind, from_stance, to_stance): (PhaseKind, usize, usize),
     contacts: Vec<plan::Contact>,
     swing: Option<String>,
-    samples: impl Iterator<Item = &'a Instance>,
+    samples: impl Iterator<Item = &'a Paced>,
 ) {
     motion.samples.pop();
     let begin = motion.samples.len();
     let time = |i: usize| i as f64 * motion.dt_s;
     let forces = |contact: &Vec<Vector3<f64>>| contact.iter().map(|f| (*f).into()).collect();
+    let rates = |v: &DVector<f64>| v.as_slice().to_vec();
     let samples = samples.enumerate().map(|(i, s)| Sample {
         t_s: time(begin + i),
-        q: s.q.clone(),
+        q: s.q.to_q(),
+        v: rates(&s.v),
+        a: rates(&s.a),
+        tau: s.tau.clone(),
         com_W: s.com_W.into(),
         forces_W: s.forces_W.iter().map(forces).collect(),
     });
@@ -84,12 +102,17 @@ fn append<'a>(
     motion.samples.extend(samples);
 }
 
-fn contacts(context: &MotionContext, closed: &[Contact]) -> Vec<plan::Contact> {
-    let record = |contact: &Contact| {
+fn contacts(
+    context: &MotionContext,
+    closed: &[Contact],
+    shares: &LoadShares,
+) -> Vec<plan::Contact> {
+    let record = |(k, contact): (usize, &Contact)| {
         let patch = &context.robot.patches[contact.patch];
         let face = contact
             .face
             .map(|face| context.environment[face].id.clone());
+        let points = shares.points.iter().filter(|p| p.contact == k);
         plan::Contact {
             patch: patch.name.clone(),
             link: patch.link.clone(),
@@ -98,9 +121,9 @@ fn contacts(context: &MotionContext, closed: &[Contact]) -> Vec<plan::Contact> {
             friction: patch.friction,
             loaded: true,
             vertices_W: Vec::new(),
-            force_points_W: Vec::new(),
+            force_points_W: points.map(|p| p.p_W.into()).collect(),
             forces_W: Vec::new(),
         }
     };
-    closed.iter().map(record).collect()
+    closed.iter().enumerate().map(record).collect()
 }

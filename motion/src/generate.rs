@@ -13,7 +13,6 @@ use crate::route::Router;
 use crate::sampling::{SampledTrajectory, sample};
 use crate::sweep::{self, Hit, Shortfall};
 use crate::swing_path::{self, SwingPath};
-use crate::timing;
 
 /// Paths through the air on which the whole body is tried for one swing.
 const PATHS_MAX: usize = 4;
@@ -36,12 +35,12 @@ const STRAIGHT: f64 = 0.15;
 
 /// Steps in which a motion is looked at before it is sampled finely.
 const LOOKS: usize = 24;
-/// Part by which samples may exceed their speed limits: normally, and at most where more time makes
-/// them no slower.
-const SPEED_TOLERANCE: f64 = 0.1;
-const SPEED_TOLERANCE_MAX: f64 = 0.5;
-/// A motion that keeps more than this part of its speed when given more time jumps.
-const SLOWER: f64 = 0.8;
+/// Steps in which it is sampled, or a multiple: the pieces of its spline are one or two of them.
+const STEPS: usize = 80;
+/// Part of the clearance that a body may move between two samples.
+const STEP_PART: f64 = 0.6;
+/// A motion whose steps stay longer than this part of what they were when it is given more jumps.
+const SHORTER: f64 = 0.8;
 
 /// The samples of a task, or the worst violation on the path that came nearest.
 ///
@@ -183,30 +182,39 @@ fn attempt(
     let mut route = router.solve()?;
     // What fails by much is seen on a few samples.
     sample(context, task, path, &mut route, LOOKS)?;
-    let mut steps = timing::steps(context, task, path, &mut route);
-    // Samples are closed once more than the spline that set the time, and may be faster than it.
+    let mut steps = STEPS;
     let mut before = f64::INFINITY;
-    let trajectory = loop {
+    loop {
         let trajectory = sample(context, task, path, &mut route, steps)?;
-        let fastest = timing::fastest(context, &trajectory);
-        let over = fastest.over;
-        // A continuous motion slows down as it gets more time; a jump stays as far.
-        let jumps = over > SLOWER * before;
-        if over <= 1.0 + SPEED_TOLERANCE || (jumps && over <= 1.0 + SPEED_TOLERANCE_MAX) {
-            break trajectory;
+        // Bodies are clear between two samples too where they move less than their clearance.
+        let (over, at) = trajectory.longest_step();
+        let over = over / (STEP_PART * context.posture.clearance_m);
+        if over <= 1.0 {
+            return Ok(trajectory);
         }
-        if jumps {
-            return Err(timing::discontinuity(context, task, &trajectory, &fastest));
+        // More samples are nearer to each other; a jump stays as far.
+        if over > SHORTER * before {
+            return Err(discontinuity(context, task, &trajectory, at));
         }
         before = over;
-        steps = (steps as f64 * over).ceil() as usize;
-    };
-    let slower = timing::slower_for_lift(context.config, &trajectory);
-    if slower <= 1.0 {
-        return Ok(trajectory);
+        steps = STEPS * (steps as f64 * over / STEPS as f64).ceil() as usize;
     }
-    let steps = (steps as f64 * slower).ceil() as usize;
-    sample(context, task, path, &mut route, steps)
+}
+
+/// The postures that close the contacts jump from one side of something to the other.
+fn discontinuity(
+    context: &MotionContext,
+    task: &Task,
+    trajectory: &SampledTrajectory,
+    at: usize,
+) -> Failure {
+    let joints = |k: usize| trajectory.samples[k].q[7..].iter();
+    let jumps = joints(at - 1).zip(joints(at)).map(|(a, b)| (b - a).abs());
+    let farthest = jumps.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+    let (joint, jump) = farthest.unwrap_or((0, 0.0));
+    let joint = context.robot.joint_bodies()[joint].joint.clone();
+    let u = at as f64 / (trajectory.samples.len() - 1) as f64;
+    context.failure(task, Reason::Discontinuity { joint }, jump, u)
 }
 
 /// A posture on the closed contacts with the patch in the air where it is at `u`.

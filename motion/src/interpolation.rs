@@ -22,54 +22,46 @@ pub struct Instant {
     pub a: DVector<f64>,
 }
 
-/// A C² curve through the samples of a motion, from rest to rest.
+/// A C² curve through configurations at equal steps of a parameter.
 #[derive(Clone, Debug)]
-pub struct Interpolation {
+pub(crate) struct Curve {
     spline: Spline,
     dim: usize,
-    duration_s: f64,
+    length: f64,
 }
 
-impl Interpolation {
-    /// The curve through the samples of a motion.
-    ///
-    /// # Errors
-    /// As [`Motion::validate`].
-    pub fn new(motion: &Motion) -> Result<Self, plan::Error> {
-        motion.validate()?;
-        let dim = motion.samples[0].q.len();
-        let mut values = Vec::with_capacity(motion.samples.len() * dim);
+impl Curve {
+    /// The curve through `[p_WB, quat_xyzw, joints…]`, `step` apart, the first at 0; at least two.
+    pub fn new<'a>(all: impl Iterator<Item = &'a [f64]>, step: f64, ends: Ends) -> Self {
+        let mut values = Vec::new();
+        let (mut dim, mut count) = (0, 0);
         let mut last = Vector4::zeros();
-        for sample in &motion.samples {
-            let mut quaternion = Vector4::from_column_slice(&sample.q[3..7]);
+        for q in all {
+            let mut quaternion = Vector4::from_column_slice(&q[3..7]);
             // q and −q are one orientation: stay on the side of the one before.
             if quaternion.dot(&last) < 0.0 {
                 quaternion = -quaternion;
             }
             last = quaternion;
-            values.extend_from_slice(&sample.q[..3]);
+            values.extend_from_slice(&q[..3]);
             values.extend_from_slice(quaternion.as_slice());
-            values.extend_from_slice(&sample.q[7..]);
+            values.extend_from_slice(&q[7..]);
+            (dim, count) = (q.len(), count + 1);
         }
-        Ok(Self {
-            spline: Spline::new(dim, motion.dt_s, values, Ends::Rest),
+        Self {
+            spline: Spline::new(dim, step, values, ends),
             dim,
-            duration_s: motion.duration_s(),
-        })
+            length: step * (count as f64 - 1.0),
+        }
     }
 
-    /// When the motion ends, s.
-    pub fn duration_s(&self) -> f64 {
-        self.duration_s
-    }
-
-    /// The body at a time; before the start and after the end it rests where it is.
-    pub fn at(&self, t_s: f64) -> Instant {
-        let inside = (0.0..=self.duration_s).contains(&t_s);
+    /// Configuration and its first two derivatives at `x`; beyond the ends it rests where it is.
+    pub fn at(&self, x: f64) -> Instant {
+        let inside = (0.0..=self.length).contains(&x);
         let [y, dy, ddy] = &[Order::Value, Order::First, Order::Second].map(|order| {
             let mut out = vec![0.0; self.dim];
             if order == Order::Value || inside {
-                self.spline.evaluate(t_s, order, &mut out);
+                self.spline.evaluate(x, order, &mut out);
             }
             out
         });
@@ -100,6 +92,38 @@ impl Interpolation {
     }
 }
 
+/// A C² curve through the samples of a motion, from rest to rest.
+#[derive(Clone, Debug)]
+pub struct Interpolation {
+    curve: Curve,
+    duration_s: f64,
+}
+
+impl Interpolation {
+    /// The curve through the samples of a motion.
+    ///
+    /// # Errors
+    /// As [`Motion::validate`].
+    pub fn new(motion: &Motion) -> Result<Self, plan::Error> {
+        motion.validate()?;
+        let samples = motion.samples.iter().map(|sample| &sample.q[..]);
+        Ok(Self {
+            curve: Curve::new(samples, motion.dt_s, Ends::Rest),
+            duration_s: motion.duration_s(),
+        })
+    }
+
+    /// When the motion ends, s.
+    pub fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    /// The body at a time; before the start and after the end it rests where it is.
+    pub fn at(&self, t_s: f64) -> Instant {
+        self.curve.at(t_s)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,6 +142,9 @@ mod tests {
             Sample {
                 t_s: i as f64 * 0.01,
                 q,
+                v: vec![0.0; 7],
+                a: vec![0.0; 7],
+                tau: vec![0.0],
                 com_W: [0.0; 3],
                 forces_W: Vec::new(),
             }
@@ -126,6 +153,13 @@ mod tests {
             format: MOTION_FORMAT.to_owned(),
             robot: "body".to_owned(),
             dt_s: 0.01,
+            limits: plan::Limits {
+                joint_speed_use: 1.0,
+                joint_acceleration_rad_s2: 50.0,
+                torque_use: 1.0,
+                friction_use: 1.0,
+                margin_use: 0.0,
+            },
             phases: vec![Phase {
                 kind: PhaseKind::Shift,
                 t_start_s: 0.0,

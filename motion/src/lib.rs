@@ -1,9 +1,9 @@
-//! Quasi-static whole-body motion between the stances of a plan.
+//! Whole-body motion between the stances of a plan: quasi-static paths, and the fastest time along them.
 //!
 //! ```text
 //! two stances ─▶ what stays closed, leaves, lands ─▶ paths through the air ─▶ the swept link alone
 //!                                                                                   │ free
-//!   samples ◀─ every one checked ◀─ time scaling ◀─ C² spline ◀─ body at the knots ◀┘
+//!   time law ◀─ every sample checked ◀─ C² spline ◀─ body at the knots ◀──────────────┘
 //!                  │ not                                              ▲
 //!                  └────────────── a waypoint's posture ──────────────┘      then the next path
 //! ```
@@ -18,7 +18,9 @@
 //! | the path of a patch through the air | `swing_path`; how near it may come to things: `airborne`, `sweep` |
 //! | forces, and the centre of mass | `blend` |
 //! | configurations | `projection` (with `equations`, `inequalities`, `near`) at knots, joined by `route` |
-//! | time | [`time_scaling`], `timing` |
+//! | time | `pace`, by [`time_law`] |
+//! | what the contacts bear and the joints exert in motion | `load_shares`, `inverse_dynamics` |
+//! | steps from rest to rest | [`time_scaling`] |
 //! | is every sample right | `sampling`, `statics`, `clearance` |
 //! | what to do where it is not | `generate` |
 //! | why there is no motion | [`failure`] |
@@ -49,7 +51,10 @@ pub mod failure;
 mod generate;
 mod inequalities;
 pub mod interpolation;
+mod inverse_dynamics;
+mod load_shares;
 mod near;
+mod pace;
 pub mod problem;
 mod projection;
 mod raised;
@@ -60,8 +65,8 @@ pub mod spline;
 mod statics;
 mod sweep;
 mod swing_path;
+pub mod time_law;
 pub mod time_scaling;
-mod timing;
 
 pub use assemble::assemble;
 pub use config::Config;

@@ -12,7 +12,6 @@ use crate::problem::{MotionContext, Task};
 use crate::route::Route;
 use crate::statics::Statics;
 use crate::swing_path::SwingPath;
-use crate::time_scaling::quintic;
 
 /// How far a joint, or the base's tilt, may be inside its margin, rad. The postures at the ends may be
 /// on their bounds, and a C² curve cannot follow a bound and leave it: it strays by less than a tenth of
@@ -30,7 +29,6 @@ const SWING_TOLERANCE_M: f64 = 2e-3;
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
     pub q: Vec<f64>,
-    pub com_W: Vector3<f64>,
     pub forces_W: Vec<Vec<Vector3<f64>>>,
 }
 
@@ -39,6 +37,18 @@ pub(crate) struct SampledTrajectory {
     pub samples: Vec<Instance>,
     /// Centre of mass of every body at every sample, m.
     pub places_W: Vec<Vec<Point3<f64>>>,
+}
+
+impl SampledTrajectory {
+    /// The longest way of a body from one sample to the next, m, and the number of the second.
+    pub fn longest_step(&self) -> (f64, usize) {
+        let step = |pair: &[Vec<Point3<f64>>]| {
+            let moved = pair[0].iter().zip(&pair[1]).map(|(a, b)| (b - a).norm());
+            moved.fold(0.0, f64::max)
+        };
+        let steps = self.places_W.windows(2).map(step).zip(1..);
+        steps.fold((0.0, 1), |a, b| if b.0 > a.0 { b } else { a })
+    }
 }
 
 /// Samples the route and checks every sample.
@@ -59,7 +69,7 @@ pub(crate) fn sample(
     let mut places_W = Vec::with_capacity(steps + 1);
     let mut last_quaternion = task.keyframes[0].q.R_WB.coords;
     for i in 0..=steps {
-        let u = quintic(i as f64 / steps as f64);
+        let u = i as f64 / steps as f64;
         route.close(robot, u, &mut q, &mut kinematics);
         // q and −q are one orientation: stay on the side of the one before.
         if q.R_WB.coords.dot(&last_quaternion) < 0.0 {
@@ -77,7 +87,6 @@ pub(crate) fn sample(
         places_W.push(places.collect());
         samples.push(Instance {
             q: q.to_q(),
-            com_W: kinematics.com_W,
             forces_W,
         });
     }

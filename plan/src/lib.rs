@@ -25,7 +25,7 @@ mod stance;
 
 pub use contact::Contact;
 pub use error::Error;
-pub use motion::{MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
+pub use motion::{Limits, MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
 pub use plan::{
     GoalContact, GoalRecord, Input, MotionFile, PLAN_FORMAT, Plan, Program, RequiredMargins,
     RobotSummary, SearchSummary, Unsolved,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Contact, Error};
 
 /// The value of [`Motion::format`] that this version writes and reads.
-pub const MOTION_FORMAT: &str = "scandent-motion/2";
+pub const MOTION_FORMAT: &str = "scandent-motion/3";
 
 /// The motion of a plan, sampled in time at equal steps, from rest to rest.
 ///
@@ -21,10 +21,29 @@ pub struct Motion {
     pub robot: String,
     /// Time between two samples, s.
     pub dt_s: f64,
+    /// What the motion keeps to.
+    pub limits: Limits,
     /// What is done when, in the order of time.
     pub phases: Vec<Phase>,
     /// The samples, at t = 0, `dt_s`, 2 `dt_s`, … to the end of the last phase inclusive.
     pub samples: Vec<Sample>,
+}
+
+/// What a motion keeps to at every instant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Largest part of the joints' speed limits.
+    pub joint_speed_use: f64,
+    /// Largest acceleration of a joint, rad/s² (m/s² where prismatic).
+    pub joint_acceleration_rad_s2: f64,
+    /// Largest part of the torque limits.
+    pub torque_use: f64,
+    /// Largest part of the friction coefficients.
+    pub friction_use: f64,
+    /// Part of the margin of the centre of mass by which forces act nearer to the edges of their patches
+    /// than at rest.
+    pub margin_use: f64,
 }
 
 /// What a phase does.
@@ -53,7 +72,7 @@ pub struct Phase {
     pub from_stance: usize,
     /// Index of the plan's stance that the phase leads to.
     pub to_stance: usize,
-    /// The contacts that are closed during the phase.
+    /// The contacts that are closed during the phase, with the points at which their forces act.
     pub contacts: Vec<Contact>,
     /// The patch that the phase moves through the air.
     pub swing: Option<String>,
@@ -68,10 +87,16 @@ pub struct Sample {
     /// Configuration `[p_WB, quat_xyzw, joints…]`, m and rad; neighbouring quaternions have a
     /// positive scalar product.
     pub q: Vec<f64>,
+    /// Velocity `[v_B, ω_B, joint rates…]`, v_B that of B's origin, both in W; m/s, rad/s.
+    pub v: Vec<f64>,
+    /// Its derivative, m/s², rad/s².
+    pub a: Vec<f64>,
+    /// What the joints exert, N·m (N where prismatic): `M(q) a + h(q, v) = (0, τ) + Σ Jᵀ f`.
+    pub tau: Vec<f64>,
     /// Centre of mass in W, m.
     pub com_W: [f64; 3],
     /// Force on the robot at each force point in W, N; contact by contact in the order of the
-    /// phase's contacts, point by point in the order of the patch shrunk by the CoM margin.
+    /// phase's contacts, point by point in the order of `force_points_W`.
     pub forces_W: Vec<Vec<[f64; 3]>>,
 }
 
@@ -141,23 +166,26 @@ impl Motion {
                     sample.q.len()
                 ));
             }
+            if [sample.v.len() + 1, sample.a.len() + 1, sample.tau.len() + 7] != [length; 3] {
+                return refuse(format!("sample {i} has not a rate for every coordinate"));
+            }
             let forces = sample.forces_W.iter().flatten().flatten();
-            if !sample
+            let rates = sample.v.iter().chain(&sample.a).chain(&sample.tau);
+            let mut all = sample
                 .q
                 .iter()
                 .chain(&sample.com_W)
-                .chain(forces)
-                .all(|x| x.is_finite())
-            {
+                .chain(rates)
+                .chain(forces);
+            if !all.all(|x| x.is_finite()) {
                 return refuse(format!("sample {i} has a number that is not finite"));
             }
-            let contacts = self
-                .phase_at(sample.t_s)
-                .map_or(0, |phase| self.phases[phase].contacts.len());
-            if sample.forces_W.len() != contacts {
+            let phase = self.phase_at(sample.t_s).map(|phase| &self.phases[phase]);
+            let contacts = phase.map_or(&[][..], |phase| &phase.contacts);
+            let points = contacts.iter().map(|c| c.force_points_W.len());
+            if !points.eq(sample.forces_W.iter().map(Vec::len)) {
                 return refuse(format!(
-                    "sample {i} has forces of {} contacts, its phase has {contacts}",
-                    sample.forces_W.len()
+                    "sample {i} has not a force for every force point of its phase's contacts"
                 ));
             }
         }

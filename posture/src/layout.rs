@@ -118,18 +118,25 @@ impl ContactModel {
     }
 }
 
-/// The points of a patch at which its forces act, in C, m: the polygon shrunk by `inset_m`, at most
-/// by 60 % of its half width. A patch that is no polygon keeps its points.
-///
-/// These are the points of a plan's `force_points_W` and of a motion's `forces_W`, in that order.
-pub fn force_points(polygon: &[Point2<f64>], inset_m: f64) -> Vec<Point2<f64>> {
+/// By how much a patch is shrunk for a margin, m: at most by 60 % of its half width, and not at all
+/// where it is no polygon.
+pub fn patch_inset_m(polygon: &[Point2<f64>], margin_m: f64) -> f64 {
     let Ok(patch) = ConvexPolygon::new(polygon.to_vec()) else {
-        return polygon.to_vec();
+        return 0.0;
     };
     let c = patch.centroid();
     let sides = patch.half_planes();
     let widths = sides.iter().map(|h| h.b - h.n.dot(&c.coords));
-    let inset = inset_m.min(INSET_MAX * widths.fold(f64::MAX, f64::min));
-    let inside = patch.inset(inset);
+    margin_m.min(INSET_MAX * widths.fold(f64::MAX, f64::min))
+}
+
+/// The points of a patch at which its forces act, in C, m: the polygon shrunk by [`patch_inset_m`].
+/// A patch that is no polygon keeps its points.
+///
+/// These are the points of a plan's `force_points_W`, in that order.
+pub fn force_points(polygon: &[Point2<f64>], margin_m: f64) -> Vec<Point2<f64>> {
+    let inset_m = patch_inset_m(polygon, margin_m);
+    let patch = ConvexPolygon::new(polygon.to_vec()).ok();
+    let inside = patch.and_then(|patch| patch.inset(inset_m));
     inside.map_or_else(|| polygon.to_vec(), |p| p.vertices().to_vec())
 }

@@ -76,7 +76,7 @@ pub use contact::{Area, Contact, Freedom};
 pub use environment::{Environment, FaceIndex};
 pub use error::Error;
 pub use explain::{Explanation, Group, Relaxation, explain};
-pub use layout::force_points;
+pub use layout::{force_points, patch_inset_m};
 pub use outcome::{Constraint, ContactState, Outcome, Posture, Stop, Violation};
 pub use problem::{BaseGoal, Problem};
 pub use solve::solve;

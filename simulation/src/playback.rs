@@ -1,7 +1,7 @@
 //! The motion of a plan as a reference.
 
 use motion::Interpolation;
-use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use plan::Motion;
 use robot_model::Robot;
 
@@ -32,11 +32,11 @@ struct PlayedContact {
 }
 
 impl Playback {
-    /// Prepares a motion; its forces act at the patches' polygons shrunk by `com_margin_m`.
+    /// Prepares a motion.
     ///
     /// # Errors
     /// [`Error::Reference`] for a motion that contradicts itself or is not this robot's.
-    pub fn new(robot: &Robot, motion: Motion, com_margin_m: f64) -> Result<Self, Error> {
+    pub fn new(robot: &Robot, motion: Motion) -> Result<Self, Error> {
         let refuse = |what: String, cause: String| Error::Reference { what, cause };
         let refused = |cause: String| refuse("motion".to_owned(), cause);
         let curve = Interpolation::new(&motion).map_err(|e| refused(e.to_string()))?;
@@ -57,16 +57,11 @@ impl Playback {
                 let patch = named(&contact.patch)?;
                 let rotation = UnitQuaternion::new_normalize(contact.X_WC.quat_xyzw.into());
                 let X_WC = Isometry3::from_parts(contact.X_WC.p.into(), rotation);
-                let shape = &robot.patches[patch];
-                // On the plane that is touched: of a ball, a radius below its centre.
-                let touched = shape.touched_W(&X_WC);
-                let points = motion::force_points(&shape.polygon, com_margin_m);
-                let place = |p: &Point2<f64>| X_WC.rotation * p.coords.push(0.0) + touched;
                 contacts.push(PlayedContact {
                     patch,
                     X_WC,
                     friction: contact.friction,
-                    points_W: points.iter().map(place).collect(),
+                    points_W: contact.force_points_W.iter().map(|p| (*p).into()).collect(),
                 });
             }
             let swing = phase.swing.as_deref().map(named).transpose()?;

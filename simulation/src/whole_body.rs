@@ -3,7 +3,7 @@
 //!   min Σ w ‖A v̇ + b − a*‖² + w_f ‖f − f_plan‖²         x = [v̇, f]
 //!   s.t.  M_b v̇ + h_b = J_bᵀ f                          floating base
 //!         |M_a v̇ + h_a − J_aᵀ f| ≤ τ_max                joints
-//!         |f_x|, |f_y| ≤ μ/√2 f_z   at every corner      friction, the planner's pyramid
+//!         f_x cos β + f_y sin β ≤ μ cos(π/8) f_z         friction at every corner, eight sides of the cone
 //!
 //! Forces act at the corners of each closed patch, drawn in by a margin: a corner outside the real
 //! patch fells the robot. Torques follow as τ = M_a v̇ + h_a − J_aᵀ f.
@@ -24,8 +24,10 @@ use tasks::{Offset, contact_axes};
 
 /// Time between two solutions, s.
 pub(crate) const PERIOD_S: f64 = 0.002;
-/// Part of the coefficients of friction that the controller counts on: what plans use.
-const FRICTION_USE: f64 = 0.8;
+/// Part of the coefficients of friction that the controller counts on: what motions use.
+const FRICTION_USE: f64 = 0.9;
+/// Sides of the cone that it keeps to, whose edges are on it.
+const SIDES: usize = 8;
 /// Distance by which the corners, at which forces act, lie inside the patch, m.
 const CORNER_INSET_M: f64 = 0.01;
 /// Forces enter the program in this unit, N: it is of the size of accelerations then.
@@ -160,14 +162,15 @@ impl<'a> WholeBodyController<'a> {
         }
         let mut at = nv;
         for contact in closed {
-            let mu = contact.friction * FRICTION_USE * std::f64::consts::FRAC_1_SQRT_2;
+            let mu = contact.friction * FRICTION_USE;
             for _ in 0..self.corners[contact.patch].count() {
-                for axis in 0..2 {
-                    for sign in [1.0, -1.0] {
-                        rows.entry(at + axis, sign);
-                        rows.entry(at + 2, mu);
-                        rows.end(0.0, f64::INFINITY);
-                    }
+                for side in 0..SIDES {
+                    let half = std::f64::consts::PI / SIDES as f64;
+                    let (sin, cos) = (half * (2 * side + 1) as f64).sin_cos();
+                    rows.entry(at, -cos);
+                    rows.entry(at + 1, -sin);
+                    rows.entry(at + 2, mu * half.cos());
+                    rows.end(0.0, f64::INFINITY);
                 }
                 at += 3;
             }

@@ -164,7 +164,7 @@ mod simulated {
             && let Some((motion, sha256)) = motion(args)?
         {
             report.motion_sha256 = Some(sha256);
-            let playback = Playback::new(&robot, motion, plan.required.com_m)?;
+            let playback = Playback::new(&robot, motion)?;
             let trace_file = output.with_extension("csv");
             let executed = plain(&robot, &world, &playback, &config, args, &trace_file)?;
             let title = "executed as planned";

@@ -3,11 +3,14 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use plan::Motion;
+use plan::{Contact, Motion};
 use robot_model::Robot;
 
-/// The motion as a table: time, what the phase does and which patch swings, centre of mass, q, and
-/// for every patch the force that it bears (N, in W); empty where it is in the air.
+use super::frames;
+
+/// The motion as a table: time, what the phase does and which patch swings, centre of mass, q, v, a, τ
+/// (v and a of the base in W), and for every patch the force and the moment about its origin that it
+/// bears (N, N·m, in W); empty where it is in the air.
 ///
 /// # Errors
 /// A motion that contradicts itself or is another robot's.
@@ -23,9 +26,20 @@ pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<String> {
     for joint in robot.joint_names() {
         let _ = write!(text, ",{joint}");
     }
+    for rate in ["v", "a"] {
+        for base in ["x", "y", "z", "rx", "ry", "rz"] {
+            let _ = write!(text, ",base_{rate}{base}");
+        }
+        for joint in robot.joint_names() {
+            let _ = write!(text, ",{joint}_{rate}");
+        }
+    }
+    for joint in robot.joint_names() {
+        let _ = write!(text, ",{joint}_tau_Nm");
+    }
     for patch in &robot.patches {
-        for axis in ["x", "y", "z"] {
-            let _ = write!(text, ",{}_f{axis}_N", patch.name);
+        for part in ["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"] {
+            let _ = write!(text, ",{}_{part}", patch.name);
         }
     }
     text.push('\n');
@@ -37,16 +51,20 @@ pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<String> {
         let kind = kind.as_str().unwrap_or("");
         let swing = phase.swing.as_deref().unwrap_or("");
         let _ = write!(text, "{:.4},{kind},{swing}", sample.t_s);
-        for x in sample.com_W.iter().chain(&sample.q) {
+        let rates = sample.v.iter().chain(&sample.a).chain(&sample.tau);
+        for x in sample.com_W.iter().chain(&sample.q).chain(rates) {
             let _ = write!(text, ",{x:.9}");
         }
         for patch in &robot.patches {
             match phase.contacts.iter().position(|c| c.patch == patch.name) {
-                None => text.push_str(",,,"),
+                None => text.push_str(",,,,,,"),
                 Some(i) => {
-                    for k in 0..3 {
-                        let sum: f64 = sample.forces_W[i].iter().map(|f| f[k]).sum();
-                        let _ = write!(text, ",{sum:.6}");
+                    let bearing = Contact {
+                        forces_W: sample.forces_W[i].clone(),
+                        ..phase.contacts[i].clone()
+                    };
+                    for x in frames::wrench(&bearing) {
+                        let _ = write!(text, ",{x:.6}");
                     }
                 }
             }

@@ -103,8 +103,16 @@ checks! {
     MotionPhases = "motion_phases", "", Holds;
     /// Where phases meet at a stance, the motion is at its posture (m, rad).
     MotionEnd = "motion_end", "", AtMost;
-    /// Joints keep to their speed limits (part of them).
+    /// Joints keep to their part of their speed limits.
     MotionSpeed = "motion_speed", "", AtMost;
+    /// Joints accelerate no more than the motion says (rad/s²; m/s² where prismatic).
+    MotionAcceleration = "motion_acceleration", "", AtMost;
+    /// Stated velocities are those of the samples (m/s, rad/s).
+    MotionRate = "motion_rate", "", AtMost;
+    /// Stated accelerations are those of the velocities, and do not jump (m/s², rad/s²).
+    MotionJump = "motion_jump", "", AtMost;
+    /// Stated torques are those that the motion takes (over the weight, m).
+    MotionTorque = "motion_torque", "", AtMost;
     /// No body moves farther from one sample to the next than the robot is kept clear of things.
     MotionStep = "motion_step", "m", AtMost;
     /// What the plan says of its margins is not better than what is found.

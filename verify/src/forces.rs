@@ -40,13 +40,31 @@ pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Used {
 
 /// By how much the patch is shrunk where forces act: the margin of the centre of mass, less on a
 /// narrow patch and not at all on a ball, m.
-fn shrunk_by(touch: &Touch, com_m: f64, options: &Options) -> f64 {
+pub(crate) fn shrunk_by(touch: &Touch, com_m: f64, options: &Options) -> f64 {
     if touch.patch.point_radius_m().is_some() {
         return 0.0;
     }
     let polygon: Vec<[f64; 2]> = touch.patch.polygon.iter().map(|v| [v.x, v.y]).collect();
     let half_width = -polygon::outside(&polygon, polygon::centroid(&polygon));
     com_m.min(options.shrink * half_width)
+}
+
+/// How far inside the patch the outermost of these points lies, m; below zero how far it is from the
+/// patch's plane, or from where a ball touches.
+pub(crate) fn least_inside(touch: &Touch, points_W: &[[f64; 3]], options: &Options) -> f64 {
+    let polygon: Vec<[f64; 2]> = touch.patch.polygon.iter().map(|v| [v.x, v.y]).collect();
+    let ball = touch.patch.point_radius_m().and(touch.vertices_W.first());
+    let inside = |p: &[f64; 3]| {
+        let p_W = Vector3::from(*p);
+        if let Some(touched) = ball {
+            return -(p_W - touched).norm();
+        }
+        let p = inverse_point(&touch.X_WC, &p_W);
+        let edge = -polygon::outside(&polygon, [p.x, p.y]);
+        let in_plane = p.z.abs() <= options.closure_m;
+        if in_plane { edge } else { edge.min(-p.z.abs()) }
+    };
+    points_W.iter().map(inside).fold(f64::INFINITY, f64::min)
 }
 
 impl Placed<'_> {
@@ -63,21 +81,7 @@ impl Placed<'_> {
     /// Forces act in the patch, away from its edge; on a ball where it touches.
     fn points(&self, touch: &Touch, findings: &mut Findings) {
         let options = self.scene.options;
-        let polygon: Vec<[f64; 2]> = touch.patch.polygon.iter().map(|v| [v.x, v.y]).collect();
-        let ball = touch.patch.point_radius_m().and(touch.vertices_W.first());
-        let off = |p: &[f64; 3]| ball.map(|touched| (Vector3::from(*p) - touched).norm());
-        // Distance from the edge, or below zero the distance from the patch's plane.
-        let inside = |p: &[f64; 3]| {
-            if let Some(off) = off(p) {
-                return -off;
-            }
-            let p = inverse_point(&touch.X_WC, &Vector3::from(*p));
-            let edge = -polygon::outside(&polygon, [p.x, p.y]);
-            let in_plane = p.z.abs() <= options.closure_m;
-            if in_plane { edge } else { edge.min(-p.z.abs()) }
-        };
-        let points = touch.stated.force_points_W.iter();
-        let least = points.map(inside).fold(f64::INFINITY, f64::min);
+        let least = least_inside(touch, &touch.stated.force_points_W, options);
         let bound = shrunk_by(touch, self.scene.plan.required.com_m, options) - options.closure_m;
         let patch = &touch.stated.patch;
         findings.value(self.at, Check::ForcePoint, patch, least, bound);

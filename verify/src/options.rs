@@ -70,6 +70,19 @@ pub struct Options {
     pub cone_edges: usize,
     /// Largest time between two samples of a motion, s.
     pub motion_step_s: f64,
+    /// How far a part (of speed, acceleration, friction, torque) may exceed the promised one between the
+    /// samples at which it was set: one percent.
+    pub motion_part: f64,
+    /// Largest acceleration of a joint that a motion may promise itself, rad/s²: what a fall takes is
+    /// less.
+    pub motion_acceleration: f64,
+    /// Largest difference of a stated velocity from that of the samples, over what the largest acceleration
+    /// of a joint makes of it between two of them: accelerations are not known between the samples.
+    pub motion_rate: f64,
+    /// Largest difference of a stated acceleration from that of the velocities, over the largest that a
+    /// joint may have: one that goes from bound to bound over some samples differs by a part of it, one
+    /// that jumps there by the whole.
+    pub motion_jump: f64,
     /// Largest distance of a motion from a stance that it passes, m and rad: what the postures'
     /// contacts are closed to.
     pub motion_end: f64,
@@ -111,6 +124,10 @@ impl Default for Options {
             extent_m: 1e4,
             cone_edges: 16,
             motion_step_s: 0.02,
+            motion_part: 0.01,
+            motion_acceleration: 100.0,
+            motion_rate: 0.1,
+            motion_jump: 0.5,
             motion_end: 1e-4,
             motion_joint_rad: 2e-3,
             motion_distance_m: 6e-4,

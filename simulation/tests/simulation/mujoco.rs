@@ -169,7 +169,7 @@ fn a_foot_half_over_the_edge_falls() {
 /// have to execute within the criteria of plans.
 fn stepping(controller: Controller, perturbation: &Perturbation) -> Executed {
     let robot = hrp2();
-    let playback = Playback::new(&robot, step_in_place(&robot), 0.0).expect("a motion");
+    let playback = Playback::new(&robot, step_in_place(&robot)).expect("a motion");
     let config = Config {
         controller,
         ..Config::default()

@@ -1,8 +1,8 @@
 //! A motion for tests: the weight goes onto the right foot, the left one steps in place.
 
 use motion::time_scaling::quintic;
-use nalgebra::{DMatrix, DVector, Isometry3, Vector3};
-use plan::{Contact, MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
+use nalgebra::{DMatrix, DVector, Isometry3, Point3, Vector3};
+use plan::{Contact, Limits, MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
 use robot_model::{Configuration, Kinematics, Robot};
 
 use crate::robot::{balanced, half_sitting};
@@ -29,7 +29,11 @@ pub fn step_in_place(robot: &Robot) -> Motion {
         friction: robot.patch(FEET[k]).expect("a patch").friction,
         loaded: true,
         vertices_W: Vec::new(),
-        force_points_W: Vec::new(),
+        force_points_W: {
+            let polygon = robot.patch(FEET[k]).expect("a patch").polygon.iter();
+            let corners = polygon.map(|p| feet[k] * p.coords.push(0.0).into());
+            corners.map(|p: Point3<f64>| p.coords.into()).collect()
+        },
         forces_W: Vec::new(),
     };
     let phase = |kind, t_start_s: f64, duration_s: f64, contacts, swing: Option<&str>| Phase {
@@ -63,6 +67,9 @@ pub fn step_in_place(robot: &Robot) -> Motion {
         Sample {
             t_s: t,
             q: configuration.to_q(),
+            v: vec![0.0; robot.nv()],
+            a: vec![0.0; robot.nv()],
+            tau: vec![0.0; robot.nj()],
             com_W: target.into(),
             forces_W: forces(robot, &configuration, onto, swings),
         }
@@ -72,6 +79,13 @@ pub fn step_in_place(robot: &Robot) -> Motion {
         format: MOTION_FORMAT.to_owned(),
         robot: robot.name.clone(),
         dt_s: DT_S,
+        limits: Limits {
+            joint_speed_use: 1.0,
+            joint_acceleration_rad_s2: 50.0,
+            torque_use: 1.0,
+            friction_use: 1.0,
+            margin_use: 0.0,
+        },
         phases,
         samples: (0..=steps).map(sample).collect(),
     }

@@ -9,6 +9,16 @@ fn certify(planned: &Shipped, motion: &Motion, options: &Options) -> Certificate
     verify_with(&planned.plan, Some(motion), &robot("hrp2"), options)
 }
 
+/// The same samples in a part of the time.
+fn hurry(motion: &mut Motion, part: f64) {
+    motion.dt_s *= part;
+    for phase in &mut motion.phases {
+        phase.t_start_s *= part;
+        phase.t_end_s *= part;
+    }
+    motion.samples.iter_mut().for_each(|s| s.t_s *= part);
+}
+
 /// One change of a motion, and the checks of which one must fail.
 type Mutation = (&'static str, fn(&mut Motion, usize), &'static [Check]);
 
@@ -57,14 +67,29 @@ const MUTATIONS: &[Mutation] = &[
         &[Check::Kept]),
     ("the motion ends beside its stance", |m, _| m.samples.last_mut().unwrap().q[7] += 1e-3,
         &[Check::MotionEnd]),
-    ("everything takes a tenth of the time", |m, _| {
-        m.dt_s *= 0.1;
-        for phase in &mut m.phases {
-            phase.t_start_s *= 0.1;
-            phase.t_end_s *= 0.1;
+    ("everything takes 0.7 of its time", |m, _| hurry(m, 0.7), &[Check::MotionRate]),
+    ("everything takes 0.7 of its time, rates told as they are", |m, _| {
+        hurry(m, 0.7);
+        for sample in &mut m.samples {
+            sample.v.iter_mut().for_each(|v| *v /= 0.7);
+            sample.a.iter_mut().for_each(|a| *a /= 0.49);
         }
-        m.samples.iter_mut().for_each(|sample| sample.t_s *= 0.1);
-    }, &[Check::MotionSpeed]),
+    }, &[Check::BalanceMoment]),
+    ("the same is promised", |m, _| {
+        hurry(m, 0.7);
+        m.limits.joint_speed_use = 1.2;
+    }, &[Check::MotionRecord]),
+    ("a velocity is another", |m, i| m.samples[i].v[8] += 0.2, &[Check::MotionRate]),
+    ("an acceleration is another", |m, i| m.samples[i].a[2] += 0.1, &[Check::BalanceForce]),
+    ("a torque is another", |m, i| m.samples[i].tau[3] += 3.0, &[Check::MotionTorque]),
+    ("forces act at the edge of the sole", |m, _| {
+        let contact = &mut m.phases[0].contacts[0];
+        for point in &mut contact.force_points_W {
+            for (p, centre) in point.iter_mut().zip(contact.X_WC.p) {
+                *p += 0.5 * (*p - centre);
+            }
+        }
+    }, &[Check::ForcePoint]),
 ];
 
 #[test]

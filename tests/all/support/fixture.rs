@@ -2,7 +2,7 @@
 //! a cloud.
 
 use nalgebra::Point3;
-use plan::{Change, Input, MOTION_FORMAT, Motion, Phase, PhaseKind, Plan, Sample};
+use plan::{Change, Input, Limits, MOTION_FORMAT, Motion, Phase, PhaseKind, Plan, Sample};
 use surfaces::Obstacle;
 
 use super::biped;
@@ -46,6 +46,9 @@ pub fn motion() -> Motion {
         Sample {
             t_s: i as f64 * DT_S,
             q: a.iter().zip(b).map(|(a, b)| a + part * (b - a)).collect(),
+            v: vec![0.0; a.len() - 1],
+            a: vec![0.0; a.len() - 1],
+            tau: vec![0.0; a.len() - 7],
             com_W: plan.stances[from].com_W,
             forces_W: Vec::new(),
         }
@@ -73,6 +76,13 @@ pub fn motion() -> Motion {
         format: MOTION_FORMAT.to_owned(),
         robot: plan.robot.name.clone(),
         dt_s: DT_S,
+        limits: Limits {
+            joint_speed_use: 1.0,
+            joint_acceleration_rad_s2: 50.0,
+            torque_use: 1.0,
+            friction_use: 1.0,
+            margin_use: 0.0,
+        },
         phases: phases.collect(),
         samples: samples.collect(),
     }

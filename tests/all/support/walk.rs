@@ -199,8 +199,7 @@ impl Walked {
             })
         });
         let world: Vec<WorldBody> = bodies.collect();
-        let (motion, com_m) = (self.motion().clone(), self.plan.required.com_m);
-        let playback = Playback::new(&self.robot, motion, com_m).unwrap();
+        let playback = Playback::new(&self.robot, self.motion().clone()).unwrap();
         let (config, push) = (simulation::Config::default(), Perturbation::default());
         let executed = execute(
             &self.robot,

@@ -3,10 +3,12 @@
 //! | file | what it checks |
 //! |---|---|
 //! | `phases` | phases lead from stance to stance, on contacts that both have; ends are the stances |
-//! | `samples` | every sample: numbers, joints, contacts, forces, steps; some of them: distances, LP |
+//! | `samples` | every sample: numbers, joints, rates, contacts, forces, steps; some of them: distances, LP |
+//! | `dynamics` | what accelerates every body and what the joints must exert for it |
 //!
 //! Rows carry the stance that a phase leads to, and the time in their subject.
 
+mod dynamics;
 mod phases;
 mod samples;
 
@@ -55,6 +57,18 @@ fn record(scene: &Scene, motion: &Motion, findings: &mut Findings) -> bool {
     if !sane {
         let what = format!("a sample has not {wanted} values, or one out of all proportion");
         flaw(what);
+    }
+    let limits = &motion.limits;
+    let uses = [
+        limits.joint_speed_use,
+        limits.torque_use,
+        limits.friction_use,
+    ];
+    let shares = uses.iter().all(|part| (0.0..=1.0).contains(part));
+    let most = scene.options.motion_acceleration;
+    let acceleration = (0.0..=most).contains(&limits.joint_acceleration_rad_s2);
+    if !(shares && acceleration && (0.0..1.0).contains(&limits.margin_use)) {
+        flaw("it promises itself more than there is".to_owned());
     }
     if motion.dt_s > scene.options.motion_step_s {
         flaw(format!("samples {} s apart are too few", motion.dt_s));

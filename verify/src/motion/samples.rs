@@ -9,12 +9,16 @@ use crate::Check;
 use crate::balance::{self, Support};
 use crate::clearance;
 use crate::extremes::Extremes;
+use crate::forces::{least_inside, shrunk_by};
+use crate::motion::dynamics::exerted;
 use crate::posture::{Load, Posture, column, inverse_point, point, pose};
 use crate::scene::{Scene, Touch};
 
 /// A closed contact of the phase, with what it refers to.
 struct Closed<'a> {
     stated: &'a Contact,
+    /// Where its forces act in motion, in W.
+    points_W: &'a [[f64; 3]],
     patch: &'a ContactPatch,
     face: &'a Face,
 }
@@ -37,12 +41,18 @@ pub(super) fn check(scene: &Scene, motion: &Motion, index: usize) -> Extremes {
         };
         let com = (Vector3::from(sample.com_W) - posture.com_W).norm();
         worst.add(Check::Com, com, scene.options.com_m, || at("motion"));
-        joints(scene, motion, i, i > first, &mut worst);
+        joints(scene, motion, i, &mut worst);
+        if i > first {
+            rates(scene, motion, i, &mut worst);
+        }
+        if i == first {
+            points(scene, motion, &closed, &posture, &mut worst);
+        }
         contacts(scene, phase, &closed, &posture, sample.t_s, &mut worst);
         // The forces of the border belong to the next phase's contacts.
         let own = i < last || last + 1 == motion.samples.len();
         if own && sample.forces_W.len() == closed.len() {
-            forces(scene, &closed, &posture, sample, &mut worst);
+            forces(scene, motion, &closed, &posture, sample, &mut worst);
         }
         if let Some(before) = &before {
             steps(scene, before, &posture, &mut worst, || at("motion"));
@@ -60,11 +70,12 @@ pub(super) fn check(scene: &Scene, motion: &Motion, index: usize) -> Extremes {
 }
 
 /// The phase's contacts, which the phases' check has found in its stances.
-fn closed<'a>(scene: &Scene<'a>, phase: &Phase) -> Vec<Closed<'a>> {
+fn closed<'a>(scene: &Scene<'a>, phase: &'a Phase) -> Vec<Closed<'a>> {
     let from = scene.plan.stances[phase.from_stance].contacts.iter();
     let contacts = phase.contacts.iter().filter_map(|contact| {
         let stated = from.clone().find(|c| c.patch == contact.patch)?;
-        refer(scene, stated)
+        let points_W = &contact.force_points_W;
+        refer(scene, stated).map(|closed| Closed { points_W, ..closed })
     });
     contacts.collect()
 }
@@ -73,6 +84,7 @@ fn refer<'a>(scene: &Scene<'a>, stated: &'a Contact) -> Option<Closed<'a>> {
     let (patch, face) = scene.named(stated)?;
     Some(Closed {
         stated,
+        points_W: &[],
         patch,
         face,
     })
@@ -90,9 +102,10 @@ fn swung<'a>(scene: &Scene<'a>, phase: &Phase) -> Vec<Closed<'a>> {
     own.filter_map(|stated| refer(scene, stated)).collect()
 }
 
-/// Joints are inside their limits and within their speeds.
-fn joints(scene: &Scene, motion: &Motion, i: usize, moves: bool, worst: &mut Extremes) {
+/// Joints are inside their limits, and within their speeds and accelerations.
+fn joints(scene: &Scene, motion: &Motion, i: usize, worst: &mut Extremes) {
     let sample = &motion.samples[i];
+    let limits = &motion.limits;
     let bound = scene.plan.required.joint_rad - scene.options.motion_joint_rad;
     let bodies = scene.robot.bodies.iter().enumerate().skip(1);
     for (b, body) in bodies {
@@ -100,16 +113,75 @@ fn joints(scene: &Scene, motion: &Motion, i: usize, moves: bool, worst: &mut Ext
         let room = (q - body.lower).min(body.upper - q);
         let at = || format!("{} at {:.2} s", body.joint, sample.t_s);
         worst.add(Check::JointLimit, room, bound, at);
-        if moves && body.velocity.is_finite() && body.velocity > 0.0 {
-            let speed = (q - motion.samples[i - 1].q[6 + b]).abs() / motion.dt_s;
-            worst.add(Check::MotionSpeed, speed / body.velocity, 1.0, at);
+        if body.velocity.is_finite() && body.velocity > 0.0 {
+            let speed = sample.v[5 + b].abs() / body.velocity;
+            let bound = limits.joint_speed_use + scene.options.motion_part;
+            worst.add(Check::MotionSpeed, speed, bound, at);
         }
+        let bound = limits.joint_acceleration_rad_s2 * (1.0 + scene.options.motion_part);
+        worst.add(Check::MotionAcceleration, sample.a[5 + b].abs(), bound, at);
     }
     let quaternion: f64 = sample.q[3..7].iter().map(|x| x * x).sum();
     let off = (quaternion.sqrt() - 1.0).abs();
     worst.add(Check::Quaternion, off, scene.options.quaternion, || {
         format!("motion at {:.2} s", sample.t_s)
     });
+}
+
+/// Stated rates are those of the samples:
+///
+///   Δq = h (v + v')/2 − h² (a' − a)/12,   Δv = h (a + a')/2      over the time h between two samples
+fn rates(scene: &Scene, motion: &Motion, i: usize, worst: &mut Extremes) {
+    let (before, now, h) = (&motion.samples[i - 1], &motion.samples[i], motion.dt_s);
+    let at = || format!("motion at {:.2} s", now.t_s);
+    let nv = now.v.len();
+    let turn = rotation_vector(&before.q[3..7], &now.q[3..7]);
+    let most = motion.limits.joint_acceleration_rad_s2;
+    let [rate, jump] = [
+        scene.options.motion_rate * most * h,
+        scene.options.motion_jump * most,
+    ];
+    for k in 0..nv {
+        let moved = match k {
+            0..3 => now.q[k] - before.q[k],
+            3..6 => turn[k - 3],
+            _ => now.q[k + 1] - before.q[k + 1],
+        };
+        let mean = |x: &[f64], y: &[f64]| 0.5 * (x[k] + y[k]);
+        let bend = h * (now.a[k] - before.a[k]) / 12.0;
+        let off = moved / h - mean(&before.v, &now.v) + bend;
+        worst.add(Check::MotionRate, off.abs(), rate, at);
+        let off = (now.v[k] - before.v[k]) / h - mean(&before.a, &now.a);
+        worst.add(Check::MotionJump, off.abs(), jump, at);
+    }
+}
+
+/// The rotation from one unit quaternion to the next in W, where it is small: 2 (q' q*), the vector part.
+fn rotation_vector(from: &[f64], to: &[f64]) -> Vector3<f64> {
+    let part = |q: &[f64]| (Vector3::new(q[0], q[1], q[2]), q[3]);
+    let ((a, s), (b, t)) = (part(from), part(to));
+    let sign = (a.dot(&b) + s * t).signum();
+    (b * s - a * t + a.cross(&b)) * (2.0 * sign)
+}
+
+/// Forces act inside the patches, away from their edges.
+fn points(
+    scene: &Scene,
+    motion: &Motion,
+    closed: &[Closed],
+    posture: &Posture,
+    worst: &mut Extremes,
+) {
+    let options = scene.options;
+    for contact in closed {
+        let touch = touch(contact, posture);
+        let least = least_inside(&touch, contact.points_W, options);
+        let kept = 1.0 - motion.limits.margin_use;
+        let shrunk = shrunk_by(&touch, scene.plan.required.com_m, options) * kept;
+        worst.add(Check::ForcePoint, least, shrunk - options.closure_m, || {
+            format!("{} in motion", contact.patch.name)
+        });
+    }
 }
 
 /// Closed contacts stay where they were made.
@@ -136,20 +208,22 @@ fn contacts(
     }
 }
 
-/// The forces lie in their cones, carry the robot and ask no joint for too much.
+/// The forces lie in their cones, accelerate the robot as it is stated and ask no joint for too much.
 fn forces(
     scene: &Scene,
+    motion: &Motion,
     closed: &[Closed],
     posture: &Posture,
     sample: &plan::Sample,
     worst: &mut Extremes,
 ) {
+    let (limits, options) = (&motion.limits, scene.options);
     let weight = posture.weight();
-    let rounding = scene.options.force * weight;
+    let rounding = options.force * weight;
     let mut loads: Vec<Load> = Vec::new();
     for (contact, forces) in closed.iter().zip(&sample.forces_W) {
         let name = || format!("{} at {:.2} s", contact.patch.name, sample.t_s);
-        let points = &contact.stated.force_points_W;
+        let points = contact.points_W;
         if points.len() != forces.len() {
             worst.add(Check::BalanceForce, f64::NAN, 0.0, name);
             return;
@@ -162,7 +236,7 @@ fn forces(
             worst.add(Check::Unilateral, along, -rounding, name);
             if along > rounding {
                 let used = across / (contact.stated.friction * along);
-                let bound = scene.plan.required.friction_use + scene.options.part;
+                let bound = limits.friction_use + options.motion_part;
                 worst.add(Check::Friction, used, bound, name);
             } else {
                 worst.add(Check::Unloaded, across, rounding, name);
@@ -170,21 +244,19 @@ fn forces(
             loads.push((contact.patch.body, Vector3::from(*p), f));
         }
     }
-    let up = Vector3::z() * weight;
-    let force: Vector3<f64> = loads.iter().map(|(_, _, f)| f).sum();
-    let moments = loads.iter().map(|(_, p, f)| (p - posture.com_W).cross(f));
-    let moment: Vector3<f64> = moments.sum();
+    let left = exerted(posture, &sample.v, &sample.a, &loads);
     let at = || format!("motion at {:.2} s", sample.t_s);
-    let bound = scene.options.balance;
-    worst.add(Check::BalanceForce, (force - up).norm() / weight, bound, at);
-    worst.add(Check::BalanceMoment, moment.norm() / weight, bound, at);
-    for (b, body) in scene.robot.bodies.iter().enumerate().skip(1) {
+    let (force, moment) = (left.force.norm() / weight, left.moment.norm() / weight);
+    worst.add(Check::BalanceForce, force, options.balance, at);
+    worst.add(Check::BalanceMoment, moment, options.balance, at);
+    let bodies = scene.robot.bodies.iter().skip(1);
+    for ((body, tau), stated) in bodies.zip(left.tau).zip(&sample.tau) {
+        let at = || format!("{} at {:.2} s", body.joint, sample.t_s);
+        let off = (tau - stated).abs() / weight;
+        worst.add(Check::MotionTorque, off, options.balance, at);
         if body.effort > 0.0 && body.effort.is_finite() {
-            let part = posture.holding_torque(b, &loads).abs() / body.effort;
-            let bound = scene.plan.required.torque_use + scene.options.part;
-            worst.add(Check::Torque, part, bound, || {
-                format!("{} at {:.2} s", body.joint, sample.t_s)
-            });
+            let bound = limits.torque_use + options.motion_part;
+            worst.add(Check::Torque, tau.abs() / body.effort, bound, at);
         }
     }
 }
@@ -206,6 +278,18 @@ fn steps(
     }
 }
 
+/// A contact where the posture puts it.
+fn touch<'a>(contact: &Closed<'a>, posture: &Posture) -> Touch<'a> {
+    let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
+    Touch {
+        stated: contact.stated,
+        patch: contact.patch,
+        face: contact.face,
+        vertices_W: touching_W(contact, &X_WC),
+        X_WC,
+    }
+}
+
 /// Closed contacts, and the patch in the air with a face that it is near to.
 fn touches<'a>(
     scene: &Scene,
@@ -213,16 +297,7 @@ fn touches<'a>(
     swung: &[Closed<'a>],
     posture: &Posture,
 ) -> Vec<Touch<'a>> {
-    let touch = |contact: &Closed<'a>| {
-        let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
-        Touch {
-            stated: contact.stated,
-            patch: contact.patch,
-            face: contact.face,
-            vertices_W: touching_W(contact, &X_WC),
-            X_WC,
-        }
-    };
+    let touch = |contact: &Closed<'a>| touch(contact, posture);
     let near = swung.iter().map(touch).filter(|touch| {
         let X_WF = touch.face.X_WF.to_homogeneous();
         let radius = touch.patch.point_radius_m().unwrap_or(0.0);

@@ -1,0 +1,208 @@
+//! A phase in time: as fast as the robot's limits allow along its path.
+//!
+//!   q = q(s(t)),  v = q' ṡ,  a = q' s̈ + q'' ṡ²
+//!
+//! What a body needs, what contacts bear and what joints exert are then constant, linear in s̈ and linear
+//! in ṡ²; so is every limit.
+#![allow(non_snake_case)]
+
+mod dynamics;
+mod limits;
+mod smoothing;
+
+use nalgebra::{DVector, Matrix3x6, Vector3, Vector6};
+use robot_model::{Configuration, GRAVITY_M_S2, Kinematics};
+
+use crate::interpolation::{Curve, Instant};
+use crate::inverse_dynamics::Accelerations;
+use crate::load_shares::LoadShares;
+use crate::problem::MotionContext;
+use crate::segment::PhaseTrajectory;
+use crate::spline::Ends;
+use crate::time_law::{Row, TimeLaw};
+use smoothing::{excess, smooth};
+
+/// Largest number of places of a path at which its limits are computed: those of its samples, between
+/// which they are smooth, where these are no more.
+const PIECES_MAX: usize = 160;
+/// How often the forces are suited to the law that came of the last ones, the part of the time from which
+/// on that is worth going on, and for how much more than that law needs.
+const PASSES: usize = 6;
+const WORTH: f64 = 0.98;
+const FARTHER: f64 = 1.5;
+/// Part of the weight below which what is needed has no direction.
+const SLIGHT: f64 = 0.01;
+/// A law that exceeds its limits by no more than this part is kept.
+const OVER: f64 = 2e-3;
+/// How often a law is made slower until every sample is within its limits.
+const STRETCHES: usize = 10;
+
+/// The whole body at one sample of a motion.
+pub(crate) struct Paced {
+    pub q: Configuration,
+    pub v: DVector<f64>,
+    pub a: DVector<f64>,
+    pub tau: Vec<f64>,
+    pub com_W: Vector3<f64>,
+    /// Force at each force point of each closed contact, N.
+    pub forces_W: Vec<Vec<Vector3<f64>>>,
+}
+
+/// Whatever is constant, linear in s̈ and linear in ṡ² at one place of a path.
+type Parts<T> = [T; 3];
+
+/// The dynamics of a phase at one place of its path.
+struct Place {
+    path: Instant,
+    com_W: Vector3<f64>,
+    /// Force and moment about the centre of mass that are needed, N and N·m.
+    needs: Parts<Vector6<f64>>,
+    /// How much each point takes of what is needed beyond rest.
+    weights: Vec<f64>,
+    /// Force at each point, N.
+    forces_W: Parts<Vec<Vector3<f64>>>,
+    /// Torque of each joint, N·m or N.
+    tau: Parts<Vec<f64>>,
+    /// How fast each body's centre of mass moves, over ṡ.
+    speeds: Vec<f64>,
+    /// How fast the patch in the air moves over ṡ, and how far it is from its landing.
+    landing: Option<(f64, f64)>,
+}
+
+/// Forces of the points without a resultant, linear in what is needed beyond rest, so that contacts bear
+/// it better than by their shares alone.
+type Lean = Vec<Matrix3x6<f64>>;
+
+/// A phase whose time is sought.
+pub(crate) struct Pace<'a> {
+    context: &'a MotionContext<'a>,
+    phase: &'a PhaseTrajectory,
+    curve: Curve,
+    pub shares: LoadShares,
+    kinematics: Kinematics,
+    accelerations: Accelerations,
+}
+
+impl<'a> Pace<'a> {
+    pub fn new(context: &'a MotionContext<'a>, phase: &'a PhaseTrajectory) -> Self {
+        let samples = phase.samples.iter().map(|sample| &sample.q[..]);
+        let step = 1.0 / (phase.samples.len() - 1) as f64;
+        let curve = Curve::new(samples, step, Ends::Free);
+        Self {
+            kinematics: Kinematics::new(context.robot, &curve.at(0.0).q),
+            accelerations: Accelerations::new(context.robot),
+            shares: LoadShares::new(context, &phase.closed),
+            curve,
+            context,
+            phase,
+        }
+    }
+
+    /// The samples of the phase, `dt_s` apart, both ends included.
+    pub fn samples(&mut self) -> Vec<Paced> {
+        let config = self.context.config;
+        let pieces = (self.phase.samples.len() - 1).min(PIECES_MAX);
+        // The fastest law, by forces that suit the one before it.
+        let mut best: Option<(TimeLaw, f64, Vec<Lean>)> = None;
+        let mut leans = Vec::new();
+        for _ in 0..PASSES {
+            let places = (0..=pieces).map(|i| self.place(i as f64 / pieces as f64, &leans));
+            let places: Vec<Place> = places.collect();
+            let grid: Vec<Vec<Row>> = places.iter().map(|place| self.rows(place)).collect();
+            // At rest every row has room, so there is one.
+            let Some((law, over)) = smooth(&grid, config) else {
+                break;
+            };
+            let time = law.duration_s() * over.max(1.0);
+            let before = best
+                .as_ref()
+                .map(|(law, over, _)| law.duration_s() * over.max(1.0));
+            if before.is_some_and(|before| time >= before) {
+                break;
+            }
+            let next = places.iter().enumerate().map(|(i, place)| {
+                let [_, rate, bend] = law.at(law.time_s(i as f64 / pieces as f64));
+                self.lean(place, rate, bend)
+            });
+            let next = next.collect();
+            best = Some((law, over, std::mem::replace(&mut leans, next)));
+            if before.is_some_and(|before| time > WORTH * before) {
+                break;
+            }
+        }
+        let Some((mut law, mut over, leans)) = best else {
+            return Vec::new();
+        };
+        let mut samples = Vec::new();
+        for _ in 0..STRETCHES {
+            // Whole steps, and within the limits.
+            let time = law.duration_s() * over.max(1.0);
+            let steps = (time / config.dt_s - 1e-9).ceil().max(1.0);
+            law = law.slower(steps * config.dt_s / law.duration_s());
+            samples.clear();
+            over = 0.0;
+            for i in 0..=steps as usize {
+                let [s, rate, bend] = law.at(i as f64 * config.dt_s);
+                let place = self.place(s.clamp(0.0, 1.0), &leans);
+                let rows = self.rows(&place);
+                over = over.max(excess(rows.iter().copied(), rate, bend));
+                samples.push(self.paced(&place, rate, bend));
+            }
+            if over <= 1.0 + OVER {
+                break;
+            }
+        }
+        samples
+    }
+
+    /// How the forces should lean at a place that is gone through like this.
+    fn lean(&self, place: &Place, rate: f64, bend: f64) -> Lean {
+        let [rest, a, b] = &place.needs;
+        let w = a * bend + b * rate * rate;
+        let still = &place.forces_W[0];
+        let leaning = self.shares.leaning(still, &place.com_W, rest + w * FARTHER);
+        let plain = self.shares.shared(&place.weights, &place.com_W, [w]);
+        let [plain] = plain;
+        let leaning = leaning
+            .iter()
+            .zip(still)
+            .map(|(f, rest)| (f - rest) / FARTHER);
+        let leaning: Vec<Vector3<f64>> = leaning.collect();
+        // By what part of their limits they grow.
+        let used = |forces: &Vec<Vector3<f64>>| {
+            let mut rows = Vec::new();
+            self.bearing(&[still.clone(), forces.clone(), forces.clone()], &mut rows);
+            rows.iter().map(|row| row.a / row.c).fold(0.0, f64::max)
+        };
+        let weight = self.context.robot.mass_kg * GRAVITY_M_S2;
+        // Nearly nothing has no direction.
+        let square = w.norm_squared() + (SLIGHT * weight).powi(2);
+        let better = used(&leaning) < used(&plain);
+        let part = if better { 1.0 } else { 0.0 };
+        let along = w.transpose() * (part / square);
+        let off = leaning.iter().zip(&plain).map(|(f, g)| (f - g) * along);
+        off.collect()
+    }
+
+    fn paced(&self, place: &Place, rate: f64, bend: f64) -> Paced {
+        let square = rate * rate;
+        let path = &place.path;
+        let mut forces_W = vec![Vec::new(); self.phase.closed.len()];
+        for (i, point) in self.shares.points.iter().enumerate() {
+            let [rest, a, b] = [0, 1, 2].map(|k| place.forces_W[k][i]);
+            forces_W[point.contact].push(rest + a * bend + b * square);
+        }
+        let tau = (0..place.tau[0].len()).map(|j| {
+            let [rest, a, b] = [0, 1, 2].map(|k| place.tau[k][j]);
+            rest + a * bend + b * square
+        });
+        Paced {
+            q: path.q.clone(),
+            v: &path.v * rate,
+            a: &path.v * bend + &path.a * square,
+            tau: tau.collect(),
+            com_W: place.com_W,
+            forces_W,
+        }
+    }
+}

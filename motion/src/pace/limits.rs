@@ -1,0 +1,151 @@
+//! Every limit of a phase at one place of its path.
+
+use nalgebra::Vector3;
+use posture::Contact;
+use robot_model::pyramid_axes_W;
+
+use super::{Pace, Parts, Place};
+use crate::problem::MotionContext;
+use crate::time_law::Row;
+
+/// Part of the distance that the robot is kept clear of things which a body moves between two samples at
+/// most.
+const STEP_PART: f64 = 0.9;
+/// Distance of a patch from its landing at which it moves no faster than it may touch, m: what a scan is
+/// off.
+const LANDING_M: f64 = 0.015;
+/// Part of what a point bears at rest that it bears in motion at least.
+const LOAD_KEPT: f64 = 0.1;
+/// Smallest room that a limit has, part of it: postures may be on their limits.
+const ROOM: f64 = 1e-3;
+/// How a patch slows down on its way to its landing, m/s².
+const LANDING_M_S2: f64 = 5.0;
+/// A limit that binds nothing.
+const FREE: Row = Row {
+    a: 0.0,
+    b: 0.0,
+    c: 1.0,
+};
+/// A point that bears less at rest takes nothing, N.
+const UNLOADED_N: f64 = 1e-3;
+
+/// Normals of the eight sides of a friction cone, and the part of its width that is inside of them.
+const CONE_SIDES: [[f64; 2]; 8] = {
+    let (c, s) = (CONE_INSIDE, 0.382_683_432_365_089_8);
+    [
+        [c, s],
+        [s, c],
+        [-s, c],
+        [-c, s],
+        [-c, -s],
+        [-s, -c],
+        [s, -c],
+        [c, -s],
+    ]
+};
+const CONE_INSIDE: f64 = 0.923_879_532_511_286_7;
+
+impl Pace<'_> {
+    /// Every limit at one place; as many at every place of the path.
+    pub(super) fn rows(&self, place: &Place) -> Vec<Row> {
+        let (robot, config) = (self.context.robot, self.context.config);
+        let mut rows = Vec::with_capacity(300);
+        let mut square = |speed: f64, limit: f64| {
+            let b = if limit > 0.0 && limit.is_finite() {
+                (speed / limit).powi(2)
+            } else {
+                0.0
+            };
+            rows.push(Row { a: 0.0, b, c: 1.0 });
+        };
+        // Speeds: of joints, of bodies between two samples, of the patch in the air.
+        let (v, a) = (&place.path.v.as_slice()[6..], &place.path.a.as_slice()[6..]);
+        for (v, body) in v.iter().zip(robot.joint_bodies()) {
+            square(*v, body.velocity * config.joint_speed_use);
+        }
+        let step_m = STEP_PART * self.context.posture.clearance_m;
+        for speed in &place.speeds {
+            square(*speed, step_m / config.dt_s);
+        }
+        if let Some((speed, away)) = place.landing {
+            let slows = 2.0 * LANDING_M_S2 * (away - LANDING_M).max(0.0);
+            let limit = (config.landing_speed_m_s.powi(2) + slows).sqrt();
+            square(speed, limit.min(config.swing_speed_m_s));
+        }
+        let mut both = |parts: [f64; 3], limit: f64| {
+            let (most, least) = (limit - parts[0], limit + parts[0]);
+            let room = |c: f64| c.max(ROOM * limit);
+            let [_, a, b] = parts;
+            rows.push(Row {
+                a,
+                b,
+                c: room(most),
+            });
+            rows.push(Row {
+                a: -a,
+                b: -b,
+                c: room(least),
+            });
+        };
+        // Accelerations and torques of joints.
+        for (v, a) in v.iter().zip(a) {
+            both([0.0, *v, *a], config.joint_acceleration_rad_s2);
+        }
+        let torque_use = config.torque_use.max(self.context.posture.torque_use);
+        for (j, body) in robot.joint_bodies().iter().enumerate() {
+            let limit = body.effort * torque_use;
+            if limit > 0.0 && limit.is_finite() {
+                both([0, 1, 2].map(|k| place.tau[k][j]), limit);
+            }
+        }
+        self.bearing(&place.forces_W, &mut rows);
+        rows
+    }
+
+    /// Forces push, inside eight sides of their contact's cone whose edges are on it; those of the postures'
+    /// pyramid are four of these.
+    pub(super) fn bearing(&self, forces_W: &Parts<Vec<Vector3<f64>>>, rows: &mut Vec<Row>) {
+        let posture = self.context.posture;
+        let friction_use = self.context.config.friction_use.max(posture.friction_use);
+        for (i, point) in self.shares.points.iter().enumerate() {
+            let contact = &self.phase.closed[point.contact];
+            let axes = axes(self.context, contact);
+            let parts = [0, 1, 2].map(|k| axes.tr_mul(&forces_W[k][i]));
+            let n = parts.map(|f| f.z);
+            let mu = contact.friction * friction_use;
+            let mut least = |along: [f64; 3], kept: f64| {
+                let c = along[0] - kept;
+                let row = Row {
+                    a: -along[1],
+                    b: -along[2],
+                    c,
+                };
+                // A point that bears nothing takes nothing.
+                let bears = n[0] > UNLOADED_N;
+                rows.push(if bears {
+                    Row {
+                        c: c.max(ROOM * mu * n[0]),
+                        ..row
+                    }
+                } else {
+                    FREE
+                });
+            };
+            least(n, LOAD_KEPT * n[0]);
+            for [x, y] in CONE_SIDES {
+                let across = |f: &Vector3<f64>| x * f.x + y * f.y;
+                least(parts.map(|f| CONE_INSIDE * mu * f.z - across(&f)), 0.0);
+            }
+        }
+    }
+}
+
+/// The axes along which the sides of a contact's cone stand, in W. Eight sides of nine tenths of the
+/// friction hold all of the postures' cone of eight tenths, however these stand.
+fn axes(context: &MotionContext, contact: &Contact) -> nalgebra::Matrix3<f64> {
+    let axes = contact.X_WC.rotation.to_rotation_matrix().into_inner();
+    match context.robot.patches[contact.patch].point_radius_m() {
+        Some(_) => pyramid_axes_W(&axes, &-Vector3::z()),
+        None => axes,
+    }
+}
