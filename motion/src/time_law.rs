@@ -167,9 +167,9 @@ fn controllable(rows: &[Row], ds: f64, next: f64) -> f64 {
             }
             let line = (r.c / r.a, -r.b / r.a);
             let value = line.0 + line.1 * x;
-            if r.a > 0.0 && value < high.0 + high.1 * x || high.0 == f64::INFINITY && r.a > 0.0 {
+            if r.a > 0.0 && value < high.0 + high.1 * x {
                 high = line;
-            } else if r.a < 0.0 && (low.0 == f64::NEG_INFINITY || value > low.0 + low.1 * x) {
+            } else if r.a < 0.0 && value > low.0 + low.1 * x {
                 low = line;
             }
         }

@@ -31,7 +31,7 @@ pub fn step_in_place(robot: &Robot) -> Motion {
         vertices_W: Vec::new(),
         force_points_W: {
             let polygon = robot.patch(FEET[k]).expect("a patch").polygon.iter();
-            let corners = polygon.map(|p| feet[k] * p.coords.push(0.0).into());
+            let corners = polygon.map(|p| feet[k] * Point3::from(p.coords.push(0.0)));
             corners.map(|p: Point3<f64>| p.coords.into()).collect()
         },
         forces_W: Vec::new(),
