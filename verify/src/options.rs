@@ -79,9 +79,9 @@ pub struct Options {
     /// Largest difference of a stated velocity from that of the samples, over what the largest acceleration
     /// of a joint makes of it between two of them: accelerations are not known between the samples.
     pub motion_rate: f64,
-    /// Largest difference of a stated acceleration from that of the velocities, over the largest that a
-    /// joint may have: one that goes from bound to bound over some samples differs by a part of it, one
-    /// that jumps there by the whole.
+    /// Largest difference of the stated accelerations from those of the velocities, over some samples, over
+    /// the largest that a joint may have: one that goes from bound to bound between two of them differs by
+    /// a quarter.
     pub motion_jump: f64,
     /// Largest distance of a motion from a stance that it passes, m and rad: what the postures'
     /// contacts are closed to.
@@ -127,7 +127,7 @@ impl Default for Options {
             motion_part: 0.01,
             motion_acceleration: 100.0,
             motion_rate: 0.1,
-            motion_jump: 0.5,
+            motion_jump: 0.25,
             motion_end: 1e-4,
             motion_joint_rad: 2e-3,
             motion_distance_m: 6e-4,

@@ -45,6 +45,9 @@ pub(super) fn check(scene: &Scene, motion: &Motion, index: usize) -> Extremes {
         if i > first {
             rates(scene, motion, i, &mut worst);
         }
+        if i >= first + JUMP_STEPS {
+            jumps(scene, motion, i, &mut worst);
+        }
         if i == first {
             points(scene, motion, &closed, &posture, &mut worst);
         }
@@ -128,31 +131,45 @@ fn joints(scene: &Scene, motion: &Motion, i: usize, worst: &mut Extremes) {
     });
 }
 
-/// Stated rates are those of the samples:
+/// Stated velocities are those of the samples:
 ///
-///   Δq = h (v + v')/2 − h² (a' − a)/12,   Δv = h (a + a')/2      over the time h between two samples
+///   Δq = h (v + v')/2 − h² (a' − a)/12      over the time h between two samples
 fn rates(scene: &Scene, motion: &Motion, i: usize, worst: &mut Extremes) {
     let (before, now, h) = (&motion.samples[i - 1], &motion.samples[i], motion.dt_s);
-    let at = || format!("motion at {:.2} s", now.t_s);
-    let nv = now.v.len();
     let turn = rotation_vector(&before.q[3..7], &now.q[3..7]);
-    let most = motion.limits.joint_acceleration_rad_s2;
-    let [rate, jump] = [
-        scene.options.motion_rate * most * h,
-        scene.options.motion_jump * most,
-    ];
-    for k in 0..nv {
+    let most = scene.options.motion_rate * motion.limits.joint_acceleration_rad_s2 * h;
+    for k in 0..now.v.len() {
         let moved = match k {
             0..3 => now.q[k] - before.q[k],
             3..6 => turn[k - 3],
             _ => now.q[k + 1] - before.q[k + 1],
         };
-        let mean = |x: &[f64], y: &[f64]| 0.5 * (x[k] + y[k]);
         let bend = h * (now.a[k] - before.a[k]) / 12.0;
-        let off = moved / h - mean(&before.v, &now.v) + bend;
-        worst.add(Check::MotionRate, off.abs(), rate, at);
-        let off = (now.v[k] - before.v[k]) / h - mean(&before.a, &now.a);
-        worst.add(Check::MotionJump, off.abs(), jump, at);
+        let off = moved / h - 0.5 * (before.v[k] + now.v[k]) + bend;
+        worst.add(Check::MotionRate, off.abs(), most, || {
+            format!("motion at {:.2} s", now.t_s)
+        });
+    }
+}
+
+/// Samples over which accelerations are summed up: what they do between two of them is not known.
+const JUMP_STEPS: usize = 4;
+
+/// Stated accelerations are those of the velocities:
+///
+///   Δv = h Σ (a + a')/2      over some steps of the time h
+fn jumps(scene: &Scene, motion: &Motion, i: usize, worst: &mut Extremes) {
+    let steps = &motion.samples[i - JUMP_STEPS..=i];
+    let most = scene.options.motion_jump * motion.limits.joint_acceleration_rad_s2;
+    for k in 0..steps[0].v.len() {
+        let means = steps
+            .windows(2)
+            .map(|pair| 0.5 * (pair[0].a[k] + pair[1].a[k]));
+        let change = (steps[JUMP_STEPS].v[k] - steps[0].v[k]) / motion.dt_s;
+        let off = (change - means.sum::<f64>()) / JUMP_STEPS as f64;
+        worst.add(Check::MotionJump, off.abs(), most, || {
+            format!("motion at {:.2} s", motion.samples[i].t_s)
+        });
     }
 }
 
