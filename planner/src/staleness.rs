@@ -8,6 +8,9 @@
 
 /// What one try counts at the parent of a node where it counts 1.
 const UPWARD: f64 = 0.8;
+/// What one that fails counts: more than one that only comes no nearer, so that alternatives far back have
+/// their turn before all hands were tried in a dead end.
+const FAILED: f64 = 2.5;
 /// Counts below this are nothing.
 const NOTHING: f64 = 1e-3;
 /// Price of a count, in contacts.
@@ -41,7 +44,8 @@ impl Staleness {
     pub fn count(&mut self, tried: usize, estimate: Option<f64>) -> Progress {
         let nearest = estimate.unwrap_or(f64::INFINITY);
         let before = self.0[tried];
-        let (mut at, mut counts) = (Some(tried), 1.0);
+        let counts = estimate.map_or(FAILED, |_| 1.0);
+        let (mut at, mut counts) = (Some(tried), counts);
         while let Some(node) = at.filter(|_| counts > NOTHING) {
             let progress = &mut self.0[node];
             if nearest < progress.nearest {

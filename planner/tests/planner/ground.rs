@@ -57,7 +57,7 @@ fn plan(request: &Request) -> SearchResult {
 }
 
 /// Found, upright all the way, every foot clear of the bodies, with few nodes for each stance.
-fn check(found: &SearchResult) {
+fn check(found: &SearchResult, nodes_a_stance: f64) {
     assert_eq!(found.status, Status::Found, "{:?}", found.blocked.first());
     for stance in &found.path {
         let up = stance.posture.q.R_WB * Vector3::z();
@@ -71,7 +71,7 @@ fn check(found: &SearchResult) {
     }
     assert!(found.motion.is_some());
     let nodes = found.summary.nodes_generated as f64 / found.path.len() as f64;
-    assert!(nodes < 3.0, "{nodes} nodes a stance");
+    assert!(nodes < nodes_a_stance, "{nodes} nodes a stance");
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn what_lies_on_a_floor_is_stepped_over() {
     ] {
         let environment = world(vec![floor()], things);
         let found = plan(&request(&robot, &environment, Vector3::new(1.5, 0.0, 0.0)));
-        check(&found);
+        check(&found, 3.0);
     }
 }
 
@@ -95,7 +95,7 @@ fn a_heading_is_reached_by_stepping() {
         let mut request = request(&robot, &environment, Vector3::zeros());
         request.goal.base.yaw_rad = Some(yaw);
         let found = plan(&request);
-        check(&found);
+        check(&found, 3.0);
         let last = &found.path[found.path.len() - 1];
         // The feet have turned with the base, to half of what a stride turns them by.
         for contact in &last.contacts {
@@ -115,7 +115,7 @@ fn six_legs_turn_on_the_spot() {
     let environment = world(vec![floor()], Vec::new());
     let mut request = request(&robot, &environment, Vector3::zeros());
     request.goal.base.yaw_rad = Some(1.57);
-    check(&plan(&request));
+    check(&plan(&request), 3.0);
 }
 
 #[test]
@@ -128,7 +128,7 @@ fn a_start_that_faces_away_turns_and_walks() {
     base.p_WB = turn * base.p_WB;
     base.R_WB = turn;
     let found = plan(&request);
-    check(&found);
+    check(&found, 3.0);
     let ahead = found.path[found.path.len() - 1].posture.q.R_WB * Vector3::x();
     assert!(ahead.x > 0.8, "{ahead}");
 }
@@ -140,7 +140,7 @@ fn the_way_goes_round_a_wall_and_over_a_bridge() {
     let wall = block("wall", [1.1, -0.9, 0.0], [1.25, 3.9, 1.0]);
     let environment = world(vec![floor()], vec![wall]);
     let found = plan(&request(&robot, &environment, Vector3::new(2.4, 0.4, 0.0)));
-    check(&found);
+    check(&found, 1.5);
 
     let banks = [
         level("floor", [-0.5, 0.0, 0.0], [1.0, 2.0]),
@@ -149,7 +149,8 @@ fn the_way_goes_round_a_wall_and_over_a_bridge() {
     ];
     let environment = world(banks.to_vec(), Vec::new());
     let found = plan(&request(&robot, &environment, Vector3::new(2.4, -0.3, 0.0)));
-    check(&found);
+    // Feet of 0.13 m on 0.25 m: many a step fails there.
+    check(&found, 4.0);
     let bridge = environment.face("bridge").unwrap();
     let mut contacts = found.path.iter().flat_map(|stance| &stance.contacts);
     assert!(contacts.any(|c| c.face == Some(bridge)));
