@@ -32,6 +32,8 @@ pub struct TimeLaw {
 
 /// How often the time of a place is halved: to a hundredth of a percent of the whole.
 const HALVINGS: usize = 14;
+/// Part of ṡ² that is kept from one grid point to the next before the end: what stands still stays there.
+const MOVING: f64 = 0.01;
 /// Smallest part of a limit that counts as a coefficient.
 const SMALL: f64 = 1e-9;
 
@@ -52,7 +54,8 @@ impl TimeLaw {
             let reach = up
                 .map(|r| (r.c - r.b * x) / r.a)
                 .fold(f64::INFINITY, f64::min);
-            let next = (x + 2.0 * ds * reach).clamp(0.0, most[i + 1]);
+            let slow = MOVING * x.min(most[i + 1]);
+            let next = (x + 2.0 * ds * reach).clamp(slow, most[i + 1]);
             let [t, s, rate, area] = knots[i];
             let dt = 2.0 * ds / (rate + next.sqrt());
             if !dt.is_finite() {
@@ -245,6 +248,18 @@ mod tests {
             // From the one bound to the other within the time of the mean.
             assert!((next[2] - bend).abs() <= 2.0 * 2.0 / 2.25 / (0.1 * 1.5) * h + 1e-9);
         }
+    }
+
+    #[test]
+    fn a_law_that_comes_to_rest_before_its_end_goes_on() {
+        let mut rows = line(1.0, 1.0, 40);
+        // At one place little speed can be held, and only by slowing down all the way.
+        rows[38][0] = Row {
+            a: 1.0,
+            b: 80.0,
+            c: 0.01,
+        };
+        assert!(TimeLaw::fastest(&rows, 0.1).is_some());
     }
 
     #[test]
