@@ -220,7 +220,7 @@ fn a_plan_that_is_improved_is_no_longer_and_no_shorter_than_lengths_allow() {
         planner::search(&request, &config, &margins, &motion, &|_| {}, &cancel).unwrap()
     };
     let [first, best] = [0, 60].map(plan);
-    check(&first);
+    check(&first, 3.0);
     assert_eq!(best.status, Status::Found);
     assert!(best.motion.is_some());
     let changes = |found: &SearchResult| found.summary.path_stances - 1;
