@@ -81,7 +81,7 @@ pub struct Options {
     pub motion_rate: f64,
     /// Largest difference of the stated accelerations from those of the velocities, over some samples, over
     /// the largest that a joint may have: one that goes from bound to bound between two of them differs by
-    /// a quarter.
+    /// a quarter, one that comes back by a half.
     pub motion_jump: f64,
     /// Largest distance of a motion from a stance that it passes, m and rad: what the postures'
     /// contacts are closed to.
@@ -127,7 +127,7 @@ impl Default for Options {
             motion_part: 0.01,
             motion_acceleration: 100.0,
             motion_rate: 0.1,
-            motion_jump: 0.25,
+            motion_jump: 0.5,
             motion_end: 1e-4,
             motion_joint_rad: 2e-3,
             motion_distance_m: 6e-4,
