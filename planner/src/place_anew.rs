@@ -5,7 +5,7 @@
 //! out only then, and of the places around most may not do: a hand has to push where it holds the foot
 //! that stays, and that foot has to stand where the hand holds it.
 
-use posture::{Contact, Freedom, Outcome, Problem};
+use posture::{Contact, Freedom, Outcome};
 
 use crate::Error;
 use crate::change::{Candidate, Move};
@@ -75,10 +75,7 @@ impl Search<'_> {
             }
         }
         let reference = nominal_posture(context, &contacts, node.along_m(context));
-        let problem = Problem {
-            guess: &node.posture.q,
-            ..context.problem(contacts, &reference, &node.posture.q)
-        };
+        let problem = context.problem(contacts, &reference, &node.posture.q);
         let config = posture::Config {
             restarts: 0,
             solver: posture::Solver {

@@ -102,8 +102,7 @@ impl Pace<'_> {
         rows
     }
 
-    /// Forces push, inside eight sides of their contact's cone whose edges are on it; those of the postures'
-    /// pyramid are four of these.
+    /// Forces push, inside eight sides of their contact's cone whose edges are on it.
     pub(super) fn bearing(&self, forces_W: &Parts<Vec<Vector3<f64>>>, rows: &mut Vec<Row>) {
         let posture = self.context.posture;
         let friction_use = self.context.config.friction_use.max(posture.friction_use);
