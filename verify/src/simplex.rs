@@ -3,6 +3,9 @@
 /// Entries smaller than this are rounding: columns are forces over the weight, and moments in metres.
 const ROUNDING: f64 = 1e-9;
 
+/// Smaller entries are no pivots.
+const PIVOT: f64 = 1e-7;
+
 /// What the equations may be off by at the end.
 const RESIDUAL: f64 = 1e-7;
 
@@ -91,24 +94,22 @@ impl Tableau {
             let Some(column) = entering else {
                 return Ok(true);
             };
-            let mut leaving: Option<(f64, usize)> = None;
-            for (i, row) in self.rows.iter().enumerate() {
-                if row[column] <= ROUNDING {
-                    continue;
-                }
-                let ratio = row[n].max(0.0) / row[column];
-                let better = match leaving {
-                    None => true,
-                    Some((least, _)) if ratio != least => ratio < least,
-                    // Of equals the largest pivot; the first unknown where circles are to be avoided.
-                    Some((_, j)) if pivots < CAREFUL => row[column] > self.rows[j][column],
-                    Some((_, j)) => self.basis[i] < self.basis[j],
-                };
-                if better {
-                    leaving = Some((ratio, i));
-                }
-            }
-            let Some((_, row)) = leaving else {
+            // As far as no unknown gets under nothing, but for rounding; of the rows that stop it there
+            // the largest pivot, or the first unknown where circles are to be avoided.
+            let rows = || {
+                self.rows
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, row)| row[column] > PIVOT)
+            };
+            let farthest = rows().map(|(_, row)| (row[n].max(0.0) + ROUNDING) / row[column]);
+            let farthest = farthest.fold(f64::INFINITY, f64::min);
+            let stops = rows().filter(|(_, row)| row[n].max(0.0) / row[column] <= farthest);
+            let leaving = match pivots < CAREFUL {
+                true => stops.max_by(|a, b| a.1[column].total_cmp(&b.1[column])),
+                false => stops.min_by_key(|(i, _)| self.basis[*i]),
+            };
+            let Some((row, _)) = leaving else {
                 return Ok(false);
             };
             self.pivot(row, column);

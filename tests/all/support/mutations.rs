@@ -66,7 +66,7 @@ macro_rules! table {
 
 const MUTATIONS: &[Mutation] = table! {
     // Contacts on their surfaces.
-    "surface 5 mm below the foot": surface_sunk => Closure;
+    "surface 5 mm below the foot": surface_sunk => Closure (StatedMargin);
     "robot 5 mm above its surfaces": |p| translate(adding(p), [0.0, 0.0, 0.005]) => Closure
         (Kept Goal Inclusion StatedMargin);
     "surface tilted under the foot": surface_tilted => Normal
@@ -76,7 +76,7 @@ const MUTATIONS: &[Mutation] = table! {
     "contact on a surface that is not there": |p| p.stances[0].contacts[0].face = "nowhere".into()
         => Names (Sequence);
     // Forces.
-    "missing force": |p| *largest(p) = [0.0; 3] => BalanceForce (BalanceMoment Torque);
+    "missing force": |p| *largest(p) = [0.0; 3] => BalanceForce (BalanceMoment Torque StatedMargin);
     "two feet squeeze": feet_squeeze => Friction (Torque StatedMargin Unilateral);
     "a corner pulls": corner_pulls => Unilateral (Friction StatedMargin);
     "force far from the patch": force_off_patch => ForcePoint;
