@@ -32,6 +32,7 @@ mod slow {
     mod random_postures;
     mod ten_mounts;
     mod verify_dips;
+    mod verify_falsified;
     mod verify_leaves;
     mod verify_motion;
     mod verify_scenes;
