@@ -157,6 +157,7 @@ impl Posed {
         world.says("thin_body_m", config.surfaces.body.thickness_m)?;
         world.says("required", RequiredMargins::from(&config.posture))?;
         world.says("goal", goal::record(&self.goal, robot, &self.environment))?;
+        world.moves(motion::limits(&config.motion, &config.posture));
         world.starts(
             self.stand.configuration.to_q(),
             self.contacts.iter().map(on),

@@ -108,7 +108,7 @@ pub fn verify_in(
     let mut findings = Findings::default();
     let drawable = structure::check(plan, robot, options, &mut findings);
     sequence::check(plan, options, &mut findings);
-    world::check(plan, world, &mut findings);
+    world::check(plan, motion, world, &mut findings);
     if drawable {
         let scene = scene(plan, robot, options);
         each_stance(&scene, &mut findings);

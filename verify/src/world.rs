@@ -1,6 +1,6 @@
 //! What a plan rests on: its world and its task, beside what was found again from its files.
 
-use plan::{Change, Input, Plan};
+use plan::{Change, Input, Limits, Motion, Plan};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -24,6 +24,8 @@ pub struct World {
     said: Map<String, Value>,
     /// Posture and contacts (patch, face) at the start.
     start: Option<(Vec<f64>, Vec<(String, String)>)>,
+    /// What its motion keeps to.
+    limits: Option<Limits>,
     /// The files, in any order.
     inputs: Vec<Input>,
     /// What could not be found again, in words.
@@ -48,6 +50,11 @@ impl World {
         self.start = Some((q, on.collect()));
     }
 
+    /// Says what the motion keeps to.
+    pub fn moves(&mut self, limits: Limits) {
+        self.limits = Some(limits);
+    }
+
     /// Says which files it was found in.
     pub fn rests_on(&mut self, inputs: Vec<Input>) {
         self.inputs = inputs;
@@ -65,7 +72,7 @@ impl World {
 }
 
 /// Compares a plan with the world that its files describe.
-pub(crate) fn check(plan: &Plan, world: &World, findings: &mut Findings) {
+pub(crate) fn check(plan: &Plan, motion: Option<&Motion>, world: &World, findings: &mut Findings) {
     let mut differing: Vec<(String, String)> = Vec::new();
     for (name, value) in &world.said {
         let mut found = Vec::new();
@@ -113,6 +120,12 @@ pub(crate) fn check(plan: &Plan, world: &World, findings: &mut Findings) {
         if let Some(name) = other.into_iter().next() {
             differing.push(("inputs".to_owned(), format!("{name} is another file now")));
         }
+    }
+    if let (Some(limits), Some(motion)) = (&world.limits, motion)
+        && motion.limits != *limits
+    {
+        let note = format!("{:?} instead of {limits:?}", motion.limits);
+        differing.push(("motion".to_owned(), note));
     }
     for (part, note) in differing {
         match world.overridden {

@@ -171,6 +171,7 @@ impl Walked {
             plan: &self.plan,
             motion: self.answer.motion.as_ref(),
             robot: &self.robot,
+            certificate: None,
             cloud_W: &[],
         });
         std::fs::write(folder.join("view.html"), page.unwrap()).unwrap();
