@@ -5,7 +5,7 @@
 use anyhow::{Context, Result, bail};
 use plan::{RequiredMargins, RobotSummary};
 use posture::{Environment, FaceIndex};
-use robot_model::{PatchId, Robot};
+use robot_model::{Kinematics, PatchId, Robot};
 use surfaces::{FaceId, Terrain};
 use verify::World;
 
@@ -145,9 +145,11 @@ impl Posed {
     /// What cannot be written as JSON.
     pub fn world(&self, config: &Config, name: &str) -> Result<World> {
         let (robot, terrain) = (&self.robot, &self.terrain);
+        let kinematics = Kinematics::new(robot, &self.stand.configuration);
         let on = |&(patch, face): &(PatchId, FaceIndex)| {
-            let face = self.environment[face].id.to_string();
-            (robot.patches[patch].name.clone(), face)
+            let (face, patch) = (self.environment[face].id.to_string(), &robot.patches[patch]);
+            let place = kinematics.X_WC(patch).translation.vector;
+            (patch.name.clone(), face, place.into())
         };
         let mut world = World::default();
         world.says("scene", name)?;
@@ -158,10 +160,7 @@ impl Posed {
         world.says("required", RequiredMargins::from(&config.posture))?;
         world.says("goal", goal::record(&self.goal, robot, &self.environment))?;
         world.moves(motion::limits(&config.motion, &config.posture));
-        world.starts(
-            self.stand.configuration.to_q(),
-            self.contacts.iter().map(on),
-        );
+        world.starts(self.contacts.iter().map(on));
         Ok(world)
     }
 }

@@ -156,12 +156,6 @@ impl Placed<'_> {
         let own = stated.self_clearance_m.map_or(0.0, |s| s - nearest.own);
         // Of the contact that is placed: none is farther inside than that of all contacts.
         let inclusion = stated.inclusion_m.map_or(0.0, |s| s - inside);
-        let heights = self.touches.iter().flat_map(|touch| {
-            let X_WF = touch.face.X_WF.to_homogeneous();
-            let points = touch.vertices_W.iter();
-            points.map(move |p| inverse_point(&X_WF, p).z.abs())
-        });
-        let closure = heights.fold(0.0, f64::max);
         let friction = used.friction - stated.friction_use;
         let better = [
             ("friction_use", friction, options.part),
@@ -175,7 +169,6 @@ impl Placed<'_> {
                 used.residual - stated.equilibrium,
                 options.force,
             ),
-            ("closure_m", closure - stated.closure_m, options.distance_m),
         ];
         let over = |(_, value, most): &(&str, f64, f64)| value - most;
         let worst = better.into_iter().max_by(|a, b| {

@@ -1,18 +1,19 @@
 //! What a plan rests on: its world and its task, beside what was found again from its files.
 
-use plan::{Change, Input, Limits, Motion, Plan};
+use nalgebra::Vector3;
+use plan::{Change, Contact, Input, Limits, Motion, Plan};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::Check;
-use crate::findings::{Findings, exceeds};
+use crate::findings::Findings;
 
 /// Numbers that differ by less than this are one: what the mathematics of two machines may differ by.
 const ROUNDING: f64 = 1e-6;
 
-/// How far the first stance may be from the start that is asked for, m and rad: feet are put on the
-/// faces that were found.
-const START: f64 = 0.01;
+/// How far a contact of the first stance may be from where the robot stands as it is asked to, m: feet
+/// are put on the faces that were found, and joints moved inside their margins.
+const START_M: f64 = 0.01;
 
 /// Differences that are told of one part of a plan at most.
 const TOLD: usize = 3;
@@ -22,8 +23,8 @@ const TOLD: usize = 3;
 pub struct World {
     /// By their names in `plan.json`.
     said: Map<String, Value>,
-    /// Posture and contacts (patch, face) at the start.
-    start: Option<(Vec<f64>, Vec<(String, String)>)>,
+    /// The contacts at the start: patch, face, place in W, m.
+    start: Option<Vec<(String, String, [f64; 3])>>,
     /// What its motion keeps to.
     limits: Option<Limits>,
     /// The files, in any order.
@@ -45,9 +46,9 @@ impl World {
         Ok(())
     }
 
-    /// Says how the robot stands at the start: its configuration, and which patch on which face.
-    pub fn starts(&mut self, q: Vec<f64>, on: impl Iterator<Item = (String, String)>) {
-        self.start = Some((q, on.collect()));
+    /// Says how the robot stands at the start: which patch on which face, and where in W, m.
+    pub fn starts(&mut self, on: impl Iterator<Item = (String, String, [f64; 3])>) {
+        self.start = Some(on.collect());
     }
 
     /// Says what the motion keeps to.
@@ -87,23 +88,16 @@ pub(crate) fn check(plan: &Plan, motion: Option<&Motion>, world: &World, finding
             differing.push((name.clone(), note));
         }
     }
-    if let (Some((q, on)), Some(first)) = (&world.start, plan.stances.first()) {
-        let mut found = Vec::new();
-        let off = q.iter().zip(&first.q).map(|(a, b)| (a - b).abs());
-        let off = off.fold(0.0, f64::max);
-        if q.len() != first.q.len() || exceeds(off, START) {
-            found.push(format!("the posture is off by {off:.4} m or rad"));
-        }
-        let stands = first.contacts.iter();
-        let mut stands: Vec<_> = stands
-            .map(|c| (c.patch.clone(), c.face.to_string()))
-            .collect();
-        let mut on = on.clone();
-        (stands.sort(), on.sort());
-        if first.change != Change::Start || stands != on {
-            found.push(format!("on {stands:?}, the files say {on:?}"));
-        }
-        if let Some(note) = found.into_iter().next() {
+    if let (Some(start), Some(first)) = (&world.start, plan.stances.first()) {
+        let is_there = |(patch, face, p): &(String, String, [f64; 3])| {
+            let mut contacts = first.contacts.iter();
+            let same = |c: &&Contact| c.patch == *patch && c.face.as_str() == face;
+            let off = |c: &Contact| (Vector3::from(c.X_WC.p) - Vector3::from(*p)).norm();
+            contacts.find(same).is_some_and(|c| off(c) <= START_M)
+        };
+        let start_is = first.change == Change::Start && first.contacts.len() == start.len();
+        if !(start_is && start.iter().all(is_there)) {
+            let note = format!("the robot stands on {start:?} (patch, face, place)");
             differing.push(("start".to_owned(), note));
         }
     }

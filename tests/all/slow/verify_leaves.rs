@@ -37,8 +37,8 @@ fn world(plan: &Plan) -> World {
     world.says("required", &plan.required).unwrap();
     world.says("goal", &plan.goal).unwrap();
     let on = plan.stances[0].contacts.iter();
-    let on = on.map(|c| (c.patch.clone(), c.face.to_string()));
-    world.starts(plan.stances[0].q.clone(), on);
+    let on = on.map(|c| (c.patch.clone(), c.face.to_string(), c.X_WC.p));
+    world.starts(on);
     world.rests_on(plan.inputs.clone());
     world
 }

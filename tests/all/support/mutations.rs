@@ -66,7 +66,7 @@ macro_rules! table {
 
 const MUTATIONS: &[Mutation] = table! {
     // Contacts on their surfaces.
-    "surface 5 mm below the foot": surface_sunk => Closure (StatedMargin);
+    "surface 5 mm below the foot": surface_sunk => Closure;
     "robot 5 mm above its surfaces": |p| translate(adding(p), [0.0, 0.0, 0.005]) => Closure
         (Kept Goal Inclusion StatedMargin);
     "surface tilted under the foot": surface_tilted => Normal
