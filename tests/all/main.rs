@@ -13,6 +13,7 @@ mod cli;
 mod export_formats;
 mod interruption;
 mod mutual_imports;
+mod outputs;
 mod posture_problems;
 mod slope_command;
 mod verify_broken;
