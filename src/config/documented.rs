@@ -3,7 +3,7 @@
 use anyhow::Result;
 use serde_json::Value;
 
-use super::Config;
+use super::{Config, ranges};
 
 /// Every setting with its value, below its description as a comment; a setting without a value
 /// stands in a comment itself. The text can be read back.
@@ -64,8 +64,7 @@ fn comment(text: &mut String, schema: &Value, path: &[&str]) {
 
 /// What the docstrings say of the setting or table at a path, with the values of an enumeration.
 fn description(schema: &Value, path: &[&str]) -> Option<String> {
-    let (key, table) = path.split_last()?;
-    let property = find(schema, table)?.get("properties")?.get(key)?;
+    let property = property(schema, path)?;
     let mut text = property.get("description")?.as_str()?.to_owned();
     let variants = resolve(schema, property).get("oneOf");
     for variant in variants.and_then(Value::as_array).into_iter().flatten() {
@@ -76,7 +75,16 @@ fn description(schema: &Value, path: &[&str]) -> Option<String> {
             text.push_str(&format!("\n\"{name}\": {meaning}"));
         }
     }
+    if let Some(range) = ranges::of(property) {
+        text.push_str(&format!("\nFrom {} to {}.", range.low, range.high));
+    }
     Some(text)
+}
+
+/// The schema of the setting or table at a path, with what is said of it there.
+pub(super) fn property<'a>(schema: &'a Value, path: &[&str]) -> Option<&'a Value> {
+    let (key, table) = path.split_last()?;
+    find(schema, table)?.get("properties")?.get(key)
 }
 
 /// The schema of the table at a path.
@@ -121,6 +129,32 @@ mod tests {
         let mut found = Vec::new();
         undescribed(&schema, &schema, "", &mut found);
         assert_eq!(found, Vec::<String>::new());
+    }
+
+    /// Paths of the numbers below a table that have no range, or of which the default is beyond it.
+    fn unbounded(schema: &Value, table: &Value, path: &str, found: &mut Vec<String>) {
+        let properties = table.get("properties").and_then(Value::as_object);
+        for (key, property) in properties.into_iter().flatten() {
+            let path = format!("{path}.{key}");
+            let words = property.to_string();
+            let is_number = words.contains("\"number\"") || words.contains("\"integer\"");
+            if is_number && ranges::of(property).is_none_or(|range| range.low >= range.high) {
+                found.push(path.clone());
+            }
+            unbounded(schema, resolve(schema, property), &path, found);
+        }
+        if let Some(any) = table.get("additionalProperties") {
+            unbounded(schema, resolve(schema, any), &format!("{path}.*"), found);
+        }
+    }
+
+    #[test]
+    fn every_number_has_a_range() {
+        let schema = schemars::schema_for!(Config).to_value();
+        let mut found = Vec::new();
+        unbounded(&schema, &schema, "", &mut found);
+        assert_eq!(found, Vec::<String>::new());
+        ranges::check(&toml::Table::try_from(Config::default()).unwrap()).unwrap();
     }
 
     #[test]

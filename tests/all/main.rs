@@ -31,6 +31,7 @@ mod slow {
     mod other_worlds;
     mod quadruped_slopes;
     mod random_postures;
+    mod settings_at_their_limits;
     mod ten_mounts;
     mod verify_motion;
     mod verify_scenes;
