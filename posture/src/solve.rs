@@ -61,14 +61,14 @@ pub(crate) fn solve_relaxed(
         (apart_m, it)
     };
 
-    // Seeds that wait, with their geometric violation.
-    let mut pool: Vec<(f64, Iterate)> = Vec::new();
+    // Seeds that wait, with what their contacts lack.
+    let mut pool: Vec<Waiting> = Vec::new();
     let (apart_m, guess) = draw(0);
     let mut first = None;
     if apart_m < FAR_M {
         first = Some(guess);
     } else {
-        pool.push((sqp.geometric_violation(&guess), guess));
+        pool.push(Waiting::new(apart_m, guess));
     }
     let mut drawn = 1;
     let mut nearest: Option<Outcome> = None;
@@ -77,17 +77,18 @@ pub(crate) fn solve_relaxed(
             guess
         } else {
             for _ in 0..DRAWN {
-                let it = draw(drawn).1;
+                let (apart_m, it) = draw(drawn);
                 drawn += 1;
-                let violation = sqp.geometric_violation(&it);
-                pool.push((violation, it));
-                if violation < GOOD_ENOUGH {
+                let mut seed = Waiting::new(apart_m, it);
+                let good = apart_m < GOOD_ENOUGH && seed.evaluated(&mut sqp) < GOOD_ENOUGH;
+                pool.push(seed);
+                if good {
                     break;
                 }
             }
-            // The best last.
-            pool.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let Some((_, it)) = pool.pop() else { break };
+            let Some(it) = best(&mut pool, &mut sqp) else {
+                break;
+            };
             it
         };
         let outcome = sqp.descend(it);
@@ -103,4 +104,43 @@ pub(crate) fn solve_relaxed(
         }
     }
     nearest.ok_or(Error::Unsupported)
+}
+
+/// A seed that waits for its turn.
+struct Waiting {
+    it: Iterate,
+    /// Its geometric violation; until that is evaluated, what its contacts lack, which is part of it.
+    violation: f64,
+    is_evaluated: bool,
+}
+
+impl Waiting {
+    fn new(apart_m: f64, it: Iterate) -> Self {
+        Self {
+            it,
+            violation: apart_m,
+            is_evaluated: false,
+        }
+    }
+
+    fn evaluated(&mut self, sqp: &mut Sqp) -> f64 {
+        if !self.is_evaluated {
+            self.violation = sqp.geometric_violation(&self.it);
+            self.is_evaluated = true;
+        }
+        self.violation
+    }
+}
+
+/// Takes the seed with the least violation; collisions are looked at only of seeds whose contacts alone
+/// do not lack more already.
+fn best(pool: &mut Vec<Waiting>, sqp: &mut Sqp) -> Option<Iterate> {
+    loop {
+        let least =
+            (0..pool.len()).min_by(|&a, &b| pool[a].violation.total_cmp(&pool[b].violation))?;
+        if pool[least].is_evaluated {
+            return Some(pool.remove(least).it);
+        }
+        pool[least].evaluated(sqp);
+    }
 }
