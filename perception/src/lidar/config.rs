@@ -10,7 +10,7 @@ use crate::error::within;
 #[serde(default, deny_unknown_fields)]
 pub struct LidarConfig {
     /// Horizontal field of view about V's x, rad.
-    #[schemars(range(min = 0.01, max = 6.283))]
+    #[schemars(range(min = 0.01, max = std::f64::consts::TAU))]
     pub view_rad: f64,
     /// Nearer points are the robot's own, m.
     #[schemars(range(min = 0.0, max = 100.0))]

@@ -11,10 +11,10 @@ use crate::Face;
 #[serde(default, deny_unknown_fields)]
 pub struct Filter {
     /// Smallest tilt from the horizontal, rad.
-    #[schemars(range(min = 0.0, max = 3.1416))]
+    #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub tilt_min_rad: Option<f64>,
     /// Largest tilt from the horizontal, rad: for a foot the steepest slope to walk on.
-    #[schemars(range(min = 0.0, max = 3.1416))]
+    #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub tilt_max_rad: Option<f64>,
     /// The highest point of the face must not be lower than this, m in W.
     #[schemars(range(min = -10_000.0, max = 10_000.0))]
@@ -26,7 +26,7 @@ pub struct Filter {
     #[schemars(inner(range(min = -1000.0, max = 1000.0)))]
     pub facing_W: Option<[f64; 3]>,
     /// Largest angle between the normal and `facing_W`, rad; π/2 where it is not set.
-    #[schemars(range(min = 0.0, max = 3.1416))]
+    #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub facing_max_rad: Option<f64>,
     /// Smallest radius of the inscribed circle of what is surely there, m.
     #[schemars(range(min = 0.0, max = 100.0))]
