@@ -4,6 +4,7 @@
 
 mod documented;
 mod ranges;
+mod schema;
 
 use std::path::Path;
 

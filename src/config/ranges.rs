@@ -5,7 +5,7 @@ use serde_json::Value as Schema;
 use toml::{Table, Value};
 
 use super::Config;
-use super::documented::property;
+use super::schema::property;
 
 /// Refuses numbers that are none or beyond their range.
 ///

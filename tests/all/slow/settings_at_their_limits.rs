@@ -18,7 +18,7 @@ fn ranges() -> Vec<(String, [f64; 2])> {
     for line in text.lines() {
         if let Some(words) = line.strip_prefix("# From ") {
             let bounds = words.trim_end_matches('.').split_once(" to ");
-            range = bounds.map(|(low, high)| [low, high].map(|v| v.parse().expect("a number")));
+            range = bounds.and_then(|(low, high)| Some([low.parse().ok()?, high.parse().ok()?]));
         } else if let Some(header) = line.strip_prefix('[') {
             table = header.replace(']', ".");
         } else if let Some((key, _)) = line.trim_start_matches("# ").split_once(" = ")
