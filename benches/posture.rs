@@ -44,9 +44,10 @@ fn told(values: &mut [f64], q: f64) -> String {
 
 /// Times of the solved and of the failed problems of a family, µs.
 fn times(robot: &Robot, family: Family, count: usize) -> [Vec<f64>; 2] {
-    let set = generate(robot, &[family], count, SEED).expect("problems");
-    let reference = robot.resting();
     let config = posture::Config::default();
+    let margins = scandent::posture_problem::margins(&config);
+    let set = generate(robot, &[family], &margins, count, SEED).expect("problems");
+    let reference = robot.resting();
     let mut us = [Vec::new(), Vec::new()];
     for problem in &set.problems {
         let posed =

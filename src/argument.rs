@@ -3,11 +3,12 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use perception::{Intrinsics, SensorOptions};
 use scenes::scene_file::GoalContact;
+use surfaces::{WORLD_M, beyond_world};
 
 /// How far a quaternion's length may be from 1: written decimals.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// Comma-separated finite numbers, as many as one of `counts` says.
+/// Comma-separated numbers within [`WORLD_M`], as many as one of `counts` says.
 ///
 /// # Errors
 /// What is wrong with the text, in words for the user.
@@ -15,8 +16,11 @@ pub fn numbers(text: &str, counts: &[usize]) -> Result<Vec<f64>, String> {
     let values = text
         .split(',')
         .map(|part| match part.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(format!("\"{}\" is not a finite number", part.trim())),
+            Ok(value) if beyond_world(&[value]).is_none() => Ok(value),
+            _ => Err(format!(
+                "\"{}\" is not a number up to {WORLD_M}",
+                part.trim()
+            )),
         })
         .collect::<Result<Vec<_>, _>>()?;
     let given = values.len();
@@ -193,8 +197,8 @@ mod tests {
         assert_eq!(numbers("1, -2.5,3e-1", &[3]), Ok(vec![1.0, -2.5, 0.3]));
         for (text, said) in [
             ("1,2", "2 numbers given, 3 or 4 wanted"),
-            ("1,,2", "\"\" is not a finite number"),
-            ("1,nan,2", "\"nan\" is not a finite number"),
+            ("1,,2", "\"\" is not a number up to 10000"),
+            ("1,nan,2", "\"nan\" is not a number up to 10000"),
         ] {
             assert_eq!(numbers(text, &[3, 4]), Err(said.to_owned()));
         }

@@ -10,6 +10,7 @@ use clap::{Parser, Subcommand};
 
 use crate::command;
 use crate::status::{self, Status, UsageError};
+use crate::threads;
 
 /// Plans multi-contact climbs for legged robots from a single scan.
 #[derive(Debug, Parser)]
@@ -41,7 +42,7 @@ pub struct Global {
     #[arg(long, global = true, value_name = "NODES")]
     pub improve: Option<usize>,
     /// Threads for the search (default: all; the plan does not depend on it)
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = threads::count)]
     pub threads: Option<NonZeroUsize>,
     /// Seed of every random stream
     #[arg(long, global = true, value_name = "N")]

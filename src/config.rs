@@ -3,6 +3,8 @@
 //!   defaults ← scene.toml ← --config FILE ← --set TABLE.KEY=VALUE
 
 mod documented;
+mod ranges;
+mod schema;
 
 use std::path::Path;
 
@@ -12,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::cli::Global;
+use crate::provenance;
 use crate::status::UsageError;
 
 pub use documented::documented;
@@ -21,6 +24,7 @@ pub use documented::documented;
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Seed of every random stream.
+    #[schemars(range(min = 0, max = 9_007_199_254_740_991_i64))]
     pub seed: u64,
     /// From a scan to planar patches.
     pub perception: perception::Config,
@@ -63,11 +67,13 @@ impl Layers {
     /// Lays `table` over what is there; `source` names it in errors.
     ///
     /// # Errors
-    /// An unknown table or key with the names that there are, or a value of the wrong type.
+    /// An unknown table or key with the names that there are, a value of the wrong type or beyond its
+    /// range.
     pub fn lay(&mut self, source: &str, table: &Table) -> Result<()> {
         let mut merged = self.table.clone();
         merge(&mut merged, table);
-        resolve(&merged).with_context(|| source.to_owned())?;
+        let fits = resolve(&merged).and_then(|_| ranges::check(table));
+        fits.with_context(|| source.to_owned())?;
         self.table = merged;
         Ok(())
     }
@@ -78,8 +84,8 @@ impl Layers {
     /// As [`Self::lay`]; a file that cannot be read or is no TOML, with the line.
     pub fn lay_file(&mut self, path: &Path) -> Result<()> {
         let name = path.display();
-        let text = std::fs::read_to_string(path);
-        let text = text.with_context(|| format!("{name}: cannot read this config file"))?;
+        let text = String::from_utf8(provenance::read("config", path)?);
+        let text = text.with_context(|| format!("{name}: not a text file"))?;
         let table = text.parse::<Table>();
         let table = table.with_context(|| format!("{name}: not valid TOML"))?;
         self.lay(&name.to_string(), &table)
@@ -253,6 +259,26 @@ mod tests {
             let error = Config::layered(None, &global(&[set])).unwrap_err();
             assert!(error.is::<UsageError>(), "{set}");
             assert!(error.to_string().contains(set), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_or_beyond_its_range_is_refused() {
+        for set in [
+            "posture.clearance_m=nan",
+            "posture.clearance_m=inf",
+            "posture.clearance_m=-0.001",
+            "motion.dt_s=0",
+            "planner.nodes_max=1000001",
+            "surfaces.roles.foot.tilt_max_rad=4",
+            "surfaces.roles.foot.facing_W=[0, nan, 1]",
+        ] {
+            let error = Config::layered(None, &global(&[set]))
+                .unwrap_err()
+                .to_string();
+            let (key, _) = set.split_once('=').unwrap();
+            let named = error.contains(&format!("{key} is")) && error.contains("it goes from");
+            assert!(named, "{error}");
         }
     }
 

@@ -2,6 +2,7 @@
 //!
 //! `pipeline` reads top-down as the way of one scan; `cli` and `command` are what a user meets;
 //! the crate `verify` proves a plan by code that shares nothing with the solver.
+#![forbid(unsafe_code)]
 
 pub mod against;
 pub mod argument;

@@ -1,4 +1,5 @@
 //! The `scandent` program.
+#![forbid(unsafe_code)]
 
 use std::process::ExitCode;
 

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Point2, Rotation3, Translation3, UnitQuaterni
 use posture::{Contact, Environment, Freedom, Problem, stand};
 use robot_model::{Configuration, ContactPatch, PatchId, Robot};
 use scenes::contact_sets::{
-    BODY_M, ContactRecord, FORMAT, FORMAT_BEGINS, ProblemRecord, ProblemSet, SurfaceRecord,
+    BODY_M, ContactRecord, FORMAT, FORMAT_BEGINS, Margins, ProblemRecord, ProblemSet, SurfaceRecord,
 };
 use surfaces::{ConvexPolygon, Face, Region, Terrain};
 
@@ -53,6 +53,18 @@ pub fn parse(bytes: &[u8]) -> Result<ProblemSet> {
         bail!("body_m = {} is no thickness", set.body_m);
     }
     Ok(set)
+}
+
+/// The margins that problems are drawn for.
+pub fn margins(config: &posture::Config) -> Margins {
+    Margins {
+        friction_use: config.friction_use,
+        torque_use: config.torque_use,
+        joint_margin_rad: config.joint_margin_rad,
+        self_clearance_m: config.self_clearance_m,
+        clearance_m: config.clearance_m,
+        com_margin_m: config.com_margin_m,
+    }
 }
 
 /// A problem of a file on a robot.

@@ -1,6 +1,8 @@
 //! What a result was computed from: each input's role, name and SHA-256.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result};
 use plan::Input;
@@ -8,6 +10,9 @@ use sha2::{Digest, Sha256};
 
 /// The role of what flags asked for beside a scene.
 pub const FLAGS: &str = "flags";
+
+/// Every file that this process has read as an input, so that no result replaces one.
+static READ: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// The inputs read so far, in the order in which they were read.
 #[derive(Clone, Debug, Default)]
@@ -33,9 +38,9 @@ impl Inputs {
     /// # Errors
     /// What the operating system says, with the role and the path.
     pub fn read(&mut self, role: &str, path: &Path) -> Result<Vec<u8>> {
-        let bytes = read(role, path)?;
+        let bytes = raw(role, path)?;
         self.note(role, &path.display().to_string(), &bytes);
-        Ok(bytes)
+        Ok(unmarked(role, bytes))
     }
 
     /// The inputs.
@@ -44,12 +49,54 @@ impl Inputs {
     }
 }
 
-/// The bytes of a file.
+/// The bytes of a file, without the byte-order mark that some editors begin a text with.
 ///
 /// # Errors
 /// What the operating system says, with the role and the path.
 pub fn read(role: &str, path: &Path) -> Result<Vec<u8>> {
+    Ok(unmarked(role, raw(role, path)?))
+}
+
+fn raw(role: &str, path: &Path) -> Result<Vec<u8>> {
+    will_read(path);
     std::fs::read(path).with_context(|| format!("{}: cannot read this {role} file", path.display()))
+}
+
+fn unmarked(role: &str, mut bytes: Vec<u8>) -> Vec<u8> {
+    // A mesh may be binary: its reader knows.
+    if role != "mesh" && bytes.starts_with("\u{feff}".as_bytes()) {
+        bytes.drain(..3);
+    }
+    bytes
+}
+
+/// Notes that a file is an input before it is read.
+pub fn will_read(path: &Path) {
+    if let Ok(path) = path.canonicalize() {
+        let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+        read.insert(path);
+    }
+}
+
+/// Whether a file that was read is this one, under any name.
+pub fn was_read(path: &Path) -> bool {
+    let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    identity(path).is_some_and(|this| {
+        read.iter()
+            .any(|read| identity(read).as_ref() == Some(&this))
+    })
+}
+
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    let there = path.metadata().ok()?;
+    Some((there.dev(), there.ino()))
+}
+
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<PathBuf> {
+    path.canonicalize().ok()
 }
 
 /// SHA-256 in hexadecimal.

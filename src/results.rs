@@ -1,12 +1,10 @@
 //! The folder of results of one scene.
 
-use std::path::Path;
-
-use anyhow::{Context, Result};
+use anyhow::Result;
 use planner::Status;
 
 use crate::export::{self, Format};
-use crate::output;
+use crate::output::{self, Folder};
 use crate::pipeline::{MOTION_FILE, PlanOutcome};
 use crate::view::{self, ViewInput};
 
@@ -14,13 +12,21 @@ use crate::view::{self, ViewInput};
 const PARTIAL: &str = "partial_plan.json";
 /// A plan that the verifier does not pass.
 const REJECTED: &str = "rejected_plan.json";
-/// Files that are there only after a success.
-const OF_SUCCESS: [&str; 5] = [
+/// Names of what a run writes, and of what a simulation writes of it: nothing of an earlier run may
+/// pass for this one's.
+pub const NAMES: &[&str] = &[
+    "surfaces.json",
     "plan.json",
     MOTION_FILE,
     "contacts.yaml",
     "plan.csv",
+    PARTIAL,
+    REJECTED,
     "certificate.json",
+    "view.html",
+    "report.json",
+    "simulation.json",
+    "simulation.csv",
 ];
 
 /// Writes everything that came of a scene; a plan under the name of one only if it was found and
@@ -28,21 +34,15 @@ const OF_SUCCESS: [&str; 5] = [
 ///
 /// # Errors
 /// A file that cannot be written, with its path.
-pub fn write(folder: &Path, planned: &PlanOutcome) -> Result<()> {
-    // What an earlier run left must not pass for this one's.
-    for name in OF_SUCCESS.iter().chain(&[PARTIAL, REJECTED, "view.html"]) {
-        remove(&folder.join(name))?;
-    }
-    let surfaces = planned.extracted.to_json()?;
-    output::write(&folder.join("surfaces.json"), surfaces.as_bytes())?;
+pub fn write(folder: Folder, planned: &PlanOutcome) -> Result<()> {
+    folder.write("surfaces.json", planned.extracted.to_json()?.as_bytes())?;
     let plan = &planned.plan;
     let found = planned.status == Status::Found;
     if found && planned.certificate.pass {
-        // The motion first: a plan never names a file that is not there.
         if planned.motion.is_some() {
-            output::write(&folder.join(MOTION_FILE), &planned.motion_json)?;
+            folder.write(MOTION_FILE, &planned.motion_json)?;
         }
-        output::write_json(&folder.join("plan.json"), plan)?;
+        folder.write("plan.json", &output::json(plan)?)?;
         for (name, format) in [
             ("contacts.yaml", Format::MccYaml),
             ("plan.csv", Format::Csv),
@@ -53,15 +53,17 @@ pub fn write(folder: &Path, planned: &PlanOutcome) -> Result<()> {
             }
             let (motion, config) = (planned.motion.as_ref(), &planned.config.export);
             let text = export::export(plan, motion, &planned.robot, format, config)?;
-            output::write(&folder.join(name), text.as_bytes())?;
+            folder.write(name, text.as_bytes())?;
         }
     } else {
         let name = if found { REJECTED } else { PARTIAL };
-        output::write_json(&folder.join(name), plan)?;
+        folder.write(name, &output::json(plan)?)?;
     }
     if found {
-        let certificate = planned.certificate.to_json()?;
-        output::write(&folder.join("certificate.json"), certificate.as_bytes())?;
+        folder.write(
+            "certificate.json",
+            planned.certificate.to_json()?.as_bytes(),
+        )?;
     }
     let page = view::page(&ViewInput {
         plan,
@@ -70,8 +72,9 @@ pub fn write(folder: &Path, planned: &PlanOutcome) -> Result<()> {
         certificate: found.then_some(&planned.certificate),
         cloud_W: &planned.cloud_W,
     })?;
-    output::write(&folder.join("view.html"), page.as_bytes())?;
-    output::write_json(&folder.join("report.json"), &planned.report)
+    folder.write("view.html", page.as_bytes())?;
+    folder.write("report.json", &output::json(&planned.report)?)?;
+    folder.publish()
 }
 
 /// Whether the plan touches anything with a point patch.
@@ -79,13 +82,4 @@ fn touches_with_balls(planned: &PlanOutcome) -> bool {
     let contacts = planned.plan.stances.iter().flat_map(|s| &s.contacts);
     let mut patches = contacts.filter_map(|c| planned.robot.patch(&c.patch).ok());
     patches.any(|patch| patch.point_radius_m().is_some())
-}
-
-fn remove(path: &Path) -> Result<()> {
-    match std::fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(error).with_context(|| format!("{}: cannot be replaced", path.display()))
-        }
-        _ => Ok(()),
-    }
 }

@@ -8,7 +8,7 @@ use scenes::SceneFile;
 use scenes::scene_file::{self, Friction, Goal, Guide, ScanSource};
 use toml::{Table, Value};
 
-use crate::provenance::Inputs;
+use crate::provenance::{self, Inputs};
 use crate::robot_files::RobotFiles;
 
 /// Everything that a plan is made from, its files not yet read.
@@ -93,6 +93,15 @@ impl Scene {
             _ => false,
         };
         levelled && matches!(self.start, Start::Posture { base: None, .. })
+    }
+
+    /// Notes the environment's file among the inputs that no result may replace, before it is read.
+    pub fn will_read(&self) {
+        if let (Files::Folder(folder), Environment::Surfaces(name) | Environment::Mesh(name)) =
+            (&self.files, &self.environment)
+        {
+            provenance::will_read(&folder.join(name));
+        }
     }
 
     /// The scene of a name that ships, or of a `scene.toml`.

@@ -42,6 +42,7 @@
 //! assert!(off_m < 1e-6);
 //! # Ok::<(), calibration::Error>(())
 //! ```
+#![forbid(unsafe_code)]
 
 pub mod camera;
 mod config;

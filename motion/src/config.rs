@@ -13,29 +13,41 @@ use crate::Error;
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Time between two samples, s.
+    #[schemars(range(min = 0.001, max = 0.02))]
     pub dt_s: f64,
     /// Time at rest after a patch has landed, s.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub settle_s: f64,
     /// Time over which an acceleration grows or falls, s: bounds the jerk.
+    #[schemars(range(min = 0.001, max = 1.0))]
     pub smooth_s: f64,
-    /// Largest used part of the joints' speed limits, (0, 1].
+    /// Largest used part of the joints' speed limits.
+    #[schemars(range(min = 0.01, max = 1.0))]
     pub joint_speed_use: f64,
     /// Largest acceleration of a joint, rad/s² (m/s² where prismatic).
+    #[schemars(range(min = 0.1, max = 100.0))]
     pub joint_acceleration_rad_s2: f64,
-    /// Largest used part of the torque limits, (0, 1]; at least the postures'.
+    /// Largest used part of the torque limits; at least the postures'.
+    #[schemars(range(min = 0.01, max = 1.0))]
     pub torque_use: f64,
-    /// Largest used part of the friction coefficients, (0, 1]; at least the postures'.
+    /// Largest used part of the friction coefficients; at least the postures'.
+    #[schemars(range(min = 0.01, max = 1.0))]
     pub friction_use: f64,
-    /// Part of the margin of the centre of mass that the zero-moment point may use, (0, 1).
+    /// Part of the margin of the centre of mass that the zero-moment point may use.
+    #[schemars(range(min = 0.01, max = 0.99))]
     pub margin_use: f64,
     /// Largest speed of a patch in the air, m/s.
+    #[schemars(range(min = 0.01, max = 100.0))]
     pub swing_speed_m_s: f64,
     /// Largest speed of a patch where it may touch, m/s.
+    #[schemars(range(min = 0.01, max = 100.0))]
     pub landing_speed_m_s: f64,
     /// Distance by which a patch in the air clears what lies under its path, m; what stands beside
     /// its path is cleared as in the postures.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub swing_clearance_m: f64,
     /// Height over the higher end at which a patch travels where nothing asks for more, m.
+    #[schemars(range(min = 0.001, max = 1.0))]
     pub swing_height_m: f64,
 }
 

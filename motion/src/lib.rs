@@ -38,6 +38,7 @@
 //! curve.evaluate(0.1, Order::First, &mut rate);
 //! assert!(rate[0] > 2.0 && rate[1].abs() < 1e-9);
 //! ```
+#![forbid(unsafe_code)]
 
 mod airborne;
 mod assemble;

@@ -32,8 +32,10 @@ pub struct Config {
     /// Which path a scan takes.
     pub method: Method,
     /// Points farther than this from the sensor are not used, m.
+    #[schemars(range(min = 0.1, max = 1000.0))]
     pub range_max_m: f64,
     /// How far steep faces that the border of an image cuts are taken to go on beyond it, m.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub unseen_extension_m: f64,
     /// Parameters of the method of brossette2013.
     pub brossette2013: Brossette2013Config,

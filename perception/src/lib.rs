@@ -32,6 +32,7 @@
 //!
 //! Frames: V is the sensor's optical frame (x right, y down, z forward), F a face's (z_F toward
 //! the sensor), W the world. Points stay in V; only the faces' frames are moved to W.
+#![forbid(unsafe_code)]
 
 mod brossette2013;
 mod config;

@@ -15,6 +15,7 @@
 //! assert_eq!(contact.face.as_str(), "floor");
 //! # Ok::<(), serde_json::Error>(())
 //! ```
+#![forbid(unsafe_code)]
 
 mod contact;
 mod error;

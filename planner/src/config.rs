@@ -9,23 +9,31 @@ use serde::{Deserialize, Serialize};
 pub struct Config {
     /// Largest number of contact sets in the tree on a way of up to ten strides; on longer ones in
     /// proportion.
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub nodes_max: usize,
     /// Largest number of posture problems solved, in the same way.
+    #[schemars(range(min = 1, max = 10_000_000))]
     pub candidates_max: usize,
     /// How far a foot is put ahead of the others along the guide path, m; at most half the distance
     /// of feet that follow each other, so that legs one behind the other do not meet.
+    #[schemars(range(min = 0.01, max = 10.0))]
     pub stride_m: f64,
     /// Weight of the estimated number of contacts to the goal against those made: 1 for few
     /// contacts, more for a quick answer (weighted A*).
+    #[schemars(range(min = 1.0, max = 100.0))]
     pub heuristic_weight: f64,
     /// After the first plan, nodes that are spent on shorter ones.
+    #[schemars(range(min = 0, max = 1_000_000))]
     pub improve: usize,
     /// Extra price of touching with a patch that is not among the start's, in contacts.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub extra_contact_price: f64,
     /// Price of a metre beside the guide path, of a foot's place or an extra contact's, in contacts.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub lateral_deviation_price_per_m: f64,
     /// Largest tilt of the base from upright (of a robot on three feet or more: from the mean of
-    /// what it stands on), in stances and between them, rad, less than π/2.
+    /// what it stands on), in stances and between them, rad.
+    #[schemars(range(min = 0.01, max = 1.57))]
     pub tilt_max_rad: f64,
     /// Patches that are not used, by name or role.
     pub exclude: Vec<String>,

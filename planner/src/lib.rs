@@ -41,6 +41,7 @@
 //! // A guide is a polyline of two places or more.
 //! assert!(Guide::new(vec![[0.0, 0.0, 0.7].into()]).is_err());
 //! ```
+#![forbid(unsafe_code)]
 
 mod candidate;
 mod change;

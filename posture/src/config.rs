@@ -10,32 +10,43 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// Part of the friction coefficient that planned forces may use, (0, 1].
+    /// Part of the friction coefficient that planned forces may use.
+    #[schemars(range(min = 0.01, max = 1.0))]
     pub friction_use: f64,
-    /// Part of the torque limits that holding the posture may use, (0, 1].
+    /// Part of the torque limits that holding the posture may use.
+    #[schemars(range(min = 0.01, max = 1.0))]
     pub torque_use: f64,
     /// Distance of every joint from its limits, rad (m where prismatic).
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub joint_margin_rad: f64,
     /// Smallest distance between the robot and the environment, contacts excepted, m.
+    #[schemars(range(min = 0.001, max = 0.5))]
     pub clearance_m: f64,
     /// Smallest distance between two parts of the robot, m.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub self_clearance_m: f64,
     /// Distance by which the patches are shrunk where the forces act, m: with coplanar contacts
     /// the distance of the centre of mass from the edge of the support region. On balls alone, on
     /// faces of less than 45°, every one bears what it takes for the same distance.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub com_margin_m: f64,
     /// Distance of the patch (of a ball: of its whole shadow) from the edge of the inset face, m:
     /// what a controller may miss, beside the inset for what is not known of the face's edges.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub patch_margin_m: f64,
     /// Standard deviations by which faces are taken back at edges that are not known exactly.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub edge_sigmas: f64,
     /// Number of attempts from other seeds where the first fails.
+    #[schemars(range(min = 0, max = 100))]
     pub restarts: usize,
     /// Weight of the base's tilt from upright and turn from the reference, 1/rad²; 50 holds the
     /// body level rather than the legs in their middle.
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub weight_base: f64,
     /// Weight of the used part of the friction, squared, at each force point, over the normal
     /// force's: forces keep to the middle of their cones where something else can bear.
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub weight_friction: f64,
     /// How the problem is solved: chosen by the calling code, not a setting.
     #[serde(skip)]

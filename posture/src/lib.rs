@@ -45,6 +45,7 @@
 //! assert!(posture.margins.joint_rad > 0.029);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#![forbid(unsafe_code)]
 
 mod config;
 mod constraint;

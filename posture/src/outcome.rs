@@ -136,9 +136,15 @@ impl Violation {
                 let degrees = self.amount.to_degrees();
                 format!("{} beyond its limit by {degrees:.2}°", joint(*b))
             }
-            Constraint::SelfClearance(a, b) | Constraint::Clearance(a, b) => {
-                format!("{a} is too near to {b} by {mm:.1} mm")
+            Constraint::SelfClearance(a, b) => {
+                let mut at_rest = problem.robot.meeting_at_rest.iter();
+                let hint = match at_rest.any(|pair| pair.is_of(a, b)) {
+                    true => " (at rest, too: robot_model.disable_colliding_at_rest excepts them)",
+                    false => "",
+                };
+                format!("{a} is too near to {b} by {mm:.1} mm{hint}")
             }
+            Constraint::Clearance(a, b) => format!("{a} is too near to {b} by {mm:.1} mm"),
             Constraint::BaseGoal => format!("the base misses the goal by {mm:.1} mm"),
             Constraint::BaseTilt => "the base would tilt too far".to_owned(),
         }

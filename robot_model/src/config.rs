@@ -10,7 +10,8 @@ pub struct Config {
     /// Reads on, with a note, where an SRDF names unknown links, a moving link has no mass, or
     /// an inertia is none of a body's. Otherwise these are errors.
     pub lenient: bool,
-    /// Stops watching the pairs of links that overlap in the resting posture. Otherwise they are
-    /// reported, and stay watched unless the SRDF disables them.
+    /// Stops watching all pairs of links that meet in the resting posture (nearer than 8 mm). Otherwise
+    /// it stops where they are neighbours over at most two joints or overlap in every posture, and
+    /// reports the others that overlap.
     pub disable_colliding_at_rest: bool,
 }

@@ -32,6 +32,9 @@ pub enum Error {
         /// The cause, with every place looked at for a missing mesh.
         cause: String,
     },
+    /// What is read on from where that is wanted.
+    #[error("{0} (robot_model.lenient = true reads on)")]
+    Strict(Box<Error>),
     /// A name that nothing bears.
     #[error(
         "{where_}unknown {kind} \"{name}\"; {}",

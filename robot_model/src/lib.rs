@@ -20,6 +20,7 @@
 //! assert!(robot.colliding_pairs(&configuration).is_empty());
 //! # Ok::<(), robot_model::Error>(())
 //! ```
+#![forbid(unsafe_code)]
 
 pub mod body;
 pub mod collision;
@@ -41,6 +42,9 @@ pub use error::Error;
 pub use kinematics::Kinematics;
 pub use load::{RobotFiles, load, load_from_strings};
 pub use robot::Robot;
+
+/// No coordinate of a robot's part or of a body that it meets is greater, m: what is, is a mistake.
+pub const GREATEST_M: f64 = 1e4;
 
 /// Gravity, along −z of W; m/s². Stated here and nowhere else.
 pub const GRAVITY_M_S2: f64 = 9.81;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DVector, Isometry3};
 
-use crate::collision::CollisionModel;
+use crate::collision::{CollidingPair, CollisionModel};
 use crate::{Body, Configuration, ContactPatch, Error, Frame, JointKind, PatchId};
 
 /// A floating-base robot.
@@ -27,6 +27,8 @@ pub struct Robot {
     pub posture_bases: BTreeMap<String, Isometry3<f64>>,
     /// Collision shapes and the pairs of them to watch.
     pub collision: CollisionModel,
+    /// The watched pairs of links that are nearer than 8 mm in [`Self::resting`].
+    pub meeting_at_rest: Vec<CollidingPair>,
     /// Total mass.
     pub mass_kg: f64,
     /// What was assumed while loading.
@@ -63,6 +65,7 @@ impl Robot {
             postures: BTreeMap::new(),
             posture_bases: BTreeMap::new(),
             collision,
+            meeting_at_rest: Vec::new(),
             mass_kg,
             notes: Vec::new(),
             subtree_end,

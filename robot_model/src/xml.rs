@@ -4,12 +4,17 @@ use std::str::FromStr;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-use crate::Error;
+use crate::{Error, GREATEST_M};
+
+/// Attributes that hold lengths, m.
+const LENGTHS: [&str; 4] = ["xyz", "size", "radius", "length"];
 
 /// An XML file (or embedded text) by the name it is complained about under.
 pub(crate) struct Source<'a> {
     pub name: &'a str,
     pub document: Document<'a>,
+    /// Where its lines end, in bytes.
+    line_ends: Vec<usize>,
 }
 
 impl<'a> Source<'a> {
@@ -19,7 +24,13 @@ impl<'a> Source<'a> {
     /// [`Error::File`] when it is no well-formed XML.
     pub fn parse(name: &'a str, text: &'a str) -> Result<Self, Error> {
         let document = document(text).map_err(|cause| Error::file(name, cause))?;
-        Ok(Source { name, document })
+        let ends = document.input_text().match_indices('\n');
+        let line_ends = ends.map(|(at, _)| at).collect();
+        Ok(Source {
+            name,
+            document,
+            line_ends,
+        })
     }
 
     /// The root element, which must be a `<robot>`.
@@ -37,7 +48,8 @@ impl<'a> Source<'a> {
 
     /// The line that a node begins on.
     pub fn line(&self, node: Node) -> u32 {
-        line(&self.document, node)
+        let above = (self.line_ends).partition_point(|end| *end < node.range().start);
+        above as u32 + 1
     }
 
     /// An error at a node.
@@ -57,7 +69,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The text of an attribute that holds `count` finite numbers, or `None` where it is absent.
+    /// The text of an attribute that holds `count` finite numbers, lengths up to [`GREATEST_M`], or
+    /// `None` where it is absent.
     pub fn numbers<'n>(
         &self,
         node: Node<'n, '_>,
@@ -67,10 +80,14 @@ impl<'a> Source<'a> {
         let Some(text) = node.attribute(attribute) else {
             return Ok(None);
         };
+        let most = match LENGTHS.contains(&attribute) {
+            true => GREATEST_M,
+            false => f64::MAX,
+        };
         let mut words = text.split_whitespace().map(f64::from_str);
         let numbers = words.by_ref().take(count);
-        let finite = numbers.filter(|word| matches!(word, Ok(v) if v.is_finite()));
-        if finite.count() == count && words.next().is_none() {
+        let fine = numbers.filter(|word| matches!(word, Ok(v) if v.abs() <= most));
+        if fine.count() == count && words.next().is_none() {
             return Ok(Some(text.trim()));
         }
         let wanted = match count {
@@ -78,7 +95,14 @@ impl<'a> Source<'a> {
             3 => "three numbers".to_owned(),
             more => format!("{more} numbers"),
         };
-        Err(self.refuse(node, format!("{attribute}=\"{text}\" is not {wanted}")))
+        let bound = match most < f64::MAX {
+            true => format!(" up to {most} m"),
+            false => String::new(),
+        };
+        Err(self.refuse(
+            node,
+            format!("{attribute}=\"{text}\" is not {wanted}{bound}"),
+        ))
     }
 }
 

@@ -20,6 +20,7 @@
 //! println!("{} climbs {} boxes to {:?}", robot.name, truth.boxes.len(), file.goal);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#![forbid(unsafe_code)]
 
 mod builtin;
 pub mod camera_set;

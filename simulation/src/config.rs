@@ -12,12 +12,16 @@ pub struct Config {
     /// What executes a motion.
     pub controller: Controller,
     /// Time step of the physics, s.
+    #[schemars(range(min = 0.0001, max = 0.01))]
     pub dt_s: f64,
     /// Coefficient of friction of bodies that carry no contact patch.
+    #[schemars(range(min = 0.01, max = 10.0))]
     pub friction_elsewhere: f64,
     /// Time over which a stance is held, s.
+    #[schemars(range(min = 0.01, max = 60.0))]
     pub hold_s: f64,
     /// Force of the pushes on a held stance, N.
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub hold_push_n: f64,
     /// What the robust runs change.
     pub perturbation: Spread,
@@ -40,15 +44,20 @@ pub enum Controller {
 #[serde(default, deny_unknown_fields)]
 pub struct Spread {
     /// Factor of every coefficient of friction.
+    #[schemars(range(min = 0.01, max = 10.0))]
     pub friction_factor: f64,
     /// Largest relative change of the robot's mass.
+    #[schemars(range(min = 0.0, max = 0.9))]
     pub mass: f64,
     /// Largest displacement of a touched body along the contact's normal, m; what carries the
     /// robot at the start stays where it is.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub surface_m: f64,
     /// Horizontal force of a push on the base, N.
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub push_n: f64,
     /// Time in which one push falls, s.
+    #[schemars(range(min = 0.1, max = 1000.0))]
     pub push_every_s: f64,
 }
 

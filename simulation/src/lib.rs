@@ -27,6 +27,7 @@
 //! assert_eq!(text.matches("<body ").count(), robot.bodies.len());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#![forbid(unsafe_code)]
 
 pub mod config;
 mod corners;

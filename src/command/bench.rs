@@ -58,6 +58,8 @@ pub struct Args {
 /// A family, robot or shard that makes no sense, a file that cannot be written. Worlds that cannot
 /// be planned in are results.
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    let results = args.output.join("results.jsonl");
+    output::check(&results)?;
     let items = if args.scenes.is_empty() {
         args.drawn(global)?
     } else {
@@ -78,7 +80,6 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         lines.push(b'\n');
         rows.push(row);
     }
-    let results = args.output.join("results.jsonl");
     output::write(&results, &lines)?;
     writeln!(out)?;
     table::print(&rows, out)?;

@@ -105,6 +105,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let robot = args.robot.files().load(&config.robot_model, &mut inputs)?;
     let file = args.problems.display().to_string();
     let bytes = inputs.read("problems", &args.problems)?;
+    output::check(&args.output)?;
     let set = posture_problem::parse(&bytes).with_context(|| file.clone())?;
     if !(set.robot.is_empty() || set.robot == robot.name) {
         let (meant, given) = (&set.robot, &robot.name);

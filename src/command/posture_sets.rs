@@ -9,6 +9,7 @@ use scenes::contact_sets::{self, Family};
 use crate::cli::Global;
 use crate::config::Config;
 use crate::output;
+use crate::posture_problem;
 use crate::provenance::Inputs;
 use crate::robot_files::RobotFlags;
 use crate::status::Status;
@@ -43,8 +44,8 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let config = Config::layered(None, global)?;
     let files = args.robot.files();
     let robot = files.load(&config.robot_model, &mut Inputs::default())?;
-    let seed = config.seed;
-    let set = contact_sets::generate(&robot, &families, args.count, seed)?;
+    let (seed, margins) = (config.seed, posture_problem::margins(&config.posture));
+    let set = contact_sets::generate(&robot, &families, &margins, args.count, seed)?;
     output::write_json(&args.output, &set)?;
     writeln!(
         out,

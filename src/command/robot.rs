@@ -58,8 +58,8 @@ fn said(robot: &Robot, joints: bool) -> Value {
             "roles": patch.roles,
         })
     });
-    let overlapping = robot.colliding_pairs(&robot.resting()).into_iter();
-    let overlapping = overlapping.map(|p| json!([p.link_a, p.link_b, -1e3 * p.distance]));
+    let overlapping = robot.meeting_at_rest.iter();
+    let overlapping = overlapping.map(|p| json!([p.link_a, p.link_b, 1e3 * p.distance]));
     let joints = robot.joint_bodies().iter().filter(|_| joints).map(|body| {
         json!({
             "name": body.joint,

@@ -9,6 +9,7 @@ use planner::Status as Ended;
 use crate::cli::Global;
 use crate::config::Config;
 use crate::extrinsics::placement;
+use crate::output::Folder;
 use crate::pipeline::{self, PlanOutcome, RunOptions};
 use crate::progress::ProgressLine;
 use crate::provenance::Inputs;
@@ -59,6 +60,8 @@ pub fn plan_and_write(
     out: &mut dyn Write,
 ) -> Result<Status> {
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
+    scene.will_read();
+    let results = Folder::new(folder, results::NAMES)?;
     writeln!(out, "{}", scene.name)?;
     let planned = {
         let line = ProgressLine::new(config.planner.nodes_max);
@@ -70,7 +73,7 @@ pub fn plan_and_write(
         pipeline::plan(scene, &config, &manner, inputs)?
     };
     summary::print(&planned, out)?;
-    results::write(folder, &planned)?;
+    results::write(results, &planned)?;
     writeln!(out, "results: {}", folder.display())?;
     verdict(&planned, out)
 }

@@ -131,6 +131,8 @@ mod simulated {
         let plan = plan_file::open(&args.plan)?;
         let mut robot = args.robot.load(&plan)?;
         simulate::stance::apply_friction(&mut robot, &plan)?;
+        let output = (args.output.clone()).unwrap_or_else(|| beside(&args.plan, "simulation.json"));
+        output::check(&output)?;
         let config = Config::layered(None, global)?;
         let (seed, config) = (config.seed, config.simulation);
         let (world, true_world) = simulate::world::world(&plan, args.world)?;
@@ -159,7 +161,6 @@ mod simulated {
                 eprintln!("fails: {}", table::failures_of_stance(held));
             }
         }
-        let output = (args.output.clone()).unwrap_or_else(|| beside(&args.plan, "simulation.json"));
         if !args.hold
             && let Some((motion, sha256)) = motion(args)?
         {

@@ -3,7 +3,8 @@
 use anyhow::Result;
 use serde_json::Value;
 
-use super::Config;
+use super::schema::{find, property, resolve};
+use super::{Config, ranges};
 
 /// Every setting with its value, below its description as a comment; a setting without a value
 /// stands in a comment itself. The text can be read back.
@@ -64,8 +65,7 @@ fn comment(text: &mut String, schema: &Value, path: &[&str]) {
 
 /// What the docstrings say of the setting or table at a path, with the values of an enumeration.
 fn description(schema: &Value, path: &[&str]) -> Option<String> {
-    let (key, table) = path.split_last()?;
-    let property = find(schema, table)?.get("properties")?.get(key)?;
+    let property = property(schema, path)?;
     let mut text = property.get("description")?.as_str()?.to_owned();
     let variants = resolve(schema, property).get("oneOf");
     for variant in variants.and_then(Value::as_array).into_iter().flatten() {
@@ -76,23 +76,10 @@ fn description(schema: &Value, path: &[&str]) -> Option<String> {
             text.push_str(&format!("\n\"{name}\": {meaning}"));
         }
     }
+    if let Some(range) = ranges::of(property) {
+        text.push_str(&format!("\nFrom {} to {}.", range.low, range.high));
+    }
     Some(text)
-}
-
-/// The schema of the table at a path.
-fn find<'a>(schema: &'a Value, path: &[&str]) -> Option<&'a Value> {
-    path.iter().try_fold(schema, |at, key| {
-        let named = at.get("properties").and_then(|p| p.get(key));
-        let property = named.or(at.get("additionalProperties"))?;
-        Some(resolve(schema, property))
-    })
-}
-
-/// The definition that a schema refers to, or the schema itself.
-fn resolve<'a>(schema: &'a Value, property: &'a Value) -> &'a Value {
-    let name = property.get("$ref").and_then(Value::as_str);
-    let definition = name.and_then(|name| schema.pointer(name.trim_start_matches('#')));
-    definition.unwrap_or(property)
 }
 
 #[cfg(test)]
@@ -121,6 +108,32 @@ mod tests {
         let mut found = Vec::new();
         undescribed(&schema, &schema, "", &mut found);
         assert_eq!(found, Vec::<String>::new());
+    }
+
+    /// Paths of the numbers below a table that have no range, or of which the default is beyond it.
+    fn unbounded(schema: &Value, table: &Value, path: &str, found: &mut Vec<String>) {
+        let properties = table.get("properties").and_then(Value::as_object);
+        for (key, property) in properties.into_iter().flatten() {
+            let path = format!("{path}.{key}");
+            let words = property.to_string();
+            let is_number = words.contains("\"number\"") || words.contains("\"integer\"");
+            if is_number && ranges::of(property).is_none_or(|range| range.low >= range.high) {
+                found.push(path.clone());
+            }
+            unbounded(schema, resolve(schema, property), &path, found);
+        }
+        if let Some(any) = table.get("additionalProperties") {
+            unbounded(schema, resolve(schema, any), &format!("{path}.*"), found);
+        }
+    }
+
+    #[test]
+    fn every_number_has_a_range() {
+        let schema = schemars::schema_for!(Config).to_value();
+        let mut found = Vec::new();
+        unbounded(&schema, &schema, "", &mut found);
+        assert_eq!(found, Vec::<String>::new());
+        ranges::check(&toml::Table::try_from(Config::default()).unwrap()).unwrap();
     }
 
     #[test]

@@ -13,8 +13,10 @@ use serde::{Deserialize, Serialize};
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Time to shift the weight with all contacts made where the plan has no motion, s.
+    #[schemars(range(min = 0.001, max = 1000.0))]
     pub shift_s: f64,
     /// Time from leaving one place to touching the next where the plan has no motion, s.
+    #[schemars(range(min = 0.001, max = 1000.0))]
     pub swing_s: f64,
     /// Names of limbs by patch; patches that are not named get theirs in camel case
     /// (`left_foot` is `LeftFoot`).

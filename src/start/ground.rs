@@ -23,9 +23,11 @@ const SAME_FACE_M: f64 = 5e-4;
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Border of ground around the hull of the soles, m.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub border_m: f64,
     /// The largest unseen gap between the soles' border and a scanned surface in their plane that
     /// is taken for floor too, m.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub join_gap_m: f64,
 }
 

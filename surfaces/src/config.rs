@@ -13,6 +13,15 @@ pub const WALL_RAD: f64 = 0.8;
 /// Depth that what stands behind a wall is taken to have as far as nothing was seen of it, m.
 pub const UNSEEN_DEPTH_M: f64 = 0.2;
 
+/// Farthest that anything may be from the origin along an axis, m: what lies beyond is a mistake.
+pub const WORLD_M: f64 = 1e4;
+
+/// The first of the coordinates that is none of a place in the world: NaN, or beyond [`WORLD_M`].
+pub fn beyond_world(coordinates: &[f64]) -> Option<f64> {
+    let mut coordinates = coordinates.iter().copied();
+    coordinates.find(|c| c.is_nan() || c.abs() > WORLD_M)
+}
+
 /// Every setting of the crate; the defaults work.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -28,6 +37,7 @@ pub struct Config {
 #[serde(default, deny_unknown_fields)]
 pub struct BodyConfig {
     /// Depth that every object is taken to have, m.
+    #[schemars(range(min = 0.01, max = 2.0))]
     pub thickness_m: f64,
 }
 

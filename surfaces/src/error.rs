@@ -12,9 +12,9 @@ pub enum Error {
         /// Number of vertices given.
         count: usize,
     },
-    /// A coordinate is NaN or infinite.
-    #[error("vertex {vertex} is not finite: {point:?}")]
-    NonFiniteVertex {
+    /// A coordinate is NaN or beyond [`WORLD_M`].
+    #[error("vertex {vertex} is not within {} m: {point:?}", crate::WORLD_M)]
+    VertexBeyondWorld {
         /// The vertex.
         vertex: usize,
         /// Its coordinates, m.

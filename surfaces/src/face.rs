@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::pose::PoseRecord;
-use crate::{Error, Region};
+use crate::{Error, Region, beyond_world};
 #[cfg(test)]
 pub(crate) use inset::tests::faces;
 use record::FaceRecord;
@@ -200,8 +200,8 @@ impl Face {
         }
         for view in &self.views {
             Error::check_not_negative("sigma_rad", view.sigma_rad)?;
-            if !view.eye_W.coords.iter().all(|c| c.is_finite()) {
-                return Err(Error::bad("eye_W", f64::NAN, "finite"));
+            if let Some(value) = beyond_world(view.eye_W.coords.as_slice()) {
+                return Err(Error::bad("eye_W", value, "a coordinate of the world"));
             }
             let height_m = self.height_of(&view.eye_W);
             if height_m <= 0.0 {

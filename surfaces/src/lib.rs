@@ -42,6 +42,7 @@
 //! print!("{}", Terrain::new(vec![planks], vec![])?.to_json()?);
 //! # Ok::<(), surfaces::Error>(())
 //! ```
+#![forbid(unsafe_code)]
 
 mod bounds;
 mod config;
@@ -67,7 +68,8 @@ mod terrain;
 mod wall_depth;
 
 pub use config::{
-    BodyConfig, Config, FACE_AREA_MIN_M2, FACE_WIDTH_MIN_M, UNSEEN_DEPTH_M, WALL_RAD,
+    BodyConfig, Config, FACE_AREA_MIN_M2, FACE_WIDTH_MIN_M, UNSEEN_DEPTH_M, WALL_RAD, WORLD_M,
+    beyond_world,
 };
 pub use edge::EdgeKind;
 pub use error::Error;

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
+use crate::{Error, beyond_world};
 
 /// A convex body in W: the hull of its points.
 #[allow(non_snake_case)]
@@ -26,7 +26,7 @@ impl Obstacle {
     /// Checks the points.
     ///
     /// # Errors
-    /// [`Error::Obstacle`] with the id and [`Error::TooFewPoints`] or [`Error::NonFiniteVertex`].
+    /// [`Error::Obstacle`] with the id and [`Error::TooFewPoints`] or [`Error::VertexBeyondWorld`].
     pub fn validate(&self) -> Result<(), Error> {
         let cause = if self.points_W.len() < 4 {
             Error::TooFewPoints {
@@ -36,9 +36,9 @@ impl Obstacle {
             .points_W
             .iter()
             .enumerate()
-            .find(|(_, p)| !p.coords.iter().all(|c| c.is_finite()))
+            .find(|(_, p)| beyond_world(p.coords.as_slice()).is_some())
         {
-            Error::NonFiniteVertex {
+            Error::VertexBeyondWorld {
                 vertex,
                 point: p.coords.iter().copied().collect(),
             }

@@ -80,7 +80,7 @@ impl ConvexPolygon {
     ///
     /// A vertex may lie on the line through its neighbours.
     /// # Errors
-    /// [`Error::TooFewVertices`], [`Error::NonFiniteVertex`], [`Error::RepeatedVertex`] (nearer
+    /// [`Error::TooFewVertices`], [`Error::VertexBeyondWorld`], [`Error::RepeatedVertex`] (nearer
     /// than [`VERTEX_SEPARATION_M`]), [`Error::Collinear`], [`Error::Clockwise`],
     /// [`Error::NotConvex`] and [`Error::SelfCrossing`], each naming the vertex at fault.
     pub fn new(vertices: Vec<Point2<f64>>) -> Result<Self, Error> {

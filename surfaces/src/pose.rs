@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::Error;
+use crate::{Error, beyond_world};
 
 /// Largest distance of a quaternion's norm from 1 that counts as rounding: six decimals.
 const UNIT_TOLERANCE: f64 = 2e-6;
@@ -35,12 +35,8 @@ impl TryFrom<PoseRecord> for Isometry3<f64> {
 
     fn try_from(record: PoseRecord) -> Result<Self, Error> {
         for (field, values) in [("p", &record.p[..]), ("quat_xyzw", &record.quat_xyzw[..])] {
-            if let Some(value) = values.iter().find(|v| !v.is_finite()) {
-                return Err(Error::BadNumber {
-                    field: field.into(),
-                    value: *value,
-                    expected: "finite",
-                });
+            if let Some(value) = beyond_world(values) {
+                return Err(Error::bad(field, value, "within 10 km of the origin"));
             }
         }
         let quaternion = Quaternion::from_vector(record.quat_xyzw.into());

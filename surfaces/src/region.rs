@@ -5,7 +5,7 @@ use nalgebra::{Point2, Vector2};
 use serde::{Deserialize, Serialize};
 
 use crate::polygon::{ConvexPolygon, VERTEX_SEPARATION_M, check_width, ring_area};
-use crate::{EdgeKind, Error};
+use crate::{EdgeKind, Error, beyond_world};
 
 /// What is known of an edge of a ring.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -91,7 +91,7 @@ impl Region {
     ///
     /// # Errors
     /// [`Error::Outline`] naming the ring with [`Error::TooFewVertices`], [`Error::EdgeCount`],
-    /// [`Error::NonFiniteVertex`], [`Error::BadNumber`] (of an edge), [`Error::RepeatedVertex`]
+    /// [`Error::VertexBeyondWorld`], [`Error::BadNumber`] (of an edge), [`Error::RepeatedVertex`]
     /// (neighbours) or [`Error::Collinear`]; [`Error::CrossingOutline`] when the rings cross
     /// themselves or each other.
     pub fn new<R: Into<Ring>>(rings: impl IntoIterator<Item = R>) -> Result<Self, Error> {
@@ -225,9 +225,9 @@ fn check_ring(ring: &Ring) -> Result<(), Error> {
         Error::check_not_negative("further_m", edge.further_m)?;
     }
     for (vertex, p) in points.iter().enumerate() {
-        if !p.coords.iter().all(|c| c.is_finite()) {
+        if beyond_world(p.coords.as_slice()).is_some() {
             let point = p.coords.iter().copied().collect();
-            return Err(Error::NonFiniteVertex { vertex, point });
+            return Err(Error::VertexBeyondWorld { vertex, point });
         }
     }
     for vertex in 0..count {

@@ -13,7 +13,7 @@ const REFUSED: &[(&str, i32, &[&str])] = &[
     ("no-such-command", 2, &["no-such-command"]),
     ("run --threads 0", 2, &["--threads"]),
     ("run --seed minus-one", 2, &["--seed"]),
-    ("plan --goal 1,far", 2, &["far", "not a finite number"]),
+    ("plan --goal 1,far", 2, &["far", "not a number"]),
     ("plan --goal 1,2,3,4,5", 2, &["5 numbers given"]),
     ("export plan.json --format yaml", 2, &["mcc-yaml, json, csv, motion-csv"]),
     ("plan --mesh a.stl --surfaces b.json", 2, &["cannot be used with"]),

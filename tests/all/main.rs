@@ -13,6 +13,7 @@ mod cli;
 mod export_formats;
 mod interruption;
 mod mutual_imports;
+mod outputs;
 mod posture_problems;
 mod slope_command;
 mod verify_broken;
@@ -30,6 +31,7 @@ mod slow {
     mod other_worlds;
     mod quadruped_slopes;
     mod random_postures;
+    mod settings_at_their_limits;
     mod ten_mounts;
     mod verify_dips;
     mod verify_falsified;

@@ -285,7 +285,8 @@ fn solid(geometry: &ShapeGeometry, pose: &Matrix4<f64>) -> Solid {
             Solid::hull((0..8).map(corner), 0.0)
         }
         ShapeGeometry::ConvexHull(hull) => {
-            Solid::hull(hull.vertices().iter().map(|v| at(v.x, v.y, v.z)), 0.0)
+            let vertices = hull.vertices().iter().map(|v| at(v.x, v.y, v.z));
+            Solid::hull(vertices, hull.shortfall_m())
         }
     }
 }

@@ -36,6 +36,7 @@
 //! assert_eq!(failures, ["plan: sequence does not hold: there are no stances"]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#![forbid(unsafe_code)]
 
 mod balance;
 pub mod certificate;

@@ -12,11 +12,14 @@ use crate::error::within;
 pub struct CameraConfig {
     /// Standard deviation of the robot's tilt about each level axis, from joints, backlash and
     /// bending, rad.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub robot_tilt_sigma_rad: f64,
     /// Standard deviation of the robot's height, m.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub robot_height_sigma_m: f64,
     /// Standard deviation of an error of height that all poses share (worn feet, soft ground), m.
     /// No set of poses can tell it from the sensor's height; it only widens the covariance.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub common_height_sigma_m: f64,
 }
 

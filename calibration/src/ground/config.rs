@@ -32,6 +32,7 @@ pub struct GroundConfig {
     /// Root mean square of the slowly varying depth error as a ratio of depth; the sensor's own
     /// where absent, 0 for a sensor of which the depth has been undistorted.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub distortion_ratio: Option<f64>,
     /// Share of that error's variance that is the same in all frames: a pattern of the device.
     #[serde(skip)]

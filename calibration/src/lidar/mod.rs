@@ -27,6 +27,7 @@ pub use poles::{Pole, poles};
 #[serde(default, deny_unknown_fields)]
 pub struct LidarExtrinsicsConfig {
     /// Diameter of the poles, m.
+    #[schemars(range(min = 0.001, max = 10.0))]
     pub pole_diameter_m: f64,
     /// Whether the world's origin is below the sensor; else the poles say where it is.
     pub origin_below_sensor: bool,

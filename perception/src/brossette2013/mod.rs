@@ -34,8 +34,10 @@ use crate::spherical_range_image::SphericalRangeImage;
 #[serde(default, deny_unknown_fields)]
 pub struct Brossette2013Config {
     /// Side of the voxels of which each keeps one point, m.
+    #[schemars(range(min = 0.002, max = 1.0))]
     pub leaf_m: f64,
     /// Smallest region and smallest plane, points.
+    #[schemars(range(min = 3, max = 1_000_000))]
     pub points_min: usize,
     /// Seed of the random samples.
     #[serde(skip)]

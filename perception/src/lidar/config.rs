@@ -10,14 +10,19 @@ use crate::error::within;
 #[serde(default, deny_unknown_fields)]
 pub struct LidarConfig {
     /// Horizontal field of view about V's x, rad.
+    #[schemars(range(min = 0.01, max = std::f64::consts::TAU))]
     pub view_rad: f64,
     /// Nearer points are the robot's own, m.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub range_min_m: f64,
     /// Farther points are not used, m.
+    #[schemars(range(min = 0.1, max = 1000.0))]
     pub range_max_m: f64,
     /// Least angle of a slope to the ground, rad.
+    #[schemars(range(min = 0.0, max = 1.5))]
     pub inclination_min_rad: f64,
     /// Most angle of a slope to the ground, rad; steeper planes are walls.
+    #[schemars(range(min = 0.0, max = 1.5))]
     pub inclination_max_rad: f64,
     /// Samples planes and compares the distances of isolated points as \[meng\] publishes it.
     pub as_published: bool,

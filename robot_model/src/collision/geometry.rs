@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::hull::Hull;
+use crate::GREATEST_M;
 
 /// A convex shape in its own frame G: lengths along z_G, everything centred at G's origin but
 /// the hull, whose vertices lie where they lie.
@@ -32,7 +33,7 @@ pub enum ShapeGeometry {
         /// Half extents along G's axes; m.
         half_extents_m: Vector3<f64>,
     },
-    /// The convex hull of a point set.
+    /// The convex hull of a point set, and everything within its [`Hull::shortfall_m`].
     ConvexHull(Hull),
 }
 
@@ -40,8 +41,9 @@ impl ShapeGeometry {
     /// Why the dimensions are none of a solid, if so.
     pub fn flaw(&self) -> Option<String> {
         let positive = |name: &str, value: f64| {
-            let fine = value.is_finite() && value > 0.0;
-            (!fine).then(|| format!("{name} is {value}, not a positive length"))
+            let fine = value > 0.0 && value <= GREATEST_M;
+            (!fine)
+                .then(|| format!("{name} is {value}, not a positive length up to {GREATEST_M} m"))
         };
         match self {
             ShapeGeometry::Sphere { radius_m } => positive("radius", *radius_m),
@@ -66,6 +68,7 @@ impl ShapeGeometry {
             ShapeGeometry::Sphere { radius_m } | ShapeGeometry::Capsule { radius_m, .. } => {
                 *radius_m
             }
+            ShapeGeometry::ConvexHull(hull) => hull.shortfall_m(),
             _ => 0.0,
         }
     }

@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::ascent::Ascent;
 use super::quickhull::{Growing, HullError};
+use crate::GREATEST_M;
 
 /// A closed convex polyhedron of triangles.
 #[derive(Clone, Debug)]
@@ -17,32 +18,34 @@ pub struct Hull {
     ascent: Ascent,
 }
 
-/// Coordinates beyond this are no metres of anything that a robot touches.
-const GREATEST_M: f64 = 1e9;
-
 impl Hull {
     /// The convex hull of `points`.
     ///
     /// # Errors
     /// [`HullError`] when they are fewer than four, flat or not finite.
     pub fn new(points: &[Point3<f64>]) -> Result<Self, HullError> {
-        Self::with_at_most(points, usize::MAX)
+        Self::simplified(points, 0.0, usize::MAX)
     }
 
-    /// The hull of at most `max_vertices` (at least 4) of `points`, chosen so that the rest
-    /// stick out little: see [`Self::shortfall_m`].
+    /// The hull of as few of `points` as leave the others within about `shortfall_m` of it, and of at
+    /// most `max_vertices` (at least 4) of them: see [`Self::shortfall_m`].
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with_at_most(points: &[Point3<f64>], max_vertices: usize) -> Result<Self, HullError> {
-        let finite = |p: &Point3<f64>| p.iter().all(|c| c.is_finite() && c.abs() < GREATEST_M);
+    pub fn simplified(
+        points: &[Point3<f64>],
+        shortfall_m: f64,
+        max_vertices: usize,
+    ) -> Result<Self, HullError> {
+        let finite = |p: &Point3<f64>| p.iter().all(|c| c.abs() <= GREATEST_M);
         if let Some(at) = points.iter().position(|p| !finite(p)) {
             return Err(HullError::NotFinite(at));
         }
         let mut growing = Growing::new(points.to_vec())?;
         let mut count = 4;
         while count < max_vertices
-            && let Some((facet, apex)) = growing.farthest()
+            && let Some((facet, apex, height_m)) = growing.farthest()
+            && height_m > shortfall_m
         {
             if growing.add(facet, apex)? {
                 count += 1;
@@ -61,8 +64,8 @@ impl Hull {
         &self.triangles
     }
 
-    /// How far the points left out by [`Self::with_at_most`] stick out at the most; 0 for a
-    /// complete hull.
+    /// The greatest distance from the hull of a point that [`Self::simplified`] left out; 0 for a
+    /// complete hull. All points are in the hull grown by it.
     pub fn shortfall_m(&self) -> f64 {
         self.shortfall_m
     }
@@ -102,13 +105,12 @@ impl Hull {
             .iter()
             .map(|f| f.corners.map(number))
             .collect();
-        let left_out = growing.facets.iter().filter_map(|f| f.farthest);
         let vertices: Vec<_> = used.iter().map(|&i| growing.points[i]).collect();
         let hull = Hull {
             ascent: Ascent::new(&vertices, &triangles),
             vertices,
             triangles,
-            shortfall_m: left_out.map(|(_, h)| h).fold(0.0, f64::max),
+            shortfall_m: growing.shortfall_m(),
         };
         // Euler's formula: a closed surface of triangles has 2V − 4 of them.
         let closed = hull.triangles.len() + 4 == 2 * hull.vertices.len();

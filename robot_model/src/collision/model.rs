@@ -71,6 +71,14 @@ pub struct CollidingPair {
     pub distance: f64,
 }
 
+impl CollidingPair {
+    /// Whether it is that of two links, in either order.
+    pub fn is_of(&self, a: &str, b: &str) -> bool {
+        let links = [self.link_a.as_str(), self.link_b.as_str()];
+        links == [a, b] || links == [b, a]
+    }
+}
+
 /// The shapes of a robot and the pairs of them that may collide.
 #[derive(Clone, Debug, Default)]
 pub struct CollisionModel {
@@ -247,16 +255,26 @@ impl Robot {
     /// The watched pairs of links that overlap at a configuration, deepest overlap of each, in
     /// alphabetical order. They are to be disabled by the SRDF or by the user, or not at all.
     pub fn colliding_pairs(&self, configuration: &Configuration) -> Vec<CollidingPair> {
+        self.pairs_within(configuration, 0.0)
+    }
+
+    /// The watched pairs of links that are nearer than `distance_m`, in the same way.
+    pub(crate) fn pairs_within(
+        &self,
+        configuration: &Configuration,
+        distance_m: f64,
+    ) -> Vec<CollidingPair> {
         let kinematics = Kinematics::new(self, configuration);
         let mut near = Vec::new();
-        self.collision.self_proximities(&kinematics, 0.0, &mut near);
+        self.collision
+            .self_proximities(&kinematics, distance_m, &mut near);
         near.sort_by(|p, q| p.distance.total_cmp(&q.distance));
         let mut seen = BTreeSet::new();
         let deepest = near.iter().filter_map(|p| {
             let Other::Shape(b) = p.b else { return None };
             let mut links = [p.a.shape, b.shape].map(|k| self.collision.shapes[k].link.clone());
             links.sort();
-            let is_new = p.distance < 0.0 && seen.insert(links.clone());
+            let is_new = p.distance < distance_m && seen.insert(links.clone());
             let [link_a, link_b] = links;
             is_new.then_some(CollidingPair {
                 link_a,

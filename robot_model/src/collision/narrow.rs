@@ -17,7 +17,8 @@ const DOUBT_M: f64 = 1e-6;
 ///
 ///   d = max over unit n of ( min nᵀx, x ∈ a  −  max nᵀy, y ∈ b )
 ///
-/// Spheres and capsules are taken as points and segments with a radius: pairs of them are closed
+/// Spheres and capsules are taken as points and segments with a radius, hulls with what they fall
+/// short of: pairs of them are closed
 /// forms, and their overlap with other shapes stays exact until the core itself overlaps.
 /// Exact to rounding for polyhedra and round cores; a cylinder's distance is up to 2e-5 m too
 /// great (where GJK's simplex stops telling support points apart).

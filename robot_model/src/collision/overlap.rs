@@ -46,7 +46,7 @@ pub(super) fn deepest(
     let Ok(mut growing) = Growing::new(pairs.iter().map(difference).collect()) else {
         return best;
     };
-    while let Some((facet, apex)) = growing.farthest() {
+    while let Some((facet, apex, _)) = growing.farthest() {
         if growing.add(facet, apex).is_err() {
             return best;
         }

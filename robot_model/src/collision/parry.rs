@@ -5,9 +5,10 @@ use glamx::{DPose3, DVec3};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use parry3d_f64::query::PointQuery;
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
-use parry3d_f64::shape::SupportMap;
+use parry3d_f64::shape::{SupportMap, Triangle};
 
 use super::ShapeGeometry;
 
@@ -96,6 +97,12 @@ pub(super) fn closest_cores(
         p_b: p_b.into(),
         normal,
     })
+}
+
+/// Distance of a point from a triangle, m.
+pub(super) fn distance_m(p: &Point3<f64>, corners: [Point3<f64>; 3]) -> f64 {
+    let [a, b, c] = corners.map(|p| to_glam(&p.coords));
+    Triangle::new(a, b, c).distance_to_local_point(to_glam(&p.coords), true)
 }
 
 /// Boxes along W's axes, each known by its number: parry's hierarchy of bounding volumes.

@@ -2,6 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::parry::distance_m;
+
 /// Why points have no hull of their own.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -9,8 +11,8 @@ pub enum HullError {
     /// Fewer than four points.
     #[error("{0} points span no volume")]
     TooFew(usize),
-    /// A coordinate is NaN or infinite, or too great to be metres.
-    #[error("point {0} is not finite")]
+    /// A coordinate is NaN, or beyond [`crate::GREATEST_M`].
+    #[error("point {} is not within {} m", .0, crate::GREATEST_M)]
     NotFinite(usize),
     /// The points lie in a plane, on a line or at a point.
     #[error("the points are coplanar (thickness {thickness_m:.1e} m): they span no volume")]
@@ -42,6 +44,8 @@ const FLAT: f64 = 1e-6;
 pub(super) struct Growing {
     pub points: Vec<Point3<f64>>,
     pub facets: Vec<Facet>,
+    /// Points outside that rounding lets be no vertices.
+    given_up: Vec<usize>,
     tolerance: f64,
 }
 
@@ -53,6 +57,7 @@ impl Growing {
         let mut growing = Growing {
             points,
             facets: Vec::new(),
+            given_up: Vec::new(),
             tolerance,
         };
         growing.start(corners);
@@ -103,8 +108,8 @@ impl Growing {
         self.distribute(fresh.into(), 0..self.points.len());
     }
 
-    /// The point farthest above any facet.
-    pub fn farthest(&self) -> Option<(usize, usize)> {
+    /// The point farthest above any facet: the facet, the point and its height, m.
+    pub fn farthest(&self) -> Option<(usize, usize, f64)> {
         let mut best: Option<(usize, usize, f64)> = None;
         for (i, facet) in self.facets.iter().enumerate() {
             if let Some((point, height)) = facet.farthest
@@ -113,7 +118,34 @@ impl Growing {
                 best = Some((i, point, height));
             }
         }
-        best.map(|(facet, point, _)| (facet, point))
+        best
+    }
+
+    /// The greatest distance from the hull of a point that is outside of it, m.
+    ///
+    /// A height over a facet is less than that where the point is beside the facet.
+    pub fn shortfall_m(&self) -> f64 {
+        let mut most = 0.0;
+        let owned = self
+            .facets
+            .iter()
+            .flat_map(|f| f.outside.iter().map(move |p| (*p, Some(f))));
+        for (point, facet) in owned.chain(self.given_up.iter().map(|p| (*p, None))) {
+            let p = &self.points[point];
+            let to = |facet: &Facet| distance_m(p, facet.corners.map(|i| self.points[i]));
+            let mut least = facet.map_or(f64::INFINITY, to);
+            for other in &self.facets {
+                if least <= most {
+                    break;
+                }
+                // No point of a facet is nearer than its plane.
+                if self.above(other, point).abs() < least {
+                    least = least.min(to(other));
+                }
+            }
+            most = f64::max(most, least);
+        }
+        most
     }
 
     /// Makes `apex` a vertex: the facets that it sees give way to a cone over their rim. False
@@ -126,6 +158,7 @@ impl Growing {
             let given_up = &mut self.facets[facet];
             given_up.outside.retain(|&p| p != apex);
             given_up.farthest = None;
+            self.given_up.push(apex);
             let rest = std::mem::take(&mut self.facets[facet].outside);
             let alone = self.facet(self.facets[facet].corners);
             self.facets.remove(facet);

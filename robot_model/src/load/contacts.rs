@@ -23,7 +23,7 @@
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
-use crate::{ContactPatch, Error, PatchKind, Robot};
+use crate::{ContactPatch, Error, GREATEST_M, PatchKind, Robot};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -82,8 +82,10 @@ pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactP
         })?;
         let numbers = patch.position_m.iter().chain(&patch.rpy_rad);
         let mut numbers = numbers.chain(patch.polygon_m.iter().flatten().flatten());
-        if !numbers.all(|v| v.is_finite()) {
-            return Err(refuse("it holds a number that is not finite".to_owned()));
+        if let Some(number) = numbers.find(|v| v.is_nan() || v.abs() > GREATEST_M) {
+            return Err(refuse(format!(
+                "it holds {number}, which is not within {GREATEST_M}"
+            )));
         }
         let friction = patch.friction;
         if !(friction.is_finite() && friction > 0.0) {
@@ -117,7 +119,7 @@ fn shape(patch: &Patch) -> Result<(PatchKind, Vec<Point2<f64>>), String> {
             flaw(&polygon).map_or(Ok((PatchKind::Area, polygon)), Err)
         }
         (Kind::Point, None, Some(radius_m)) => {
-            if !(radius_m.is_finite() && radius_m > 0.0) {
+            if !(radius_m > 0.0 && radius_m <= GREATEST_M) {
                 return Err(format!("its radius_m {radius_m} is not positive"));
             }
             Ok((PatchKind::Point { radius_m }, vec![Point2::origin()]))

@@ -9,7 +9,10 @@ use super::Findings;
 use super::inertia::{self, Lump};
 use super::tree::Tree;
 use super::urdf::{Urdf, pose};
-use crate::{Body, Error, Frame, JointKind};
+use crate::{Body, Error, Frame, GREATEST_M, JointKind};
+
+/// Most bodies of a robot: matrices have the square of it as entries.
+const BODIES_MAX: usize = 500;
 
 /// The bodies, and for every link (by its index) the body it is part of and its pose there.
 pub(super) struct Lumped {
@@ -64,6 +67,13 @@ pub(super) fn lump(
             });
         }
         open[first..].reverse();
+    }
+    if bodies.len() > BODIES_MAX {
+        let cause = format!(
+            "{} links move, at most {BODIES_MAX} are planned for",
+            bodies.len()
+        );
+        return Err(Error::file(file, cause));
     }
     for (body, lump) in bodies.iter_mut().zip(&lumps) {
         (body.mass_kg, body.com_B, body.inertia_B) = lump.total();
@@ -145,7 +155,8 @@ fn motion_of(file: &str, urdf: &Urdf, j: usize, findings: &mut Findings) -> Resu
         (lower, upper) = (f64::NEG_INFINITY, f64::INFINITY);
     }
     // A URDF of version 1.2 may leave out either limit of any joint.
-    if lower.is_infinite() || upper.is_infinite() {
+    // Others write a great number in its place.
+    if lower.abs().max(upper.abs()) > GREATEST_M {
         if kind == JointKind::Prismatic {
             return refuse("it slides without limit");
         }

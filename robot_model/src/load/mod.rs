@@ -2,11 +2,13 @@
 //!
 //! 1. `urdf` reads the file through urdf-rs; `tree` says whether its links make a tree.
 //! 2. `lump` makes moving bodies of it, `inertia` weighs them, `shapes` gives them hulls.
-//! 3. `srdf` adds postures and disables pairs; `contacts` adds patches.
+//! 3. `srdf` adds postures and disables pairs; `contacts` adds patches; `overlaps` excepts shapes that
+//!    cannot be told apart.
 
 mod contacts;
 mod inertia;
 mod lump;
+mod overlaps;
 mod package;
 mod shapes;
 mod srdf;
@@ -17,7 +19,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::collision::CollisionModel;
-use crate::{Config, Error, Kinematics, Robot};
+use crate::{Config, Error, Robot};
 
 /// The files that make up a robot.
 #[derive(Clone, Debug, Default)]
@@ -128,23 +130,7 @@ fn assemble(texts: &Texts, meshes: &MeshSource, config: &Config) -> Result<Robot
     if let Some((file, text)) = &texts.contacts {
         robot.patches = contacts::read(file, text, &robot)?;
     }
-    let resting = Kinematics::new(&robot, &robot.resting());
-    robot.collision.disable_overlapping_neighbours(&resting);
-    // Overlap at rest is a flaw of the shapes, not of the posture.
-    let overlapping = robot.colliding_pairs(&robot.resting());
-    let mut what = "links overlap at rest and are watched all the same";
-    if config.disable_colliding_at_rest {
-        what = "links overlap at rest and are not watched";
-        let at_rest = |a: &str, b: &str| {
-            let mut pairs = overlapping.iter();
-            pairs.any(|pair| pair.link_a == a && pair.link_b == b)
-        };
-        robot.collision.disable(at_rest);
-    }
-    for pair in &overlapping {
-        let (a, b, depth_mm) = (&pair.link_a, &pair.link_b, -pair.distance * 1e3);
-        findings.list(what, format!("{a} – {b} ({depth_mm:.1} mm)"));
-    }
+    overlaps::except(&mut robot, config, &mut findings);
     robot.notes = findings.into_notes();
     Ok(robot)
 }
@@ -154,10 +140,12 @@ fn read_text(path: &Path) -> Result<String, Error> {
         path: path.to_owned(),
         source,
     })?;
-    String::from_utf8(bytes).map_err(|error| {
+    let text = String::from_utf8(bytes).map_err(|error| {
         let cause = format!("byte {} is no UTF-8 text", error.utf8_error().valid_up_to());
         Error::file(path.display(), cause)
-    })
+    })?;
+    // Some editors begin a text with a byte-order mark.
+    Ok(text.trim_start_matches('\u{feff}').to_owned())
 }
 
 /// What was assumed on the way, to be told to the user.
@@ -185,7 +173,7 @@ impl Findings {
     /// The error itself, or a note of it where that is wanted.
     fn refuse_unless_lenient(&mut self, error: Error) -> Result<(), Error> {
         if !self.lenient {
-            return Err(error);
+            return Err(Error::Strict(Box::new(error)));
         }
         self.note(format!("{error} (read on, as asked)"));
         Ok(())

@@ -11,9 +11,14 @@ use super::{Findings, MeshSource};
 use crate::collision::{Hull, Shape, ShapeGeometry};
 use crate::{Error, mesh_file};
 
-/// Most vertices of a collision mesh's convex hull. A mesh with more is simplified to those that
-/// tell most, and a note says how far the rest stick out.
-const HULL_VERTICES: usize = 64;
+/// A mesh's convex hull is simplified to the vertices that leave the others within this, m: little
+/// against a clearance. What it falls short of counts as part of the shape.
+const SHORTFALL_M: f64 = 5e-4;
+/// Most vertices of it all the same.
+const HULL_VERTICES: usize = 256;
+
+/// Most collision shapes of a robot: each pair of them may be watched.
+const SHAPES_MAX: usize = 2000;
 
 /// Reads the collision shapes of a robot's links, every mesh as its convex hull.
 pub(super) struct ShapeReader<'a> {
@@ -39,6 +44,10 @@ impl ShapeReader<'_> {
         for (link, place) in links.iter().zip(places) {
             let Some((body, X_BL)) = place else { continue };
             for collision in &link.collision {
+                if shapes.len() == SHAPES_MAX {
+                    let cause = format!("there are more than {SHAPES_MAX} collision shapes");
+                    return Err(Error::file(self.file, cause));
+                }
                 let geometry = self.shape(&link.name, &collision.geometry, findings)?;
                 shapes.push(Shape {
                     link: link.name.clone(),
@@ -104,12 +113,11 @@ impl ShapeReader<'_> {
         let scale = Vector3::from(*scale);
         let scaled = |v: &Point3<f64>| Point3::from(v.coords.component_mul(&scale));
         let scaled: Vec<Point3<f64>> = mesh.vertices.iter().map(scaled).collect();
-        let hull = Hull::with_at_most(&scaled, HULL_VERTICES)
+        let hull = Hull::simplified(&scaled, SHORTFALL_M, HULL_VERTICES)
             .map_err(|error| self.refuse(link, filename, error.to_string()))?;
-        // A millimetre is what a clearance margin does not notice.
         let shortfall_mm = hull.shortfall_m() * 1e3;
         if shortfall_mm > 1.0 {
-            let what = "hulls were simplified; the meshes stick out by up to";
+            let what = "hulls were simplified, and are grown by what the meshes stick out of them";
             findings.list(what, format!("{link} ({shortfall_mm:.1} mm)"));
         }
         self.hulls.insert(key, hull.clone());

@@ -23,6 +23,9 @@ pub struct TriangleMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// What some editors begin a text with.
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
 /// More than this many vertices or triangles is no mesh of a robot or room.
 const GREATEST_COUNT: usize = 20_000_000;
 
@@ -44,6 +47,10 @@ pub fn read(path: &Path) -> Result<TriangleMesh, Error> {
 /// [`Error::File`] with the line or byte: unknown kind, truncated, a header that lies, an index
 /// out of range, a coordinate that is not finite, no triangle at all.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, Error> {
+    let bytes = match bytes.strip_prefix(BYTE_ORDER_MARK) {
+        Some(text) if !stl::is_binary(bytes) => text,
+        _ => bytes,
+    };
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase());

@@ -6,6 +6,9 @@ use nalgebra::Point3;
 
 use super::{TriangleMesh, check_count};
 
+/// Most corners of a face: each makes a triangle with all others of a fan.
+const CORNERS_MAX: usize = 1000;
+
 pub(super) fn parse(bytes: &[u8]) -> Result<TriangleMesh, String> {
     let text = String::from_utf8_lossy(bytes);
     let mut mesh = TriangleMesh::default();
@@ -51,6 +54,12 @@ fn statement(line: &str, mesh: &mut TriangleMesh) -> Result<(), String> {
             let [first, rest @ ..] = corners.as_slice() else {
                 return Err("a face has no corners".to_owned());
             };
+            if rest.len() >= CORNERS_MAX {
+                let count = corners.len();
+                return Err(format!(
+                    "a face has {count} corners, at most {CORNERS_MAX} are read"
+                ));
+            }
             if rest.len() < 2 {
                 return Err("a face has at least three corners".to_owned());
             }
@@ -89,6 +98,14 @@ mod tests {
                     f 1//1 2//1 \\\n 3//1 4//1\nf -4/1 -3/2 -2/3\n";
         let mesh = parse(text.as_bytes()).unwrap();
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
+    }
+
+    #[test]
+    fn a_face_of_more_corners_than_any_has_is_refused() {
+        let corners = |n: usize| "v 0 0 0\n".repeat(n) + "f" + &" -1".repeat(n);
+        assert!(parse(corners(CORNERS_MAX).as_bytes()).is_ok());
+        let error = parse(corners(CORNERS_MAX + 1).as_bytes()).unwrap_err();
+        assert!(error.contains("1001 corners"), "{error}");
     }
 
     #[test]

@@ -12,14 +12,21 @@ const HEADER: usize = 84;
 /// Normal, three corners, two bytes of attributes.
 const RECORD: usize = 50;
 
+/// The number of triangles that the header of a binary file announces.
+fn count(bytes: &[u8]) -> Option<usize> {
+    let counted = bytes.get(80..HEADER)?;
+    let counted = <[u8; 4]>::try_from(counted).ok()?;
+    Some(u32::from_le_bytes(counted) as usize)
+}
+
+/// The length decides, not the first word: many a binary file begins with "solid".
+pub(super) fn is_binary(bytes: &[u8]) -> bool {
+    count(bytes).is_some_and(|n| bytes.len() - HEADER == n.saturating_mul(RECORD))
+}
+
 pub(super) fn parse(bytes: &[u8]) -> Result<TriangleMesh, String> {
-    let counted = bytes
-        .get(80..HEADER)
-        .and_then(|b| <[u8; 4]>::try_from(b).ok());
-    let count = counted.map(|b| u32::from_le_bytes(b) as usize);
-    // The length decides, not the first word: many a binary file begins with "solid".
-    let is_binary = count.is_some_and(|n| bytes.len() - HEADER == n.saturating_mul(RECORD));
-    let is_ascii = !is_binary && bytes.trim_ascii_start().starts_with(b"solid");
+    let count = count(bytes);
+    let is_ascii = !is_binary(bytes) && bytes.trim_ascii_start().starts_with(b"solid");
     match count {
         _ if is_ascii && looks_like_text(bytes) => ascii(bytes),
         None => Err(format!("{} bytes are too few for an STL file", bytes.len())),

@@ -251,7 +251,7 @@ fn contacts_that_cannot_be_are_refused_by_name() {
         [-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05] => [-0.1, 0.05], [0.1, 0.05], [0.1, -0.05], [-0.1, -0.05] ! clockwise
         [-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05] => [-0.1, 0.0], [0.1, 0.0] ! 2 vertices
         [-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05] => [0, 0], [1, 0], [1, 0], [0, 1] ! the same
-        [0.1, 0.05] => [0.1, inf] ! not finite
+        [0.1, 0.05] => [0.1, inf] ! not within
         friction = 0.6 => friction = 0.0 ! not positive
         friction = 0.6 => ! missing field `friction`
         roles = => rules = ! unknown field `rules`

@@ -20,6 +20,8 @@ pub(super) struct Support {
     pub points_W: Vec<Vector3<f64>>,
     /// Two tangents and the outward normal.
     pub axes: Rotation3<f64>,
+    /// Part of the weight that each point has to bear at least, upright.
+    pub least_load: f64,
 }
 
 /// Unit normal part and friction: the edges of a pyramid of `edges` sides.
@@ -51,6 +53,7 @@ pub(super) fn hold(
     for support in supports {
         for p in &support.points_W {
             kinematics.point_jacobian(robot, support.body, p, &mut J);
+            gravity -= J.transpose() * Vector3::z() * (weight * support.least_load);
             for g in edges(&support.axes, mu, 4) {
                 columns.push(J.transpose() * g * weight);
             }

@@ -6,8 +6,6 @@ use robot_model::{Configuration, JointKind, Robot};
 use super::Maker;
 use super::draw::Draws;
 
-/// Distance that drawn joints keep from their limits, rad or m: above a planner's 0.03.
-const JOINT_MARGIN: f64 = 0.05;
 /// How often a limb is drawn anew until its patch is as wanted.
 const LIMB_DRAWS: usize = 60;
 
@@ -87,7 +85,8 @@ impl Maker<'_> {
         q.R_WB = draws.tilt(0.0, wanted.base_tilt);
         let joint = |body: usize, range: f64, draws: &mut Draws| {
             let b = &robot.bodies[body];
-            let (low, high) = (b.lower + JOINT_MARGIN, b.upper - JOINT_MARGIN);
+            let margin = self.margins.joint_margin_rad;
+            let (low, high) = (b.lower + margin, b.upper - margin);
             if low >= high {
                 return None;
             }

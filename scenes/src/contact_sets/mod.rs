@@ -38,6 +38,7 @@ pub use record::{
     BODY_M, ContactRecord, Expected, FORMAT, FORMAT_BEGINS, ProblemRecord, ProblemSet,
     SurfaceRecord,
 };
+pub use witness::Margins;
 
 use crate::Error;
 use draw::Draws;
@@ -114,10 +115,12 @@ impl Family {
     }
 }
 
+/// How often a resting posture is drawn, ever farther from the robot's, until it is clear of itself.
+const RESTS_MAX: u32 = 4000;
 /// How often a problem is drawn anew before the family is given up for the robot.
 const DRAWS_MAX: usize = 20_000;
 
-/// `count` problems, the families taking turns; those that do not suit the robot are left out.
+/// `count` problems for a generator with these margins, the families taking turns; those that do not suit the robot are left out.
 ///
 /// # Errors
 /// [`Error::ContactSet`] where no family suits the robot, or none of very many draws of a problem
@@ -125,6 +128,7 @@ const DRAWS_MAX: usize = 20_000;
 pub fn generate(
     robot: &Robot,
     families: &[Family],
+    margins: &Margins,
     count: usize,
     seed: u64,
 ) -> Result<ProblemSet, Error> {
@@ -142,14 +146,22 @@ pub fn generate(
         let names = names(families, ", ");
         return Err(refuse(format!("it has no limbs for the family {names}")));
     }
-    let maker = Maker::new(robot);
+    let maker = Maker::new(robot, margins);
     let mut problems = Vec::with_capacity(count);
     for k in 0..count {
         let family = suitable[k % suitable.len()];
         let number = k / suitable.len();
         problems.push(maker.problem(family, number, seed).ok_or_else(|| {
             let name = family.name();
-            refuse(format!("none of {DRAWS_MAX} draws is of the family {name}"))
+            let overlapping = match robot.meeting_at_rest.is_empty() {
+                true => "",
+                false => {
+                    "; its links meet at rest: try robot_model.disable_colliding_at_rest = true"
+                }
+            };
+            refuse(format!(
+                "none of {DRAWS_MAX} draws is of the family {name}{overlapping}"
+            ))
         })?);
     }
     Ok(ProblemSet {
@@ -169,10 +181,12 @@ struct Maker<'a> {
     /// The resting posture: where the joints are that no contact needs.
     rest: Configuration,
     limbs: Limbs,
+    /// What a witness keeps.
+    margins: Margins,
 }
 
 impl<'a> Maker<'a> {
-    fn new(robot: &'a Robot) -> Self {
+    fn new(robot: &'a Robot, margins: &Margins) -> Self {
         let mut rest = Configuration {
             joints: robot.resting().joints,
             ..Configuration::zero(robot.nj())
@@ -181,7 +195,33 @@ impl<'a> Maker<'a> {
             *q = q.clamp(body.lower, body.upper);
         }
         let limbs = Limbs::new(robot);
-        Self { robot, rest, limbs }
+        let mut maker = Self {
+            robot,
+            rest,
+            limbs,
+            margins: margins.of_a_witness(),
+        };
+        maker.rest_clear();
+        maker
+    }
+
+    /// Moves the joints no farther from rest than it takes for no parts to be near each other.
+    fn rest_clear(&mut self) {
+        let keeps = self.margins.self_clearance_m;
+        let mut draws = Draws::new(0, 0, 0);
+        let mut tried = self.rest.clone();
+        for k in 0..RESTS_MAX {
+            if self.is_clear_of_itself(&tried, keeps) {
+                self.rest = tried;
+                return;
+            }
+            let part = f64::from(k) / f64::from(RESTS_MAX);
+            let joints = self.rest.joints.iter().zip(self.robot.joint_bodies());
+            for (q, (rest, body)) in tried.joints.iter_mut().zip(joints) {
+                let reach = part * (body.upper - body.lower) * draws.between(-1.0, 1.0);
+                *q = (rest + reach).clamp(body.lower, body.upper);
+            }
+        }
     }
 
     /// The problem of a number: the first draw of its stream that is one.

@@ -70,6 +70,7 @@ impl Maker<'_> {
                 body: patch.body,
                 points_W: points.map(in_W).collect(),
                 axes: touch.X_WS.rotation.to_rotation_matrix(),
+                least_load: 0.0,
             }
         };
         touches.iter().map(support).collect()

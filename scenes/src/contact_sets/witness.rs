@@ -1,38 +1,88 @@
 //! What makes a configuration the proof that its problem has a solution.
 //!
-//! Every margin is wider than the planner's default, so that a solver which keeps those defaults
-//! can find this very posture.
+//! It keeps more than the margins of the posture generator that the problems are for, so that a solver
+//! which keeps those can find this very posture.
 
+use nalgebra::Vector2;
 use robot_model::collision::{BodyShape, World};
 use robot_model::{Configuration, Kinematics};
 
 use super::Maker;
-use super::forces;
+use super::forces::{self, Support};
 use super::place::Touch;
 
-/// Part of the friction coefficient that the forces may use; the planner's is 0.8.
-pub(super) const FRICTION_USE: f64 = 0.75;
-/// Part of the torque limits; the planner's is 0.8.
-const TORQUE_USE: f64 = 0.75;
-/// Distance between parts of the robot, m; the planner's is 0.005.
-const SELF_CLEARANCE_M: f64 = 0.008;
-/// Distance to bodies that are not touched, m; the planner's is 0.010.
-const CLEARANCE_M: f64 = 0.015;
-/// By how much patches are shrunk where forces act, m, and at most which part of their half
-/// width; the planner's are 0.030 and 0.6.
-pub(super) const INSET: (f64, f64) = (0.033, 0.65);
+/// Margins of the posture generator that problems are drawn for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margins {
+    /// Part of the friction coefficient that forces may use.
+    pub friction_use: f64,
+    /// Part of the torque limits that holding the posture may use.
+    pub torque_use: f64,
+    /// Distance of joints from their limits, rad or m.
+    pub joint_margin_rad: f64,
+    /// Distance between parts of the robot, m.
+    pub self_clearance_m: f64,
+    /// Distance to bodies that are not touched, m.
+    pub clearance_m: f64,
+    /// By how much patches are shrunk where forces act, m.
+    pub com_margin_m: f64,
+}
+
+impl Margins {
+    /// What a witness keeps of them: a little more of each.
+    pub(super) fn of_a_witness(self) -> Self {
+        Self {
+            friction_use: 0.94 * self.friction_use,
+            torque_use: 0.94 * self.torque_use,
+            joint_margin_rad: self.joint_margin_rad + 0.02,
+            self_clearance_m: self.self_clearance_m + 0.003,
+            clearance_m: self.clearance_m + 0.005,
+            com_margin_m: self.com_margin_m + 0.003,
+        }
+    }
+}
+
+/// Largest part of a patch's half width by which it is shrunk; the generator's is 0.6.
+pub(super) const INSET_PART: f64 = 0.65;
 
 impl Maker<'_> {
     /// Whether the robot is clear of itself and holds itself with forces at these places.
     pub fn holds(&self, q: &Configuration, touches: &[Touch], mu: f64) -> bool {
-        if !self.is_clear_of_itself(q, SELF_CLEARANCE_M) {
+        if !self.is_clear_of_itself(q, self.margins.self_clearance_m) {
             return false;
         }
-        let supports = self.supports(touches, INSET.0, INSET.1);
-        let mu = FRICTION_USE * mu;
+        let mut supports = self.supports(touches, self.margins.com_margin_m, INSET_PART);
+        self.load_balls(&mut supports);
+        let mu = self.margins.friction_use * mu;
         // The cheap question first: can these contacts carry a weight at all?
         forces::carry_somewhere(&supports, mu, forces::Pyramid::Inscribed) == Some(true)
-            && forces::hold(self.robot, q, &supports, mu, TORQUE_USE)
+            && forces::hold(self.robot, q, &supports, mu, self.margins.torque_use)
+    }
+
+    /// Has balls that alone carry the robot, on faces of less than 45°, each bear a part ε of the weight:
+    /// a point cannot be shrunk, and the centre of mass may move by the margin m where
+    ///
+    ///   ε = m / min over the hull's edges of Σ (distance of the points from the edge)
+    fn load_balls(&self, supports: &mut [Support]) {
+        let alone = |s: &Support| s.points_W.len() == 1 && s.axes[(2, 2)] >= 0.7;
+        if !supports.iter().all(alone) {
+            return;
+        }
+        let places: Vec<Vector2<f64>> = supports.iter().map(|s| s.points_W[0].xy()).collect();
+        let pairs = places
+            .iter()
+            .flat_map(|a| places.iter().map(move |b| (a, b)));
+        let width_m = pairs.filter_map(|(a, b)| {
+            let along = (b - a).try_normalize(1e-9)?;
+            let beside: Vec<f64> = places.iter().map(|p| along.perp(&(p - a))).collect();
+            // An edge has every point on its left.
+            let is_edge = beside.iter().all(|d| *d >= -1e-9);
+            is_edge.then(|| beside.iter().sum::<f64>())
+        });
+        let width_m = width_m.fold(f64::INFINITY, f64::min);
+        for support in supports {
+            support.least_load = self.margins.com_margin_m / width_m.max(1e-9);
+        }
     }
 
     /// Whether no two watched parts are nearer than `clearance_m`.
@@ -53,9 +103,9 @@ impl Maker<'_> {
             let touch = touches.get(obstacle);
             touch.is_some_and(|touch| body(touch) == shape.body)
         };
+        let (collision, keeps) = (&self.robot.collision, self.margins.clearance_m);
         let mut near = Vec::new();
-        let collision = &self.robot.collision;
-        collision.world_proximities(&kinematics, world, CLEARANCE_M, &touched, &mut near);
-        near.iter().all(|pair| pair.distance >= CLEARANCE_M)
+        collision.world_proximities(&kinematics, world, keeps, &touched, &mut near);
+        near.iter().all(|pair| pair.distance >= keeps)
     }
 }

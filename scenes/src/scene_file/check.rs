@@ -1,5 +1,7 @@
 //! What of a scene makes no sense.
 
+use surfaces::{WORLD_M, beyond_world};
+
 use super::{Friction, Goal, ScanSource, SceneFile, Start};
 use crate::error::Error;
 
@@ -24,7 +26,7 @@ impl SceneFile {
         self.goal.check()?;
         if let Some(guide) = &self.guide {
             for (i, posture) in guide.key_postures.iter().enumerate() {
-                finite(&format!("guide.key_postures[{i}]"), posture)?;
+                within(&format!("guide.key_postures[{i}]"), posture)?;
             }
         }
         self.friction.check()
@@ -35,21 +37,21 @@ impl Start {
     fn check(&self) -> Result<(), Error> {
         for (i, contact) in self.contact.iter().enumerate() {
             let field = format!("start.contact[{i}]");
-            finite(&format!("{field}.position_m"), &contact.position_m)?;
-            finite(&format!("{field}.rpy_rad"), &contact.rpy_rad)?;
+            within(&format!("{field}.position_m"), &contact.position_m)?;
+            within(&format!("{field}.rpy_rad"), &contact.rpy_rad)?;
         }
-        finite("start.base_rpy_rad", &self.base_rpy_rad)?;
-        finite("start.yaw_rad", &[self.yaw_rad])?;
+        within("start.base_rpy_rad", &self.base_rpy_rad)?;
+        within("start.yaw_rad", &[self.yaw_rad])?;
         if let Some(over_m) = &self.over_m {
             if self.base_position_m.is_some() || !self.contact.is_empty() {
                 let reason = "goes with posture, yaw_rad and contacts only";
                 return Err(Error::field("start.over_m", reason));
             }
-            return finite("start.over_m", over_m);
+            return within("start.over_m", over_m);
         }
         match (&self.posture, &self.base_position_m) {
             (Some(_), Some(position)) if self.contact.is_empty() => {
-                finite("start.base_position_m", position)?;
+                within("start.base_position_m", position)?;
                 if self.contacts.is_empty() {
                     return Err(Error::field("start.contacts", "is empty"));
                 }
@@ -84,6 +86,12 @@ impl ScanSource {
         positive(&format!("{field}.fx"), self.fx)?;
         positive(&format!("{field}.fy"), self.fy)?;
         positive(&format!("{field}.depth_scale_m"), self.depth_scale_m)?;
+        within(
+            &format!("{field}.cx, cy"),
+            &[self.cx, self.cy].map(Option::unwrap_or_default),
+        )?;
+        within(&format!("{field}.eye_m"), &self.eye_m.unwrap_or_default())?;
+        within(&format!("{field}.up"), &self.up.unwrap_or_default())?;
         let (position_m, quat_xyzw) = match (&self.position_m, &self.quat_xyzw, &self.extrinsics) {
             (Some(position_m), Some(quat_xyzw), None) => (position_m, quat_xyzw),
             (None, None, Some(_)) => return Ok(()),
@@ -92,8 +100,8 @@ impl ScanSource {
                 return Err(Error::field(field, reason));
             }
         };
-        finite(&format!("{field}.position_m"), position_m)?;
-        finite(&format!("{field}.quat_xyzw"), quat_xyzw)?;
+        within(&format!("{field}.position_m"), position_m)?;
+        within(&format!("{field}.quat_xyzw"), quat_xyzw)?;
         let norm = quat_xyzw.iter().map(|v| v * v).sum::<f64>().sqrt();
         if (norm - 1.0).abs() > QUATERNION_TOLERANCE {
             let reason = format!("has length {norm}, not 1");
@@ -114,17 +122,17 @@ impl Goal {
                 let reason = format!("has {} coordinates; x, y or x, y, z", position.len());
                 return Err(Error::field("goal.base_position_m", reason));
             }
-            finite("goal.base_position_m", position)?;
+            within("goal.base_position_m", position)?;
         }
         positive("goal.tolerance_m", [self.tolerance_m])?;
-        finite("goal.yaw_rad", self.yaw_rad.as_slice())?;
+        within("goal.yaw_rad", self.yaw_rad.as_slice())?;
         for (i, contact) in self.contact.iter().enumerate() {
             if contact.surface.is_some() == contact.point_m.is_some() {
                 let reason = "needs either `surface` or `point_m`";
                 return Err(Error::field(format!("goal.contact[{i}]"), reason));
             }
             if let Some(point) = &contact.point_m {
-                finite(&format!("goal.contact[{i}].point_m"), point)?;
+                within(&format!("goal.contact[{i}].point_m"), point)?;
             }
         }
         Ok(())
@@ -140,15 +148,22 @@ impl Friction {
 }
 
 fn positive(field: &str, value: impl IntoIterator<Item = f64>) -> Result<(), Error> {
-    match value.into_iter().all(|v| v.is_finite() && v > 0.0) {
+    match value.into_iter().all(|v| v > 0.0 && v <= WORLD_M) {
         true => Ok(()),
-        false => Err(Error::field(field, "is not a positive number")),
+        false => Err(Error::field(
+            field,
+            format!("is not a positive number up to {WORLD_M}"),
+        )),
     }
 }
 
-fn finite(field: &str, values: &[f64]) -> Result<(), Error> {
-    match values.iter().find(|v| !v.is_finite()) {
-        Some(value) => Err(Error::field(field, format!("contains {value}"))),
+/// Refuses what is no coordinate; angles have the same bound.
+fn within(field: &str, values: &[f64]) -> Result<(), Error> {
+    match beyond_world(values) {
+        Some(value) => {
+            let reason = format!("contains {value}, which is not within {WORLD_M}");
+            Err(Error::field(field, reason))
+        }
         None => Ok(()),
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Point3, Vector2, Vector3};
 use robot_model::{ContactPatch, Kinematics, Robot};
 use scenes::contact_sets::{
-    ContactRecord, Expected, FORMAT, Family, ProblemRecord, ProblemSet, generate,
+    ContactRecord, Expected, FORMAT, Family, Margins, ProblemRecord, ProblemSet, generate,
 };
 
 use crate::robots::shipped;
@@ -26,9 +26,19 @@ fn is_foot(contact: &ContactRecord) -> bool {
     patch.is_some_and(|p| p.ends_with("foot"))
 }
 
+/// Those of the posture generator by default.
+const MARGINS: Margins = Margins {
+    friction_use: 0.8,
+    torque_use: 0.8,
+    joint_margin_rad: 0.03,
+    self_clearance_m: 0.005,
+    clearance_m: 0.02,
+    com_margin_m: 0.04,
+};
+
 /// Problems of a family.
 fn draw(robot: &Robot, family: Family, count: usize, seed: u64) -> Vec<ProblemRecord> {
-    let set = generate(robot, &[family], count, seed);
+    let set = generate(robot, &[family], &MARGINS, count, seed);
     set.expect("problems").problems
 }
 
@@ -53,7 +63,7 @@ fn a_problem_depends_on_seed_and_number_alone() {
 
 #[test]
 fn files_are_read_back_as_they_were() {
-    let set = generate(&hrp2(), &Family::ALL, 14, 3).expect("problems");
+    let set = generate(&hrp2(), &Family::ALL, &MARGINS, 14, 3).expect("problems");
     assert_eq!(set.format, FORMAT);
     let text = serde_json::to_string(&set).expect("JSON");
     let read: ProblemSet = serde_json::from_str(&text).expect("what was written");
@@ -154,13 +164,13 @@ fn families_are_what_they_say() {
 fn robots_without_the_limbs_are_told() {
     let mut robot = hrp2();
     robot.patches.retain(|p| !p.has_role("hand"));
-    let error = generate(&robot, &[Family::OneFoot], 1, 0).expect_err("no hands");
+    let error = generate(&robot, &[Family::OneFoot], &MARGINS, 1, 0).expect_err("no hands");
     assert!(error.to_string().contains("one-foot"), "{error}");
     // The other hard families go on without hands.
-    let set = generate(&robot, &Family::HARD, 6, 0).expect("problems");
+    let set = generate(&robot, &Family::HARD, &MARGINS, 6, 0).expect("problems");
     assert_eq!(set.family, "steep chimney spread");
     robot.patches.clear();
-    assert!(generate(&robot, &Family::ALL, 1, 0).is_err());
+    assert!(generate(&robot, &Family::ALL, &MARGINS, 1, 0).is_err());
 }
 
 #[test]

@@ -17,8 +17,8 @@ use crate::extrinsics::identify;
 use crate::extrinsics::next;
 use crate::extrinsics::report::Report;
 use crate::extrinsics::stances_file::{self, StanceRow};
-use crate::output;
-use crate::provenance::Inputs;
+use crate::output::Folder;
+use crate::provenance::{self, Inputs};
 use crate::report::Stages;
 use crate::robot_files::RobotFlags;
 use crate::status::Status;
@@ -27,6 +27,9 @@ use crate::status::Status;
 const ENDINGS: [&str; 3] = ["png", "pcd", "ply"];
 /// The sensor where only its intrinsics are given.
 const UNNAMED: &str = "generic";
+
+/// What is written.
+const RESULTS: [&str; 3] = ["camera.toml", "stances.csv", "report.html"];
 
 /// Flags of `calibrate camera`.
 #[derive(Debug, clap::Args)]
@@ -81,6 +84,8 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     // Frames → where the sensor saw it.
     let frames = frames(&args.frames, &rows).with_context(|| name.clone())?;
     let sensor = args.sensor.options(UNNAMED);
+    frames.iter().for_each(|frame| provenance::will_read(frame));
+    let results = Folder::new(&args.output, &RESULTS)?;
     let measured = identify::measure(
         &stances.poses,
         &frames,
@@ -113,15 +118,13 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         writeln!(out, "{advice}")?;
     }
 
-    let toml = args.output.join("camera.toml");
-    output::write(&toml, written.to_toml()?.as_bytes())?;
-    let csv = args.output.join("stances.csv");
-    output::write(&csv, report.csv()?.as_bytes())?;
-    let page = args.output.join("report.html");
-    output::write(&page, report.html()?.as_bytes())?;
+    results.write("camera.toml", written.to_toml()?.as_bytes())?;
+    results.write("stances.csv", report.csv()?.as_bytes())?;
+    results.write("report.html", report.html()?.as_bytes())?;
+    results.publish()?;
     let (count, all_s) = (measured.len(), 1e-3 * stages.ms.values().sum::<f64>());
     writeln!(out, "{count} frames in {all_s:.2} s: {}", stages.text())?;
-    let (toml, csv, page) = (toml.display(), csv.display(), page.display());
+    let [toml, csv, page] = RESULTS.map(|name| args.output.join(name).display().to_string());
     writeln!(out, "written: {toml}, {csv}, {page}")?;
     Ok(Status::Done)
 }

@@ -157,7 +157,7 @@ fn bad_rings_are_refused_by_name() {
         ),
         (
             vec![ring(&[[0.0, f64::NAN], [1.0, 0.0], [1.0, 1.0]])],
-            "ring 0: vertex 0 is not finite",
+            "ring 0: vertex 0 is not within",
         ),
         (vec![ring(&closed)], "ring 0: vertex 3 repeats vertex 0"),
         (

@@ -309,7 +309,7 @@ fn bad_meshes_are_errors_that_name_the_cause() {
         triangles: vec![[0, 1, 2]],
     };
     for (mesh, message) in [
-        (nan, "vertex 5 is not finite"),
+        (nan, "vertex 5 is not within"),
         (
             beyond,
             "triangle 7 refers to vertex 8, but the mesh has 8 vertices",

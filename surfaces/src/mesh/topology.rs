@@ -22,6 +22,9 @@ pub(super) struct Topology {
     pub flat_parts: usize,
 }
 
+/// Most triangles at one edge that are neighbours of each.
+const LEAVES: usize = 16;
+
 /// A triangle at an edge, and whether it runs from the smaller to the larger vertex.
 type Side = (usize, bool);
 
@@ -57,7 +60,8 @@ impl Topology {
             }
             for (i, (t, direction)) in sides.iter().enumerate() {
                 closed[*t] &= proper;
-                for (u, other) in &sides[..i] {
+                // A fold of many leaves at one edge is no surface: few of them need to know each other.
+                for (u, other) in sides[..i].iter().rev().take(LEAVES) {
                     parts.join(*t, *u);
                     if direction != other {
                         topology.neighbours[*t].push(*u);

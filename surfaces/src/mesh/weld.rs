@@ -1,17 +1,17 @@
 //! One vertex a place, and no triangle without an area.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Point3, Vector3};
 
 use super::{TriangleMesh, WELD_M};
-use crate::Error;
+use crate::{Error, beyond_world};
 
 /// A mesh whose vertices are distinct and whose triangles have areas.
 pub(super) struct Welded {
     pub vertices: Vec<Point3<f64>>,
     pub triangles: Vec<Triangle>,
-    /// Triangles that were skipped.
+    /// Triangles that were skipped: without an area, or there already.
     pub degenerate: usize,
     /// Vertices that were merged into another one.
     pub merged: usize,
@@ -32,9 +32,15 @@ impl Welded {
         check(mesh)?;
         let (vertices, place) = merge(&mesh.vertices);
         let mut triangles = Vec::with_capacity(mesh.triangles.len());
+        let mut seen = HashSet::new();
         for corners in &mesh.triangles {
-            let corners = corners.map(|i| place[i]);
-            if let Some(triangle) = measure(&vertices, corners) {
+            let mut corners = corners.map(|i| place[i]);
+            // From its first vertex on: a triangle that stands there twice is one.
+            let first = (0..3).min_by_key(|k| corners[*k]).unwrap_or(0);
+            corners.rotate_left(first);
+            if seen.insert(corners)
+                && let Some(triangle) = measure(&vertices, corners)
+            {
                 triangles.push(triangle);
             }
         }
@@ -59,10 +65,10 @@ impl Welded {
 }
 
 fn check(mesh: &TriangleMesh) -> Result<(), Error> {
-    let finite = |p: &Point3<f64>| p.coords.iter().all(|c| c.is_finite());
-    if let Some(vertex) = mesh.vertices.iter().position(|p| !finite(p)) {
+    let beyond = |p: &Point3<f64>| beyond_world(p.coords.as_slice()).is_some();
+    if let Some(vertex) = mesh.vertices.iter().position(beyond) {
         let point = mesh.vertices[vertex].coords.iter().copied().collect();
-        return Err(Error::NonFiniteVertex { vertex, point });
+        return Err(Error::VertexBeyondWorld { vertex, point });
     }
     let count = mesh.vertices.len();
     for (triangle, corners) in mesh.triangles.iter().enumerate() {

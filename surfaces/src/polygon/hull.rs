@@ -9,7 +9,7 @@ impl ConvexPolygon {
     /// The smallest convex polygon around the points, up to [`super::VERTEX_SEPARATION_M`].
     ///
     /// # Errors
-    /// [`Error::TooFewVertices`], [`Error::NonFiniteVertex`], [`Error::Collinear`] (also when all
+    /// [`Error::TooFewVertices`], [`Error::VertexBeyondWorld`], [`Error::Collinear`] (also when all
     /// points are at one place).
     /// Source: Andrew's monotone chain.
     pub fn hull(points: &[Point2<f64>]) -> Result<Self, Error> {

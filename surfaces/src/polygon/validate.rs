@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{VERTEX_SEPARATION_M, ring_area};
-use crate::Error;
+use crate::{Error, beyond_world};
 
 /// A right turn up to this angle is the rounding of a straight edge, rad.
 ///
@@ -27,9 +27,9 @@ pub(super) fn check(vertices: &[Point2<f64>]) -> Result<(), Error> {
 pub(super) fn check_finite(vertices: &[Point2<f64>]) -> Result<(), Error> {
     match vertices
         .iter()
-        .position(|v| !v.coords.iter().all(|c| c.is_finite()))
+        .position(|v| beyond_world(v.coords.as_slice()).is_some())
     {
-        Some(vertex) => Err(Error::NonFiniteVertex {
+        Some(vertex) => Err(Error::VertexBeyondWorld {
             vertex,
             point: vertices[vertex].coords.iter().copied().collect(),
         }),

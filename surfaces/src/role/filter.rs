@@ -11,20 +11,28 @@ use crate::Face;
 #[serde(default, deny_unknown_fields)]
 pub struct Filter {
     /// Smallest tilt from the horizontal, rad.
+    #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub tilt_min_rad: Option<f64>,
     /// Largest tilt from the horizontal, rad: for a foot the steepest slope to walk on.
+    #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub tilt_max_rad: Option<f64>,
     /// The highest point of the face must not be lower than this, m in W.
+    #[schemars(range(min = -10_000.0, max = 10_000.0))]
     pub height_min_m: Option<f64>,
     /// The lowest point of the face must not be higher than this, m in W.
+    #[schemars(range(min = -10_000.0, max = 10_000.0))]
     pub height_max_m: Option<f64>,
     /// Direction in W to which the normal should point; need not be a unit vector.
+    #[schemars(inner(range(min = -1000.0, max = 1000.0)))]
     pub facing_W: Option<[f64; 3]>,
     /// Largest angle between the normal and `facing_W`, rad; π/2 where it is not set.
+    #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub facing_max_rad: Option<f64>,
     /// Smallest radius of the inscribed circle of what is surely there, m.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub radius_min_m: Option<f64>,
     /// Smallest area of what is surely there, m².
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub area_min_m2: Option<f64>,
 }
 

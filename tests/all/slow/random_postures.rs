@@ -123,9 +123,10 @@ fn so_does_every_posture_on_balls() {
 fn check(robot: &Robot, families: &[Family]) {
     let reference = robot.resting();
     let config = posture::Config::default();
+    let margins = posture_problem::margins(&config);
     let (mut wrong, mut missed) = (Vec::new(), Vec::new());
     for &family in families {
-        let set = generate(robot, &[family], count(), 11).expect("problems");
+        let set = generate(robot, &[family], &margins, count(), 11).expect("problems");
         let (mut solved, n) = (0, set.problems.len());
         for problem in &set.problems {
             let posed =

@@ -1,5 +1,8 @@
-use super::*;
+use nalgebra::Isometry3;
 use proptest::prelude::*;
+
+use super::*;
+use crate::collision::{ShapeGeometry, closest};
 
 fn cube() -> Vec<Point3<f64>> {
     (0..8_u8)
@@ -57,16 +60,32 @@ fn a_reduced_hull_says_by_how_much_it_falls_short() {
             Point3::new(r * cos, r * sin, z) * 0.1
         })
         .collect();
-    let hull = Hull::with_at_most(&points, 64).unwrap();
+    let hull = Hull::simplified(&points, 0.0, 64).unwrap();
     assert!(hull.vertices().len() <= 64);
-    let measured = greatest_height(&hull, &points);
-    assert!(
-        (measured - hull.shortfall_m()).abs() < 1e-9,
-        "{measured} {}",
-        hull.shortfall_m()
-    );
+    // Farther than the greatest height over a face, and reached by a point: the nearest points of a
+    // small ball there, as the distances have them.
+    let far = points
+        .iter()
+        .map(|p| distance_m(&hull, p))
+        .fold(0.0, f64::max);
+    let short = hull.shortfall_m();
+    assert!((far - short).abs() < 1e-9, "{far} {short}");
+    assert!(short >= greatest_height(&hull, &points) - 1e-9);
     // 64 points well spread on a ball leave caps of less than a tenth of its radius.
-    assert!(hull.shortfall_m() < 0.01, "{}", hull.shortfall_m());
+    assert!(short < 0.01, "{short}");
+    // As few as the shortfall asks for.
+    let fine = Hull::simplified(&points, 0.002, usize::MAX).unwrap();
+    assert!(fine.vertices().len() > 64 && fine.vertices().len() < 500);
+    assert!(fine.shortfall_m() < 0.0025, "{}", fine.shortfall_m());
+}
+
+/// Distance of a point from a hull without what it falls short of, m.
+fn distance_m(hull: &Hull, p: &Point3<f64>) -> f64 {
+    let point = ShapeGeometry::Sphere { radius_m: 1e-12 };
+    let (at, origin) = (Isometry3::translation(p.x, p.y, p.z), Isometry3::identity());
+    let whole = ShapeGeometry::ConvexHull(hull.clone());
+    let found = closest(&point, &at, &whole, &origin, 1.0).unwrap();
+    found.distance + hull.shortfall_m()
 }
 
 proptest! {

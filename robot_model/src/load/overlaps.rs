@@ -1,0 +1,158 @@
+//! Links whose shapes meet at rest: a flaw of the shapes, not of the posture.
+//!
+//! Hulls of meshes are larger than the meshes, and boxes larger than what they stand for. Where such
+//! shapes meet between neighbours, or overlap whatever the posture, their distance says nothing: these
+//! pairs are not watched. Others that overlap at rest stay watched unless the settings say otherwise.
+
+use super::Findings;
+use crate::collision::CollidingPair;
+use crate::{Body, Config, Configuration, Kinematics, Robot};
+
+/// Shapes nearer than this meet, m: less than any posture keeps between two parts.
+const NEAR_M: f64 = 0.008;
+/// Most joints between links that count as neighbours.
+const NEIGHBOUR_JOINTS: usize = 2;
+/// Postures in which links are looked at that may meet in every one.
+const POSTURES: u64 = 200;
+
+/// Stops watching what cannot be told apart from a collision, and says which pairs overlap.
+pub(super) fn except(robot: &mut Robot, config: &Config, findings: &mut Findings) {
+    let resting = Kinematics::new(robot, &robot.resting());
+    robot.collision.disable_overlapping_neighbours(&resting);
+    let meeting = robot.pairs_within(&robot.resting(), NEAR_M);
+    let body = |link: &str| robot.frame(link).map_or(0, |frame| frame.body);
+    let are_neighbours = |pair: &CollidingPair| {
+        let (a, b) = (body(&pair.link_a), body(&pair.link_b));
+        joints_between(&robot.bodies, a, b) <= NEIGHBOUR_JOINTS
+    };
+    let (neighbours, mut others): (Vec<_>, Vec<_>) = meeting.into_iter().partition(are_neighbours);
+    let mut always = others.clone();
+    for number in 1..=POSTURES {
+        if always.is_empty() || config.disable_colliding_at_rest {
+            break;
+        }
+        let meeting = robot.colliding_pairs(&sampled(robot, number));
+        always.retain(|pair| {
+            meeting
+                .iter()
+                .any(|now| now.is_of(&pair.link_a, &pair.link_b))
+        });
+    }
+    others.retain(|pair| !always.contains(pair));
+    let excepted = [neighbours, always].concat();
+    robot
+        .collision
+        .disable(|a, b| excepted.iter().any(|pair| pair.is_of(a, b)));
+    for (what, pairs) in [
+        ("links that meet at rest are not watched", &excepted),
+        (
+            "links meet at rest and are watched all the same \
+             (robot_model.disable_colliding_at_rest = true excepts them)",
+            &others,
+        ),
+    ] {
+        for CollidingPair {
+            link_a,
+            link_b,
+            distance,
+        } in pairs
+        {
+            findings.list(
+                what,
+                format!("{link_a} – {link_b} ({:.1} mm)", 1e3 * distance),
+            );
+        }
+    }
+    robot.meeting_at_rest = others;
+}
+
+/// Number of joints on the way from one body to another.
+fn joints_between(bodies: &[Body], a: usize, b: usize) -> usize {
+    let above = |body: usize| -> Vec<usize> {
+        std::iter::successors(Some(body), |&body| bodies[body].parent).collect()
+    };
+    let (a, b) = (above(a), above(b));
+    let shared = a
+        .iter()
+        .rev()
+        .zip(b.iter().rev())
+        .take_while(|(a, b)| a == b);
+    a.len() + b.len() - 2 * shared.count()
+}
+
+/// A posture within the joint limits: the point of a number in an additive recurrence, whose
+/// fractional parts fill the cube of the joints evenly.
+fn sampled(robot: &Robot, number: u64) -> Configuration {
+    let mut posture = Configuration::zero(robot.nj());
+    for (j, (q, body)) in posture
+        .joints
+        .iter_mut()
+        .zip(robot.joint_bodies())
+        .enumerate()
+    {
+        // √(j + 2), squares left out: irrational, and no two a rational multiple of each other often.
+        let step = f64::sqrt((j + 2) as f64 + 0.5);
+        let part = (number as f64 * step).fract();
+        *q = body.lower + part * (body.upper - body.lower);
+    }
+    posture
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::load::{load_from_strings, no_meshes};
+    use crate::{Config, Robot};
+
+    /// A chain of boxes 0.1 m long, `width` wide, each turning by up to ±`range` rad on the one before.
+    fn chain(links: usize, width: f64, range: f64) -> Robot {
+        let mut urdf = String::from("<robot name=\"chain\">");
+        for i in 0..links {
+            urdf += &format!(
+                "<link name=\"l{i}\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" \
+                 izz=\"1\"/></inertial><collision><geometry><box size=\"{width} 0.1 0.1\"/>\
+                 </geometry></collision></link>"
+            );
+            if i > 0 {
+                urdf += &format!(
+                    "<joint name=\"j{i}\" type=\"revolute\"><parent link=\"l{}\"/><child \
+                     link=\"l{i}\"/><origin xyz=\"0.1 0 0\"/><axis xyz=\"0 0 1\"/><limit \
+                     lower=\"-{range}\" upper=\"{range}\" effort=\"1\" velocity=\"1\"/></joint>",
+                    i - 1
+                );
+            }
+        }
+        let urdf = urdf + "</robot>";
+        let config = Config::default();
+        load_from_strings(&urdf, None, None, "chain", &no_meshes, &config).unwrap()
+    }
+
+    fn watched(robot: &Robot) -> Vec<(usize, usize)> {
+        robot.collision.pairs().to_vec()
+    }
+
+    #[test]
+    fn neighbours_that_overlap_are_not_watched() {
+        assert_eq!(watched(&chain(4, 0.15, 1.0)), [(0, 2), (0, 3), (1, 3)]);
+        let wide = chain(4, 0.25, 1.0);
+        assert_eq!(watched(&wide), [(0, 3)]);
+        let note = &wide.notes[0];
+        assert!(
+            note.contains("not watched: l0 – l2 (-50.0 mm), l1 – l3"),
+            "{note}"
+        );
+    }
+
+    #[test]
+    fn others_are_where_they_can_come_apart() {
+        // Three joints apart, 50 mm deep: they always meet where joints hardly turn.
+        assert_eq!(watched(&chain(4, 0.35, 0.1)), []);
+        let robot = chain(4, 0.35, 1.5);
+        assert_eq!(watched(&robot), [(0, 3)]);
+        assert_eq!(robot.meeting_at_rest[0].link_b, "l3");
+        let note = robot.notes.join("\n");
+        assert!(
+            note.contains("robot_model.disable_colliding_at_rest"),
+            "{note}"
+        );
+    }
+}
