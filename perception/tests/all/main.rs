@@ -5,6 +5,7 @@ mod any_cloud;
 mod any_image;
 mod insets;
 mod lidar_clouds;
+mod obstructed_ramps;
 mod outline_edges;
 mod paper_tables;
 mod perceive;
