@@ -12,6 +12,7 @@ mod perceive;
 mod ramps;
 mod readers;
 mod real_scans;
+mod registered_worlds;
 mod several_scans;
 mod shapes;
 mod simulated;
