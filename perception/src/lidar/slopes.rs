@@ -195,8 +195,8 @@ pub(super) fn largest_part(field: &Field, on: &[bool], passes: impl Fn(usize) ->
         }
     }
     let mut last: Option<usize> = None;
-    for i in 0..field.ring.len() {
-        if on[i] {
+    for (i, &marked) in on.iter().enumerate().take(field.ring.len()) {
+        if marked {
             if let Some(j) = last
                 && j + 1 < i
                 && field.ring[i] == field.ring[j]
