@@ -118,7 +118,7 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::PostureSets(args)) => command::posture_sets::run(args, global, out),
         Some(Command::Plan(args)) => command::plan::run(args, global, out),
         Some(Command::Bench(args)) => command::bench::run(args, global, out),
-        Some(Command::Verify(args)) => command::verify::run(args, out),
+        Some(Command::Verify(args)) => command::verify::run(args, global, out),
         Some(Command::Simulate(args)) => command::simulate::run(args, global, out),
         Some(Command::Export(args)) => command::export::run(args, global, out),
         Some(Command::View(args)) => command::view::run(args, out),

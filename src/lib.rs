@@ -3,6 +3,7 @@
 //! `pipeline` reads top-down as the way of one scan; `cli` and `command` are what a user meets;
 //! the crate `verify` proves a plan by code that shares nothing with the solver.
 
+pub mod against;
 pub mod argument;
 pub mod bench;
 pub mod cli;
@@ -18,6 +19,7 @@ pub mod interrupt;
 pub mod output;
 pub mod pipeline;
 pub mod plan_file;
+pub mod posed;
 pub mod posture_problem;
 pub mod progress;
 pub mod provenance;

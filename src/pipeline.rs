@@ -3,20 +3,18 @@
 use std::num::NonZeroUsize;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, Result, bail};
-use plan::{Motion, MotionFile, PLAN_FORMAT, Plan, RequiredMargins, RobotSummary};
+use anyhow::{Context, Result};
+use plan::{Motion, MotionFile, PLAN_FORMAT, Plan, RequiredMargins};
 use planner::{Progress, Request, SearchResult, Status};
-use posture::Environment;
-use robot_model::{PatchId, Robot};
-use surfaces::{FaceId, Terrain};
+use robot_model::Robot;
+use surfaces::Terrain;
 use verify::Certificate;
 
 use crate::config::Config;
-use crate::environment::{self, Perceived, levelled};
+use crate::posed::{self, Posed};
 use crate::provenance::{self, Inputs};
 use crate::report::{Clock, Report, Stages, peak_memory_mb};
-use crate::scene::{self, Scene};
-use crate::start::{self, agreement, assumed, ground};
+use crate::scene::Scene;
 use crate::{goal, roles, threads, unsolved};
 
 /// Name of the file of a plan's motion, in the plan's folder.
@@ -74,101 +72,35 @@ pub fn plan(
     let mut stages = Stages::default();
     let pool = threads::pool(options.threads)?;
 
-    // Scan → surfaces.
-    let files = &scene.files;
-    let (environment, levelled) = levelled::levelled(&scene.environment, files, config)?;
-    let environment = &environment;
-    let perceived = pool
-        .install(|| environment::perceive(environment, files, config, &mut stages, &mut inputs))?;
-    let Perceived {
-        terrain: extracted,
-        cloud_W,
-        mut notes,
-    } = perceived;
-    if let Some(why) = levelled::doubt(environment, &extracted) {
-        bail!(why);
-    }
-    notes.extend(levelled);
-
-    // URDF, SRDF, contacts → robot.
-    let robot = stages.measure("robot", || {
-        let mut robot = scene.robot.load(&config.robot_model, &mut inputs)?;
-        apply_friction(&mut robot, scene)?;
-        anyhow::Ok(robot)
-    })?;
-    notes.extend(robot.notes.iter().cloned());
-
-    // The robot's own feet → the ground under them.
-    let edge_sigmas = config.posture.edge_sigmas;
-    let thickness_m = config.surfaces.body.thickness_m;
-    let begin = stages.measure("start", || {
-        let mut terrain = extracted.clone();
-        let surroundings = match &scene.start {
-            scene::Start::Over { .. } => {
-                Environment::new(terrain.clone(), thickness_m, edge_sigmas)?
-            }
-            _ => Environment::default(),
-        };
-        let mut stand = start::stand(&robot, &scene.start, &surroundings, &config.posture)?;
-        if scene.starts_before_floor() {
-            start::floor::stand_before(&mut stand, &robot, &terrain);
-        }
-        let (posture, feet) = (&stand.configuration, &stand.patches);
-        let ground = ground::add_ground(
-            &mut terrain,
-            &robot,
-            posture,
-            feet,
-            &config.ground,
-            edge_sigmas,
-        )?;
-        let clearance_m = config.posture.clearance_m;
-        let refuted = assumed::drop_refuted(&mut terrain, &robot, posture, clearance_m);
-        anyhow::Ok((terrain, stand, ground, refuted))
-    });
-    let (terrain, stand, ground, refuted) = begin?;
-    notes.extend(ground.notes);
-    // The ground that is seen, against the one under the feet.
-    if let scene::Environment::Scans(scans) = environment
-        && let Some((_, feet)) = ground.contacts.first()
-    {
-        let (feet, camera) = (terrain.get(feet)?, &config.calibration.camera);
-        let mounts = &scene.mounts;
-        let said = agreement::disagreements(&extracted, scans, mounts, feet, camera);
-        notes.extend(said);
-    }
-    if !refuted.is_empty() {
-        notes.push(format!(
-            "the robot stands where these would go on beyond the view: {}",
-            refuted.join(", ")
-        ));
-    }
-
-    // Start, goal, guide, roles → request.
-    let environment = Environment::new(terrain.clone(), thickness_m, edge_sigmas)?;
-    let on = |(patch, face): &(PatchId, FaceId)| Ok((*patch, environment.face(face.as_str())?));
-    let contacts: Vec<_> = ground.contacts.iter().map(on).collect::<Result<_>>()?;
+    // Scan, robot, start, goal → what is to be planned.
+    let posed = posed::pose(scene, config, &pool, &mut stages, &mut inputs)?;
+    let Posed {
+        robot,
+        environment,
+        contacts,
+        goal,
+        ..
+    } = &posed;
     let standing_on = contacts.first().map(|c| c.1);
-    let goal = goal::goal(&scene.goal, &robot, &environment, &stand)?;
     let guide = scene.guide.as_ref();
-    let guide = goal::guide(guide, &goal, &stand, &environment, standing_on)?;
+    let guide = goal::guide(guide, goal, &posed.stand, environment, standing_on)?;
     let roles = &config.surfaces.roles;
-    let usable = roles::usable(&robot, &environment, &contacts, roles, edge_sigmas);
-    let goal_record = goal::record(&goal, &robot, &environment);
+    let edge_sigmas = config.posture.edge_sigmas;
+    let usable = roles::usable(robot, environment, contacts, roles, edge_sigmas);
 
     // Request → stances and the motion between them.
     let clock = Clock::default();
     let request = Request {
-        robot: &robot,
-        environment: &environment,
+        robot,
+        environment,
         start: planner::Start {
-            configuration: stand.configuration.clone(),
-            contacts,
+            configuration: posed.stand.configuration.clone(),
+            contacts: contacts.clone(),
         },
-        goal,
+        goal: goal.clone(),
         guide,
         usable: usable.faces,
-        reference: stand.configuration.clone(),
+        reference: posed.stand.configuration.clone(),
     };
     let progress = |progress: Progress| {
         clock.note(progress.stage);
@@ -203,26 +135,29 @@ pub fn plan(
         seed: config.seed,
         config: serde_json::to_value(config).context("the settings")?,
         inputs: inputs.into_list(),
-        robot: RobotSummary {
-            name: robot.name.clone(),
-            joint_names: robot.joint_names().map(str::to_owned).collect(),
-            mass_kg: robot.mass_kg,
-        },
-        faces: terrain.faces,
-        obstacles: terrain.obstacles,
-        thin_body_m: thickness_m,
+        robot: posed::summary(robot),
+        faces: posed.terrain.faces.clone(),
+        obstacles: posed.terrain.obstacles.clone(),
+        thin_body_m: config.surfaces.body.thickness_m,
         required: RequiredMargins::from(&config.posture),
-        goal: goal_record,
-        stances: planner::record::stances(&robot, &environment, &answer.path),
+        goal: goal::record(goal, robot, environment),
+        stances: planner::record::stances(robot, environment, &answer.path),
         motion: motion_file,
         search: answer.summary.clone(),
     };
     let certificate = pool.install(|| {
         stages.measure("verify", || {
             let options = verify::Options::default();
-            verify::verify_with(&plan, answer.motion.as_ref(), &robot, &options)
+            let motion = answer.motion.as_ref();
+            anyhow::Ok(verify::verify_in(
+                &plan,
+                motion,
+                robot,
+                &posed.world(config, &scene.name)?,
+                &options,
+            ))
         })
-    });
+    })?;
 
     let (status, blocked) = (answer.status, &answer.blocked);
     plan.search.unsolved = unsolved::unsolved(status, blocked, &certificate, config);
@@ -233,27 +168,14 @@ pub fn plan(
         motion: answer.motion,
         motion_json,
         certificate,
-        extracted,
-        cloud_W,
-        robot,
+        extracted: posed.extracted,
+        cloud_W: posed.cloud_W,
+        robot: posed.robot,
         config: config.clone(),
         report,
-        notes,
+        notes: posed.notes,
         unusable: usable.notes,
     })
-}
-
-/// Puts the scene's coefficients of friction in the place of the contacts file's.
-fn apply_friction(robot: &mut Robot, scene: &Scene) -> Result<()> {
-    if let Some(friction) = scene.friction.default {
-        let patches = robot.patches.iter_mut();
-        patches.for_each(|patch| patch.friction = friction);
-    }
-    for (name, friction) in &scene.friction.patch {
-        let patch = robot.patch_index(name).context("friction")?;
-        robot.patches[patch].friction = *friction;
-    }
-    Ok(())
 }
 
 fn report(answer: &SearchResult, plan: &Plan, stages: Stages, threads: usize) -> Report {

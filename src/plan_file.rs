@@ -60,12 +60,25 @@ pub struct PlanRobotFlags {
 }
 
 impl PlanRobotFlags {
+    /// Whether any of them is given.
+    pub fn any(&self) -> bool {
+        self.robot.is_some() || self.beside.srdf.is_some() || self.beside.contacts.is_some()
+    }
+
     /// The robot of a plan: the files that it names, unless flags name others.
     ///
     /// # Errors
     /// A plan that names no robot; files that changed since the plan was made; else as
     /// [`RobotFiles::load`].
     pub fn load(&self, plan: &Plan) -> Result<Robot> {
+        Ok(self.load_noted(plan)?.0)
+    }
+
+    /// [`load`](Self::load), and the names of the files that are none of the plan's.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn load_noted(&self, plan: &Plan) -> Result<(Robot, Vec<String>)> {
         let named = |role: &str| plan.inputs.iter().find(|i| i.role == role).map(|i| &i.name);
         let path = |role: &str, flag: &Option<PathBuf>| {
             let named = named(role).filter(|name| !name.starts_with("builtin:"));
@@ -87,6 +100,7 @@ impl PlanRobotFlags {
         };
         let mut inputs = Inputs::default();
         let mut robot = files.load(&config, &mut inputs)?;
+        let mut other = Vec::new();
         for now in inputs.into_list() {
             let (name, role) = (&now.name, &now.role);
             let mut inputs = plan.inputs.iter();
@@ -94,8 +108,12 @@ impl PlanRobotFlags {
             if then.is_some_and(|then| then.sha256 != now.sha256) {
                 bail!("{name}: this {role} file changed since the plan was made");
             }
+            let mut inputs = plan.inputs.iter();
+            if !inputs.any(|then| then.role == *role && then.sha256 == now.sha256) {
+                other.push(name.clone());
+            }
         }
         robot.notes.clear();
-        Ok(robot)
+        Ok((robot, other))
     }
 }

@@ -6,6 +6,9 @@ use anyhow::{Context, Result};
 use plan::Input;
 use sha2::{Digest, Sha256};
 
+/// The role of what flags asked for beside a scene.
+pub const FLAGS: &str = "flags";
+
 /// The inputs read so far, in the order in which they were read.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs {

@@ -67,6 +67,7 @@ pub fn write(folder: &Path, planned: &PlanOutcome) -> Result<()> {
         plan,
         motion: planned.motion.as_ref(),
         robot: &planned.robot,
+        certificate: found.then_some(&planned.certificate),
         cloud_W: &planned.cloud_W,
     })?;
     output::write(&folder.join("view.html"), page.as_bytes())?;

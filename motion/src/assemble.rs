@@ -6,10 +6,22 @@ use plan::{Limits, MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
 use posture::Contact;
 use rayon::prelude::*;
 
+use crate::Config;
 use crate::load_shares::LoadShares;
 use crate::pace::{Pace, Paced};
 use crate::problem::MotionContext;
 use crate::segment::Segment;
+
+/// What motions of these settings keep to.
+pub fn limits(config: &Config, posture: &posture::Config) -> Limits {
+    Limits {
+        joint_speed_use: config.joint_speed_use,
+        joint_acceleration_rad_s2: config.joint_acceleration_rad_s2,
+        torque_use: config.torque_use.max(posture.torque_use),
+        friction_use: config.friction_use.max(posture.friction_use),
+        margin_use: config.margin_use,
+    }
+}
 
 /// The motion of a plan: its segments in order, `segments[k]` from stance k to stance k + 1, in the
 /// shortest time that the limits allow.
@@ -19,13 +31,7 @@ pub fn assemble(context: &MotionContext, segments: &[&Segment]) -> Motion {
         format: MOTION_FORMAT.to_owned(),
         robot: context.robot.name.clone(),
         dt_s: config.dt_s,
-        limits: Limits {
-            joint_speed_use: config.joint_speed_use,
-            joint_acceleration_rad_s2: config.joint_acceleration_rad_s2,
-            torque_use: config.torque_use.max(context.posture.torque_use),
-            friction_use: config.friction_use.max(context.posture.friction_use),
-            margin_use: config.margin_use,
-        },
+        limits: limits(config, context.posture),
         phases: Vec::new(),
         samples: Vec::new(),
     };

@@ -68,7 +68,7 @@ mod swing_path;
 pub mod time_law;
 pub mod time_scaling;
 
-pub use assemble::assemble;
+pub use assemble::{assemble, limits};
 pub use config::Config;
 pub use error::Error;
 pub use failure::{Failure, Reason};

@@ -264,8 +264,7 @@ pub(crate) fn joint_bounds(context: &MotionContext, extra: f64) -> Vec<(f64, f64
     let bodies = context.robot.joint_bodies().iter();
     bodies
         .map(|body| {
-            let room = 0.25 * (body.upper - body.lower).max(0.0);
-            let margin = (context.posture.joint_margin_rad + extra).min(room);
+            let margin = body.kept_margin(context.posture.joint_margin_rad + extra);
             (body.lower + margin, body.upper - margin)
         })
         .collect()

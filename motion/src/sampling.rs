@@ -145,8 +145,7 @@ fn joints(
     worst: &mut Option<Failure>,
 ) {
     for (q, body) in joints.iter().zip(context.robot.joint_bodies()) {
-        let range = (body.upper - body.lower).max(0.0);
-        let margin = context.posture.joint_margin_rad.min(0.25 * range) - JOINT_TOLERANCE;
+        let margin = body.kept_margin(context.posture.joint_margin_rad) - JOINT_TOLERANCE;
         let over = (body.lower + margin - q).max(q - body.upper + margin);
         if over > 0.0 {
             let joint = body.joint.clone();

@@ -138,8 +138,7 @@ impl<'a> Context<'a> {
     /// Limits of the joint of body `i`, inside by the margin where there is room for it.
     pub fn joint_bounds(&self, i: usize) -> (f64, f64) {
         let body = &self.robot().bodies[i];
-        let room = 0.25 * (body.upper - body.lower).max(0.0);
-        let margin = self.config.joint_margin_rad.min(room);
+        let margin = body.kept_margin(self.config.joint_margin_rad);
         (body.lower + margin, body.upper - margin)
     }
 

@@ -48,6 +48,14 @@ pub struct Body {
     pub inertia_B: Matrix3<f64>,
 }
 
+impl Body {
+    /// What is kept of the joint's limits where a margin is asked for, rad or m: of a joint without room
+    /// for it a quarter of its range.
+    pub fn kept_margin(&self, asked: f64) -> f64 {
+        asked.min(0.25 * (self.upper - self.lower).max(0.0))
+    }
+}
+
 /// A named frame: one for every link of the URDF, those on fixed joints included.
 #[derive(Clone, Debug)]
 pub struct Frame {

@@ -11,7 +11,7 @@ use crate::argument::{self, GoalFlag, StartFlag};
 use crate::cli::Global;
 use crate::environment_flags::ScanFlags;
 use crate::extrinsics::placement;
-use crate::provenance::Inputs;
+use crate::provenance::{FLAGS, Inputs};
 use crate::robot_files::{BesideUrdf, RobotFiles};
 use crate::scene::{Environment, Files, Scene, Start};
 use crate::status::{Status, UsageError};
@@ -80,7 +80,15 @@ pub struct Args {
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let mut inputs = Inputs::default();
     let mut scene = match &args.scene {
-        Some(name) => args.over(Scene::open(name, &mut inputs)?)?,
+        Some(name) => {
+            let scene = Scene::open(name, &mut inputs)?;
+            let (before, scene) = (asked(&scene), args.over(scene)?);
+            // The plan's files alone do not say what was asked.
+            if asked(&scene) != before {
+                inputs.note(FLAGS, "command line", asked(&scene).as_bytes());
+            }
+            scene
+        }
         None => args.over(args.bare()?)?,
     };
     placement::place(&mut scene, args.extrinsics.as_deref(), global, &mut inputs)?;
@@ -213,6 +221,12 @@ impl Args {
             goal.tolerance_m = tolerance_m;
         }
     }
+}
+
+/// All that flags may replace of a scene.
+fn asked(scene: &Scene) -> String {
+    let places = (&scene.environment, &scene.robot, &scene.start);
+    format!("{:?}", (places, &scene.goal, &scene.guide, &scene.friction))
 }
 
 fn usage(cause: &str) -> anyhow::Error {

@@ -83,6 +83,9 @@ fn verdict(planned: &PlanOutcome, out: &mut dyn Write) -> Result<Status> {
         Ended::Found if planned.certificate.pass => {
             let rows: usize = planned.certificate.summary.iter().map(|s| s.rows).sum();
             writeln!(out, "verified: all of {rows} checks pass")?;
+            for condition in &planned.certificate.conditions {
+                writeln!(out, "  {condition}")?;
+            }
             Ok(Status::Done)
         }
         Ended::Found => {

@@ -46,6 +46,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> Result<Status> {
         plan: &plan,
         motion: motion.as_ref(),
         robot: &robot,
+        certificate: None,
         cloud_W: &cloud_W,
     })?;
     let beside = || args.plan.with_file_name("view.html");

@@ -25,6 +25,7 @@ use anyhow::{Context, Result};
 use plan::{Motion, Plan};
 use robot_model::{GRAVITY_M_S2, Robot};
 use serde_json::{Value, json};
+use verify::Certificate;
 
 use crate::template::escape;
 
@@ -45,6 +46,8 @@ pub struct ViewInput<'a> {
     pub robot: &'a Robot,
     /// The motion between its stances.
     pub motion: Option<&'a Motion>,
+    /// The verifier's word on it, where it was asked.
+    pub certificate: Option<&'a Certificate>,
     /// The scan's points in W, m; thinned to [`CLOUD_POINTS_MAX`], points that are not finite are
     /// left out.
     pub cloud_W: &'a [[f32; 3]],
@@ -110,5 +113,10 @@ fn data(input: &ViewInput<'_>) -> Result<Value> {
         "search": plan.search,
         "stances": stances,
         "motion": motion::record(input.motion, robot)?,
+        "certificate": input.certificate.map(|certificate| json!({
+            "verdict": certificate.verdict(),
+            "checks": certificate.rows.len(),
+            "conditions": certificate.conditions,
+        })),
     }))
 }

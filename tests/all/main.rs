@@ -31,6 +31,9 @@ mod slow {
     mod quadruped_slopes;
     mod random_postures;
     mod ten_mounts;
+    mod verify_dips;
+    mod verify_falsified;
+    mod verify_leaves;
     mod verify_motion;
     mod verify_scenes;
 }

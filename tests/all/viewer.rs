@@ -40,6 +40,7 @@ fn page_with(motion: Option<&plan::Motion>) -> String {
         plan: &plan,
         motion,
         robot: &robot,
+        certificate: None,
         cloud_W: &cloud,
     })
     .expect("a page")
@@ -151,6 +152,7 @@ fn another_robot_or_a_stance_that_contradicts_itself_is_refused() {
             plan: &plan,
             motion: None,
             robot: &robot,
+            certificate: None,
             cloud_W: &[],
         });
         let error = format!("{:#}", refused.unwrap_err());

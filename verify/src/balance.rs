@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use microlp::{ComparisonOp, OptimizationDirection, Problem, Variable};
 use nalgebra::{Matrix3, Vector3};
+
+use crate::simplex::{Ended, largest_last};
 
 /// A contact that can push.
 pub(crate) struct Support {
@@ -28,20 +29,32 @@ pub(crate) enum Failure {
     /// No forces exist, of whatever sign.
     None,
     /// The solver failed.
-    Solver(String),
+    Solver,
+}
+
+impl From<Ended> for Failure {
+    fn from(ended: Ended) -> Self {
+        match ended {
+            Ended::Infeasible => Failure::None,
+            Ended::Undecided => Failure::Solver,
+        }
+    }
 }
 
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Failure::None => f.write_str("no forces at the contacts balance the robot"),
-            Failure::Solver(cause) => write!(f, "the linear program was not solved: {cause}"),
+            Failure::Solver => f.write_str("the linear program was not solved"),
         }
     }
 }
 
-/// Coefficients below this are the rounding of sines and cosines.
-const ROUNDING: f64 = 1e-9;
+/// More than every edge can bear, in even shares.
+const SHARE_MAX: f64 = 100.0;
+
+/// The least that every edge may be said to bear, in even shares.
+const SHARE_MIN: f64 = 1.0;
 
 /// Half of the side of the box in which a displacement of the centre of mass is looked for, m.
 const REACH_M: f64 = 1.0;
@@ -61,29 +74,6 @@ impl Generators {
             }
         }
         Self { wrenches }
-    }
-
-    /// A variable λ_k ≥ 0 for each.
-    fn variables(&self, problem: &mut Problem) -> Vec<Variable> {
-        let mut variable = |_| problem.add_var(0.0, (0.0, f64::INFINITY));
-        self.wrenches.iter().map(&mut variable).collect()
-    }
-
-    /// Adds Σ λ_k w_k + (terms) = target to the problem, λ being its last variables.
-    fn constrain(
-        &self,
-        problem: &mut Problem,
-        lambda: &[Variable],
-        extra: (Variable, [f64; 6]),
-        target: [f64; 6],
-    ) {
-        for (row, &wanted) in target.iter().enumerate() {
-            let terms = lambda.iter().zip(&self.wrenches);
-            let terms = terms.map(|(&variable, w)| (variable, w[row]));
-            let terms = terms.chain([(extra.0, extra.1[row])]);
-            let terms: Vec<(Variable, f64)> = terms.filter(|(_, c)| c.abs() > ROUNDING).collect();
-            problem.add_constraint(terms, ComparisonOp::Eq, wanted);
-        }
     }
 }
 
@@ -106,19 +96,21 @@ pub(crate) fn equilibrium(
     if count == 0 {
         return Err(Failure::None);
     }
-    // λ_k = t + μ_k with μ_k ≥ 0; t is measured in even shares so that it is of size 1.
+    // λ_k = t + μ_k with μ_k ≥ 0; t is measured in even shares so that it is of size 1, and from below
+    // so that it is positive.
     let share = 1.0 / count as f64;
-    let mut problem = Problem::new(OptimizationDirection::Maximize);
-    let t = problem.add_var(1.0, (-1e3, 1e3));
-    let mu = generators.variables(&mut problem);
     let mut even = [0.0; 6];
     for w in &generators.wrenches {
         for (sum, value) in even.iter_mut().zip(w) {
             *sum += share * value;
         }
     }
-    generators.constrain(&mut problem, &mu, (t, even), CARRIED);
-    maximum(&problem)
+    let mut target = CARRIED;
+    for (wanted, value) in target.iter_mut().zip(even) {
+        *wanted += SHARE_MIN * value;
+    }
+    let columns = [generators.wrenches, vec![even]].concat();
+    Ok(largest_last(&columns, target, SHARE_MAX)? - SHARE_MIN)
 }
 
 /// How far the centre of mass may move along `direction` (a unit vector) and still be held, m:
@@ -131,25 +123,11 @@ pub(crate) fn reach(
     direction: &Vector3<f64>,
 ) -> Result<f64, Failure> {
     let generators = Generators::new(supports, com, edges);
-    let mut problem = Problem::new(OptimizationDirection::Maximize);
-    let r = problem.add_var(1.0, (0.0, REACH_M));
-    let lambda = generators.variables(&mut problem);
     // Weight at c + r d: its moment about c is r d × (−ẑ), which the contacts balance.
     let m = direction.cross(&Vector3::new(0.0, 0.0, -1.0));
-    let moved = (r, [0.0, 0.0, 0.0, m.x, m.y, m.z]);
-    generators.constrain(&mut problem, &lambda, moved, CARRIED);
-    maximum(&problem)
-}
-
-fn maximum(problem: &Problem) -> Result<f64, Failure> {
-    match problem.solve() {
-        Ok(outcome) => match outcome.into_solution() {
-            Ok(solution) => Ok(solution.objective()),
-            Err(_) => Err(Failure::Solver("interrupted".to_owned())),
-        },
-        Err(microlp::Error::Infeasible) => Err(Failure::None),
-        Err(error) => Err(Failure::Solver(error.to_string())),
-    }
+    let moved = [0.0, 0.0, 0.0, m.x, m.y, m.z];
+    let columns = [generators.wrenches, vec![moved]].concat();
+    Ok(largest_last(&columns, CARRIED, REACH_M)?)
 }
 
 #[cfg(test)]

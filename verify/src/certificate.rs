@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Check, Options, Sense};
 
 /// The value of [`Certificate::format`] that this version writes.
-pub const CERTIFICATE_FORMAT: &str = "scandent-certificate/1";
+pub const CERTIFICATE_FORMAT: &str = "scandent-certificate/2";
 
 /// The result of [`verify`](crate::verify): every check with its value, its bound and its verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,6 +25,8 @@ pub struct Certificate {
     pub stances: usize,
     /// Whether every row passes.
     pub pass: bool,
+    /// What is taken from the plan as it says: it passes if these are so.
+    pub conditions: Vec<String>,
     /// The tolerances.
     pub options: Options,
     /// The worst row of every check that was made.
@@ -161,11 +163,22 @@ impl Certificate {
         for row in self.failures() {
             let _ = writeln!(text, "FAIL {}", row.sentence());
         }
-        let verdict = if self.pass { "PASS" } else { "FAIL" };
         let (rows, stances, failed) = (self.rows.len(), self.stances, self.failures().count());
         let sum = format!("{rows} checks over {stances} stances, {failed} failed");
-        let _ = writeln!(text, "{verdict}: {sum}");
+        let _ = writeln!(text, "{}: {sum}", self.verdict());
+        for condition in &self.conditions {
+            let _ = writeln!(text, "  {condition}");
+        }
         text
+    }
+
+    /// Whether it passes, and on which terms, in a word or two.
+    pub fn verdict(&self) -> &'static str {
+        match (self.pass, self.conditions.is_empty()) {
+            (false, _) => "FAIL",
+            (true, true) => "PASS",
+            (true, false) => "PASS, CONDITIONALLY",
+        }
     }
 
     /// The certificate as it is written to `certificate.json`.

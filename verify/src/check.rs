@@ -47,6 +47,8 @@ checks! {
     Required = "required", "", Holds;
     /// Surfaces and obstacles have distinct names, finite numbers and a body behind them.
     Environment = "environment", "", Holds;
+    /// The plan's world, task and robot are those of its files.
+    World = "world", "", Holds;
     /// The plan says how many contact sets it has, and has so many.
     PathLength = "path_length", "", Holds;
     /// Vectors have the right length and hold numbers of a sane size.
@@ -113,8 +115,6 @@ checks! {
     MotionJump = "motion_jump", "", AtMost;
     /// Stated torques are those that the motion takes (over the weight, m).
     MotionTorque = "motion_torque", "", AtMost;
-    /// No body moves farther from one sample to the next than the robot is kept clear of things.
-    MotionStep = "motion_step", "m", AtMost;
     /// What the plan says of its margins is not better than what is found.
     StatedMargin = "stated_margin", "", AtMost;
 }

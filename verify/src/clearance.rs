@@ -2,18 +2,25 @@
 //! are apart.
 
 use nalgebra::{Matrix4, Vector3};
-use robot_model::collision::{Shape, ShapeGeometry};
+use robot_model::Robot;
+use robot_model::collision::ShapeGeometry;
+use surfaces::Face;
 
 use crate::Check;
-use crate::distance::{Solid, signed_distance};
+use crate::distance::{Ball, Placed as Still, Solid};
 use crate::extremes::Extremes;
 use crate::findings::Findings;
-use crate::posture::{Posture, column, point};
-use crate::scene::{Placed, Scene, Touch};
-use crate::surroundings::Ball;
+use crate::posture::{column, point};
+use crate::scene::{Placed, Scene};
+use crate::step::{Moment, Step};
+use crate::surroundings::Body;
+use crate::watch::{Asked, Other, Two, Watch};
 
 /// What is farther over its bound than this is not measured in a stance, m.
 const FAR_M: f64 = 0.5;
+
+/// A value that is worse than the worst by less than this need not be told, m.
+const TOLD_M: f64 = 1e-6;
 
 /// The smallest distances found in a stance, m; infinite where all is far.
 pub(crate) struct Nearest {
@@ -25,7 +32,7 @@ pub(crate) struct Nearest {
 pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Nearest {
     let mut worst = Extremes::default();
     let scene = placed.scene;
-    let bounds = Bounds::new(scene, scene.options.distance_m);
+    let bounds = Bounds::new(scene, scene.options.distance_m, FAR_M);
     // Where nothing is near, that is what is found.
     for (check, bound) in [
         (Check::Clearance, bounds.free),
@@ -34,8 +41,17 @@ pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Nearest {
     ] {
         worst.add(check, f64::INFINITY, bound, String::new);
     }
-    let (posture, touches) = (&placed.posture, &placed.touches);
-    distances(scene, posture, touches, &bounds, "", &mut worst);
+    let touches = placed.touches.iter().map(|t| (t.patch.body, t.face));
+    let touches: Vec<(usize, &Face)> = touches.collect();
+    let now = Moment::new(scene, &placed.posture, None);
+    let mut pairs = Pairs::new(scene, &touches, bounds, &[&now]);
+    let step = Step {
+        before: None,
+        now: &now,
+        bends_m: &[],
+        at: &|_| None,
+    };
+    pairs.look(&step, &vec![true; touches.len()], "", &mut worst);
     let nearest = Nearest {
         environment: worst.value(Check::Clearance),
         own: worst.value(Check::SelfClearance),
@@ -44,24 +60,8 @@ pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Nearest {
     nearest
 }
 
-/// The distances of one sample of a motion, of what could be nearer than it may.
-pub(crate) fn along(
-    scene: &Scene,
-    posture: &Posture,
-    touches: &[Touch],
-    t_s: f64,
-    worst: &mut Extremes,
-) {
-    let bounds = Bounds {
-        beyond: 0.0,
-        ..Bounds::new(scene, scene.options.motion_distance_m)
-    };
-    let at = format!(" at {t_s:.2} s");
-    distances(scene, posture, touches, &bounds, &at, worst);
-}
-
 /// The least distances that are allowed, and how far over them is too far to be measured, m.
-struct Bounds {
+pub(crate) struct Bounds {
     free: f64,
     touching: f64,
     own: f64,
@@ -69,105 +69,200 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn new(scene: &Scene, slack_m: f64) -> Self {
+    fn new(scene: &Scene, slack_m: f64, beyond: f64) -> Self {
         let required = &scene.plan.required;
         Self {
             free: required.clearance_m - slack_m,
             touching: -scene.options.contact_depth_m,
             own: required.self_clearance_m - slack_m,
-            beyond: FAR_M,
+            beyond,
         }
+    }
+
+    /// Those of a motion, of what could be nearer than it may.
+    pub fn of_motion(scene: &Scene) -> Self {
+        Self::new(scene, scene.options.motion_distance_m, 0.0)
     }
 }
 
-/// The worst distances, of what cannot be told to be too far over its bound.
-fn distances(
-    scene: &Scene,
-    posture: &Posture,
-    touches: &[Touch],
-    bounds: &Bounds,
-    at: &str,
-    worst: &mut Extremes,
-) {
-    let shapes = posture.robot.collision.shapes();
-    let placed = |shape: &Shape| {
-        let pose = posture.X_WB.get(shape.body)? * shape.X_BG.to_homogeneous();
-        Some((solid(&shape.geometry, &pose), ball(&shape.geometry, &pose)))
-    };
-    let solids: Vec<Option<(Solid, Ball)>> = shapes.iter().map(placed).collect();
+/// A shape of the robot and a body of the environment.
+struct Near<'a> {
+    shape: usize,
+    body: &'a Body,
+    still: Still<'a>,
+    watch: Watch,
+    /// What may touch the body: the touch, how far the body rises over the touched plane where that is
+    /// little, and else the part that rises over it.
+    parts: Vec<Part>,
+}
 
-    // Robot and environment.
-    let balls = solids.iter().flatten().map(|(_, ball)| *ball);
-    let reach_m = bounds.beyond + bounds.free.max(0.0);
-    let bodies = scene.surroundings.near(balls, reach_m);
-    for (shape, solid) in shapes.iter().zip(&solids) {
-        let Some((solid, ball)) = solid else { continue };
-        for body in &bodies {
-            // What is farther than the worst so far, however it may be touched, cannot be the worst.
-            let least = body.bounds.least_m(ball);
-            let is_better = least - bounds.free > worst.margin(Check::Clearance)
-                && least - bounds.touching > worst.margin(Check::ContactDepth);
-            if is_better || least - bounds.free > bounds.beyond {
+struct Part {
+    touch: usize,
+    normal: Vector3<f64>,
+    rise: Result<f64, (Solid, Watch)>,
+}
+
+/// All that may come near each other, watched over some time.
+pub(crate) struct Pairs<'a> {
+    scene: &'a Scene<'a>,
+    bounds: Bounds,
+    environment: Vec<Near<'a>>,
+    own: Vec<(usize, usize, Watch)>,
+}
+
+impl<'a> Pairs<'a> {
+    /// Of robot and environment, and of the robot and itself, the nearest first. `touches` are the
+    /// bodies and faces that may touch; the environment is looked up around all of some moments.
+    pub fn new(
+        scene: &'a Scene,
+        touches: &[(usize, &Face)],
+        bounds: Bounds,
+        moments: &[&Moment],
+    ) -> Self {
+        let reach_m = bounds.beyond + bounds.free.max(0.0);
+        let mut environment = Vec::new();
+        for (shape, (body, _)) in scene.shapes.iter().enumerate() {
+            let balls = moments.iter().map(|moment| moment.shapes[shape].ball());
+            for other in scene.surroundings.near(balls, reach_m) {
+                let own = touches.iter().enumerate().filter(|(_, t)| t.0 == *body);
+                let part = |(touch, (_, face)): (usize, &(usize, &Face))| Part {
+                    touch,
+                    normal: -column(&face.X_WF.to_homogeneous(), 2),
+                    rise: (other.rise_over(face, scene.options))
+                        .ok_or_else(|| (other.above(face, scene.options), Watch::new())),
+                };
+                environment.push(Near {
+                    shape,
+                    body: other,
+                    still: other.solid.here(),
+                    watch: Watch::new(),
+                    parts: own.map(part).collect(),
+                });
+            }
+        }
+        let pairs = scene.robot.collision.pairs().iter();
+        let mut own: Vec<_> = pairs.map(|&(i, j)| (i, j, Watch::new())).collect();
+        if let Some(first) = moments.first() {
+            let ball = |shape: usize| first.shapes[shape].ball();
+            environment
+                .sort_by_cached_key(|near| Ordered(near.body.bounds.least_m(&ball(near.shape))));
+            own.sort_by_cached_key(|(i, j, _)| Ordered(apart(&ball(*i), &ball(*j))));
+        }
+        Self {
+            scene,
+            bounds,
+            environment,
+            own,
+        }
+    }
+
+    /// The worst distances of a step; `active` says which touches there are during it.
+    pub fn look(&mut self, step: &Step, active: &[bool], at: &str, worst: &mut Extremes) {
+        let shapes = self.scene.robot.collision.shapes();
+        let (free, touching) = (self.bounds.free, self.bounds.touching);
+        let far = self.bounds.beyond;
+        let asked = |worst: &Extremes, check: Check, bound: f64| Asked {
+            bound,
+            enough: bound
+                + worst
+                    .margin(check)
+                    .min((worst.margin(check) - TOLD_M).max(0.0)),
+            far: bound + far,
+        };
+        for near in &mut self.environment {
+            let two = Two(near.shape, Other::Still(&near.still));
+            let boxes = || {
+                near.body
+                    .bounds
+                    .least_m(&step.now.shapes[near.shape].ball())
+            };
+            let subject = || format!("{} / {}{at}", shapes[near.shape].link, near.body.name);
+            let mut hints = Vec::new();
+            let mut rise = f64::NEG_INFINITY;
+            for part in near.parts.iter().filter(|part| active[part.touch]) {
+                hints.push(part.normal);
+                rise = rise.max(part.rise.as_ref().map_or(f64::NEG_INFINITY, |rise| *rise));
+            }
+            if hints.is_empty() {
+                let asked = asked(worst, Check::Clearance, free);
+                if let Some(found) = near.watch.look(two, step, &asked, &[], boxes) {
+                    worst.add(Check::Clearance, found, free, subject);
+                }
                 continue;
             }
-            let own = touches
-                .iter()
-                .filter(|touch| touch.patch.body == shape.body);
-            let rise = own
-                .clone()
-                .filter_map(|touch| Some((body.rise_over(touch.face, scene.options)?, touch)))
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            let subject = || format!("{} / {}{at}", shape.link, body.name);
-            match rise {
-                Some((rise, touch)) => {
-                    let hint = column(&touch.face.X_WF.to_homogeneous(), 2);
-                    let distance = signed_distance(solid, &body.solid, &[hint]);
-                    worst.add(
-                        Check::ContactDepth,
-                        distance,
-                        bounds.touching - rise,
-                        subject,
-                    );
+            let bound = touching - rise.max(0.0);
+            let deep = asked(worst, Check::ContactDepth, bound);
+            if let Some(found) = near.watch.look(two, step, &deep, &hints, boxes) {
+                worst.add(Check::ContactDepth, found, bound, subject);
+            }
+            if rise.is_finite() {
+                continue;
+            }
+            // What rises over the plane of a contact: the part that does is to be kept away from.
+            let asked = asked(worst, Check::Clearance, free);
+            let mut most = Some(f64::NEG_INFINITY);
+            for part in near.parts.iter_mut().filter(|part| active[part.touch]) {
+                if let Err((above, watch)) = &mut part.rise {
+                    let still = above.here();
+                    let two = Two(near.shape, Other::Still(&still));
+                    let found = watch.look(two, step, &asked, &[], boxes);
+                    most = most.and_then(|most| found.map(|found| most.max(found)));
                 }
-                None => {
-                    let whole = signed_distance(solid, &body.solid, &[]);
-                    let above = own.map(|touch| body.above(touch.face, scene.options));
-                    let above = above.map(|part| signed_distance(solid, &part, &[]));
-                    match above.max_by(f64::total_cmp) {
-                        Some(above) => {
-                            worst.add(Check::Clearance, above, bounds.free, subject);
-                            worst.add(Check::ContactDepth, whole, bounds.touching, subject);
-                        }
-                        None => worst.add(Check::Clearance, whole, bounds.free, subject),
-                    }
-                }
+            }
+            if let Some(found) = most {
+                worst.add(Check::Clearance, found, free, subject);
+            }
+        }
+        for (i, j, watch) in &mut self.own {
+            let asked = asked(worst, Check::SelfClearance, self.bounds.own);
+            let ball = |shape: usize| step.now.shapes[shape].ball();
+            let boxes = || apart(&ball(*i), &ball(*j));
+            let two = Two(*i, Other::Shape(*j));
+            if let Some(found) = watch.look(two, step, &asked, &[], boxes) {
+                worst.add(Check::SelfClearance, found, self.bounds.own, || {
+                    format!("{} / {}{at}", shapes[*i].link, shapes[*j].link)
+                });
             }
         }
     }
+}
 
-    // The robot and itself.
-    for &(i, j) in posture.robot.collision.pairs() {
-        let (Some(Some((a, ball_a))), Some(Some((b, ball_b)))) = (solids.get(i), solids.get(j))
-        else {
-            continue;
-        };
-        let least = (ball_a.0 - ball_b.0).norm() - ball_a.1 - ball_b.1;
-        if least - bounds.own <= bounds.beyond {
-            let distance = signed_distance(a, b, &[]);
-            worst.add(Check::SelfClearance, distance, bounds.own, || {
-                format!("{} / {}{at}", shapes[i].link, shapes[j].link)
-            });
-        }
+/// How far two balls are apart, m.
+fn apart(a: &Ball, b: &Ball) -> f64 {
+    (a.0 - b.0).norm() - a.1 - b.1
+}
+
+/// A number that can be sorted by.
+#[derive(PartialEq)]
+struct Ordered(f64);
+
+impl Eq for Ordered {}
+
+impl Ord for Ordered {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
     }
 }
 
-/// A ball around a shape of the robot, in W.
-fn ball(geometry: &ShapeGeometry, pose: &Matrix4<f64>) -> Ball {
-    let (centre, half) = geometry.bounds();
-    (point(pose, &centre.coords), half.norm())
+impl PartialOrd for Ordered {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
 }
 
-/// A shape of the robot in W; round ones, cylinders and boxes are centred in their frame, with
+/// The robot's shapes, each with its body, in the body's frame.
+pub(crate) fn shapes(robot: &Robot) -> Vec<(usize, Solid)> {
+    let shapes = robot.collision.shapes().iter();
+    let solid = |shape: &robot_model::collision::Shape| {
+        (
+            shape.body,
+            solid(&shape.geometry, &shape.X_BG.to_homogeneous()),
+        )
+    };
+    shapes.map(solid).collect()
+}
+
+/// A shape of the robot at a pose; round ones, cylinders and boxes are centred in their frame, with
 /// their axis along its z.
 fn solid(geometry: &ShapeGeometry, pose: &Matrix4<f64>) -> Solid {
     let at = |x: f64, y: f64, z: f64| point(pose, &Vector3::new(x, y, z));
@@ -203,6 +298,7 @@ mod tests {
 
     use super::*;
     use crate::Options;
+    use crate::distance::signed_distance;
 
     fn geometries() -> impl Strategy<Value = ShapeGeometry> {
         let size = 0.02..0.5;
@@ -251,10 +347,11 @@ mod tests {
             a in geometries(), X_WA in poses(), b in geometries(), X_WB in poses(),
         ) {
             let mine = signed_distance(
-                &solid(&a, &X_WA.to_homogeneous()),
-                &solid(&b, &X_WB.to_homogeneous()),
+                &solid(&a, &X_WA.to_homogeneous()).here(),
+                &solid(&b, &nalgebra::Matrix4::identity()).at(&X_WB.to_homogeneous()),
                 &[],
-            );
+                f64::INFINITY,
+            ).0;
             let theirs = closest(&a, &X_WA, &b, &X_WB, 10.0).unwrap().distance;
             if theirs > 0.0 {
                 prop_assert!((mine - theirs).abs() < Options::default().distance_m, "{mine} and {theirs}");

@@ -26,9 +26,19 @@ fn row(stance: Option<usize>, check: Check, subject: String, pass: bool, note: S
 #[derive(Default)]
 pub(crate) struct Findings {
     rows: Vec<Row>,
+    conditions: Vec<String>,
 }
 
 impl Findings {
+    /// Rows that were found elsewhere.
+    pub fn append(&mut self, mut other: Findings) {
+        self.rows.append(&mut other.rows);
+        other
+            .conditions
+            .into_iter()
+            .for_each(|what| self.condition(what));
+    }
+
     /// A value against its bound; what is not a number fails.
     pub fn value(
         &mut self,
@@ -52,6 +62,13 @@ impl Findings {
             margin: finite(margin),
             ..row(stance, check, subject.into(), pass, note)
         });
+    }
+
+    /// Something that is taken from the plan as it says, in words.
+    pub fn condition(&mut self, what: String) {
+        if !self.conditions.contains(&what) {
+            self.conditions.push(what);
+        }
     }
 
     /// Something that does not hold, in words.
@@ -97,6 +114,7 @@ impl Findings {
             robot: robot.to_owned(),
             stances,
             pass: self.rows.iter().all(|row| row.pass),
+            conditions: self.conditions,
             options: options.clone(),
             summary,
             rows: self.rows,

@@ -22,6 +22,8 @@ const UPWARD_MIN: f64 = 0.71;
 pub(crate) struct Used {
     pub friction: f64,
     pub torque: f64,
+    /// What the stated forces leave of weight and moment, over the weight.
+    pub residual: f64,
 }
 
 /// Everything about the forces of one stance.
@@ -32,10 +34,14 @@ pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Used {
     }
     let friction = placed.cones(findings);
     let loads = placed.loads();
-    placed.balanced(&loads, findings);
+    let residual = placed.balanced(&loads, findings);
     let torque = placed.torques(&loads, findings);
     placed.found_again(findings);
-    Used { friction, torque }
+    Used {
+        friction,
+        torque,
+        residual,
+    }
 }
 
 /// By how much the patch is shrunk where forces act: the margin of the centre of mass, less on a
@@ -136,7 +142,7 @@ impl Placed<'_> {
     }
 
     /// The stated forces carry the weight and have no moment about the centre of mass.
-    fn balanced(&self, loads: &[Load], findings: &mut Findings) {
+    fn balanced(&self, loads: &[Load], findings: &mut Findings) -> f64 {
         let weight = self.posture.weight();
         let mut force = Vector3::new(0.0, 0.0, -weight);
         let mut moment = Vector3::zeros();
@@ -148,6 +154,7 @@ impl Placed<'_> {
         let (force, moment) = (force.norm() / weight, moment.norm() / weight);
         findings.value(at, Check::BalanceForce, "", force, bound);
         findings.value(at, Check::BalanceMoment, "", moment, bound);
+        force.max(moment)
     }
 
     /// The joint that uses most of its torque, and every one that uses too much.

@@ -8,12 +8,13 @@
 //! | file | what it checks |
 //! |---|---|
 //! | `structure` | format, robot, the promised margins, the environment |
+//! | `world` | world and task are those of the plan's files, as far as these were found |
 //! | `sequence` | one contact a stance, kept contacts, the goal |
 //! | `well_formed` | lengths, numbers and names |
 //! | `stance` | joint limits, centre of mass, contacts on their faces |
 //! | `forces` | friction cones, balance, torques; equilibrium and support region by LP |
 //! | `motion` | the motion between the stances, where there is one |
-//! | `clearance` | distances to the environment, between parts, and how deep contacts sink |
+//! | `clearance`, `watch`, `step` | distances to the environment, between parts, and how deep contacts sink |
 //!
 //! A plan that fails is told where: stance, contact or joint or pair, check, and by how much.
 //!
@@ -53,16 +54,22 @@ mod posture;
 mod region;
 mod scene;
 mod sequence;
+mod simplex;
 mod stance;
+mod step;
 mod structure;
 mod surroundings;
+mod watch;
 mod well_formed;
+mod world;
 
 pub use certificate::{Certificate, Row, Summary};
 pub use check::{Check, Sense};
 pub use options::Options;
+pub use world::World;
 
 use plan::{Motion, Plan};
+use rayon::prelude::*;
 use robot_model::Robot;
 
 use findings::Findings;
@@ -84,9 +91,24 @@ pub fn verify_with(
     robot: &Robot,
     options: &Options,
 ) -> Certificate {
+    let mut world = World::default();
+    world
+        .leaves_open("if faces, obstacles, margins, start and goal are right: the plan's own word");
+    verify_in(plan, motion, robot, &world, options)
+}
+
+/// [`verify_with`], and that the plan's world is the one that was found again from its files.
+pub fn verify_in(
+    plan: &Plan,
+    motion: Option<&Motion>,
+    robot: &Robot,
+    world: &World,
+    options: &Options,
+) -> Certificate {
     let mut findings = Findings::default();
     let drawable = structure::check(plan, robot, options, &mut findings);
     sequence::check(plan, options, &mut findings);
+    world::check(plan, motion, world, &mut findings);
     if drawable {
         let scene = scene(plan, robot, options);
         each_stance(&scene, &mut findings);
@@ -94,8 +116,12 @@ pub fn verify_with(
         let whole = (0..plan.stances.len()).all(|k| {
             !findings.flawed(Some(k), Check::Numbers) && !findings.flawed(Some(k), Check::Names)
         });
-        if let Some(motion) = motion.filter(|_| whole) {
-            self::motion::check(&scene, motion, &mut findings);
+        match motion {
+            Some(motion) if whole => self::motion::check(&scene, motion, &mut findings),
+            Some(_) => {}
+            None => {
+                findings.condition("if the way from stance to stance is free: no motion".into())
+            }
         }
     }
     findings.certify(&plan.scene, &robot.name, plan.stances.len(), options)
@@ -117,11 +143,19 @@ fn scene<'a>(plan: &'a Plan, robot: &'a Robot, options: &'a Options) -> Scene<'a
         robot,
         options,
         surroundings: Surroundings::new(plan),
+        shapes: clearance::shapes(robot),
     }
 }
 
+/// Each stance by itself, side by side.
 fn each_stance(scene: &Scene, findings: &mut Findings) {
-    for (index, stance) in scene.plan.stances.iter().enumerate() {
-        stance::check(scene, index, stance, findings);
-    }
+    let stances = scene.plan.stances.par_iter().enumerate();
+    let found: Vec<Findings> = stances
+        .map(|(index, stance)| {
+            let mut findings = Findings::default();
+            stance::check(scene, index, stance, &mut findings);
+            findings
+        })
+        .collect();
+    found.into_iter().for_each(|found| findings.append(found));
 }

@@ -1,6 +1,6 @@
 //! The point of a convex body that is nearest to the origin, from its support points alone.
 
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::Vector3;
 
 /// What is known of the distance of the origin from a body.
 pub(crate) struct Nearest {
@@ -8,6 +8,8 @@ pub(crate) struct Nearest {
     pub point: Vector3<f64>,
     /// No point of the body is nearer than this; zero where the origin may be inside.
     pub at_least: f64,
+    /// The direction along which no point is nearer than that.
+    pub along: Vector3<f64>,
 }
 
 /// Support points that are asked for at most; polytopes take about ten, round bodies some tens.
@@ -21,83 +23,128 @@ const AGREED: f64 = 1e-12;
 ///
 ///   w·v/|v|  ≤  distance  ≤  |v|
 ///
-/// agree. `support(d)` is a point of the body farthest along d.
+/// agree, or the distance is known to be more than `enough`. `support(d)` is a point of the body
+/// farthest along d.
 pub(crate) fn to_origin(
     support: impl Fn(&Vector3<f64>) -> Vector3<f64>,
     start: &Vector3<f64>,
+    enough: f64,
 ) -> Nearest {
-    let mut corral = vec![support(start)];
+    let mut corral = Corral::default();
+    corral.add(support(start));
     let mut found = Nearest {
         point: Vector3::zeros(),
         at_least: 0.0,
+        along: Vector3::zeros(),
     };
+    let mut length = f64::INFINITY;
     for _ in 0..STEPS {
-        let (v, kept) = nearest_of_hull(&corral);
-        corral = kept;
+        let v = corral.reduce();
+        // Rounding brings nothing nearer.
+        if v.norm() >= length {
+            return found;
+        }
         found.point = v;
-        let length = v.norm();
+        length = v.norm();
         if length < 1e-14 {
             found.at_least = 0.0;
             return found;
         }
         let w = support(&-v);
-        found.at_least = found.at_least.max(w.dot(&v) / length);
+        let least = w.dot(&v) / length;
+        if least > found.at_least {
+            (found.at_least, found.along) = (least, v / length);
+        }
         // Done where the bounds agree, or where rounding brings nothing new.
-        if length - found.at_least <= AGREED * length || corral.contains(&w) {
+        let agreed = length - found.at_least <= AGREED * length;
+        if agreed || found.at_least > enough || corral.points().contains(&w) {
             return found;
         }
-        corral.push(w);
+        corral.add(w);
     }
     found
 }
 
-/// The nearest point of the hull of one to four points, and those of them that span it.
-///
-/// Of all their subsets: the nearest point of the flat through each counts where it lies in the
-/// subset's hull.
-fn nearest_of_hull(points: &[Vector3<f64>]) -> (Vector3<f64>, Vec<Vector3<f64>>) {
-    let mut best: Option<(f64, Vector3<f64>, Vec<Vector3<f64>>)> = None;
-    for bits in 1..1_u32 << points.len().min(4) {
-        let subset = points.iter().enumerate();
-        let subset = subset
-            .filter(|(k, _)| bits & (1 << k) != 0)
-            .map(|(_, p)| *p);
-        let subset: Vec<Vector3<f64>> = subset.collect();
-        if let Some(v) = foot_in_hull(&subset) {
-            let shortest = best.as_ref().map_or(f64::INFINITY, |best| best.0);
-            if v.norm_squared() < shortest {
-                best = Some((v.norm_squared(), v, subset));
+/// At most four points, the last one the newest.
+#[derive(Default)]
+struct Corral {
+    points: [Vector3<f64>; 4],
+    count: usize,
+}
+
+impl Corral {
+    fn points(&self) -> &[Vector3<f64>] {
+        &self.points[..self.count]
+    }
+
+    fn add(&mut self, point: Vector3<f64>) {
+        // Four that surround the origin are at no distance and never added to.
+        let at = self.count.min(3);
+        self.points[at] = point;
+        self.count = at + 1;
+    }
+
+    /// The nearest point of the points' hull; keeps those of them that span it.
+    ///
+    /// Of the subsets that hold the newest point, without which the hull was the one before: the
+    /// nearest point of the flat through each counts where it lies in the subset's hull.
+    fn reduce(&mut self) -> Vector3<f64> {
+        let Some((newest, others)) = self.points().split_last() else {
+            return Vector3::zeros();
+        };
+        let mut best = (newest.norm_squared(), *newest, 0_usize);
+        for bits in 1..1_usize << others.len() {
+            let mut edges = [Vector3::zeros(); 3];
+            let mut count = 0;
+            for (k, point) in others.iter().enumerate() {
+                if bits & (1 << k) != 0 {
+                    edges[count] = point - newest;
+                    count += 1;
+                }
+            }
+            if let Some(v) = foot_in_hull(newest, &edges[..count])
+                && v.norm_squared() < best.0
+            {
+                best = (v.norm_squared(), v, bits);
             }
         }
-    }
-    match best {
-        Some((_, v, subset)) => (v, subset),
-        None => (Vector3::zeros(), points.to_vec()),
+        let (_, v, bits) = best;
+        let (mut kept, newest) = (0, *newest);
+        for k in 0..self.count - 1 {
+            if bits & (1 << k) != 0 {
+                self.points[kept] = self.points[k];
+                kept += 1;
+            }
+        }
+        self.points[kept] = newest;
+        self.count = kept + 1;
+        v
     }
 }
 
-/// The foot of the perpendicular from the origin on the flat through the points, where it lies in
-/// their hull.
-fn foot_in_hull(points: &[Vector3<f64>]) -> Option<Vector3<f64>> {
-    let (&p, rest) = points.split_first()?;
-    let edges: Vec<Vector3<f64>> = rest.iter().map(|q| q - p).collect();
-    // (EᵀE) λ = −Eᵀp
-    let weights: Vec<f64> = match *edges.as_slice() {
-        [] => Vec::new(),
-        [e] => vec![-e.dot(&p) / e.norm_squared()],
+/// The foot of the perpendicular from the origin on the flat through a point along edges, where it
+/// lies in the hull of the point and the edges' ends.
+fn foot_in_hull(p: &Vector3<f64>, edges: &[Vector3<f64>]) -> Option<Vector3<f64>> {
+    // (EᵀE) λ = −Eᵀp by Cramer's rule, kept over its determinant.
+    let (weights, size) = match edges {
+        [e] => ([-e.dot(p), 0.0, 0.0], e.norm_squared()),
         [e, f] => {
-            let gram = Matrix2::new(e.dot(&e), e.dot(&f), e.dot(&f), f.dot(&f));
-            let solved = gram.lu().solve(&Vector2::new(-e.dot(&p), -f.dot(&p)))?;
-            solved.iter().copied().collect()
+            let (ee, ef, ff) = (e.dot(e), e.dot(f), f.dot(f));
+            let (a, b) = (-e.dot(p), -f.dot(p));
+            ([a * ff - b * ef, b * ee - a * ef, 0.0], ee * ff - ef * ef)
         }
         [e, f, g] => {
-            let solved = Matrix3::from_columns(&[e, f, g]).lu().solve(&-p)?;
-            solved.iter().copied().collect()
+            let fg = f.cross(g);
+            let size = e.dot(&fg);
+            let pe = p.cross(e);
+            let solved = [-p.dot(&fg), g.dot(&pe), -f.dot(&pe)];
+            (solved.map(|x| x * size.signum()), size.abs())
         }
         _ => return None,
     };
-    let inside = weights.iter().all(|x| *x >= 0.0) && weights.iter().sum::<f64>() <= 1.0;
-    let along = edges.iter().zip(&weights).map(|(e, x)| e * *x);
+    let inside =
+        size > 0.0 && weights.iter().all(|x| *x >= 0.0) && weights.iter().sum::<f64>() <= size;
+    let along = edges.iter().zip(weights).map(|(e, x)| e * (x / size));
     inside.then(|| p + along.sum::<Vector3<f64>>())
 }
 
@@ -111,7 +158,7 @@ mod tests {
             let farthest = points.iter().max_by(|a, b| a.dot(d).total_cmp(&b.dot(d)));
             *farthest.unwrap()
         };
-        to_origin(support, &Vector3::x())
+        to_origin(support, &Vector3::x(), f64::INFINITY)
     }
 
     #[test]

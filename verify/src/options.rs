@@ -93,10 +93,6 @@ pub struct Options {
     pub motion_distance_m: f64,
     /// How near to a surface that it leaves or lands on a patch counts as touching, m.
     pub motion_touch_m: f64,
-    /// Every how many samples distances are computed.
-    pub motion_stride: usize,
-    /// Every how many samples forces are looked for by linear programming.
-    pub motion_lp_stride: usize,
 }
 
 impl Default for Options {
@@ -132,8 +128,6 @@ impl Default for Options {
             motion_joint_rad: 2e-3,
             motion_distance_m: 6e-4,
             motion_touch_m: 0.03,
-            motion_stride: 10,
-            motion_lp_stride: 50,
         }
     }
 }

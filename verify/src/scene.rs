@@ -6,6 +6,7 @@ use robot_model::{ContactPatch, Robot};
 use surfaces::Face;
 
 use crate::Options;
+use crate::distance::Solid;
 use crate::posture::Posture;
 use crate::surroundings::Surroundings;
 
@@ -40,6 +41,8 @@ pub(crate) struct Scene<'a> {
     pub robot: &'a Robot,
     pub options: &'a Options,
     pub surroundings: Surroundings,
+    /// The robot's shapes, each with its body, in the body's frame.
+    pub shapes: Vec<(usize, Solid)>,
 }
 
 /// A stance where its posture puts it.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use plan::{Contact, Stance};
+use robot_model::Body;
 
 use crate::clearance::{self, Nearest};
 use crate::findings::Findings;
@@ -33,12 +34,13 @@ pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut
     placed.joint_limits(findings);
     let com = (Vector3::from(stance.com_W) - placed.posture.com_W).norm();
     findings.value(at, Check::Com, "", com, scene.options.com_m);
+    let mut inside = f64::NEG_INFINITY;
     for touch in &placed.touches {
-        placed.contact(touch, findings);
+        inside = inside.max(placed.contact(touch, findings));
     }
     let used = forces::check(&placed, findings);
     let nearest = clearance::check(&placed, findings);
-    placed.stated_margins(&used, &nearest, findings);
+    placed.stated_margins(&used, &nearest, inside, findings);
 }
 
 /// The contacts with what they refer to, which [`well_formed::check`] has found to exist.
@@ -80,26 +82,34 @@ impl Placed<'_> {
         }
     }
 
-    /// The joint that is nearest to a limit, and every one that is too near.
+    /// The joint that is nearest to its margin, and every one that is inside of it.
     fn joint_limits(&self, findings: &mut Findings) {
-        let bound = self.scene.plan.required.joint_rad - self.scene.options.joint_rad;
-        let distances: Vec<(f64, &str)> = self.to_limits().collect();
-        let nearest = distances.iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        let too_near = distances.iter().filter(|(d, _)| *d < bound);
-        for (distance, joint) in too_near.chain(nearest.filter(|(d, _)| *d >= bound)) {
-            findings.value(self.at, Check::JointLimit, *joint, *distance, bound);
+        let slack = self.scene.options.joint_rad;
+        let bound = |body: &Body| body.kept_margin(self.scene.plan.required.joint_rad) - slack;
+        let over = |(distance, body): &(f64, &Body)| distance - bound(body);
+        let distances: Vec<(f64, &Body)> = self.to_limits().collect();
+        let nearest = distances.iter().min_by(|a, b| over(a).total_cmp(&over(b)));
+        let too_near = distances.iter().filter(|d| over(d) < 0.0);
+        for (distance, body) in too_near.chain(nearest.filter(|d| over(d) >= 0.0)) {
+            findings.value(
+                self.at,
+                Check::JointLimit,
+                &body.joint,
+                *distance,
+                bound(body),
+            );
         }
     }
 
-    /// How far each joint is from its nearer limit, and its name.
-    fn to_limits(&self) -> impl Iterator<Item = (f64, &str)> {
+    /// How far each joint is from its nearer limit, and the body that it moves.
+    fn to_limits(&self) -> impl Iterator<Item = (f64, &Body)> {
         let joints = self.stance.q.get(7..).unwrap_or_default();
         let bodies = self.scene.robot.bodies.iter().skip(1).zip(joints);
-        bodies.map(|(body, q)| ((q - body.lower).min(body.upper - q), body.joint.as_str()))
+        bodies.map(|(body, q)| ((q - body.lower).min(body.upper - q), body))
     }
 
-    /// Where one contact is, on its face and in the file.
-    fn contact(&self, touch: &Touch, findings: &mut Findings) {
+    /// Where one contact is, on its face and in the file; how far it is inside the face, m.
+    fn contact(&self, touch: &Touch, findings: &mut Findings) -> f64 {
         let (at, options) = (self.at, self.scene.options);
         let name = &touch.stated.patch;
         let X_WF = touch.face.X_WF.to_homogeneous();
@@ -131,10 +141,11 @@ impl Placed<'_> {
         let patch: Vec<_> = in_face.iter().map(|p| p.xy()).collect();
         let inside = region::inside_m(touch.face, self.scene.plan.required.edge_sigmas, &patch);
         findings.value(at, Check::Inclusion, name, inside, -options.inclusion_m);
+        inside
     }
 
     /// The plan may not say that its margins are better than they are.
-    fn stated_margins(&self, used: &Used, nearest: &Nearest, findings: &mut Findings) {
+    fn stated_margins(&self, used: &Used, nearest: &Nearest, inside: f64, findings: &mut Findings) {
         let stated = &self.stance.margins;
         let joints = self.to_limits().map(|(distance, _)| distance);
         let joint = joints.fold(f64::INFINITY, f64::min);
@@ -143,6 +154,8 @@ impl Placed<'_> {
         let options = self.scene.options;
         let clearance = stated.clearance_m.map_or(0.0, |s| s - nearest.environment);
         let own = stated.self_clearance_m.map_or(0.0, |s| s - nearest.own);
+        // Of the contact that is placed: none is farther inside than that of all contacts.
+        let inclusion = stated.inclusion_m.map_or(0.0, |s| s - inside);
         let friction = used.friction - stated.friction_use;
         let better = [
             ("friction_use", friction, options.part),
@@ -150,6 +163,12 @@ impl Placed<'_> {
             ("joint_rad", stated.joint_rad - joint, options.joint_rad),
             ("clearance_m", clearance, options.distance_m),
             ("self_clearance_m", own, options.distance_m),
+            ("inclusion_m", inclusion, options.inclusion_m),
+            (
+                "equilibrium",
+                used.residual - stated.equilibrium,
+                options.force,
+            ),
         ];
         let over = |(_, value, most): &(&str, f64, f64)| value - most;
         let worst = better.into_iter().max_by(|a, b| {

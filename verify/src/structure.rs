@@ -108,6 +108,14 @@ fn required(plan: &Plan, options: &Options, findings: &mut Findings) {
         let allowed = format!("[0, {}]", options.edge_sigmas_max);
         flaw("edge_sigmas", required.edge_sigmas, allowed);
     }
+    let tolerance = plan.goal.tolerance_m;
+    if !(0.0..=options.extent_m).contains(&tolerance) {
+        flaw(
+            "goal.tolerance_m",
+            tolerance,
+            format!("[0, {}]", options.extent_m),
+        );
+    }
     let [thinnest, thickest] = options.thin_body_m;
     if !(thinnest..=thickest).contains(&plan.thin_body_m) {
         let allowed = format!("[{thinnest}, {thickest}]");

@@ -8,7 +8,7 @@ use surfaces::{Face, Source};
 
 use crate::Options;
 use crate::convex_parts::convex_parts;
-use crate::distance::{Solid, vector};
+use crate::distance::{Ball, Solid, extremes, vector};
 use crate::posture::{inverse_point, point};
 
 /// Everything that is not the robot, in W.
@@ -116,15 +116,6 @@ impl Body {
         Solid::hull(cut.chain(high.iter().map(|(p, _)| *p)), 0.0)
     }
 }
-
-/// The lowest and the highest corner of the box along the axes around points.
-fn extremes(points: impl Iterator<Item = Vector3<f64>>) -> (Vector3<f64>, Vector3<f64>) {
-    let far = Vector3::repeat(f64::INFINITY);
-    points.fold((far, -far), |(low, high), p| (low.inf(&p), high.sup(&p)))
-}
-
-/// Centre and radius of a ball around a body, m.
-pub(crate) type Ball = (Vector3<f64>, f64);
 
 /// A box around a body, along the axes of a frame.
 pub(crate) struct Bounds {

@@ -52,9 +52,8 @@ fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut 
     let Some(contact) = stance.contacts.get(k) else {
         return;
     };
-    let mut flaw = |note: String| {
-        findings.flaw(Some(index), Check::Names, &contact.patch, note);
-    };
+    let mut flaws = Vec::new();
+    let mut flaw = |note: String| flaws.push(note);
     match scene.robot.patches.iter().find(|p| p.name == contact.patch) {
         None => {
             let known = scene.robot.patches.iter().map(|p| p.name.as_str());
@@ -65,6 +64,13 @@ fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut 
             if patch.link != contact.link {
                 let (real, stated) = (&patch.link, &contact.link);
                 flaw(format!("is on link {real}, not on {stated}"));
+            }
+            if patch.friction != contact.friction {
+                let (real, stated) = (patch.friction, contact.friction);
+                let name = &contact.patch;
+                findings.condition(format!(
+                    "if {name} has friction {stated}: the robot's files say {real}"
+                ));
             }
             if patch.polygon.len() != contact.vertices_W.len() {
                 let (stated, real) = (contact.vertices_W.len(), patch.polygon.len());
@@ -98,5 +104,8 @@ fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut 
             "friction {} on {}, but {} in another stance",
             contact.friction, contact.face, other.friction
         ));
+    }
+    for note in flaws {
+        findings.flaw(Some(index), Check::Names, &contact.patch, note);
     }
 }

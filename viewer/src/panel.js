@@ -21,8 +21,7 @@ export class Panel {
       section('Goal', facts(goalFacts(data.goal))),
       surfaceTable(data.surfaces, point),
       inputList(data),
-      el('p', { class: 'foot' }, 'The margins are those of the plan file; ',
-        el('code', {}, 'scandent verify'), ' recomputes and judges them.'),
+      el('p', { class: 'foot', id: 'verdict' }, verdict(data.certificate)),
     );
   }
 
@@ -47,6 +46,16 @@ function unsolvedSection({ unsolved }) {
     el('h2', {}, 'No plan', el('small', {}, unsolved.sentence)),
     section(unsolved.status === 'refused' ? 'What the verifier refuses' : 'What blocks the way', list(unsolved.reasons)),
     section('What to try', list(unsolved.to_try)));
+}
+
+/** What the verifier made of the plan, and on which terms. */
+function verdict(certificate) {
+  if (!certificate) {
+    return ['The margins are those of the plan file; ', el('code', {}, 'scandent verify'),
+      ' recomputes and judges them.'];
+  }
+  const { verdict, checks, conditions } = certificate;
+  return [`The verifier: ${verdict}, ${checks} checks.`, el('ul', {}, conditions.map((line) => el('li', {}, line)))];
 }
 
 const facts = (rows) =>

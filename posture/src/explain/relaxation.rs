@@ -179,7 +179,7 @@ fn words(group: Group, amount: f64) -> String {
 fn wider_limits(problem: &Problem, config: &Config, posture: &Posture) -> String {
     let bodies = problem.robot.joint_bodies().iter();
     let over = bodies.zip(posture.q.joints.iter()).map(|(b, q)| {
-        let inside = (q - b.lower).min(b.upper - q) - config.joint_margin_rad;
+        let inside = (q - b.lower).min(b.upper - q) - b.kept_margin(config.joint_margin_rad);
         (-inside, b.joint.as_str())
     });
     let mut beyond: Vec<(f64, &str)> = over.filter(|(by, _)| *by > 1e-3).collect();

@@ -76,7 +76,7 @@ const MUTATIONS: &[Mutation] = table! {
     "contact on a surface that is not there": |p| p.stances[0].contacts[0].face = "nowhere".into()
         => Names (Sequence);
     // Forces.
-    "missing force": |p| *largest(p) = [0.0; 3] => BalanceForce (BalanceMoment Torque);
+    "missing force": |p| *largest(p) = [0.0; 3] => BalanceForce (BalanceMoment Torque StatedMargin);
     "two feet squeeze": feet_squeeze => Friction (Torque StatedMargin Unilateral);
     "a corner pulls": corner_pulls => Unilateral (Friction StatedMargin);
     "force far from the patch": force_off_patch => ForcePoint;

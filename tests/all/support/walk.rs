@@ -154,10 +154,7 @@ impl Walked {
     #[track_caller]
     pub fn assert_certified(&self) {
         self.assert_found();
-        let options = verify::Options {
-            motion_stride: 1,
-            ..verify::Options::default()
-        };
+        let options = verify::Options::default();
         let motion = Some(self.motion());
         let certificate = verify::verify_with(&self.plan, motion, &self.robot, &options);
         assert!(certificate.pass, "{}", certificate.table());
@@ -174,6 +171,7 @@ impl Walked {
             plan: &self.plan,
             motion: self.answer.motion.as_ref(),
             robot: &self.robot,
+            certificate: None,
             cloud_W: &[],
         });
         std::fs::write(folder.join("view.html"), page.unwrap()).unwrap();

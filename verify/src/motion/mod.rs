@@ -3,7 +3,7 @@
 //! | file | what it checks |
 //! |---|---|
 //! | `phases` | phases lead from stance to stance, on contacts that both have; ends are the stances |
-//! | `samples` | every sample: numbers, joints, rates, contacts, forces, steps; some of them: distances, LP |
+//! | `samples` | every sample: numbers, joints, rates, contacts, forces; distances at every time |
 //! | `dynamics` | what accelerates every body and what the joints must exert for it |
 //!
 //! Rows carry the stance that a phase leads to, and the time in their subject.
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use crate::Check;
 use crate::extremes::Extremes;
-use crate::findings::Findings;
+use crate::findings::{Findings, exceeds};
 use crate::scene::Scene;
 
 /// Goes through a motion.
@@ -57,6 +57,15 @@ fn record(scene: &Scene, motion: &Motion, findings: &mut Findings) -> bool {
     if !sane {
         let what = format!("a sample has not {wanted} values, or one out of all proportion");
         flaw(what);
+    }
+    if let Some(stated) = &scene.plan.motion {
+        let (real, samples) = (motion.duration_s(), motion.samples.len());
+        if stated.samples != samples || exceeds((stated.duration_s - real).abs(), 1e-9 * real) {
+            let (s, n) = (stated.duration_s, stated.samples);
+            flaw(format!(
+                "the plan says {s} s in {n} samples, it has {real} s in {samples}"
+            ));
+        }
     }
     let limits = &motion.limits;
     let uses = [

@@ -65,6 +65,11 @@ fn contacts(scene: &Scene, index: usize, phase: &Phase, findings: &mut Findings)
             let friction = contact.friction;
             flaw(format!("{patch} has friction {friction}, not as stated"));
         }
+        if stated.is_some_and(|c| c.link != contact.link) || !contact.loaded {
+            flaw(format!(
+                "{patch} is not the loaded contact that its stances have"
+            ));
+        }
         if phase.contacts[..k].iter().any(|c| &c.patch == patch) {
             flaw(format!("{patch} is listed twice"));
         }

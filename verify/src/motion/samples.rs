@@ -1,18 +1,20 @@
 //! The samples of one phase.
 
-use nalgebra::{Matrix3, Matrix4, Vector3};
+use std::iter::repeat;
+
+use nalgebra::{Matrix4, Vector3};
 use plan::{Contact, Motion, Phase};
 use robot_model::ContactPatch;
 use surfaces::Face;
 
 use crate::Check;
-use crate::balance::{self, Support};
-use crate::clearance;
+use crate::clearance::{Bounds, Pairs};
 use crate::extremes::Extremes;
 use crate::forces::{least_inside, shrunk_by};
 use crate::motion::dynamics::exerted;
 use crate::posture::{Load, Posture, column, inverse_point, point, pose};
 use crate::scene::{Scene, Touch};
+use crate::step::{Moment, Step, bends_m, between};
 
 /// A closed contact of the phase, with what it refers to.
 struct Closed<'a> {
@@ -31,12 +33,12 @@ pub(super) fn check(scene: &Scene, motion: &Motion, index: usize) -> Extremes {
     let (first, last) = (sample_at(phase.t_start_s), sample_at(phase.t_end_s));
     let closed = closed(scene, phase);
     let swung = swung(scene, phase);
-    let mut before: Option<Posture> = None;
+    let mut postures: Vec<Posture> = Vec::new();
     for i in first..=last.min(motion.samples.len() - 1) {
         let sample = &motion.samples[i];
         let at = |what: &str| format!("{what} at {:.2} s", sample.t_s);
         let Some(posture) = Posture::new(scene.robot, &sample.q) else {
-            worst.add(Check::MotionStep, f64::NAN, 0.0, || at("q"));
+            worst.add(Check::MotionRate, f64::NAN, 0.0, || at("q"));
             return worst;
         };
         let com = (Vector3::from(sample.com_W) - posture.com_W).norm();
@@ -57,18 +59,16 @@ pub(super) fn check(scene: &Scene, motion: &Motion, index: usize) -> Extremes {
         if own && sample.forces_W.len() == closed.len() {
             forces(scene, motion, &closed, &posture, sample, &mut worst);
         }
-        if let Some(before) = &before {
-            steps(scene, before, &posture, &mut worst, || at("motion"));
-        }
-        if (i - first) % scene.options.motion_stride == 0 || i == last {
-            let touches = touches(scene, &closed, &swung, &posture);
-            clearance::along(scene, &posture, &touches, sample.t_s, &mut worst);
-        }
-        if (i - first) % scene.options.motion_lp_stride == 0 {
-            equilibrium(scene, &closed, &posture, &mut worst, || at("motion"));
-        }
-        before = Some(posture);
+        postures.push(posture);
     }
+    distances(
+        scene,
+        motion,
+        first,
+        &postures,
+        &[closed, swung],
+        &mut worst,
+    );
     worst
 }
 
@@ -109,13 +109,18 @@ fn swung<'a>(scene: &Scene<'a>, phase: &Phase) -> Vec<Closed<'a>> {
 fn joints(scene: &Scene, motion: &Motion, i: usize, worst: &mut Extremes) {
     let sample = &motion.samples[i];
     let limits = &motion.limits;
-    let bound = scene.plan.required.joint_rad - scene.options.motion_joint_rad;
     let bodies = scene.robot.bodies.iter().enumerate().skip(1);
     for (b, body) in bodies {
         let q = sample.q[6 + b];
         let room = (q - body.lower).min(body.upper - q);
         let at = || format!("{} at {:.2} s", body.joint, sample.t_s);
-        worst.add(Check::JointLimit, room, bound, at);
+        let kept = body.kept_margin(scene.plan.required.joint_rad);
+        worst.add(
+            Check::JointLimit,
+            room,
+            kept - scene.options.motion_joint_rad,
+            at,
+        );
         if body.velocity.is_finite() && body.velocity > 0.0 {
             let speed = sample.v[5 + b].abs() / body.velocity;
             let bound = limits.joint_speed_use + scene.options.motion_part;
@@ -278,20 +283,54 @@ fn forces(
     }
 }
 
-/// Nothing jumps: no body moves far from one sample to the next.
-fn steps(
+/// Nothing comes nearer than it may, at any time: closed contacts touch, and the patch in the air where
+/// it is near to the face that it leaves or lands on.
+fn distances(
     scene: &Scene,
-    before: &Posture,
-    now: &Posture,
+    motion: &Motion,
+    first: usize,
+    postures: &[Posture],
+    [closed, swung]: &[Vec<Closed>; 2],
     worst: &mut Extremes,
-    at: impl Fn() -> String,
 ) {
-    for (i, body) in scene.robot.bodies.iter().enumerate() {
-        let moved = (now.coms_W[i] - before.coms_W[i]).norm();
-        let origin = (column(&now.X_WB[i], 3) - column(&before.X_WB[i], 3)).norm();
-        let (most, bound) = (moved.max(origin), scene.plan.required.clearance_m);
-        let subject = || format!("{}, {}", body.name, at());
-        worst.add(Check::MotionStep, most, bound, subject);
+    let mut moments: Vec<Moment> = Vec::with_capacity(postures.len());
+    for posture in postures {
+        moments.push(Moment::new(scene, posture, moments.last()));
+    }
+    let touching = closed.iter().chain(swung);
+    let touching: Vec<(usize, &Face)> = touching.map(|c| (c.patch.body, c.face)).collect();
+    let all: Vec<&Moment> = moments.iter().collect();
+    let mut pairs = Pairs::new(scene, &touching, Bounds::of_motion(scene), &all);
+    let near = |posture: &Posture| {
+        let near = swung.iter().map(|contact| is_near(scene, contact, posture));
+        closed
+            .iter()
+            .map(|_| true)
+            .chain(near)
+            .collect::<Vec<bool>>()
+    };
+    let mut touched = Vec::new();
+    for (k, (now, posture)) in moments.iter().zip(postures).enumerate() {
+        let before = k.checked_sub(1).map(|k| &moments[k]);
+        let pair = [first + k - before.iter().count(), first + k].map(|i| &motion.samples[i]);
+        let h = motion.dt_s;
+        let at = |part: f64| {
+            let posture = Posture::new(scene.robot, &between(pair, h, part))?;
+            Some(Moment::new(scene, &posture, None))
+        };
+        let step = Step {
+            before,
+            now,
+            bends_m: &bends_m(scene, posture, pair, h),
+            at: &at,
+        };
+        // During a step that may touch which touches at one of its ends.
+        let touches = near(posture);
+        let either = touches.iter().zip(touched.iter().chain(repeat(&false)));
+        let either: Vec<bool> = either.map(|(a, b)| *a || *b).collect();
+        let at = format!(" at {:.2} s", pair[1].t_s);
+        pairs.look(&step, &either, &at, worst);
+        touched = touches;
     }
 }
 
@@ -307,23 +346,15 @@ fn touch<'a>(contact: &Closed<'a>, posture: &Posture) -> Touch<'a> {
     }
 }
 
-/// Closed contacts, and the patch in the air with a face that it is near to.
-fn touches<'a>(
-    scene: &Scene,
-    closed: &[Closed<'a>],
-    swung: &[Closed<'a>],
-    posture: &Posture,
-) -> Vec<Touch<'a>> {
-    let touch = |contact: &Closed<'a>| touch(contact, posture);
-    let near = swung.iter().map(touch).filter(|touch| {
-        let X_WF = touch.face.X_WF.to_homogeneous();
-        let radius = touch.patch.point_radius_m().unwrap_or(0.0);
-        let height = inverse_point(&X_WF, &column(&touch.X_WC, 3)).z - radius;
-        let place = Vector3::from(touch.stated.X_WC.p);
-        height < scene.options.motion_touch_m
-            && (column(&touch.X_WC, 3) - place).norm() < 2.0 * scene.options.motion_touch_m
-    });
-    closed.iter().map(touch).chain(near).collect()
+/// Whether the patch in the air is near to a place that it leaves or lands on.
+fn is_near(scene: &Scene, contact: &Closed, posture: &Posture) -> bool {
+    let touch = touch(contact, posture);
+    let X_WF = touch.face.X_WF.to_homogeneous();
+    let radius = touch.patch.point_radius_m().unwrap_or(0.0);
+    let height = inverse_point(&X_WF, &column(&touch.X_WC, 3)).z - radius;
+    let place = Vector3::from(touch.stated.X_WC.p);
+    height < scene.options.motion_touch_m
+        && (column(&touch.X_WC, 3) - place).norm() < 2.0 * scene.options.motion_touch_m
 }
 
 /// The patch's vertices in W; of a ball its point that is nearest to the face.
@@ -334,27 +365,4 @@ fn touching_W(contact: &Closed, X_WC: &Matrix4<f64>) -> Vec<Vector3<f64>> {
     vertices
         .map(|v| point(X_WC, &Vector3::new(v.x, v.y, 0.0)) + below)
         .collect()
-}
-
-/// Forces can be found from nothing but the closed contacts.
-fn equilibrium(
-    scene: &Scene,
-    closed: &[Closed],
-    posture: &Posture,
-    worst: &mut Extremes,
-    at: impl Fn() -> String,
-) {
-    let support = |contact: &Closed| {
-        let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
-        let X_WF = contact.face.X_WF.to_homogeneous();
-        Support {
-            vertices: touching_W(contact, &X_WC),
-            axes: Matrix3::from_columns(&[0, 1, 2].map(|k| column(&X_WF, k))),
-            friction: contact.stated.friction * scene.plan.required.friction_use,
-        }
-    };
-    let supports: Vec<Support> = closed.iter().map(support).collect();
-    let found = balance::equilibrium(&supports, &posture.com_W, scene.options.cone_edges);
-    // Edges that need not bear anything are no flaw: the balance itself is.
-    worst.add(Check::Equilibrium, found.unwrap_or(f64::NAN), 0.0, at);
 }

@@ -1,0 +1,188 @@
+//! A scene before its search: what is there, where the robot stands, and what it shall do.
+//!
+//! Planning begins with it, and `verify` finds it again to hold a plan against.
+
+use anyhow::{Context, Result, bail};
+use plan::{RequiredMargins, RobotSummary};
+use posture::{Environment, FaceIndex};
+use robot_model::{Kinematics, PatchId, Robot};
+use surfaces::{FaceId, Terrain};
+use verify::World;
+
+use crate::config::Config;
+use crate::environment::{self, Perceived, levelled};
+use crate::goal;
+use crate::provenance::Inputs;
+use crate::report::Stages;
+use crate::scene::{self, Scene};
+use crate::start::{self, StartState, agreement, assumed, ground};
+
+/// What a scene asks of which robot, in which environment.
+pub struct Posed {
+    /// The robot, with the scene's friction.
+    pub robot: Robot,
+    /// The terrain as it was extracted, without the ground under the start.
+    pub extracted: Terrain,
+    /// The terrain.
+    pub terrain: Terrain,
+    /// The scans' points in W, m.
+    pub cloud_W: Vec<[f32; 3]>,
+    /// The terrain with the bodies behind it.
+    pub environment: Environment,
+    /// How the robot stands at the start.
+    pub stand: StartState,
+    /// On what.
+    pub contacts: Vec<(PatchId, FaceIndex)>,
+    /// The goal.
+    pub goal: planner::Goal,
+    /// What was found and assumed on the way, for the user.
+    pub notes: Vec<String>,
+}
+
+/// Reads a scene's files, extracts its surfaces and stands the robot on them.
+///
+/// # Errors
+/// A file that cannot be used, a start that is no stance, a goal that names what is not there.
+pub fn pose(
+    scene: &Scene,
+    config: &Config,
+    pool: &rayon::ThreadPool,
+    stages: &mut Stages,
+    inputs: &mut Inputs,
+) -> Result<Posed> {
+    // Scan → surfaces.
+    let files = &scene.files;
+    let (environment, levelled) = levelled::levelled(&scene.environment, files, config)?;
+    let environment = &environment;
+    let perceived =
+        pool.install(|| environment::perceive(environment, files, config, stages, inputs))?;
+    let Perceived {
+        terrain: extracted,
+        cloud_W,
+        mut notes,
+    } = perceived;
+    if let Some(why) = levelled::doubt(environment, &extracted) {
+        bail!(why);
+    }
+    notes.extend(levelled);
+
+    // URDF, SRDF, contacts → robot.
+    let robot = stages.measure("robot", || {
+        let mut robot = scene.robot.load(&config.robot_model, inputs)?;
+        apply_friction(&mut robot, scene)?;
+        anyhow::Ok(robot)
+    })?;
+    notes.extend(robot.notes.iter().cloned());
+
+    // The robot's own feet → the ground under them.
+    let edge_sigmas = config.posture.edge_sigmas;
+    let thickness_m = config.surfaces.body.thickness_m;
+    let begin = stages.measure("start", || {
+        let mut terrain = extracted.clone();
+        let surroundings = match &scene.start {
+            scene::Start::Over { .. } => {
+                Environment::new(terrain.clone(), thickness_m, edge_sigmas)?
+            }
+            _ => Environment::default(),
+        };
+        let mut stand = start::stand(&robot, &scene.start, &surroundings, &config.posture)?;
+        if scene.starts_before_floor() {
+            start::floor::stand_before(&mut stand, &robot, &terrain);
+        }
+        let (posture, feet) = (&stand.configuration, &stand.patches);
+        let ground = ground::add_ground(
+            &mut terrain,
+            &robot,
+            posture,
+            feet,
+            &config.ground,
+            edge_sigmas,
+        )?;
+        let clearance_m = config.posture.clearance_m;
+        let refuted = assumed::drop_refuted(&mut terrain, &robot, posture, clearance_m);
+        anyhow::Ok((terrain, stand, ground, refuted))
+    });
+    let (terrain, stand, ground, refuted) = begin?;
+    notes.extend(ground.notes);
+    // The ground that is seen, against the one under the feet.
+    if let scene::Environment::Scans(scans) = environment
+        && let Some((_, feet)) = ground.contacts.first()
+    {
+        let (feet, camera) = (terrain.get(feet)?, &config.calibration.camera);
+        let mounts = &scene.mounts;
+        let said = agreement::disagreements(&extracted, scans, mounts, feet, camera);
+        notes.extend(said);
+    }
+    if !refuted.is_empty() {
+        notes.push(format!(
+            "the robot stands where these would go on beyond the view: {}",
+            refuted.join(", ")
+        ));
+    }
+
+    // Start, goal, guide, roles → request.
+    let environment = Environment::new(terrain.clone(), thickness_m, edge_sigmas)?;
+    let on = |(patch, face): &(PatchId, FaceId)| Ok((*patch, environment.face(face.as_str())?));
+    let contacts: Vec<_> = ground.contacts.iter().map(on).collect::<Result<_>>()?;
+    let goal = goal::goal(&scene.goal, &robot, &environment, &stand)?;
+    Ok(Posed {
+        robot,
+        extracted,
+        terrain,
+        cloud_W,
+        environment,
+        stand,
+        contacts,
+        goal,
+        notes,
+    })
+}
+
+impl Posed {
+    /// What a plan for it must say.
+    ///
+    /// # Errors
+    /// What cannot be written as JSON.
+    pub fn world(&self, config: &Config, name: &str) -> Result<World> {
+        let (robot, terrain) = (&self.robot, &self.terrain);
+        let kinematics = Kinematics::new(robot, &self.stand.configuration);
+        let on = |&(patch, face): &(PatchId, FaceIndex)| {
+            let (face, patch) = (self.environment[face].id.to_string(), &robot.patches[patch]);
+            let place = kinematics.X_WC(patch).translation.vector;
+            (patch.name.clone(), face, place.into())
+        };
+        let mut world = World::default();
+        world.says("scene", name)?;
+        world.says("robot", summary(robot))?;
+        world.says("faces", &terrain.faces)?;
+        world.says("obstacles", &terrain.obstacles)?;
+        world.says("thin_body_m", config.surfaces.body.thickness_m)?;
+        world.says("required", RequiredMargins::from(&config.posture))?;
+        world.says("goal", goal::record(&self.goal, robot, &self.environment))?;
+        world.moves(motion::limits(&config.motion, &config.posture));
+        world.starts(self.contacts.iter().map(on));
+        Ok(world)
+    }
+}
+
+/// What identifies a robot in a plan.
+pub fn summary(robot: &Robot) -> RobotSummary {
+    RobotSummary {
+        name: robot.name.clone(),
+        joint_names: robot.joint_names().map(str::to_owned).collect(),
+        mass_kg: robot.mass_kg,
+    }
+}
+
+/// Puts the scene's coefficients of friction in the place of the contacts file's.
+fn apply_friction(robot: &mut Robot, scene: &Scene) -> Result<()> {
+    if let Some(friction) = scene.friction.default {
+        let patches = robot.patches.iter_mut();
+        patches.for_each(|patch| patch.friction = friction);
+    }
+    for (name, friction) in &scene.friction.patch {
+        let patch = robot.patch_index(name).context("friction")?;
+        robot.patches[patch].friction = *friction;
+    }
+    Ok(())
+}
