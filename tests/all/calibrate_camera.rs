@@ -181,7 +181,7 @@ fn mistakes_are_named() {
     let mut swapped = plain.clone();
     swapped.swap(1, 3);
     write(&table(&hexapod, &right, &swapped)).expect("written");
-    assert_ended(&run(), 0, &["1.ply and 3.ply are swapped"]);
+    assert_ended(&run(), 0, &["3.ply and 1.ply are swapped"]);
     // The sensor: another focal length, depths too long.
     write(&table(&hexapod, &right, &plain)).expect("written");
     assert_ended(&run(), 0, &["would help most"]);
