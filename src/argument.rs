@@ -41,6 +41,14 @@ pub fn place(text: &str) -> Result<[f64; 3], String> {
     Ok([values[0], values[1], values[2]])
 }
 
+/// Which way is up by the file of an IMU ([`crate::imu::up_V`]).
+///
+/// # Errors
+/// As there.
+pub fn imu(path: &str) -> Result<[f64; 3], String> {
+    crate::imu::up_V(path).map_err(|error| format!("{error:#}"))
+}
+
 /// A pose: `x,y,z`, `x,y,z,roll,pitch,yaw` (fixed axes, rad) or `x,y,z,qx,qy,qz,qw`; m.
 ///
 /// # Errors

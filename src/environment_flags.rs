@@ -27,6 +27,10 @@ pub struct ScanFlags {
     /// unit), for --level
     #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true, requires = "level")]
     pub up: Option<[f64; 3]>,
+    /// The file of an IMU at rest with the sensor (x forward, y left, z up), of which the accelerations say
+    /// which way is up, for --level: names of columns, Acc[0-2] among them, before the numbers
+    #[arg(long, value_name = "FILE", value_parser = argument::imu, requires = "level", conflicts_with = "up")]
+    pub imu: Option<[f64; 3]>,
     /// Where the sensor stood in the frame of clouds that were moved after the scan: x,y,z in m. A
     /// --pose is then that of the clouds' frame
     #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true)]
@@ -75,7 +79,7 @@ impl ScanFlags {
             position_m: Some(pose.translation.vector.into()),
             quat_xyzw: Some(pose.rotation.coords.into()),
             level: self.level,
-            up: self.up,
+            up: self.up.or(self.imu),
             extrinsics: None,
         }
     }

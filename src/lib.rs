@@ -15,6 +15,7 @@ pub mod environment_flags;
 pub mod export;
 pub mod extrinsics;
 pub mod goal;
+pub mod imu;
 pub mod interrupt;
 pub mod output;
 pub mod pipeline;

@@ -124,20 +124,9 @@ pub enum Error {
         /// Points that were looked at.
         points: usize,
     },
-    /// Too few planes of a scan are known ones to tell from where it was taken.
-    #[error("{pairs} planes of the scan match known ones; registration needs 3")]
-    FewPlanes {
-        /// Planes that match.
-        pairs: usize,
-    },
-    /// The planes that a scan shares with what is known leave its pose open.
-    #[error("{pairs} planes of the scan match known ones, but they do not determine {open}")]
-    Degenerate {
-        /// Planes that match.
-        pairs: usize,
-        /// What they leave open.
-        open: String,
-    },
+    /// No plane of a scan is a known one that could tell from where it was taken.
+    #[error("no plane of the scan matches a known one")]
+    FewPlanes,
     /// A parameter is outside its range.
     #[error("{key} = {value}: {cause}")]
     Config {

@@ -191,7 +191,11 @@ impl fmt::Display for Notice {
                     1e3 * before,
                     1e3 * after,
                     found.misfit
-                )
+                )?;
+                match found.open.is_empty() {
+                    true => Ok(()),
+                    false => write!(f, "; as given stay {}", found.open.join(", ")),
+                }
             }
             Self::Unregistered { scan, cause } => {
                 write!(f, "{scan}: stays at the pose given: {cause}")
@@ -245,9 +249,10 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
                 .flat_map(|view| &view.faces)
                 .cloned()
                 .collect();
-            match register(&faces, &view.faces) {
+            match register(&faces, &view.faces, &config.registration) {
                 Ok(registration) => {
                     view.move_by(&registration.X_W);
+                    view.doubt(&registration.covariance, &registration.about_W);
                     moved_W = registration.X_W;
                     found
                         .notices

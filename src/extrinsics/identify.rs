@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use calibration::camera::{Identification, PlanePair, identify};
+use calibration::camera::{Checked, PlanePair, identify_checked};
 use calibration::ground::{Ground, ground};
 use calibration::stance::{StanceMethod, footprint};
 use calibration::{Config, GroundPlane};
@@ -161,8 +161,8 @@ pub fn robot_plane(X_GR: &Isometry3<f64>, config: &Config) -> GroundPlane {
 /// The mount from what was measured.
 ///
 /// # Errors
-/// As [`calibration::camera::identify`].
-pub fn mount(measured: &[Measured], config: &Config) -> Result<Identification> {
+/// As [`calibration::camera::identify_checked`].
+pub fn mount(measured: &[Measured], config: &Config) -> Result<Checked> {
     let pairs: Vec<PlanePair> = measured.iter().map(|one| one.pair.clone()).collect();
-    identify(&pairs, &config.camera).map_err(|error| anyhow!(error))
+    identify_checked(&pairs, &config.camera).map_err(|error| anyhow!(error))
 }

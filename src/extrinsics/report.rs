@@ -24,6 +24,8 @@ pub struct Report<'a> {
     positions: Vec<(&'static str, f64, f64)>,
     singular_values: &'a [f64],
     next: Option<&'a str>,
+    /// Why the mount is not to be trusted, if it is not.
+    doubts: &'a [String],
     /// Number of stances that disagree with the others.
     doubted: usize,
     stances: Vec<Stance<'a>>,
@@ -46,7 +48,7 @@ struct Stance<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// The report of what was found and written; `next` is the stance to add.
+    /// The report of what was found and written; `next` is the stance to add, `doubts` are told first.
     ///
     /// # Errors
     /// When a chart cannot be drawn.
@@ -55,6 +57,7 @@ impl<'a> Report<'a> {
         found: &'a Identification,
         written: &'a Extrinsics,
         next: Option<&'a str>,
+        doubts: &'a [String],
     ) -> Result<Self> {
         let named = |names: [&'static str; 3], values: [f64; 3], sigmas: [f64; 3]| {
             let rows = [0, 1, 2].map(|k| (names[k], values[k], sigmas[k]));
@@ -75,7 +78,11 @@ impl<'a> Report<'a> {
             }),
             singular_values: &found.observability.singular_values,
             next,
-            doubted: stances.iter().filter(|s| s.weight < 1.0).count(),
+            doubts,
+            doubted: stances
+                .iter()
+                .filter(|s| s.weight > 0.0 && s.weight < 1.0)
+                .count(),
             charts: charts.iter().map(Chart::svg).collect::<Result<_>>()?,
             stances,
         })

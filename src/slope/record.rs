@@ -107,6 +107,9 @@ pub struct SlopeRecord {
     pub across_sigma_m: [f64; 2],
     /// Standard deviation of p1 and p2 along the start line, m.
     pub along_sigma_m: [f64; 2],
+    /// Whether something hides where the start line ends at p1 and at p2; it then ends where the slope
+    /// was last seen, and the deviation along the line reaches over what is hidden.
+    pub hidden: [bool; 2],
     /// Upward unit normal.
     pub normal: [f64; 3],
     /// (x1, y1, z1, x2, y2, z2, lx, ly, lz).
@@ -201,6 +204,7 @@ impl SlopeRecord {
             delta_sigma_deg: slope.delta_sigma_rad.to_degrees(),
             across_sigma_m: slope.across_sigma_m,
             along_sigma_m: slope.along_sigma_m,
+            hidden: slope.hidden,
             normal: d.normal_W.into(),
             lambda_l: d.nine_tuple(),
             lambda_ls: d.six_tuple(),

@@ -22,8 +22,9 @@ mod growing;
 
 use std::collections::BTreeMap;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Matrix3, Matrix3x6, Matrix6, Point3, RowVector6, Vector3};
 
+use crate::covariance;
 use crate::free_space::FreeSpace;
 use crate::outline::Outline;
 use crate::{Face, FaceId, Obstacle, Source, Terrain};
@@ -31,6 +32,8 @@ use growing::GrowingFace;
 
 /// Two planes lean against each other by less than this, or are not one, rad.
 const TILT_MAX_RAD: f64 = 0.15;
+/// Standard deviations of a view's pose by which the edges that it saw are taken back.
+const EDGE_SIGMAS: f64 = 2.0;
 /// An outline is simplified by at most this, from the inside, m.
 const TOLERANCE_M: f64 = 0.004;
 
@@ -74,6 +77,53 @@ impl View {
             *p_W = X_W * *p_W;
         }
         self.free_space.eye_W = X_W * self.free_space.eye_W;
+    }
+}
+
+impl View {
+    /// Adds what is not known of the view's pose to what is not known of what it showed: `covariance` of
+    /// (turn, shift) in W about `about_W`, rad, m.
+    ///
+    /// Planes have it in their covariance, edges along their normals in the plane, rays in all
+    /// directions.
+    #[allow(non_snake_case)]
+    pub fn doubt(&mut self, covariance: &Matrix6<f64>, about_W: &Point3<f64>) {
+        // How (turn, shift) moves a point along a direction.
+        let along = |p_W: &Point3<f64>, n_W: &Vector3<f64>| {
+            let lever = (p_W - about_W).cross(n_W);
+            RowVector6::new(lever.x, lever.y, lever.z, n_W.x, n_W.y, n_W.z)
+        };
+        let sigma = |row: RowVector6<f64>| (row * covariance).dot(&row).max(0.0).sqrt();
+        for face in &mut self.faces {
+            let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|a| face.X_WF * a);
+            let origin = Point3::from(face.X_WF.translation.vector);
+            let turn = |a: Vector3<f64>| RowVector6::new(a.x, a.y, a.z, 0.0, 0.0, 0.0);
+            let J = Matrix3x6::from_rows(&[turn(x), turn(y), along(&origin, &z)]);
+            let more = J * covariance * J.transpose();
+            let planes = face.views.iter_mut().map(|view| &mut view.plane_covariance);
+            for plane in planes.chain([&mut face.plane_covariance]).flatten() {
+                let own = Matrix3::from_fn(|i, j| plane[i][j]);
+                *plane = covariance::rows(&(own + more));
+            }
+            let X_WF = face.X_WF;
+            let further: Vec<f64> = (face.region.segments())
+                .map(|(_, [a, b])| {
+                    let (d, middle) = (b - a, nalgebra::center(a, b));
+                    let out = X_WF * Vector3::new(d.y, -d.x, 0.0).normalize();
+                    EDGE_SIGMAS * sigma(along(&(X_WF * Point3::new(middle.x, middle.y, 0.0)), &out))
+                })
+                .collect();
+            let edges = face.region.edges_mut().flatten();
+            edges
+                .zip(further)
+                .for_each(|(edge, more)| edge.further_m += more);
+        }
+        for seen in &mut self.free_space.points {
+            let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+            let more = axes.map(|n| sigma(along(&seen.p_W, &n)).powi(2));
+            let more = more.into_iter().fold(0.0, f64::max);
+            seen.sigma_m = (seen.sigma_m.powi(2) + more).sqrt();
+        }
     }
 }
 

@@ -1,9 +1,12 @@
 //! `scandent calibrate camera` as a user meets it: joint readings and frames in, the mount out; and
 //! what it says of stances and files that will not do.
 
+use std::f64::consts::PI;
 use std::path::Path;
 use std::process::Output;
 
+use nalgebra::Vector3;
+use robot_model::Configuration;
 use scandent::extrinsics::file::Extrinsics;
 use scenes::camera_set::{frame, published_extrinsics, readings, table};
 use scenes::simulator::{DepthNoise, KINECT, distortion};
@@ -23,30 +26,44 @@ const STANCES: [[f64; 3]; 8] = [
     [10.0, -10.0, 0.72],
 ];
 
-/// Writes `poses.csv` and a cloud a stance, by a sensor without noise; the table names the clouds.
-fn write_set(folder: &Path, name: &str, stances: &[[f64; 3]]) {
-    let robot = robot(name);
+/// Writes a cloud a stance, by a sensor without noise of which the points are taken for `seen`; their
+/// names.
+fn write_frames(
+    folder: &Path,
+    stances: &[[f64; 3]],
+    seen: impl Fn(Vector3<f64>) -> Vector3<f64>,
+) -> Vec<String> {
     let world = worlds::ground::truth(None, 0).world();
     let (camera, noise) = (KINECT.smaller(5), DepthNoise::none());
     let flat = distortion(&camera, &noise, 0);
-    let mut configurations = Vec::new();
     let mut frames = Vec::new();
     for (i, stance) in stances.iter().enumerate() {
-        let X_GR = stances::X_GR(*stance);
-        configurations.push(readings(&robot, "standing", &X_GR).expect("in reach"));
-        let mount = published_extrinsics();
+        let (X_GR, mount) = (stances::X_GR(*stance), published_extrinsics());
         let shot = frame(&world, &camera, &X_GR, &mount, &noise, &flat, i as u64);
         let points = (0..camera.pixels()).filter(|i| shot.depth_mm[*i] > 0);
         let points = points.map(|i| {
             let ray = camera.ray((i % camera.width) as f64, (i / camera.width) as f64);
-            (ray * (0.001 * f64::from(shot.depth_mm[i]))).into()
+            seen(ray * (0.001 * f64::from(shot.depth_mm[i]))).into()
         });
         let cloud = program::ply(&points.collect::<Vec<_>>());
         let name = format!("{i}.ply");
         std::fs::write(folder.join(&name), cloud).expect("written");
         frames.push(name);
     }
-    let text = table(&robot, &configurations, &frames);
+    frames
+}
+
+/// The joint readings of a robot in these stances.
+fn configurations(name: &str, stances: &[[f64; 3]]) -> Vec<Configuration> {
+    let robot = robot(name);
+    let of = |stance: &[f64; 3]| readings(&robot, "standing", &stances::X_GR(*stance));
+    stances.iter().map(|s| of(s).expect("in reach")).collect()
+}
+
+/// Writes `poses.csv` and the clouds; the table names the clouds.
+fn write_set(folder: &Path, name: &str, stances: &[[f64; 3]]) {
+    let frames = write_frames(folder, stances, |p| p);
+    let text = table(&robot(name), &configurations(name, stances), &frames);
     std::fs::write(folder.join("poses.csv"), text).expect("written");
 }
 
@@ -108,4 +125,76 @@ fn files_that_will_not_do_are_named() {
     assert_ended(&run(), 1, &["2 stances, but 0 frames"]);
     write("frame,height_m,roll_rad,pitch_rad\nno.png,0.6,0,0\n");
     assert_ended(&run(), 1, &["no.png"]);
+}
+
+/// Every mistake ends with exit code 1, or with a warning on the terminal and the page, that names it.
+#[test]
+fn mistakes_are_named() {
+    // The more tilts, the surer.
+    let mut stances = STANCES.to_vec();
+    let more = STANCES.map(|[beta, gamma, height]| [0.7 * gamma + 2.0, -0.7 * beta, height + 0.01]);
+    stances.extend(more);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |text: &str| std::fs::write(folder.path().join("poses.csv"), text);
+    let run = || calibrate(folder.path(), "builtin:hexapod");
+    let plain = write_frames(folder.path(), &stances, |p| p);
+    let hexapod = robot("hexapod");
+    let right = configurations("hexapod", &stances);
+
+    // Joints: times a factor, of all or of those with this ending.
+    for (factor, ending, words) in [
+        (180.0 / PI, "", "in degrees"),
+        (-1.0, "coxa", "sign of the joints \"…coxa\""),
+    ] {
+        let mut wrong = right.clone();
+        let names: Vec<&str> = hexapod.joint_names().collect();
+        for configuration in &mut wrong {
+            let joints = configuration.joints.iter_mut().zip(&names);
+            let of_ending = joints.filter(|(_, name)| name.ends_with(ending));
+            of_ending.for_each(|(value, _)| *value *= factor);
+        }
+        write(&table(&hexapod, &wrong, &plain)).expect("written");
+        assert_ended(&run(), 1, &["poses.csv", words]);
+    }
+    // Poses: factors of height, roll and pitch.
+    for (factors, words) in [
+        ([1.0, 180.0 / PI, 180.0 / PI], "pitch_rad are in degrees"),
+        ([1000.0, 1.0, 1.0], "height_m is in mm"),
+        ([1.0, -1.0, 1.0], "sign of roll_rad or of pitch_rad"),
+    ] {
+        let mut text = "frame,height_m,roll_rad,pitch_rad\n".to_owned();
+        for (stance, frame) in stances.iter().zip(&plain) {
+            let X_GR = stances::X_GR(*stance);
+            let (roll, pitch, _) = X_GR.rotation.euler_angles();
+            let [h, r, p] = factors;
+            let row = [h * X_GR.translation.z, r * roll, p * pitch].map(|v| v.to_string());
+            text += &format!("{frame},{}\n", row.join(","));
+        }
+        write(&text).expect("written");
+        assert_ended(&run(), 1, &["poses.csv", words]);
+    }
+    // Frames: shifted, swapped.
+    let mut shifted = plain.clone();
+    shifted.rotate_left(1);
+    write(&table(&hexapod, &right, &shifted)).expect("written");
+    assert_ended(&run(), 1, &["rows are shifted", "1 earlier"]);
+    let mut swapped = plain.clone();
+    swapped.swap(1, 3);
+    write(&table(&hexapod, &right, &swapped)).expect("written");
+    assert_ended(&run(), 0, &["3.ply and 1.ply are swapped"]);
+    // The sensor: another focal length, depths too long.
+    write(&table(&hexapod, &right, &plain)).expect("written");
+    assert_ended(&run(), 0, &["would help most"]);
+    let page = || program::read(folder.path().join("out/report.html"));
+    assert!(page().contains("agree.</strong>"), "{}", page());
+    let focal = |p: Vector3<f64>| Vector3::new(p.x / 1.12, p.y / 1.12, p.z);
+    write_frames(folder.path(), &stances, focal);
+    assert_ended(&run(), 0, &["not what it is taken for", "fx 0.8", "fy 0.8"]);
+    assert!(page().contains("Not to be trusted"), "{}", page());
+    write_frames(folder.path(), &stances, |p| 1.1 * p);
+    assert_ended(
+        &run(),
+        0,
+        &["not what it is taken for", "the depth scale 0.9"],
+    );
 }

@@ -14,12 +14,14 @@
 //! * [`paper`]: the six parameters as \[chai2015\] writes them.
 //! * [`observability`]: what a set of poses can tell, and the names of those that cannot.
 //! * [`design`]: which posture to add.
+//! * [`identify_checked`]: postures that do not fit left out, the sensor's own model tested.
 //!
 //! Source: \[chai2015\] Section 4.3; deviation: Eq. 31 weighs direction cosines and metres alike and
 //! takes the robot's pose for exact. Its two halves decouple, which gives the start: the rotation
 //! by the nearest rotation of the normals, the position by linear least squares.
 
 mod agreement;
+mod check;
 mod closed_form;
 mod config;
 pub mod design;
@@ -27,13 +29,16 @@ pub mod observability;
 pub mod paper;
 mod refine;
 mod residual;
+mod sensor_model;
 
 pub use agreement::Agreement;
+pub use check::{Checked, identify_checked, misfit};
 pub use closed_form::closed_form;
 pub use config::CameraConfig;
 pub use design::{Candidate, NextPose, next_pose};
 pub use observability::{Degeneracy, Observability};
 pub use paper::PaperParameters;
+pub use sensor_model::SensorModel;
 
 use nalgebra::{Isometry3, Matrix6};
 

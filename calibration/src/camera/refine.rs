@@ -12,6 +12,8 @@ use crate::Error;
 const SIGMA_MIN: f64 = 1e-6;
 /// A step below this, in rad and m, ends the refinement.
 const STEP_MIN: f64 = 1e-10;
+/// The last iteration's step may be as large.
+const LAST_STEP_MAX: f64 = 1e-6;
 /// Damping relative to the diagonal: at first, and where nothing can be gained any more.
 const DAMPING: [f64; 2] = [1e-4, 1e10];
 
@@ -31,6 +33,8 @@ pub(super) struct Refined {
     /// Huber's weight of every pair, in (0, 1].
     pub weights: Vec<f64>,
     pub iterations: usize,
+    /// Cell, standard deviations of distortion and what is not known of them.
+    pub distortion: Vec<(u32, f64, f64)>,
 }
 
 /// A mount and the distortion c of the device's cells, in standard deviations.
@@ -108,7 +112,9 @@ pub(super) fn refine(
             let factor = damped.cholesky().ok_or_else(not_converged)?;
             let delta = factor.solve(&here.gradient);
             let next = at.step(&delta);
-            let small = delta.amax() < STEP_MIN;
+            // Huber's weights settle slowly where many poses disagree.
+            let last = iteration + 1 == ITERATIONS_MAX && delta.amax() < LAST_STEP_MAX;
+            let small = delta.amax() < STEP_MIN || last;
             if small || problem.system(&weights, &next).cost <= here.cost {
                 at = next;
                 damping = (damping * 0.1).max(1e-12);
@@ -131,6 +137,9 @@ pub(super) fn refine(
                 chi2: end.chi2,
                 weights: end.weights,
                 iterations: iteration + 1,
+                distortion: (problem.cells.iter().enumerate())
+                    .map(|(k, cell)| (*cell, at.distortion[k], all[(6 + k, 6 + k)].sqrt()))
+                    .collect(),
             });
         }
     }

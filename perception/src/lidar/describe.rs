@@ -75,9 +75,9 @@ pub(super) fn described(
     let clear: Vec<u32> = (fitted.members[k].iter().copied())
         .filter(|&i| ground.distance(&field.point(i as usize)).abs() > CLEAR_M)
         .collect();
-    let edges = edges::along(field, &clear, &l)?;
     let origin = meet(ground, &plane, &Vector3::zeros())?;
-    let ends = [edges.low, edges.high].map(|t| origin + l * (t - origin.dot(&l)));
+    let edges = edges::along(field, &clear, &l, &plane, ground, &origin)?;
+    let ends = edges.ends.map(|end| origin + l * (end.at - origin.dot(&l)));
 
     // Derivatives by the planes' errors (θ₁, θ₂, δ).
     let [s1, s2] = fit.tangents[at];
@@ -105,6 +105,17 @@ pub(super) fn described(
         let by_ground = [g1.dot(&dg), g2.dot(&dg), sign].map(|v| -v * delta.cos() / delta.sin());
         fitted.variance(k, &by_ground, &by_slope, known).sqrt()
     });
+    // Edges are seen up the slope, so that an error of l turns them about the start line.
+    let turned = fitted.variance(
+        k,
+        &[g1, g2, Vector3::zeros()].map(|g| -l.dot(&g) * delta.cos() / delta.sin()),
+        &[s1, s2, Vector3::zeros()].map(|s| l.dot(&s) / delta.sin()),
+        known,
+    );
+    let along = edges.ends.map(|end| {
+        let arm = ahead.dot(&(end.middle - origin));
+        (end.sigma.powi(2) + arm * arm * turned).sqrt()
+    });
     let [p1_W, p2_W] = ends.map(|q| X_WV * Point3::from(q));
     let block = fit
         .covariance
@@ -121,7 +132,8 @@ pub(super) fn described(
         },
         delta_sigma_rad: delta_variance.sqrt(),
         across_sigma_m: across,
-        along_sigma_m: [edges.low_sigma, edges.high_sigma],
+        along_sigma_m: along,
+        hidden: edges.ends.map(|end| end.hidden),
         plane_V: plane,
         covariance: block,
         centre_V: fit.centres[at],

@@ -75,6 +75,7 @@ pub fn extract_planes(cloud: &LidarCloud, config: &LidarConfig) -> Result<Extrac
         points_min: POINTS_MIN,
         count_max: PLANES_MAX,
         tries: TRIES,
+        over: None,
     };
     let found = patches(
         &field,
@@ -146,7 +147,7 @@ pub(super) fn extended(field: &Field, plane: &Plane, among: impl Fn(usize) -> bo
     let on: Vec<bool> = (0..field.len())
         .map(|i| among(i) && lies_on(field, i, plane) && agrees(i))
         .collect();
-    largest_part(field, &on)
+    largest_part(field, &on, |_| false)
 }
 
 /// A plane with those of the points that lie on it as well as their errors let them.
@@ -224,8 +225,8 @@ pub fn adjust(surveys: &[ExtractedPlanes]) -> Option<Adjustment> {
         return None;
     }
     let none = BiasPrior {
-        mean_m: vec![0.0; rings],
         sigma_m: vec![1e-9; rings],
+        ..BiasPrior::unknown(rings)
     };
     let plain = joint_fit(&observations, &planes, &none)?;
     let prior = BiasPrior::unknown(rings);

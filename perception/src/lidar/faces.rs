@@ -49,8 +49,10 @@ impl SlopeScan {
         let polygon = ConvexPolygon::hull(&points)
             .ok()?
             .simplified_inside(VERTICES_MAX);
-        let [across, along] =
-            [slope.across_sigma_m, slope.along_sigma_m].map(|[a, b]| f64::max(a, b));
+        // As far as it was seen it is a slope, whatever is hidden beyond.
+        let seen = [0, 1].map(|end| (!slope.hidden[end]).then_some(slope.along_sigma_m[end]));
+        let along = seen.into_iter().flatten().fold(0.0, f64::max);
+        let across = slope.across_sigma_m.into_iter().fold(0.0, f64::max);
         Some(Face {
             plane_covariance: Some(rows(&self.covariance_in(&X_WF, slope))),
             fit: Some(Fit {

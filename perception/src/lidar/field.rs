@@ -63,6 +63,15 @@ impl Field {
         self.ring.get(i).map(|r| usize::from(*r))
     }
 
+    /// The members that lie on one ring, ring by ring; none where there are no rings.
+    pub fn runs<'a>(&self, members: &'a [u32]) -> Vec<&'a [u32]> {
+        match self.ring.is_empty() {
+            true => Vec::new(),
+            false => (members.chunk_by(|&a, &b| self.ring[a as usize] == self.ring[b as usize]))
+                .collect(),
+        }
+    }
+
     /// The field of points on rings.
     pub fn on_rings(rings: Rings) -> Self {
         let n = rings.len();

@@ -119,10 +119,7 @@ pub(super) fn refined(
 ) -> Option<Plane> {
     use super::joint_fit::{BiasPrior, Observation, joint_fit};
     let mut plane = plane;
-    let none = BiasPrior {
-        mean_m: Vec::new(),
-        sigma_m: Vec::new(),
-    };
+    let none = BiasPrior::unknown(0);
     for _ in 0..2 {
         let observations: Vec<Observation> = members
             .iter()

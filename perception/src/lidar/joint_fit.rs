@@ -12,9 +12,11 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::plane::{Plane, RING_BIAS_SIGMA_M, variance};
 
-/// What is known of the rings' errors beforehand.
+/// What is known of the errors of ranges beforehand.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct BiasPrior {
+    /// Variance of single ranges, over what the sensor's model says.
+    pub noise: f64,
     /// Mean of every ring's bias, m.
     pub mean_m: Vec<f64>,
     /// Its standard deviation, m.
@@ -25,6 +27,7 @@ impl BiasPrior {
     /// Nothing but the size of uncalibrated errors.
     pub fn unknown(rings: usize) -> Self {
         Self {
+            noise: 1.0,
             mean_m: vec![0.0; rings],
             sigma_m: vec![RING_BIAS_SIGMA_M; rings],
         }
@@ -58,6 +61,8 @@ pub(super) struct JointFit {
     pub covariance: DMatrix<f64>,
     /// Root mean square of every plane's residuals, m.
     pub rms_m: Vec<f64>,
+    /// How much larger the residuals' variance is than the noise that was given.
+    pub excess: f64,
 }
 
 /// A beam that would meet its plane farther away runs along it, m.
@@ -112,7 +117,7 @@ pub(super) fn joint_fit(
             if !(range > 0.0 && range < RANGE_MAX_M) {
                 continue;
             }
-            let weight = 1.0 / variance(n_u, range);
+            let weight = 1.0 / (prior.noise * variance(n_u, range));
             let from_centre = u * range - centres[o.plane];
             let [t1, t2] = &tangents[o.plane];
             let row = [t1.dot(&from_centre), t2.dot(&from_centre), 1.0];
@@ -183,5 +188,6 @@ pub(super) fn joint_fit(
         bias_m: bias,
         covariance,
         rms_m,
+        excess,
     })
 }

@@ -13,6 +13,7 @@
 //! | progressive sample consensus | `prosac` |
 //! | the ground, the slopes on it | `ground`, `slopes` |
 //! | planes and ring errors together | `joint_fit`, `refine` |
+//! | what bends too much for a slope | `unevenness` |
 //! | p₁, p₂, l, ψ, δ, stepping angle | [`Description`], `edges` |
 //! | all planes, the rings' errors from them | [`extract_planes`], [`adjust`] |
 //! | ground and slopes as faces | `faces` |
@@ -47,6 +48,7 @@ mod rings;
 mod scan;
 mod slopes;
 mod surroundings;
+mod unevenness;
 mod world;
 
 pub use calibration::{CALIBRATION_FORMAT, LidarCalibration};

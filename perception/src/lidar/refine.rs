@@ -4,8 +4,10 @@ use nalgebra::{RowDVector, Vector3};
 
 use super::field::Field;
 use super::joint_fit::{BiasPrior, JointFit, Observation, joint_fit};
-use super::plane::{Plane, variance};
+use super::plane::{Plane, RING_BIAS_SIGMA_M, variance};
+use super::prosac::DISTANCE_M;
 use super::slopes::Patch;
+use super::unevenness::uneven_m;
 
 /// Points this near to a start line are of neither plane, m.
 const MARGIN_M: f64 = 0.06;
@@ -17,7 +19,9 @@ const BORDER_M: f64 = 0.10;
 /// Points are of a plane up to this many standard deviations from it.
 const GATE_SIGMAS: f64 = 3.5;
 /// Passes of parting and fitting.
-const PASSES: usize = 2;
+const PASSES: usize = 3;
+/// Points on either side along a ring that lie on the plane of one that takes part.
+const RIM: usize = 2;
 
 /// The planes of a scan, fitted together.
 pub(super) struct Refined {
@@ -29,6 +33,8 @@ pub(super) struct Refined {
     pub members: Vec<Vec<u32>>,
     /// The ground's points.
     pub ground: Vec<u32>,
+    /// How much the slopes bend.
+    pub unevenness_m: Vec<f64>,
 }
 
 /// A start line in V, for parting points.
@@ -46,6 +52,11 @@ struct Line {
 }
 
 /// The joint fit; `None` when a plane is left with too few points.
+///
+/// Which points take part is told by where their beams meet the planes: by where they lie, noise would
+/// choose among those near a border and tilt the plane. Next to the end of a run on a ring a footprint
+/// may be on two surfaces, so that these points take no part. How noisy ranges are, and rings that are
+/// not calibrated, is learnt from the residuals.
 pub(super) fn refined(
     field: &Field,
     ground: &Plane,
@@ -57,6 +68,7 @@ pub(super) fn refined(
     let mut planes: Vec<Plane> = ground_seen.then_some(*ground).into_iter().collect();
     planes.extend(patches.iter().map(|patch| patch.plane));
     let mut members: Vec<Vec<u32>> = patches.iter().map(|p| p.members.clone()).collect();
+    let mut prior_now = prior.clone();
     let mut bias = prior.mean_m.clone();
     let mut on_ground: Vec<u32> = Vec::new();
     let mut fit = None;
@@ -67,20 +79,17 @@ pub(super) fn refined(
             .enumerate()
             .map(|(k, members)| line(field, &floor, &planes[first_slope + k], members))
             .collect();
-        let known = bias.clone();
-        // A point's distance from a plane, in standard deviations, with what is known of its ring.
-        let sigmas = |i: usize, plane: &Plane| {
+        // Whether a point is as near to a plane as its error, with what is known of its ring, may be.
+        let (known, noise) = (bias.clone(), prior_now.noise);
+        let near = |i: usize, plane: &Plane| {
             let p = field.point(i);
             let range = p.norm();
             let n_u = plane.normal.dot(&p) / range;
-            let ring = field.ring_of(i);
-            let b = ring.and_then(|r| known.get(r)).copied().unwrap_or(0.0);
-            let s = ring
-                .and_then(|r| prior.sigma_m.get(r))
-                .copied()
-                .unwrap_or(0.0);
-            let variance = variance(n_u, range) + (n_u * s).powi(2);
-            (plane.distance(&p) - b * n_u).abs() / variance.sqrt()
+            let of_ring = |values: &[f64]| field.ring_of(i).and_then(|r| values.get(r)).copied();
+            let (b, s) = (of_ring(&known), of_ring(&prior.sigma_m));
+            let variance = noise * variance(n_u, range) + (n_u * s.unwrap_or(0.0)).powi(2);
+            let off = plane.distance(&p) - b.unwrap_or(0.0) * n_u;
+            off.powi(2) < GATE_SIGMAS * GATE_SIGMAS * variance
         };
         let mut observations = Vec::new();
         let mut observe = |plane: usize, i: u32| {
@@ -92,34 +101,43 @@ pub(super) fn refined(
         };
         on_ground.clear();
         if ground_seen {
-            for i in 0..field.len() {
-                let p = field.point(i);
-                let under = lines.iter().flatten().any(|line| line.holds(&p, -MARGIN_M));
-                if sigmas(i, &floor) < GATE_SIGMAS && !under {
+            let on: Vec<bool> = (0..field.len()).map(|i| near(i, &floor)).collect();
+            for i in (0..field.len()).filter(|&i| on[i]) {
+                let Some(q) = met(field, i, &floor) else {
+                    continue;
+                };
+                if !lines.iter().flatten().any(|line| line.holds(&q, -MARGIN_M)) {
                     on_ground.push(i as u32);
-                    observe(0, i as u32);
+                    if inner(field, &on, i) {
+                        observe(0, i as u32);
+                    }
                 }
             }
         }
         for (k, members) in members.iter().enumerate() {
             let plane = &planes[first_slope + k];
+            let mut on = vec![false; field.len()];
             for &i in members {
-                let p = field.point(i as usize);
+                on[i as usize] = near(i as usize, plane);
+            }
+            for &i in members {
+                let Some(q) = met(field, i as usize, plane) else {
+                    continue;
+                };
                 let beyond = lines[k]
                     .as_ref()
-                    .is_none_or(|line| line.ahead.dot(&(p - line.origin)) > MARGIN_M);
+                    .is_none_or(|line| line.ahead.dot(&(q - line.origin)) > MARGIN_M);
                 // Near the line ground beside the slope lies in its plane as well.
-                let clear =
-                    floor.distance(&p).abs() > CLEAR_M && sigmas(i as usize, &floor) > GATE_SIGMAS;
-                if beyond && clear && sigmas(i as usize, plane) < GATE_SIGMAS {
+                let clear = floor.distance(&q).abs() > CLEAR_M;
+                if beyond && clear && inner(field, &on, i as usize) {
                     observe(first_slope + k, i);
                 }
             }
         }
-        let found = joint_fit(&observations, &planes, prior)?;
+        let found = joint_fit(&observations, &planes, &prior_now)?;
         planes.clone_from(&found.planes);
         bias.clone_from(&found.bias_m);
-        fit = Some(found);
+        prior_now = learnt(&found, prior, &prior_now);
         // What the first consensus cut off near the ground's plane comes back.
         for (k, members) in members.iter_mut().enumerate() {
             let Some(line) = &lines[k] else { continue };
@@ -128,19 +146,75 @@ pub(super) fn refined(
                 // Its edges' normals are not its own, so that the first pass left them out.
                 let clear = floor.distance(&p).abs() > CLEAR_M;
                 (line.holds(&p, 0.0) || clear && line.holds(&p, -BORDER_M))
-                    && sigmas(i as usize, &planes[first_slope + k]) < GATE_SIGMAS
+                    && near(i as usize, &planes[first_slope + k])
             });
             members.extend(more);
             members.sort_unstable();
             members.dedup();
         }
+        fit = Some(found);
     }
+    let fit = fit?;
+    let floor = if ground_seen { planes[0] } else { *ground };
+    let unevenness_m = (members.iter().enumerate())
+        .map(|(k, members)| {
+            let plane = &planes[first_slope + k];
+            let clear = |i: &u32| {
+                let q = met(field, *i as usize, plane);
+                plane.distance(&field.point(*i as usize)).abs() <= DISTANCE_M
+                    && q.is_some_and(|q| floor.distance(&q) > CLEAR_M)
+            };
+            let between = field.runs(members).into_iter();
+            let between = between.flat_map(|run| run[0]..=run[run.len() - 1]);
+            let points: Vec<u32> = match field.ring.is_empty() {
+                true => members.iter().copied().filter(clear).collect(),
+                false => between.filter(clear).collect(),
+            };
+            uneven_m(field, &points, plane, &fit.bias_m, prior, prior_now.noise)
+        })
+        .collect();
     Some(Refined {
-        fit: fit?,
+        fit,
         first_slope,
         members,
         ground: on_ground,
+        unevenness_m,
     })
+}
+
+/// Where the beam of a point meets a plane; `None` where it does not.
+fn met(field: &Field, i: usize, plane: &Plane) -> Option<Vector3<f64>> {
+    let u = field.point(i).normalize();
+    let range = -plane.offset_m / plane.normal.dot(&u);
+    (range > 0.0 && range.is_finite()).then(|| u * range)
+}
+
+/// Whether a point is marked, and on a ring its neighbours are.
+fn inner(field: &Field, on: &[bool], i: usize) -> bool {
+    let (from, to) = (i.saturating_sub(RIM), (i + RIM).min(on.len() - 1));
+    match field.ring.is_empty() {
+        true => on[i],
+        false => (from..=to).all(|j| on[j] && field.ring[j] == field.ring[i]),
+    }
+}
+
+/// What a fit tells of the errors of ranges: the noise by the residuals, and the size of unknown ring
+/// errors by those that were found and what is not known of them, as much as 2 rings that are as
+/// `first` says would have it.
+fn learnt(found: &JointFit, first: &BiasPrior, used: &BiasPrior) -> BiasPrior {
+    let at = found.covariance.nrows() - found.bias_m.len();
+    let (mut sum, mut rings) = (2.0 * RING_BIAS_SIGMA_M.powi(2), 2.0);
+    for (ring, bias) in found.bias_m.iter().enumerate() {
+        sum += (bias - first.mean_m[ring]).powi(2) + found.covariance[(at + ring, at + ring)];
+        rings += 1.0;
+    }
+    let sigma = (sum / rings).sqrt();
+    let narrowed = |s: &f64| if *s < RING_BIAS_SIGMA_M { *s } else { sigma };
+    BiasPrior {
+        noise: (used.noise * found.excess).max(1.0),
+        mean_m: first.mean_m.clone(),
+        sigma_m: first.sigma_m.iter().map(narrowed).collect(),
+    }
 }
 
 /// The line of two planes, with the extent of the slope's points.

@@ -51,6 +51,9 @@ pub struct Slope {
     pub across_sigma_m: [f64; 2],
     /// Standard deviation of p₁ and p₂ along the start line, m.
     pub along_sigma_m: [f64; 2],
+    /// Whether something hides where the start line ends at p₁ and at p₂: the end is as far as the
+    /// slope was seen, and the deviation along the line reaches over what is hidden.
+    pub hidden: [bool; 2],
     /// The plane in V.
     pub plane_V: Plane,
     /// Covariance of (tilt along t₁, tilt along t₂, distance) at `centre_V`: rad, rad, m.

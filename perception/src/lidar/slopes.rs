@@ -14,9 +14,12 @@ const POINTS_MIN: usize = 80;
 const RINGS_MIN: usize = 3;
 /// Least extent in every direction, m.
 const EXTENT_MIN_M: f64 = 0.35;
+/// Points on a ring are of one patch over what hides it up to this far apart, m: a person 0.9 m away
+/// hides 2 m of what is 4 m away.
+const HIDDEN_MAX_M: f64 = 2.0;
 /// Most height of its lowest point over the ground, m: rings leave its foot unseen.
 const FOOT_MAX_M: f64 = 0.25;
-/// Least part of the points between its edges that lie on it, 0…1.
+/// Least part of the points between its edges that lie on it, of those that do not hide it, 0…1.
 const FILLED_MIN: f64 = 0.75;
 /// Most slopes.
 const COUNT_MAX: usize = 8;
@@ -52,6 +55,7 @@ pub(super) fn slopes(field: &Field, ground: &Plane, config: &LidarConfig) -> Vec
         points_min: POINTS_MIN,
         count_max: COUNT_MAX,
         tries: TRIES,
+        over: Some(ground),
     };
     let near = |n: &Vector3<f64>| {
         let angle = inclination(n);
@@ -62,13 +66,15 @@ pub(super) fn slopes(field: &Field, ground: &Plane, config: &LidarConfig) -> Vec
 }
 
 /// How many patches are wanted, and of what size.
-pub(super) struct PatchSearch {
+pub(super) struct PatchSearch<'a> {
     /// Fewest points.
     pub points_min: usize,
     /// Most patches.
     pub count_max: usize,
     /// Planes that are tried for every patch that is found, and as many at first.
     pub tries: u64,
+    /// Where there is a ground, what stands over it before a patch hides the patch and does not end it.
+    pub over: Option<&'a Plane>,
 }
 
 /// The patches among the free points, one after the other: `near` says of a point's normal whether
@@ -146,7 +152,14 @@ fn grown(
                 on[i] = *free && on_plane(field, i, &plane, DISTANCE_M);
             }
         }
-        members = largest_part(field, &on);
+        // Points of the plane that are not marked, and what stands before it.
+        let passes = |i: usize| {
+            wanted.over.is_some_and(|ground| {
+                plane.distance(&field.point(i)).abs() <= DISTANCE_M
+                    || before(field, i, &plane, ground)
+            })
+        };
+        members = largest_part(field, &on, passes);
         if members.len() < wanted.points_min {
             return None;
         }
@@ -155,8 +168,15 @@ fn grown(
     Some(Patch { plane, members })
 }
 
-/// The largest set of marked points that are linked with each other, in ascending order.
-pub(super) fn largest_part(field: &Field, on: &[bool]) -> Vec<u32> {
+/// Whether a point lies before a plane, as the sensor sees it, and over the ground.
+pub(super) fn before(field: &Field, i: usize, plane: &Plane, ground: &Plane) -> bool {
+    let p = field.point(i);
+    plane.distance(&p) > DISTANCE_M && ground.distance(&p) > DISTANCE_M
+}
+
+/// The largest set of marked points that are linked with each other, or on a ring with only points
+/// between them that may be passed over, in ascending order.
+pub(super) fn largest_part(field: &Field, on: &[bool], passes: impl Fn(usize) -> bool) -> Vec<u32> {
     // Union by the least index, with path halving.
     let mut root: Vec<u32> = (0..field.len() as u32).collect();
     fn find(root: &mut [u32], mut i: u32) -> u32 {
@@ -172,6 +192,22 @@ pub(super) fn largest_part(field: &Field, on: &[bool]) -> Vec<u32> {
                 let (a, b) = (find(&mut root, i as u32), find(&mut root, j));
                 root[a.max(b) as usize] = a.min(b);
             }
+        }
+    }
+    let mut last: Option<usize> = None;
+    for (i, &marked) in on.iter().enumerate().take(field.ring.len()) {
+        if marked {
+            if let Some(j) = last
+                && j + 1 < i
+                && field.ring[i] == field.ring[j]
+                && (field.point(i) - field.point(j)).norm() < HIDDEN_MAX_M
+            {
+                let (a, b) = (find(&mut root, i as u32), find(&mut root, j as u32));
+                root[a.max(b) as usize] = a.min(b);
+            }
+            last = Some(i);
+        } else if !passes(i) {
+            last = None;
         }
     }
     let mut sizes = vec![0_u32; field.len()];
@@ -195,27 +231,22 @@ fn qualifies(field: &Field, patch: &Patch, ground: &Plane) -> bool {
     }
     // Seen by enough rings, and nothing but the slope between its edges on them.
     if !field.ring.is_empty() {
-        let (mut rings, mut between, mut from) = (0, 0, 0);
-        for at in 1..=members.len() {
-            let ring = |k: usize| field.ring[members[k] as usize];
-            if at == members.len() || ring(at) != ring(at - 1) {
-                rings += 1;
-                between += (members[at - 1] - members[from] + 1) as usize;
-                from = at;
-            }
+        let (mut between, runs) = (0, field.runs(members));
+        for run in &runs {
+            let hides = |i: &u32| before(field, *i as usize, &patch.plane, ground);
+            between += (run[0]..=run[run.len() - 1]).filter(|i| !hides(i)).count();
         }
-        let filled = members.len() as f64 / between as f64;
+        let (filled, rings) = (members.len() as f64 / between as f64, runs.len());
         if rings < RINGS_MIN || filled < FILLED_MIN {
             return false;
         }
     }
-    // Wide enough both ways, its foot near the ground.
+    // Wide enough both ways, its foot near the ground. The normals of its edges are not its own.
+    let all = with_edges(field, patch);
     let up = patch.plane.normal.cross(&ground.normal).normalize();
     let along = [up, patch.plane.normal.cross(&up)];
     let wide = along.iter().all(|direction| {
-        let values = members
-            .iter()
-            .map(|&i| direction.dot(&field.point(i as usize)));
+        let values = all.iter().map(|&i| direction.dot(&field.point(i as usize)));
         let (low, high) = spread(values.collect());
         high - low >= EXTENT_MIN_M
     });
@@ -224,6 +255,20 @@ fn qualifies(field: &Field, patch: &Patch, ground: &Plane) -> bool {
         .map(|&i| ground.distance(&field.point(i as usize)));
     let (low, high) = spread(heights.collect());
     wide && low.abs().min(high.abs()) <= FOOT_MAX_M
+}
+
+/// The points of a patch with those beside them on their rings that lie on its plane.
+fn with_edges(field: &Field, patch: &Patch) -> Vec<u32> {
+    let mut all = patch.members.clone();
+    for run in field.runs(&patch.members) {
+        let on = |i: &u32| {
+            field.ring[*i as usize] == field.ring[run[0] as usize]
+                && patch.plane.distance(&field.point(*i as usize)).abs() <= DISTANCE_M
+        };
+        all.extend((run[run.len() - 1] + 1..field.len() as u32).take_while(on));
+        all.extend((0..run[0]).rev().take_while(on));
+    }
+    all
 }
 
 /// The values between which all but one in fifty lie on either side.

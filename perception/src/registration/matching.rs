@@ -1,6 +1,6 @@
 //! Which planes of a scan are which known ones.
 
-use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 use surfaces::outline::Outline;
 use surfaces::{Face, covariance};
 
@@ -96,19 +96,4 @@ fn matched(known: &Face, face: &Face, X_WF: Isometry3<f64>) -> Option<(f64, Pair
         known_C,
     };
     Some((common.area(), pair))
-}
-
-impl Pair {
-    /// The known normal in W.
-    pub fn normal_W(&self) -> Vector3<f64> {
-        self.X_WC.rotation * Vector3::z()
-    }
-
-    /// A point of the scanned plane near C, and its normal, in W.
-    pub fn scanned_W(&self) -> (Point3<f64>, Vector3<f64>) {
-        let n = self.X_WF.rotation * Vector3::z();
-        let c = Point3::from(self.X_WC.translation.vector);
-        let off = n.dot(&(c.coords - self.X_WF.translation.vector));
-        (c - n * off, n)
-    }
 }

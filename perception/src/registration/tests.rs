@@ -35,30 +35,52 @@ fn moved(faces: &[Face], by: &Isometry3<f64>) -> Vec<Face> {
     faces.iter().map(one).collect()
 }
 
+/// Poses of which nothing is known, so that planes alone tell.
+fn unknown() -> RegistrationConfig {
+    RegistrationConfig {
+        position_sigma_m: 100.0,
+        direction_sigma_rad: 100.0,
+        ..RegistrationConfig::default()
+    }
+}
+
 #[test]
-fn sets_that_leave_something_open_are_refused_by_name() {
+fn what_planes_leave_open_stays_as_it_was_given() {
     let room = room();
-    let refused = |keep: &[usize]| {
+    let off = Isometry3::new(
+        Vector3::new(0.03, -0.02, 0.025),
+        Vector3::new(0.01, -0.015, 0.02),
+    );
+    let config = RegistrationConfig::default();
+    let seen = |keep: &[usize]| {
         let some: Vec<Face> = keep.iter().map(|&i| room[i].clone()).collect();
-        register(&room, &some).unwrap_err().to_string()
+        let found = register(&room, &moved(&some, &off), &config).unwrap();
+        let left = found.X_W * off;
+        let shift = left * found.about_W - found.about_W;
+        (found.open.join(", "), shift, left.rotation.scaled_axis())
     };
+    // Floor and steps: height and tilt.
+    let (open, shift, turn) = seen(&[0, 1]);
+    assert!(open.contains("turn about z"), "{open}");
     assert!(
-        refused(&[0, 1]).contains("2 planes"),
-        "{}",
-        refused(&[0, 1])
+        open.contains("shift along x") && open.contains("shift along y"),
+        "{open}"
     );
-    // Floor and steps only; floor, step and the wall ahead.
-    let mut level = room.clone();
-    level[2] = square("third", [1.0, 1.2, 0.1], [0.0; 3]);
-    let parallel = register(&level, &level[..3]);
-    let text = parallel.unwrap_err().to_string();
     assert!(
-        text.contains("turn about z") && text.contains("shifts across"),
-        "{text}"
+        shift.z.abs() < 2e-3 && turn.xy().norm() < 2e-3,
+        "{shift} {turn}"
     );
-    let text = refused(&[0, 1, 2, 3]);
-    assert!(text.contains("shift along y"), "{text}");
-    assert!(register(&room, &room).is_ok());
+    assert!((turn.z - 0.02).abs() < 2e-3, "{turn}");
+    // And a wall ahead: all but the shift along it. The pose that was given keeps up to a twentieth.
+    let (open, shift, turn) = seen(&[0, 1, 3]);
+    assert_eq!(open, "the shift along y");
+    assert!(
+        shift.xz().norm() < 2e-3 && turn.norm() < 2e-3,
+        "{shift} {turn}"
+    );
+    // All of it.
+    let (open, shift, _) = seen(&[0, 1, 2, 3, 4]);
+    assert!(open.is_empty() && shift.norm() < 2e-3, "{open} {shift}");
 }
 
 #[test]
@@ -70,7 +92,7 @@ fn planes_that_are_no_pairs_are_left_out() {
     let mut others = known.clone();
     others.push(square("table", [-1.2, 0.0, 0.7], [0.0; 3]));
     seen.push(square("table", [-1.2, 0.0, 0.68], [0.0; 3]));
-    let found = register(&others, &seen).unwrap();
+    let found = register(&others, &seen, &unknown()).unwrap();
     assert_eq!(found.pairs.len(), known.len());
     let off = found.X_W.translation.vector + shift.translation.vector;
     assert!(off.norm() < 1e-6, "{off:?}");
@@ -84,7 +106,7 @@ proptest! {
     ) {
         let known = room();
         let off = Isometry3::new(Vector3::from(shift), Vector3::from(turn));
-        let found = register(&known, &moved(&known, &off)).unwrap();
+        let found = register(&known, &moved(&known, &off), &unknown()).unwrap();
         let left = found.X_W * off;
         prop_assert!(left.translation.vector.norm() < 1e-6, "{}", left.translation);
         prop_assert!(left.rotation.angle() < 1e-6);
@@ -103,7 +125,7 @@ proptest! {
             let turn = Vector3::new(0.004 * e[0], 0.004 * e[1], 0.0);
             s.X_WF *= Isometry3::new(Vector3::z() * (0.003 * e[2]), turn);
         }
-        let found = register(&known, &seen).unwrap();
+        let found = register(&known, &seen, &unknown()).unwrap();
         let left = found.X_W * off;
         let about = found.about_W;
         let turn = left.rotation.scaled_axis();

@@ -8,7 +8,9 @@ use crate::support::{
     Block, against, block, camera, floor, on_face, scan, top, unorganised, whole,
 };
 use nalgebra::{Isometry3, Vector3};
-use perception::{Config, Notice, Perception, PosedScan, Scan, extract, perceive, register};
+use perception::{
+    Config, Notice, Perception, PosedScan, RegistrationConfig, Scan, extract, perceive, register,
+};
 use surfaces::Face;
 use surfaces::fuse::Change;
 
@@ -231,7 +233,7 @@ fn poses_that_are_off_are_found_again_by_the_planes() {
                 Vector3::new(0.01, -0.015, 0.02),
             );
             let seen = extract(scan, &(off * scan.X_WV), &Config::default()).unwrap();
-            let found = register(&known, &seen.faces).unwrap();
+            let found = register(&known, &seen.faces, &RegistrationConfig::default()).unwrap();
             let left = found.X_W * off;
             let about = found.about_W;
             let shift = (left * about - about).norm();

@@ -1,5 +1,7 @@
 //! Faces of simulated scans against the boxes that they were taken of.
 
+use std::collections::BTreeMap;
+
 use crate::support::{
     against, block, by, concave, every, faces_of, floor, lattice, on_face, pose, scan, stairs, top,
     unorganised, whole,
@@ -66,6 +68,7 @@ fn plane_covariances_are_the_size_of_the_errors() {
     let world = stairs();
     for (method, seeds, step) in [(Method::Organised, 12, 1), (Method::Voxels, 6, 5)] {
         let mut nees = Vec::new();
+        let mut by_face: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
         for seed in 1..=seeds {
             let image = scan(&world, &pose(), true, seed);
             let found = match method {
@@ -75,15 +78,20 @@ fn plane_covariances_are_the_size_of_the_errors() {
             for name in ["floor", "step1", "step2", "step3", "step4", "table", "ramp"] {
                 let face = top(&world, &[name]);
                 let on_face = on_face(&found, &face, &world);
-                nees.extend(
-                    on_face
-                        .first()
-                        .map(|found| crate::support::nees(found, &face) / 3.0),
-                );
+                let one = on_face.first();
+                let one = one.map(|found| crate::support::nees(found, &face) / 3.0);
+                nees.extend(one);
+                by_face.entry(name).or_default().extend(one);
             }
         }
         let mean = nees.iter().sum::<f64>() / nees.len() as f64;
         eprintln!("{method:?}: NEES/3: mean {mean:.2} of {}", nees.len());
+        for (name, of) in by_face {
+            eprintln!(
+                "    {name}: {:.2}",
+                of.iter().sum::<f64>() / of.len() as f64
+            );
+        }
         // Seven faces a frame; the errors of one frame's faces are not independent.
         assert!((0.5..2.0).contains(&mean), "{method:?}: {mean}: {nees:.2?}");
     }

@@ -14,9 +14,11 @@ use crate::config::Config;
 use crate::extrinsics::feet::Feet;
 use crate::extrinsics::file::Extrinsics;
 use crate::extrinsics::identify;
+use crate::extrinsics::mistakes;
 use crate::extrinsics::next;
 use crate::extrinsics::report::Report;
 use crate::extrinsics::stances_file::{self, StanceRow};
+use crate::extrinsics::verdict;
 use crate::output::Folder;
 use crate::provenance::{self, Inputs};
 use crate::report::Stages;
@@ -76,7 +78,10 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let text = text.with_context(|| format!("{name}: not a text file"))?;
     let joints: Vec<&str> = robot.joint_names().collect();
     let rows = stances_file::parse(&text, &joints).with_context(|| name.clone())?;
-    let work = || identify::stances(&robot, &feet, &rows);
+    let work = || {
+        let found = identify::stances(&robot, &feet, &rows);
+        found.map_err(|error| mistakes::of_feet(&robot, &feet, &rows, error))
+    };
     let stances = stages
         .measure("stances", work)
         .with_context(|| name.clone())?;
@@ -96,7 +101,13 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     )?;
 
     // Both → the mount.
-    let found = stages.measure("identification", || identify::mount(&measured, calibration))?;
+    let mistake = || mistakes::of_stances(&robot, &feet, &rows, &measured, calibration);
+    if let Some(mistake) = stages.measure("checks", mistake) {
+        bail!("{name}: {mistake}");
+    }
+    let checked = stages.measure("identification", || identify::mount(&measured, calibration))?;
+    let doubts = verdict::doubts(&checked, &measured);
+    let found = checked.found;
     let footholds = stances.footholds.as_ref();
     let view = measured.first().and_then(|one| one.view.as_ref());
     let next = stages.measure("next stance", || {
@@ -112,7 +123,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     });
     let advice = next.map(|(pose, next)| advice(&pose, &next, REACH_M));
     let written = Extrinsics::of(&found, &robot.name, &feet.link, inputs.into_list());
-    let report = Report::new(&measured, &found, &written, advice.as_deref())?;
+    let report = Report::new(&measured, &found, &written, advice.as_deref(), &doubts)?;
     write!(out, "{}", report.text()?)?;
     if let Some(advice) = &advice {
         writeln!(out, "{advice}")?;

@@ -29,6 +29,7 @@ pub(super) fn walls(view: &View, free: &mut [bool], config: &LidarConfig) -> Vec
         points_min: WALL_POINTS_MIN,
         count_max: WALLS_MAX,
         tries: TRIES,
+        over: None,
     };
     // What hangs over is one as well, a ceiling is not.
     let is_steep = |n: &Vector3<f64>| n.dot(&up).abs() < steep;
