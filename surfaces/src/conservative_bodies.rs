@@ -76,9 +76,12 @@ fn fronts(face: &Face, edge_m: f64) -> Vec<ConvexPolygon> {
     fronts
 }
 
-/// Triangles of what convex pieces leave bare of a region.
+/// Triangles of what convex pieces, widened by what the triangles are to be widened by at least, leave bare
+/// of a region. (Along edges that coincide but for rounding the overlay can lose a part.)
 fn bare(region: &Region, fronts: &[ConvexPolygon]) -> Vec<ConvexPolygon> {
-    let rings = fronts.iter().map(|front| front.vertices().to_vec());
+    let rings = fronts
+        .iter()
+        .map(|front| front.grown(SLIVER_M).vertices().to_vec());
     let left = Outline::from(region)
         .minus_all(rings)
         .without_specks(SPECK_M2);
