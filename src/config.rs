@@ -235,8 +235,8 @@ mod tests {
 
     #[test]
     fn a_whole_number_does_for_a_length() {
-        let config = Config::layered(None, &global(&["posture.clearance_m=1"])).unwrap();
-        assert_eq!(config.posture.clearance_m, 1.0);
+        let config = Config::layered(None, &global(&["posture.patch_margin_m=1"])).unwrap();
+        assert_eq!(config.posture.patch_margin_m, 1.0);
     }
 
     #[test]

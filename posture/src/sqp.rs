@@ -42,13 +42,6 @@ const DAMPING: f64 = 2.8;
 const CLOSING_DAMPING: f64 = 20.0;
 /// Sum of violations below which only the constraints may be left to meet.
 const CLOSING_BELOW: f64 = 0.1;
-/// Violation above which a descent ends where its linear models say twice that little can be taken off;
-/// what is nearer is sometimes met by many small steps along curved constraints.
-const FAR: f64 = 0.02;
-/// Part of the violation that such a model leaves.
-const LEFT: f64 = 0.7;
-/// Scale of the trust region from which a model tells.
-const TELLING: f64 = 0.1;
 /// Every so many iterations the violation must have fallen to [`PROGRESS`] of what it was.
 const PATIENCE: usize = 5;
 /// Part of the violation that may be left after [`PATIENCE`] iterations.
@@ -89,7 +82,6 @@ impl<'a> Sqp<'a> {
         let mut stop = Stop::IterationLimit;
         let mut checkpoint = f64::INFINITY;
         let mut closing = false;
-        let mut hopeless = 0;
         for iteration in 0..ITERATIONS_MAX {
             self.iterations += 1;
             let (violation, worst) = self.subproblem.violation();
@@ -125,13 +117,6 @@ impl<'a> Sqp<'a> {
             if promised < PROMISE_MIN {
                 stop = Stop::Stationary;
                 break;
-            }
-            if violation > FAR && model_violation > LEFT * violation && trust >= TELLING {
-                hopeless += 1;
-                if hopeless == 2 {
-                    stop = Stop::Stalled;
-                    break;
-                }
             }
             closing = violation < CLOSING_BELOW && (closing || -model_cost < little);
 

@@ -144,13 +144,13 @@ mod tests {
         assert_eq!(read, config);
         let lines: Vec<&str> = text.lines().collect();
         let key = |key: &str| lines.iter().position(|l| l.starts_with(key)).unwrap();
-        assert!(lines[key("torque_use = ") - 1].contains("torque limits"));
-        let controller = key("controller = ");
-        let comment = lines[..controller]
-            .iter()
-            .rev()
-            .take_while(|l| l.starts_with('#'));
-        assert!(comment.into_iter().any(|l| l.starts_with("# \"servo\": ")));
+        let says = |setting: &str, words: &str| {
+            let comment = lines[..key(setting)].iter().rev();
+            let mut comment = comment.take_while(|l| l.starts_with('#'));
+            comment.any(|l| l.contains(words))
+        };
+        assert!(says("torque_use = ", "torque limits"));
+        assert!(says("controller = ", "# \"servo\": "));
         assert!(lines[key("# robot = ") - 1].contains("Name of the robot"));
         for (number, line) in lines.iter().enumerate().skip(1) {
             if line.contains(" = ") && !line.starts_with([' ', '#']) {

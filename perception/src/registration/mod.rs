@@ -28,8 +28,10 @@ pub struct RegistrationConfig {
     /// Whether the poses of all scans but the first are refined.
     pub refine: bool,
     /// Standard deviation of a position that is given along each axis, m.
+    #[schemars(range(min = 1e-6, max = 1e3))]
     pub position_sigma_m: f64,
     /// Standard deviation of a direction that is given about each axis, rad.
+    #[schemars(range(min = 1e-6, max = 1e3))]
     pub direction_sigma_rad: f64,
 }
 

@@ -41,7 +41,8 @@ fn talos_climbs_the_irregular_stairs() {
     }
     let srdf = data.join("srdf/talos.srdf");
     let contacts = root("scenes/robots/talos/contacts.toml");
-    let line = "plan irregular-stairs --start half_sitting";
+    // The thighs of its half_sitting are 11.8 mm apart: less than the 12 mm that the scene keeps.
+    let line = "plan irregular-stairs --start half_sitting --set posture.self_clearance_m=0.009";
     let robot = "--robot @ --srdf @ --contacts @";
     let files: [&Path; 3] = [&urdf, &srdf, &contacts];
     assert_planned(line, &[], "plan.json", robot, &files);
