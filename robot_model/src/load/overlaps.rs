@@ -90,7 +90,7 @@ fn sampled(robot: &Robot, number: u64) -> Configuration {
         .zip(robot.joint_bodies())
         .enumerate()
     {
-        // √(j + 2), squares left out: irrational, and no two a rational multiple of each other often.
+        // √(j + 2.5) is irrational for every j.
         let step = f64::sqrt((j + 2) as f64 + 0.5);
         let part = (number as f64 * step).fract();
         *q = body.lower + part * (body.upper - body.lower);
