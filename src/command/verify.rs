@@ -1,7 +1,7 @@
 //! `scandent verify PLAN.json`: everything that a plan promises, recomputed.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
@@ -37,7 +37,8 @@ pub struct Args {
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let plan = plan_file::open(&args.plan)?;
     let against = args.against.as_deref();
-    let (robot, world) = against::find(&plan, against, &args.robot, global)?;
+    let folder = args.plan.parent().unwrap_or(Path::new(""));
+    let (robot, world) = against::find(&plan, folder, against, &args.robot, global)?;
     let motion = plan_file::open_motion(&args.plan, &plan)?;
     let options = verify::Options::default();
     let check = || verify::verify_in(&plan, motion.as_ref(), &robot, &world, &options);
