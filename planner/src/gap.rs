@@ -67,7 +67,11 @@ fn beyond(lattice: &Lattice, to: &Vector3<f64>) -> Vec<Vector3<f64>> {
     let Some((level_m, heading)) = founded.next() else {
         return Vec::new();
     };
-    let from = Pose { p: *to, heading };
+    let from = Pose {
+        p: *to,
+        heading,
+        crouch_m: 0.0,
+    };
     match lattice.shortest(&from, level_m, &start.p, 0.0, None, None) {
         Found::Reached(places) => places,
         Found::Way(_) | Found::Unknown => Vec::new(),

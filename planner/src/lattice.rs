@@ -1,17 +1,12 @@
 //! Where the base may be: how its feet would stand there, how much room there is, and what a move costs.
-#![allow(non_snake_case)]
-
-use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use nalgebra::{Isometry3, Point3, Rotation2, Vector2, Vector3};
-use robot_model::collision::{ShapeGeometry, closest};
-use robot_model::{Configuration, Kinematics};
+use nalgebra::{Rotation2, Vector2};
 
 use crate::context::SearchContext;
-use crate::ground::{Ground, Tiles, tiles_about};
+use crate::ground::Ground;
 use crate::reach::Leg;
+use crate::room::{OVER_LEGS, Room, Rooms};
 
 /// Distance of neighbouring places, m, and number of headings.
 pub(crate) const CELL_M: f64 = 0.1;
@@ -26,10 +21,10 @@ const ASIDE: f64 = 2.0;
 const OFF_PLACE: f64 = 5.0;
 /// A metre without room for all of the robot costs as much as this many.
 const TIGHT: f64 = 4.0;
+/// What crouching by all of the legs' height adds to the price of a metre.
+const CROUCH: f64 = 5.0;
 /// Price of a metre up or down.
 const CLIMB: f64 = 2.0;
-/// What stands no higher over the ground than this part of the legs' height is stepped over.
-const OVER_LEGS: f64 = 0.4;
 
 /// How the feet step, m.
 #[derive(Clone, Copy, Debug)]
@@ -109,37 +104,14 @@ fn tip_m(context: &SearchContext) -> f64 {
 pub(crate) struct Lattice<'a> {
     pub context: &'a SearchContext<'a>,
     ground: Ground<'a>,
-    /// Bodies by tile, and how much room there is, by cell and level.
-    bodies: Tiles<Vec<usize>>,
-    known: RefCell<BTreeMap<(i64, i64, i64), Room>>,
+    rooms: Rooms<'a>,
     /// Height of the base over the ground, m.
     pub legs_m: f64,
-    trunk: Trunk,
     pub steps: Steps,
     /// How far the base is beside what carries it at most, m.
     lean_m: f64,
     /// Where a foot may be from its usual place (ahead, left), the nearest first.
     spread: Vec<Vector2<f64>>,
-}
-
-/// How much room there is about the base.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Room {
-    /// Less than the trunk takes.
-    None,
-    /// Enough for the trunk, not for the limbs as they are carried usually.
-    Tight,
-    /// Enough for all of the robot.
-    Wide,
-}
-
-/// What is over the feet, in the posture that is usual, m.
-struct Trunk {
-    /// Half the width of the base's own shapes, and of all of the robot.
-    half_m: f64,
-    wide_m: f64,
-    /// Top over the base's origin.
-    top_m: f64,
 }
 
 /// How well a state is founded.
@@ -149,8 +121,8 @@ pub(crate) struct Footed {
     pub ground_m: f64,
     /// Mean distance of the feet from their usual places, m.
     pub off_m: f64,
-    /// Whether there is room for all of the robot.
-    pub is_wide: bool,
+    /// How much room there is about the base.
+    pub room: Room,
 }
 
 impl<'a> Lattice<'a> {
@@ -165,16 +137,6 @@ impl<'a> Lattice<'a> {
         if legs_m <= 0.0 {
             return None;
         }
-        let trunk = Trunk::new(context, legs_m);
-        let world = context.request.environment.world().obstacles();
-        let mut bodies: Tiles<Vec<usize>> = Tiles::default();
-        for (k, body) in world.iter().enumerate() {
-            let corners = body.geometry().vertices();
-            let points = corners.iter().map(|p| (body.pose() * p).xy().coords);
-            for tile in tiles_about(points, trunk.wide_m) {
-                bodies.entry(tile).or_default().push(k);
-            }
-        }
         let steps = steps(context, legs_m);
         let step = |most: f64| (most / Ground::CELL_M) as i64;
         let mut spread: Vec<Vector2<f64>> = Vec::new();
@@ -187,10 +149,8 @@ impl<'a> Lattice<'a> {
         Some(Self {
             context,
             ground: Ground::new(context),
-            bodies,
-            known: RefCell::default(),
+            rooms: Rooms::new(context, legs_m, steps.over_m),
             legs_m,
-            trunk,
             steps,
             lean_m: tip_m(context) + 0.1 * legs_m,
             spread,
@@ -225,54 +185,12 @@ impl<'a> Lattice<'a> {
         }
         let count = self.context.feet.len() as f64;
         let ground_m = ground_m / count;
-        let room = self.room(p, ground_m);
-        (room != Room::None).then_some(Footed {
+        let room = self.rooms.at(p, ground_m)?;
+        Some(Footed {
             ground_m,
             off_m: off_m / count,
-            is_wide: room == Room::Wide,
+            room,
         })
-    }
-
-    /// How much room there is about the base at a place.
-    fn room(&self, p: &Vector2<f64>, ground_m: f64) -> Room {
-        let round = |x: f64, cell: f64| (x / cell).round() as i64;
-        let key = (
-            round(p.x, 0.5 * CELL_M),
-            round(p.y, 0.5 * CELL_M),
-            round(ground_m, 0.3 * LEVEL_M),
-        );
-        if let Some(&room) = self.known.borrow().get(&key) {
-            return room;
-        }
-        let low = ground_m + self.steps.over_m;
-        let high = (ground_m + self.legs_m + self.trunk.top_m).max(low + 0.02);
-        let at = Point3::new(p.x, p.y, 0.5 * (low + high));
-        let X_WP = Isometry3::translation(at.x, at.y, at.z);
-        let world = self.context.request.environment.world().obstacles();
-        let is_free = |half_m: f64| {
-            let half = Vector3::new(half_m, half_m, 0.5 * (high - low));
-            let probe = ShapeGeometry::Box {
-                half_extents_m: half,
-            };
-            tiles_about([*p].into_iter(), 0.0)
-                .filter_map(|tile| self.bodies.get(&tile))
-                .flatten()
-                .all(|&k| {
-                    let body = &world[k];
-                    body.is_beyond(&at, half.norm())
-                        || closest(&probe, &X_WP, body.geometry(), body.pose(), 0.0)
-                            .is_none_or(|found| found.distance > 0.0)
-                })
-        };
-        let room = if is_free(self.trunk.wide_m) {
-            Room::Wide
-        } else if is_free(self.trunk.half_m) {
-            Room::Tight
-        } else {
-            Room::None
-        };
-        self.known.borrow_mut().insert(key, room);
-        room
     }
 
     /// The price of a move between founded places.
@@ -291,45 +209,10 @@ impl<'a> Lattice<'a> {
             1.0
         };
         let aside = 1.0 + (ASIDE - 1.0) * (1.0 - ahead).min(1.0);
-        let tight = if to.is_wide { 1.0 } else { TIGHT };
-        length * aside * tight * (1.0 + OFF_PLACE * to.off_m)
+        let tight = if to.room.is_wide { 1.0 } else { TIGHT };
+        let low = CROUCH * to.room.crouch_m / self.legs_m;
+        length * aside * tight * (1.0 + OFF_PLACE * to.off_m + low)
             + self.context.turn_m * turn.abs()
             + CLIMB * (to.ground_m - from.ground_m).abs()
-    }
-}
-
-impl Trunk {
-    fn new(context: &SearchContext, legs_m: f64) -> Self {
-        let request = context.request;
-        let mut upright = Configuration::zero(request.robot.nj());
-        upright.joints.copy_from(&request.reference.joints);
-        let kinematics = Kinematics::new(request.robot, &upright);
-        let (mut half_m, mut wide_m, mut top_m) = (f64::INFINITY, 0.0_f64, 0.0_f64);
-        let collision = &request.robot.collision;
-        for (i, shape) in collision.shapes().iter().enumerate() {
-            let X_WG = collision.X_WG(&kinematics, i);
-            let most = |direction: Vector3<f64>| {
-                let support = shape
-                    .geometry
-                    .support(&(X_WG.rotation.inverse() * direction));
-                (X_WG * support).coords.dot(&direction)
-            };
-            let top = most(Vector3::z());
-            if shape.body == 0 {
-                half_m = half_m.min(most(Vector3::y()).max(most(-Vector3::y())));
-                top_m = top_m.max(top);
-            }
-            if top > (OVER_LEGS - 1.0) * legs_m {
-                let axes = [Vector3::x(), Vector3::y()].into_iter();
-                wide_m = axes.fold(wide_m, |m, d| m.max(most(d)).max(most(-d)));
-            }
-        }
-        let feet = context.feet.iter();
-        let apart_m = feet.fold(0.05, |m: f64, f| m.max(context.offset(*f).y.abs()));
-        Self {
-            half_m: half_m.clamp(0.0, apart_m),
-            wide_m: wide_m.max(apart_m),
-            top_m,
-        }
     }
 }

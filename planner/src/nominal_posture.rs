@@ -17,6 +17,7 @@ use posture::Contact;
 use robot_model::{Configuration, Kinematics, PatchId};
 
 use crate::context::{LEANING_MIN, SearchContext};
+use crate::crouch::lowered;
 
 /// Faces nearer to level than this are level, 1 − cos of the angle.
 const LEVEL: f64 = 1e-6;
@@ -41,8 +42,8 @@ pub(crate) fn nominal_posture(
         places.push((contact.patch, context.place_W(contact)));
     }
     let n = places.len().max(1) as f64;
-    let heading = context.route.at(along_m).heading;
-    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading);
+    let pose = context.route.at(along_m);
+    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.heading);
     let base = places
         .iter()
         .map(|(patch, p)| p - heading * context.offset(*patch))
@@ -50,6 +51,8 @@ pub(crate) fn nominal_posture(
         / n;
     let level = Isometry3::from_parts(Translation3::from(base), heading);
     let upright = request.reference.clone().with_base(&level);
+    let low = (pose.crouch_m > 0.0).then(|| lowered(context, &upright, pose.crouch_m));
+    let upright = low.flatten().unwrap_or(upright);
     let leans = places.len() >= LEANING_MIN;
     match up.try_normalize(1e-3) {
         Some(up) if leans && up.z > 0.0 && 1.0 - up.z > LEVEL => leaning(context, upright, &up),

@@ -28,6 +28,8 @@ pub(crate) struct Pose {
     pub p: Vector3<f64>,
     /// Heading, rad, continuous along the route.
     pub heading: f64,
+    /// How much lower than usual the base is, so that nothing overhead is in the way, m: `p` is without.
+    pub crouch_m: f64,
 }
 
 impl Pose {
@@ -54,6 +56,7 @@ impl Route {
         let mut poses = vec![Pose {
             p: points[0],
             heading: start,
+            crouch_m: 0.0,
         }];
         let mut heading = start;
         for (i, pair) in points.windows(2).enumerate() {
@@ -73,12 +76,14 @@ impl Route {
                     poses.push(Pose {
                         p: pair[0],
                         heading,
+                        crouch_m: 0.0,
                     });
                 }
             }
             poses.push(Pose {
                 p: pair[1],
                 heading,
+                crouch_m: 0.0,
             });
         }
         if let (Some(goal), Some(&last)) = (goal, poses.last()) {
@@ -109,6 +114,7 @@ impl Route {
                 route.poses.push(Pose {
                     p: pair[0].p + step * t,
                     heading: pair[0].heading + turn * t,
+                    crouch_m: pair[0].crouch_m + (pair[1].crouch_m - pair[0].crouch_m) * t,
                 });
                 route.lengths.push(from + length * t);
             }
@@ -138,6 +144,7 @@ impl Route {
         Pose {
             p: from.p + (b.p - from.p) * t,
             heading: from.heading + (b.heading - from.heading) * t,
+            crouch_m: from.crouch_m + (b.crouch_m - from.crouch_m) * t,
         }
     }
 

@@ -126,6 +126,7 @@ impl Lattice<'_> {
                 Pose {
                     p: Vector3::new(p.x, p.y, footed.ground_m + self.legs_m),
                     heading: facing,
+                    crouch_m: footed.room.crouch_m,
                 },
                 footed,
             ));

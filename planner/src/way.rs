@@ -19,6 +19,9 @@ use crate::shortest::Found;
 /// The way may end beside the goal by this part of its tolerance.
 const WITHIN: f64 = 0.8;
 
+/// The base goes down by this much a metre where it has to crouch.
+const DOWN: f64 = 1.0;
+
 /// What came of looking for a way.
 enum Way {
     /// Straight from each point of the guide to the next, or not known to be otherwise.
@@ -119,6 +122,7 @@ impl Lattice<'_> {
                 Pose {
                     p: Vector3::new(p.x, p.y, z),
                     heading,
+                    crouch_m: now.room.crouch_m,
                 },
                 now,
             ));
@@ -166,7 +170,9 @@ impl Lattice<'_> {
         let wanted = to.z - self.legs_m;
         let off_m = poses.iter().map(|(_, f)| f.off_m).fold(0.0, f64::max);
         let arrives = (last.ground_m - wanted).abs() <= self.steps.climb_m;
-        let is_wide = poses.iter().all(|(_, f)| f.is_wide);
+        let is_wide = poses
+            .iter()
+            .all(|(_, f)| f.room.is_wide && f.room.crouch_m == 0.0);
         let is_usual = is_wide && off_m <= 0.5 * Steps::usual(self.context, self.legs_m).ahead_m;
         (arrives && is_usual).then_some(poses)
     }
@@ -210,7 +216,8 @@ impl Lattice<'_> {
     }
 }
 
-/// Poses with their headings and heights evened out over their neighbours, but for the ends.
+/// Poses with their headings and heights evened out over their neighbours, but for the ends, and going down
+/// before where they are low.
 fn smooth(poses: Vec<Pose>) -> Vec<Pose> {
     /// Neighbours on each side.
     const SIDE: usize = 2;
@@ -223,6 +230,10 @@ fn smooth(poses: Vec<Pose>) -> Vec<Pose> {
             Pose {
                 p: Vector3::new(poses[i].p.x, poses[i].p.y, mean(|pose| pose.p.z)),
                 heading: mean(|pose| pose.heading),
+                crouch_m: poses.iter().fold(0.0, |m, pose| {
+                    let apart_m = (pose.p - poses[i].p).xy().norm();
+                    (pose.crouch_m - DOWN * apart_m).max(m)
+                }),
             }
         })
         .collect()
