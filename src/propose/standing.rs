@@ -283,7 +283,24 @@ fn whole(
         |q: &Configuration| anyhow::Ok(solve(robot, &feet, q, config)?.1.posture.q.clone());
     let first = stands(&q)?;
     // What is the same left and right, where that stands too.
-    Ok(stands(&mirror.evened(robot, &first)).unwrap_or(first))
+    let stands = stands(&mirror.evened(robot, &first)).unwrap_or(first);
+    Ok(exactly(robot, legs, stands))
+}
+
+/// The same with the base level and every foot exactly on the ground: what the posture generator takes for
+/// closed leaves a sole askew by a milliradian, and friction is told by its normal.
+fn exactly(robot: &Robot, legs: &[Leg], mut q: Configuration) -> Configuration {
+    let kinematics = Kinematics::new(robot, &q);
+    q.R_WB = UnitQuaternion::identity();
+    for leg in legs {
+        let mut p = middle(robot, &kinematics, leg.patch);
+        p.z = leg.radius_m;
+        let X_WC = Isometry3::from_parts(p.into(), UnitQuaternion::identity());
+        if let Some(placed) = place(robot, leg.limb, &leg.tip, &X_WC, &q) {
+            q = placed;
+        }
+    }
+    q
 }
 
 /// The middle of a patch in W.

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, Isometry3, Point3, Vector3};
 
-use super::limbs::Limb;
+use super::limb::Limb;
 use crate::{Configuration, Kinematics, Robot};
 
 /// Rounds of the coordinate ascent.
@@ -13,7 +13,7 @@ const ITERATIONS: usize = 60;
 /// Longest change of a joint in one of them, rad or m.
 const STEP_MAX: f64 = 0.3;
 /// How near the place is near enough, m and rad.
-const NEAR: f64 = 1e-4;
+const NEAR: f64 = 1e-7;
 /// Length at which an angle counts as a distance, m/rad.
 const ARM_M: f64 = 0.2;
 

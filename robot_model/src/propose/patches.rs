@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point2, Point3, Vector3};
 
 use super::ball::{self, Ball};
 use super::flat::{Flat, doubled_area, flat};
-use super::limbs::{Limb, LimbKind};
+use super::limb::{Limb, LimbKind};
 use super::rsdf::Surface;
 use crate::collision::Shape;
 use crate::{Configuration, Kinematics, PatchKind, Robot};
