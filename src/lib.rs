@@ -23,6 +23,7 @@ pub mod plan_file;
 pub mod posed;
 pub mod posture_problem;
 pub mod progress;
+pub mod propose;
 pub mod provenance;
 pub mod report;
 pub mod results;

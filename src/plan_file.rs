@@ -107,6 +107,7 @@ impl PlanRobotFlags {
             urdf: urdf.clone(),
             srdf: path("srdf", &self.beside.srdf),
             contacts: path("contacts", &self.beside.contacts),
+            packages: self.beside.packages.clone(),
         };
         // The settings that the plan's robot was read with.
         let config = match plan.config.get("robot_model") {

@@ -89,6 +89,13 @@ pub fn pose(
         if scene.starts_before_floor() {
             start::floor::stand_before(&mut stand, &robot, &terrain);
         }
+        let settled = match &scene.start {
+            scene::Start::Posture { base, .. } => {
+                let level = base.is_none();
+                start::settle::settle(&robot, &mut stand, &terrain, level, &config.posture)?
+            }
+            _ => None,
+        };
         let (posture, feet) = (&stand.configuration, &stand.patches);
         let ground = ground::add_ground(
             &mut terrain,
@@ -100,9 +107,10 @@ pub fn pose(
         )?;
         let clearance_m = config.posture.clearance_m;
         let refuted = assumed::drop_refuted(&mut terrain, &robot, posture, clearance_m);
-        anyhow::Ok((terrain, stand, ground, refuted))
+        anyhow::Ok((terrain, stand, ground, refuted, settled))
     });
-    let (terrain, stand, ground, refuted) = begin?;
+    let (terrain, stand, ground, refuted, settled) = begin?;
+    notes.extend(settled);
     notes.extend(ground.notes);
     // The ground that is seen, against the one under the feet.
     if let scene::Environment::Scans(scans) = environment

@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
 use robot_model::Robot;
+use robot_model::propose::{Kinds, Surface};
 use scenes::scene_file::RobotSource;
 
+use crate::propose::{self, Proposal};
 use crate::provenance::Inputs;
 
 /// What the name of a robot that ships begins with.
@@ -20,6 +22,8 @@ pub struct RobotFiles {
     pub srdf: Option<PathBuf>,
     /// Contact patches; those that ship for a robot that ships.
     pub contacts: Option<PathBuf>,
+    /// Folders of ROS packages, searched before those that the environment names.
+    pub packages: Vec<PathBuf>,
 }
 
 impl RobotFiles {
@@ -43,7 +47,18 @@ impl RobotFiles {
             urdf,
             srdf: beside(&source.srdf),
             contacts: beside(&source.contacts),
+            packages: Vec::new(),
         }
+    }
+
+    /// The flags that name what is beside the URDF.
+    pub fn flags(&self) -> String {
+        let flag = |name: &str, path: &Path| format!("--{name} {}", path.display());
+        let srdf = self.srdf.iter().map(|path| flag("srdf", path));
+        let contacts = self.contacts.iter().map(|path| flag("contacts", path));
+        let packages = self.packages.iter().map(|path| flag("package-path", path));
+        let flags: Vec<String> = srdf.chain(contacts).chain(packages).collect();
+        flags.join(" ")
     }
 
     /// Whether the robot ships.
@@ -62,6 +77,7 @@ impl RobotFiles {
         }
     }
 
+    /// Reads the files; what is not given of SRDF and contacts is proposed, and a note says so.
     fn load_files(&self, config: &robot_model::Config, inputs: &mut Inputs) -> Result<Robot> {
         let urdf = PathBuf::from(&self.urdf);
         inputs.read("urdf", &urdf)?;
@@ -70,14 +86,71 @@ impl RobotFiles {
                 inputs.read(role, path)?;
             }
         }
-        let files = robot_model::RobotFiles {
-            urdf,
+        let files = self.of_model(config);
+        let bare = robot_model::load(&files)?;
+        if self.srdf.is_some() && self.contacts.is_some() {
+            return Ok(bare);
+        }
+        let proposal = match self.proposal(&bare, Kinds::default()) {
+            Ok(proposal) => proposal,
+            Err(why) => {
+                let mut robot = bare;
+                robot.notes.push(format!("nothing was proposed: {why:#}"));
+                return Ok(robot);
+            }
+        };
+        let Proposal {
+            contacts,
+            srdf,
+            notes,
+        } = proposal;
+        let mut robot = robot_model::load_with(&files, Some(&srdf), Some(&contacts))?;
+        let mut proposed = Vec::new();
+        if self.contacts.is_none() {
+            inputs.note("proposed contacts", &self.urdf, contacts.as_bytes());
+            let names: Vec<&str> = robot.patches.iter().map(|p| p.name.as_str()).collect();
+            proposed.push(format!("contacts ({})", names.join(", ")));
+        }
+        if self.srdf.is_none() {
+            inputs.note("proposed srdf", &self.urdf, srdf.as_bytes());
+            proposed.push("posture and excepted pairs".to_owned());
+        }
+        let what = proposed.join(", ");
+        let urdf = &self.urdf;
+        robot.notes.push(format!(
+            "no file gives {what}: proposed from the shapes (`scandent robot {urdf} --propose FOLDER` \
+             writes the files to look at and to change)"
+        ));
+        robot.notes.extend(notes);
+        Ok(robot)
+    }
+
+    /// Contacts and SRDF for a robot of these files.
+    ///
+    /// # Errors
+    /// As [`propose::propose`]; a surface file that is none.
+    pub fn proposal(&self, bare: &Robot, kinds: Kinds) -> Result<Proposal> {
+        let rsdf = surfaces_beside(Path::new(&self.urdf), &bare.name)?;
+        propose::propose(bare, &rsdf, kinds, &posture::Config::default())
+    }
+
+    /// The files for the loader: packages as flags and the environment name them.
+    pub fn of_model(&self, config: &robot_model::Config) -> robot_model::RobotFiles {
+        let listed = |variable: &str| std::env::var_os(variable).unwrap_or_default();
+        let (ros, ament) = (listed("ROS_PACKAGE_PATH"), listed("AMENT_PREFIX_PATH"));
+        let shared = std::env::split_paths(&ament).map(|prefix| prefix.join("share"));
+        let packages = self.packages.iter().cloned();
+        robot_model::RobotFiles {
+            urdf: PathBuf::from(&self.urdf),
             srdf: self.srdf.clone(),
             contacts: self.contacts.clone(),
-            package_dirs: Vec::new(),
+            package_dirs: packages
+                .chain(std::env::split_paths(&ros))
+                .chain(shared)
+                .filter(|dir| !dir.as_os_str().is_empty())
+                .collect(),
             config: config.clone(),
-        };
-        Ok(robot_model::load(&files)?)
+        }
     }
 
     fn load_builtin(
@@ -141,6 +214,10 @@ pub struct BesideUrdf {
     /// Contact patches
     #[arg(long, value_name = "FILE.toml")]
     pub contacts: Option<PathBuf>,
+    /// A folder of ROS packages, for package:// names of meshes (repeatable; beside ROS_PACKAGE_PATH,
+    /// AMENT_PREFIX_PATH and the folders above the URDF)
+    #[arg(long = "package-path", value_name = "FOLDER")]
+    pub packages: Vec<PathBuf>,
 }
 
 impl BesideUrdf {
@@ -150,6 +227,32 @@ impl BesideUrdf {
             urdf: urdf.to_owned(),
             srdf: self.srdf.clone(),
             contacts: self.contacts.clone(),
+            packages: self.packages.clone(),
         }
     }
+}
+
+/// The surfaces of the RSDF files for this robot in a folder `rsdf` beside the URDF or one above.
+///
+/// # Errors
+/// A file that is no RSDF.
+fn surfaces_beside(urdf: &Path, robot: &str) -> Result<Vec<Surface>> {
+    let above = urdf.ancestors().skip(1).take(2);
+    let folders = above.flat_map(|dir| [dir.join("rsdf"), dir.join("rsdf").join(robot)]);
+    let mut files: Vec<PathBuf> = folders
+        .filter_map(|folder| std::fs::read_dir(folder).ok())
+        .flat_map(|entries| entries.filter_map(|entry| Some(entry.ok()?.path())))
+        .filter(|path| path.extension().is_some_and(|e| e == "rsdf"))
+        .collect();
+    files.sort();
+    let mut found = Vec::new();
+    for path in files {
+        let text = crate::provenance::read("rsdf", &path)?;
+        let text = String::from_utf8_lossy(&text);
+        found.extend(robot_model::propose::surfaces(
+            &path.display().to_string(),
+            &text,
+        )?);
+    }
+    Ok(found)
 }

@@ -4,6 +4,7 @@ pub mod agreement;
 pub mod assumed;
 pub mod floor;
 pub mod ground;
+pub mod settle;
 mod standing;
 
 use anyhow::{Context, Result, bail};

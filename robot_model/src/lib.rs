@@ -7,6 +7,7 @@
 //! | where is it: q = \[p_WB, quat_xyzw, joints…\] | [`Configuration`] |
 //! | poses, centre of mass, Jacobians, gravity torques | [`Kinematics`] |
 //! | distances to itself and to the world | [`collision`] |
+//! | where might it touch, which pairs need no watching | [`propose`] |
 //! | how is it read from files | [`load()`], [`load_from_strings`], [`mesh_file`] |
 //!
 //! ```
@@ -31,6 +32,7 @@ pub mod error;
 pub mod kinematics;
 pub mod load;
 pub mod mesh_file;
+pub mod propose;
 pub mod robot;
 mod xml;
 
@@ -40,7 +42,7 @@ pub use configuration::Configuration;
 pub use contact::{ContactPatch, PatchId, PatchKind, pyramid_axes_W};
 pub use error::Error;
 pub use kinematics::Kinematics;
-pub use load::{RobotFiles, load, load_from_strings};
+pub use load::{RobotFiles, load, load_from_strings, load_with};
 pub use robot::Robot;
 
 /// No coordinate of a robot's part or of a body that it meets is greater, m: what is, is a mistake.

@@ -176,6 +176,7 @@ impl Args {
             urdf: urdf.to_owned(),
             srdf: self.srdf.clone(),
             contacts: self.contacts.clone(),
+            packages: Vec::new(),
         });
         Ok(files.collect())
     }

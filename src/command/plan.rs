@@ -208,6 +208,10 @@ impl Args {
         if self.beside.contacts.is_some() {
             scene.robot.contacts.clone_from(&self.beside.contacts);
         }
+        scene
+            .robot
+            .packages
+            .extend_from_slice(&self.beside.packages);
         self.over_start(&mut scene.start)?;
         self.over_goal(&mut scene.goal);
         if !self.guide.is_empty() {

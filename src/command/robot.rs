@@ -1,17 +1,22 @@
 //! `scandent robot URDF`: what was read of a robot.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
+use robot_model::propose::Kinds;
 use robot_model::{JointKind, PatchKind, Robot};
 use serde_json::{Value, json};
 
 use crate::cli::Global;
 use crate::config::Config;
+use crate::output;
+use crate::propose::Proposal;
 use crate::provenance::Inputs;
-use crate::robot_files::BesideUrdf;
+use crate::robot_files::{BesideUrdf, RobotFiles};
 use crate::status::Status;
 use crate::template::render;
+use crate::view;
 
 /// Flags of `robot`.
 #[derive(Debug, clap::Args)]
@@ -24,6 +29,22 @@ pub struct Args {
     /// Also list every joint with its limits
     #[arg(long)]
     joints: bool,
+    /// Write what the URDF does not tell into this folder: contacts.toml, an SRDF with excepted pairs
+    /// and a standing posture, and robot.html to look at
+    #[arg(long, value_name = "FOLDER")]
+    propose: Option<PathBuf>,
+    /// Patches to propose beside feet and hands
+    #[arg(long, value_name = "PART", value_delimiter = ',', requires = "propose")]
+    also: Vec<Part>,
+}
+
+/// A part of a limb that touches where it is asked to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Part {
+    /// The front of the knees.
+    Knees,
+    /// The elbows.
+    Elbows,
 }
 
 /// Prints degrees of freedom, mass, patches, postures, what collides at rest and what was assumed.
@@ -33,7 +54,10 @@ pub struct Args {
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let files = args.beside.files(&args.robot);
-    let robot = files.load(&config.robot_model, &mut Inputs::default())?;
+    let robot = match &args.propose {
+        Some(folder) => args.write_proposal(folder, &files, &config, out)?,
+        None => files.load(&config.robot_model, &mut Inputs::default())?,
+    };
     let text = render(
         "robot.txt",
         include_str!("text/robot.txt"),
@@ -41,6 +65,66 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     )?;
     out.write_all(text.as_bytes())?;
     Ok(Status::Done)
+}
+
+impl Args {
+    /// Writes what is proposed, and gives the robot as those files have it.
+    fn write_proposal(
+        &self,
+        folder: &Path,
+        files: &RobotFiles,
+        config: &Config,
+        out: &mut dyn Write,
+    ) -> Result<Robot> {
+        if files.is_builtin() {
+            bail!(
+                "{} ships with contacts and an SRDF: --propose is for a URDF",
+                files.urdf
+            );
+        }
+        let kinds = Kinds {
+            knees: self.also.contains(&Part::Knees),
+            elbows: self.also.contains(&Part::Elbows),
+        };
+        let bare = robot_model::load(&files.of_model(&config.robot_model))?;
+        let Proposal {
+            contacts,
+            srdf,
+            notes,
+        } = files.proposal(&bare, kinds)?;
+        let stem = Path::new(&files.urdf)
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy();
+        let mut files = files.clone();
+        if files.contacts.is_none() {
+            let path = folder.join("contacts.toml");
+            output::write(&path, contacts.as_bytes())?;
+            files.contacts = Some(path);
+        }
+        if files.srdf.is_none() {
+            let path = folder.join(format!("{stem}.srdf"));
+            output::write(&path, srdf.as_bytes())?;
+            files.srdf = Some(path);
+        }
+        let mut robot = files.load(&config.robot_model, &mut Inputs::default())?;
+        robot.notes.extend(notes);
+        let page = view::robot_page(&robot)?;
+        let path = folder.join("robot.html");
+        output::write(&path, page.as_bytes())?;
+        writeln!(
+            out,
+            "look at {}; then, with what it is to walk on:",
+            path.display()
+        )?;
+        writeln!(
+            out,
+            "  scandent plan --mesh WORLD.obj --goal X,Y --robot {} {}",
+            files.urdf,
+            files.flags()
+        )?;
+        Ok(robot)
+    }
 }
 
 /// What the template says of a robot, and of every joint where `joints` are wanted.

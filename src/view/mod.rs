@@ -18,8 +18,11 @@ mod face;
 mod motion;
 mod number;
 mod robot;
+mod robot_page;
 mod stance;
 mod support;
+
+pub use robot_page::robot_page;
 
 use anyhow::{Context, Result};
 use plan::{Motion, Plan};

@@ -11,6 +11,7 @@ mod bench;
 mod calibrate_camera;
 mod cli;
 mod export_formats;
+mod first_robot;
 mod interruption;
 mod mutual_imports;
 mod outputs;

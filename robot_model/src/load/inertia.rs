@@ -8,6 +8,8 @@ use crate::{Body, Error, JointKind};
 
 /// Moving bodies below this mass are massless: dummy links carry 1e-6 kg and the like.
 const MASSLESS_KG: f64 = 1e-5;
+/// A negative moment up to this part of the greatest is a slip, which no motion feels.
+const SLIGHT: f64 = 0.02;
 /// Moments of inertia below this are none: a gram at a third of a millimetre; kg·m².
 const NO_INERTIA: f64 = 1e-10;
 
@@ -65,8 +67,8 @@ impl Lump {
 /// Whether every moving body can be one: some mass to move, an inertia that masses can have.
 ///
 /// # Errors
-/// [`Error::Part`] for a joint that carries no mass at all and for an inertia with a negative
-/// principal moment, unless `findings` is lenient; lesser flaws, which do not touch statics,
+/// [`Error::Part`] for a robot without mass and for an inertia with a clearly negative principal moment,
+/// unless `findings` is lenient; lesser flaws, which do not touch statics,
 /// become notes.
 pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Result<(), Error> {
     let mut carried: Vec<f64> = bodies.iter().map(|b| b.mass_kg).collect();
@@ -79,14 +81,14 @@ pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Res
         let link = body.name.as_str();
         let refuse = |cause: String| Error::part(file, "link", link, cause);
         if *carried < MASSLESS_KG {
-            let cause = match body.kind {
-                JointKind::Floating => "the whole robot is massless".to_owned(),
-                _ => {
-                    let joint = &body.joint;
-                    format!("it is massless, as is all that joint \"{joint}\" moves")
-                }
-            };
-            findings.refuse_unless_lenient(refuse(cause))?;
+            if body.kind == JointKind::Floating {
+                let cause = "the whole robot is massless".to_owned();
+                findings.refuse_unless_lenient(refuse(cause))?;
+            } else {
+                // Its joint needs no torque: statics and motions are those of the rest.
+                let what = "links that are massless, as is all that they carry, weigh nothing";
+                findings.list(what, link);
+            }
         } else if body.mass_kg < MASSLESS_KG {
             findings.note(format!("link \"{link}\" moves but has no mass of its own"));
         }
@@ -94,7 +96,12 @@ pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Res
         moments.as_mut_slice().sort_unstable_by(f64::total_cmp);
         let [small, middle, large] = [moments[0], moments[1], moments[2]];
         let rounding = 1e-6 * large.abs() + NO_INERTIA;
-        if !large.is_finite() || small < -rounding {
+        if large.is_finite() && small < -rounding && small > -SLIGHT * large {
+            findings.note(format!(
+                "link \"{link}\": principal moments {small:.3e}, {middle:.3e}, {large:.3e} kg·m²: a \
+                 negative one is none of a body's; kept as given, statics does not use it"
+            ));
+        } else if !large.is_finite() || small < -rounding {
             let cause = format!("its inertia has the principal moments {small}, {middle}, {large}");
             findings.refuse_unless_lenient(refuse(cause))?;
         } else if small + middle < large * (1.0 - 1e-3) - NO_INERTIA {

@@ -15,6 +15,9 @@ mod srdf;
 mod tree;
 mod urdf;
 
+pub use overlaps::sampled;
+pub(crate) use overlaps::{NEAR_M, NEIGHBOUR_JOINTS, joints_between};
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -62,11 +65,28 @@ pub fn no_meshes(_filename: &str) -> Result<Vec<u8>, String> {
 /// # Errors
 /// Every variant of [`Error`] but [`Error::Value`], naming file, link or joint, and cause.
 pub fn load(files: &RobotFiles) -> Result<Robot, Error> {
+    load_with(files, None, None)
+}
+
+/// Reads a robot from its files, these texts in the place of an SRDF or a contacts file that is not
+/// there.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with(
+    files: &RobotFiles,
+    srdf: Option<&str>,
+    contacts: Option<&str>,
+) -> Result<Robot, Error> {
     let named = |path: &PathBuf| Ok((path.display().to_string(), read_text(path)?));
+    let or = |path: &Option<PathBuf>, text: Option<&str>, kind: &str| match (path, text) {
+        (Some(path), _) => named(path).map(Some),
+        (None, text) => Ok(text.map(|text| (format!("proposed {kind}"), text.to_owned()))),
+    };
     let texts = Texts {
         urdf: named(&files.urdf)?,
-        srdf: files.srdf.as_ref().map(named).transpose()?,
-        contacts: files.contacts.as_ref().map(named).transpose()?,
+        srdf: or(&files.srdf, srdf, "SRDF")?,
+        contacts: or(&files.contacts, contacts, "contacts")?,
     };
     // An absolute folder has all of its parents to look for packages in.
     let urdf_path = std::path::absolute(&files.urdf).unwrap_or_else(|_| files.urdf.clone());

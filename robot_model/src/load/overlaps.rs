@@ -9,9 +9,9 @@ use crate::collision::CollidingPair;
 use crate::{Body, Config, Configuration, Kinematics, Robot};
 
 /// Shapes nearer than this meet, m: less than any posture keeps between two parts.
-const NEAR_M: f64 = 0.008;
+pub(crate) const NEAR_M: f64 = 0.008;
 /// Most joints between links that count as neighbours.
-const NEIGHBOUR_JOINTS: usize = 2;
+pub(crate) const NEIGHBOUR_JOINTS: usize = 2;
 /// Postures in which links are looked at that may meet in every one.
 const POSTURES: u64 = 200;
 
@@ -67,7 +67,7 @@ pub(super) fn except(robot: &mut Robot, config: &Config, findings: &mut Findings
 }
 
 /// Number of joints on the way from one body to another.
-fn joints_between(bodies: &[Body], a: usize, b: usize) -> usize {
+pub(crate) fn joints_between(bodies: &[Body], a: usize, b: usize) -> usize {
     let above = |body: usize| -> Vec<usize> {
         std::iter::successors(Some(body), |&body| bodies[body].parent).collect()
     };
@@ -82,7 +82,7 @@ fn joints_between(bodies: &[Body], a: usize, b: usize) -> usize {
 
 /// A posture within the joint limits: the point of a number in an additive recurrence, whose
 /// fractional parts fill the cube of the joints evenly.
-fn sampled(robot: &Robot, number: u64) -> Configuration {
+pub fn sampled(robot: &Robot, number: u64) -> Configuration {
     let mut posture = Configuration::zero(robot.nj());
     for (j, (q, body)) in posture
         .joints

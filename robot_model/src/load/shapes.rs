@@ -17,6 +17,9 @@ const SHORTFALL_M: f64 = 5e-4;
 /// Most vertices of it all the same.
 const HULL_VERTICES: usize = 256;
 
+/// Radius of the ball that a sphere of radius 0 stands for, m.
+const POINT_M: f64 = 1e-3;
+
 /// Most collision shapes of a robot: each pair of them may be watched.
 const SHAPES_MAX: usize = 2000;
 
@@ -71,6 +74,12 @@ impl ShapeReader<'_> {
             Geometry::Box { size } => {
                 let half_extents_m = Vector3::from(**size) / 2.0;
                 ("box", ShapeGeometry::Box { half_extents_m })
+            }
+            // A point where a foot touches.
+            Geometry::Sphere { radius } if *radius == 0.0 => {
+                let what = "spheres of radius 0 are taken for balls of 1 mm";
+                findings.list(what, link);
+                ("sphere", ShapeGeometry::Sphere { radius_m: POINT_M })
             }
             Geometry::Sphere { radius } => ("sphere", ShapeGeometry::Sphere { radius_m: *radius }),
             Geometry::Cylinder { radius, length } => {

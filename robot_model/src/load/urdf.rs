@@ -26,6 +26,7 @@ pub(super) struct Urdf {
 pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, Error> {
     let source = Source::parse(file, text)?;
     let root = source.robot()?;
+    refuse_xacro(file, &source)?;
     let mut clean = String::from("<robot");
     let name = root.attribute("name").unwrap_or("robot");
     attribute("name", name, &mut clean);
@@ -34,11 +35,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, Error> {
     }
     clean.push('>');
     if child(root, "link").is_none() {
-        let hint = match text.contains("xacro") {
-            true => "; it is a xacro file: expand it first",
-            false => "",
-        };
-        return Err(source.refuse(root, format!("there is no <link>{hint}")));
+        return Err(source.refuse(root, "there is no <link>"));
     }
     for link in children(root, "link") {
         copy(&source, link, &LINK, &mut clean)?;
@@ -54,6 +51,25 @@ pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, Error> {
     let robot = urdf_rs::read_from_string(&clean);
     let robot = robot.map_err(|error| Error::file(file, error.to_string()))?;
     Ok(Urdf { robot, joint_lines })
+}
+
+/// Refuses what is to be expanded first: macros, properties and values that stand for others. A file
+/// that merely names the language, as expanded ones do, is fine.
+fn refuse_xacro(file: &str, source: &Source) -> Result<(), Error> {
+    let is_macro = |node: &Node| {
+        let space = node.tag_name().namespace().unwrap_or_default();
+        let stands_for = |a: roxmltree::Attribute| a.value().contains("${");
+        node.is_element() && (space.contains("xacro") || node.attributes().any(stands_for))
+    };
+    let root = source.document.root_element();
+    match root.descendants().find(is_macro) {
+        None => Ok(()),
+        Some(node) => {
+            let plain = file.trim_end_matches(".xacro").trim_end_matches(".urdf");
+            let cause = format!("this is xacro: expand it first, by `xacro {file} > {plain}.urdf`");
+            Err(source.refuse(node, cause))
+        }
+    }
 }
 
 /// The pose that an `<origin>` states.

@@ -67,7 +67,6 @@ fn urdfs_that_make_no_robot_are_refused() {
         <axis xyz="0.3 -1.0 0.2"/> => <axis xyz="0.3 -1.0 x 0.2"/> ! line, not three numbers
         name="hip" type="revolute" => name="hip" type="planar" ! line, "planar" are not supported
         name="hip" type="revolute" => name="hip" type="floating" ! joint "hip", dummy root
-        <mass value="0.1"/> => <mass value="0"/> ! link "tooth", massless, "wobble"
         <mass value="0.1"/> => <mass value="-0.1"/> ! link "tooth", -0.1 kg
         <mass value="0.1"/> => <mass value="NaN"/> ! line, not a number
         <mass value="0.1"/> => ! line, no <mass>
@@ -116,10 +115,34 @@ fn what_urdf_rs_would_refuse_or_guess_is_completed_first() {
 }
 
 #[test]
+fn what_does_no_harm_is_read_with_a_note() {
+    let with = |from: &str, to: &str| read(&tree().replacen(from, to, 1), None, None).unwrap();
+    for (from, to, says) in [
+        (
+            r#"<mass value="0.1"/>"#,
+            r#"<mass value="0"/>"#,
+            ["tooth", "weigh nothing"],
+        ),
+        (
+            r#"<sphere radius="0.03"/>"#,
+            r#"<sphere radius="0"/>"#,
+            ["shank", "balls of 1 mm"],
+        ),
+        (
+            r#"ixx="0.00001" ixy="0""#,
+            r#"ixx="-0.0000001" ixy="0""#,
+            ["tooth", "negative"],
+        ),
+    ] {
+        assert_says(&with(from, to).notes.join("\n"), &says);
+    }
+}
+
+#[test]
 fn lenient_reading_notes_what_it_would_have_refused() {
-    let text = tree().replacen(r#"<mass value="0.1"/>"#, r#"<mass value="0"/>"#, 1);
+    let text = tree().replacen(r#"ixx="0.00001" ixy="0""#, r#"ixx="-0.1" ixy="0""#, 1);
     let robot = load_from_strings(&text, None, None, "test", &no_meshes, &LENIENT).unwrap();
-    assert_says(&robot.notes.join("\n"), &["tooth", "massless"]);
+    assert_says(&robot.notes.join("\n"), &["tooth", "principal moments"]);
 }
 
 #[test]

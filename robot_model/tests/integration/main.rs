@@ -6,6 +6,7 @@ mod derivatives;
 mod distances;
 mod kinematics_golden;
 mod mutations;
+mod propose;
 mod robots;
 mod support;
 mod tree;

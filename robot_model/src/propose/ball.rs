@@ -1,0 +1,64 @@
+//! The ball that a rounded end touches with.
+
+use nalgebra::{Matrix4, Point3, Vector3, Vector4};
+
+/// Half of the cone of directions that a foot's end is touched from, rad.
+const CONE_RAD: f64 = 0.7;
+/// Rings and directions a ring.
+const RINGS: usize = 4;
+const AROUND: usize = 12;
+/// Smallest radius of a ball, m.
+const SMALLEST_M: f64 = 1e-3;
+
+/// A ball and how far the body sticks out of it or falls short, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// Its middle.
+    pub centre: Point3<f64>,
+    /// Its radius, m.
+    pub radius_m: f64,
+    /// The greatest difference of the support functions over the cone, m.
+    pub off_m: f64,
+}
+
+/// The ball that a body with this support function is nearest to, seen from directions about `down`:
+///
+///   min Σ (h(u) − c·u − r)²  over unit u within the cone
+///
+/// linear in centre and radius, and exact where a ball is what is there.
+pub fn fit(support: &dyn Fn(&Vector3<f64>) -> Point3<f64>, down: &Vector3<f64>) -> Option<Ball> {
+    let x = down
+        .cross(&Vector3::ith(down.iamin(), 1.0))
+        .try_normalize(1e-9)?;
+    let y = down.cross(&x);
+    let mut directions = vec![*down];
+    for ring in 1..=RINGS {
+        let (sin, cos) = (CONE_RAD * ring as f64 / RINGS as f64).sin_cos();
+        directions.extend((0..AROUND).map(|k| {
+            let (s, c) = (std::f64::consts::TAU * k as f64 / AROUND as f64).sin_cos();
+            down * cos + (x * c + y * s) * sin
+        }));
+    }
+    let height = |u: &Vector3<f64>| support(u).coords.dot(u);
+    let (mut A, mut b) = (Matrix4::zeros(), Vector4::zeros());
+    for u in &directions {
+        let row = Vector4::new(u.x, u.y, u.z, 1.0);
+        A += row * row.transpose();
+        b += row * height(u);
+    }
+    let solved = A.cholesky()?.solve(&b);
+    let mut centre = Point3::from(solved.xyz());
+    let mut radius_m = solved.w;
+    if radius_m < SMALLEST_M {
+        // A spike: the smallest ball at its end.
+        radius_m = SMALLEST_M;
+        centre = support(down) - down * radius_m;
+    }
+    let off = |u: &Vector3<f64>| (height(u) - centre.coords.dot(u) - radius_m).abs();
+    let off_m = directions.iter().map(off).fold(0.0, f64::max);
+    Some(Ball {
+        centre,
+        radius_m,
+        off_m,
+    })
+}

@@ -1,0 +1,314 @@
+//! Where a robot's limbs may touch the world: soles, balls, fists.
+#![allow(non_snake_case)]
+
+use nalgebra::{Isometry3, Point2, Point3, Vector3};
+
+use super::ball::{self, Ball};
+use super::flat::{Flat, doubled_area, flat};
+use super::limb::{Limb, LimbKind};
+use super::rsdf::Surface;
+use crate::collision::Shape;
+use crate::{Configuration, Kinematics, PatchKind, Robot};
+
+/// Joints that it takes to hold a sole flat where it is wanted: three for the place, two for the tilt.
+const FLAT_JOINTS: usize = 5;
+/// A ball is one that fits as well as this, m.
+const BALL_OFF_M: f64 = 0.0015;
+/// Least half width of a flat patch, m.
+const HALF_WIDTH_M: f64 = 0.01;
+/// A hand is what is beyond this part of an arm's length.
+const HAND: f64 = 0.7;
+/// Friction of soles and balls, and of hands: rubber and plastic on what is built.
+const FRICTION: [f64; 2] = [0.6, 0.5];
+
+/// What is looked for beside feet and hands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kinds {
+    /// The front of the knees.
+    pub knees: bool,
+    /// The elbows.
+    pub elbows: bool,
+}
+
+/// A patch that was found.
+#[derive(Clone, Debug)]
+pub struct Proposed {
+    /// Its name.
+    pub name: String,
+    /// The link it is on.
+    pub link: String,
+    /// The limb it belongs to, an index.
+    pub limb: usize,
+    /// Pose of C in the link.
+    pub X_LC: Isometry3<f64>,
+    /// The body that the link is lumped into.
+    pub body: usize,
+    /// Pose of C in the body.
+    pub X_BC: Isometry3<f64>,
+    /// Flat or ball.
+    pub kind: PatchKind,
+    /// Its outline in C, m; nothing of a ball.
+    pub polygon: Vec<Point2<f64>>,
+    /// What it is for.
+    pub role: &'static str,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// How it was found, in a few words.
+    pub why: String,
+}
+
+/// The patches of every limb, and what is to be told of those that have none.
+///
+/// `at` is a configuration with the base upright in which feet are as they shall stand: what looks
+/// down there is what they stand on. Surfaces of an RSDF go before what shapes tell.
+pub fn patches(
+    robot: &Robot,
+    limbs: &[Limb],
+    at: &Configuration,
+    rsdf: &[Surface],
+    kinds: Kinds,
+) -> (Vec<Proposed>, Vec<String>) {
+    let finder = Finder {
+        robot,
+        limbs,
+        kinematics: Kinematics::new(robot, at),
+    };
+    let (mut found, mut notes) = (Vec::new(), Vec::new());
+    for limb in 0..limbs.len() {
+        if limbs[limb].mirror.is_none() {
+            let end = &robot.bodies[limbs[limb].end()].name;
+            notes.push(format!(
+                "the limb that ends with {end} has no other side and gets no patch"
+            ));
+            continue;
+        }
+        let shipped: Vec<Proposed> = rsdf
+            .iter()
+            .filter_map(|s| finder.shipped(limb, s))
+            .collect();
+        if !shipped.is_empty() {
+            found.extend(shipped.into_iter().take(1));
+        } else {
+            match finder.end(limb) {
+                Ok(patch) => found.push(patch),
+                Err(why) => notes.push(format!("{}: no patch: {why}", finder.name(limb))),
+            }
+        }
+        let middle = match limbs[limb].kind {
+            LimbKind::Leg => kinds.knees,
+            LimbKind::Arm => kinds.elbows,
+        };
+        if middle && let Some(patch) = finder.bend(limb) {
+            found.push(patch);
+        }
+    }
+    (found, notes)
+}
+
+struct Finder<'a> {
+    robot: &'a Robot,
+    limbs: &'a [Limb],
+    kinematics: Kinematics,
+}
+
+impl Finder<'_> {
+    fn name(&self, limb: usize) -> String {
+        let limb = &self.limbs[limb];
+        let what = match limb.kind {
+            LimbKind::Leg => "foot",
+            LimbKind::Arm => "hand",
+        };
+        format!("{}_{what}", limb.place)
+    }
+
+    /// The shapes of these bodies, placed in W.
+    fn placed(&self, bodies: &[usize]) -> Vec<(Isometry3<f64>, &Shape)> {
+        let shapes = self.robot.collision.shapes().iter();
+        let of = shapes.filter(|s| bodies.contains(&s.body));
+        of.map(|s| (self.kinematics.X_WB[s.body] * s.X_BG, s))
+            .collect()
+    }
+
+    /// What a limb touches with at its end.
+    fn end(&self, number: usize) -> Result<Proposed, String> {
+        let (robot, limb) = (self.robot, &self.limbs[number]);
+        let origins = &self.kinematics.origin_W;
+        // A foot is the last body; a hand all that is beyond most of the arm's length, fingers too.
+        let bodies = match limb.kind {
+            LimbKind::Leg => vec![limb.end()],
+            LimbKind::Arm => {
+                let mut along = 0.0;
+                let far = limb.bodies.iter().skip(1).find(|&&b| {
+                    along += robot.bodies[b].X_PJ.translation.vector.norm();
+                    along > HAND * limb.length_m
+                });
+                let hand = robot.subtree(far.copied().unwrap_or(limb.end()));
+                // What weighs nothing is not there to bear.
+                hand.filter(|&b| robot.bodies[b].mass_kg > 0.0).collect()
+            }
+        };
+        let shapes = self.placed(&bodies);
+        if shapes.is_empty() || bodies.is_empty() {
+            let end = &robot.bodies[limb.end()].name;
+            return Err(format!("{end} has no collision shape"));
+        }
+        let toward = match limb.kind {
+            LimbKind::Leg => -Vector3::z(),
+            LimbKind::Arm => {
+                // Along the forearm: from the elbow to the hand.
+                let hand = origins[bodies[0]];
+                let inner = limb.bodies.iter().map(|&b| origins[b]);
+                let apart = |p: &Vector3<f64>| (hand - p).norm() > 0.15 * limb.length_m;
+                let elbow = inner.take_while(|p| apart(p)).last();
+                let along = elbow.and_then(|p| (hand - p).try_normalize(1e-6));
+                along.ok_or("its forearm has no length")?
+            }
+        };
+        let ball = ball::fit(&|d| foremost(&shapes, d), &toward);
+        let face = flat(&shapes, &toward, &Vector3::x()).filter(|f| half_width_m(f) > HALF_WIDTH_M);
+        let holds_flat = limb.kind == LimbKind::Arm || limb.bodies.len() >= FLAT_JOINTS;
+        let is_ball = |b: &Ball| b.off_m < BALL_OFF_M && b.radius_m > BALL_OFF_M;
+        match (ball, face) {
+            (Some(ball), _) if is_ball(&ball) => Ok(self.of_ball(number, &bodies, ball)),
+            (_, Some(face)) if holds_flat => {
+                let shape = shapes[face.shape].1;
+                Ok(self.of_flat(number, face, shape, "the flat face at its end"))
+            }
+            (Some(ball), _) if limb.kind == LimbKind::Leg => {
+                Ok(self.of_ball(number, &bodies, ball))
+            }
+            _ => Err("its end is neither flat nor a ball".to_owned()),
+        }
+    }
+
+    /// The bend of a limb, a ball: where a robot kneels or leans on its elbows.
+    fn bend(&self, number: usize) -> Option<Proposed> {
+        let limb = &self.limbs[number];
+        let origins = &self.kinematics.origin_W;
+        let (first, last) = (origins[limb.bodies[0]], origins[limb.end()]);
+        let middle = |b: &usize| {
+            (origins[*b] - first)
+                .norm()
+                .min((origins[*b] - last).norm())
+        };
+        let bend = *limb
+            .bodies
+            .iter()
+            .max_by(|a, b| middle(a).total_cmp(&middle(b)))?;
+        let toward = match limb.kind {
+            LimbKind::Leg => Vector3::x(),
+            LimbKind::Arm => (origins[bend] - first).try_normalize(1e-6)?,
+        };
+        let shapes = self.placed(&[bend]);
+        let ball =
+            (!shapes.is_empty()).then(|| ball::fit(&|d| foremost(&shapes, d), &toward))??;
+        let mut patch = self.of_ball(number, &[bend], ball);
+        let what = match limb.kind {
+            LimbKind::Leg => "knee",
+            LimbKind::Arm => "elbow",
+        };
+        patch.name = format!("{}_{what}", limb.place);
+        patch.role = what;
+        Some(patch)
+    }
+
+    fn of_flat(&self, limb: usize, face: Flat, shape: &Shape, why: &str) -> Proposed {
+        let X_WC = face.X_BC;
+        Proposed {
+            polygon: face.polygon,
+            why: why.to_owned(),
+            ..self.on(limb, shape.link.clone(), shape.body, X_WC, PatchKind::Area)
+        }
+    }
+
+    fn of_ball(&self, limb: usize, bodies: &[usize], ball: Ball) -> Proposed {
+        // The shape whose middle is nearest.
+        let off = |shape: &&Shape| {
+            let X_WG = self.kinematics.X_WB[shape.body] * shape.X_BG;
+            (X_WG.translation.vector - ball.centre.coords).norm()
+        };
+        let shapes = self.robot.collision.shapes().iter();
+        let nearest = shapes
+            .filter(|s| bodies.contains(&s.body))
+            .min_by(|a, b| off(a).total_cmp(&off(b)));
+        let name = || self.robot.bodies[bodies[0]].name.clone();
+        let (body, link) = nearest.map_or((bodies[0], name()), |s| (s.body, s.link.clone()));
+        let X_WC = Isometry3::translation(ball.centre.x, ball.centre.y, ball.centre.z);
+        // Tenths of a millimetre are enough, and read well.
+        let radius_m = (ball.radius_m * 1e4).round() / 1e4;
+        let why = format!(
+            "the ball that its end is nearest to, {:.1} mm off at most",
+            1e3 * ball.off_m
+        );
+        Proposed {
+            why,
+            ..self.on(limb, link, body, X_WC, PatchKind::Point { radius_m })
+        }
+    }
+
+    /// A surface of an RSDF that is on this limb.
+    fn shipped(&self, number: usize, surface: &Surface) -> Option<Proposed> {
+        let frame = self.robot.frame(&surface.link).ok()?;
+        if !self.limbs[number].bodies.contains(&frame.body) {
+            return None;
+        }
+        let X_WC = self.kinematics.X_WB[frame.body] * frame.X_BL * surface.X_LC;
+        Some(Proposed {
+            polygon: surface.polygon.clone(),
+            why: format!("planar surface {} of {}", surface.name, surface.file),
+            ..self.on(
+                number,
+                surface.link.clone(),
+                frame.body,
+                X_WC,
+                PatchKind::Area,
+            )
+        })
+    }
+
+    fn on(
+        &self,
+        limb: usize,
+        link: String,
+        body: usize,
+        X_WC: Isometry3<f64>,
+        kind: PatchKind,
+    ) -> Proposed {
+        let X_BC = self.kinematics.X_WB[body].inverse() * X_WC;
+        let frame = self
+            .robot
+            .frame(&link)
+            .map_or(Isometry3::identity(), |f| f.X_BL);
+        let is_leg = self.limbs[limb].kind == LimbKind::Leg;
+        Proposed {
+            name: self.name(limb),
+            link,
+            limb,
+            X_LC: frame.inverse() * X_BC,
+            body,
+            X_BC,
+            kind,
+            polygon: Vec::new(),
+            role: if is_leg { "foot" } else { "hand" },
+            friction: FRICTION[usize::from(!is_leg)],
+            why: String::new(),
+        }
+    }
+}
+
+/// The point of placed shapes that is foremost along `d`.
+fn foremost(shapes: &[(Isometry3<f64>, &Shape)], d: &Vector3<f64>) -> Point3<f64> {
+    let points = shapes
+        .iter()
+        .map(|(X_WG, shape)| X_WG * shape.geometry.support(&(X_WG.rotation.inverse() * d)));
+    let first = points.max_by(|a, b| a.coords.dot(d).total_cmp(&b.coords.dot(d)));
+    first.unwrap_or_else(Point3::origin)
+}
+
+/// Twice the area over the circumference: the radius of the inscribed circle of a polygon that has one.
+fn half_width_m(face: &Flat) -> f64 {
+    let polygon = &face.polygon;
+    let next = polygon.iter().cycle().skip(1);
+    let around: f64 = polygon.iter().zip(next).map(|(a, b)| (b - a).norm()).sum();
+    doubled_area(polygon) / around.max(1e-9)
+}

@@ -1,0 +1,197 @@
+//! What is proposed for a robot, against what was written by hand.
+#![allow(non_snake_case)]
+
+use std::path::Path;
+
+use nalgebra::{Isometry3, Point2, Point3, Vector3};
+use robot_model::propose::{
+    Kinds, Proposed, Reason, Tip, deepest, drawn, excepted, limbs, patches, surfaces,
+};
+use robot_model::{Kinematics, Robot, RobotFiles, load};
+
+use crate::support::{robot_data, shared};
+
+/// How far a proposed patch may be from the one written by hand, m, and how their normals may differ.
+const OFF_M: f64 = 0.005;
+const TURNED_RAD: f64 = 0.01;
+/// The same of an outline whose corners were written beyond the flat of a bevelled sole: TALOS's lie
+/// outside its mesh, and JVRC-1's heel rises by 4 mm there.
+const BEVELLED_M: f64 = 0.009;
+
+fn proposed(robot: &Robot) -> Vec<Proposed> {
+    let limbs = limbs(robot);
+    patches(robot, &limbs, &robot.neutral(), &[], Kinds::default()).0
+}
+
+/// How far a point is outside a counter-clockwise polygon, m.
+fn outside_m(polygon: &[Point2<f64>], p: &Point2<f64>) -> f64 {
+    let next = polygon.iter().cycle().skip(1);
+    let edges = polygon.iter().zip(next);
+    let off = edges.map(|(a, b)| (p - a).perp(&(b - a)) / (b - a).norm());
+    off.fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Asserts that a proposed patch lies in the plane of the other and reaches as far, to `outline_m`, and, of
+/// soles, no farther.
+fn assert_agree(
+    robot: &Robot,
+    found: &Proposed,
+    body: usize,
+    X_BC: &Isometry3<f64>,
+    polygon: &[Point2<f64>],
+    (sole, outline_m): (bool, f64),
+) {
+    let kinematics = Kinematics::new(robot, &robot.neutral());
+    let (X_WF, X_WG) = (
+        kinematics.X_WB[found.body] * found.X_BC,
+        kinematics.X_WB[body] * X_BC,
+    );
+    let normal = |X: &Isometry3<f64>| X.rotation * Vector3::z();
+    let name = &found.name;
+    assert!(
+        normal(&X_WF).angle(&normal(&X_WG)) < TURNED_RAD,
+        "{name}: {X_WF} {X_WG}"
+    );
+    let vertices =
+        |X: &Isometry3<f64>, p: &[Point2<f64>], other: &Isometry3<f64>| -> Vec<Point3<f64>> {
+            let to =
+                |v: &Point2<f64>| other.inverse_transform_point(&(X * Point3::new(v.x, v.y, 0.0)));
+            p.iter().map(to).collect()
+        };
+    for v in vertices(&X_WG, polygon, &X_WF) {
+        assert!(v.z.abs() < OFF_M, "{name}: off the plane by {}", v.z);
+        let off = outside_m(&found.polygon, &v.xy());
+        assert!(off < outline_m, "{name}: short of {v} by {off}");
+    }
+    for v in vertices(&X_WF, &found.polygon, &X_WG)
+        .iter()
+        .filter(|_| sole)
+    {
+        let off = outside_m(polygon, &v.xy());
+        assert!(off < outline_m, "{name}: beyond by {off} at {v}");
+    }
+}
+
+fn assert_as_by_hand(robot: &Robot, outline_m: f64) {
+    let found = proposed(robot);
+    assert_eq!(found.len(), robot.patches.len());
+    for by_hand in &robot.patches {
+        let patch = found.iter().find(|p| p.name == by_hand.name).unwrap();
+        assert!(by_hand.has_role(patch.role));
+        let is_sole = patch.role == "foot";
+        assert_agree(
+            robot,
+            patch,
+            by_hand.body,
+            &by_hand.X_BC,
+            &by_hand.polygon,
+            (is_sole, outline_m),
+        );
+    }
+}
+
+fn by_hand(urdf: &Path, contacts: &Path) -> Robot {
+    let mut files = RobotFiles::new(urdf);
+    files.contacts = Some(contacts.to_owned());
+    load(&files).unwrap()
+}
+
+fn scenes() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/robots")
+}
+
+#[test]
+fn hrp2_has_the_patches_that_were_written_by_hand() {
+    let hrp2 = scenes().join("hrp2");
+    let robot = by_hand(&hrp2.join("hrp2.urdf"), &hrp2.join("contacts.toml"));
+    assert_as_by_hand(&robot, OFF_M);
+}
+
+#[test]
+fn talos_has_the_patches_that_were_written_by_hand() {
+    let Some(data) = robot_data() else { return };
+    let urdf = data.join("talos_data/robots/talos_reduced.urdf");
+    assert_as_by_hand(
+        &by_hand(&urdf, &scenes().join("talos/contacts.toml")),
+        BEVELLED_M,
+    );
+}
+
+#[test]
+fn jvrc1_has_the_soles_that_its_rsdf_states() {
+    let Some(folder) = shared("robots/jvrc1") else {
+        return;
+    };
+    let robot = load(&RobotFiles::new(folder.join("jvrc1.urdf"))).unwrap();
+    let found = proposed(&robot);
+    for (file, name) in [("L_ANKLE_P_S", "left_foot"), ("R_ANKLE_P_S", "right_foot")] {
+        let path = folder.join("rsdf").join(file).with_extension("rsdf");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let stated = &surfaces(file, &text).unwrap()[0];
+        let frame = robot.frame(&stated.link).unwrap();
+        let patch = found.iter().find(|p| p.name == name).unwrap();
+        // Its patch is 8 cm wide on a wider sole: what is found reaches as far at least.
+        let X_BC = frame.X_BL * stated.X_LC;
+        let limbs = limbs(&robot);
+        let kinds = Kinds::default();
+        let stated_too = std::slice::from_ref(stated);
+        let shipped = patches(&robot, &limbs, &robot.neutral(), stated_too, kinds).0;
+        let shipped = shipped.iter().find(|p| p.name == name).unwrap();
+        assert_eq!(shipped.polygon, stated.polygon);
+        assert!((shipped.X_LC.translation.vector - stated.X_LC.translation.vector).norm() < 1e-9);
+        assert_agree(
+            &robot,
+            patch,
+            frame.body,
+            &X_BC,
+            &stated.polygon,
+            (false, BEVELLED_M),
+        );
+    }
+}
+
+#[test]
+fn balls_at_the_ends_of_legs_are_found_as_they_are() {
+    for name in ["hexapod", "quadruped"] {
+        let folder = scenes().join(name);
+        let robot = by_hand(
+            &folder.join(format!("{name}.urdf")),
+            &folder.join("contacts.toml"),
+        );
+        // Legs hanging.
+        let (limbs, mut at) = (limbs(&robot), robot.neutral());
+        for limb in &limbs {
+            let hangs = deepest(&robot, limb, &Tip::of(&robot, limb)).0;
+            let joints = limb.bodies.iter().map(|b| b - 1);
+            joints.for_each(|j| at.joints[j] = hangs.joints[j]);
+        }
+        let found = patches(&robot, &limbs, &at, &[], Kinds::default()).0;
+        assert_eq!(found.len(), robot.patches.len());
+        for patch in &found {
+            let near = |p: &&robot_model::ContactPatch| p.body == patch.body;
+            let by_hand = robot.patches.iter().find(near).unwrap();
+            let off = (by_hand.X_BC.translation.vector - patch.X_BC.translation.vector).norm();
+            assert!(off < 1e-4, "{}: {off}", patch.name);
+            assert_eq!(patch.kind, by_hand.kind);
+        }
+    }
+}
+
+#[test]
+fn pairs_are_excepted_with_a_reason_that_holds() {
+    let robot = load(&RobotFiles::new(scenes().join("hrp2/hrp2.urdf"))).unwrap();
+    let pairs = excepted(&robot, &robot.neutral());
+    let reason = |a: &str, b: &str| {
+        let is = |p: &&robot_model::propose::Excepted| p.link_a == a && p.link_b == b;
+        pairs.iter().find(is).map(|p| p.reason)
+    };
+    assert_eq!(reason("LLEG_LINK2", "LLEG_LINK3"), Some(Reason::Adjacent));
+    // A hand comes to the other one and to a knee, whatever was drawn.
+    assert_eq!(reason("LARM_LINK5", "RARM_LINK5"), None);
+    assert_eq!(reason("LARM_LINK5", "LLEG_LINK3"), None);
+    // What is said never to meet does not in postures that were not drawn for it.
+    let never: Vec<_> = pairs.iter().filter(|p| p.reason == Reason::Never).collect();
+    let meeting = (1000..3000).flat_map(|k| robot.colliding_pairs(&drawn(&robot, k)));
+    let met = meeting.filter(|m| never.iter().any(|p| m.is_of(&p.link_a, &p.link_b)));
+    assert_eq!((never.is_empty(), met.count()), (false, 0));
+}

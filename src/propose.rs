@@ -1,0 +1,148 @@
+//! What a user would otherwise write by hand for a robot: contacts, SRDF, a standing posture.
+
+pub mod standing;
+
+use anyhow::{Result, bail};
+use robot_model::propose::{self, Kinds, LimbKind, Proposed, Surface};
+use robot_model::{ContactPatch, PatchKind, Robot};
+use serde_json::{Value, json};
+
+use crate::template::render;
+
+/// The texts of the files that are proposed for a robot.
+pub struct Proposal {
+    /// Contacts file.
+    pub contacts: String,
+    /// SRDF.
+    pub srdf: String,
+    /// What was found and what was not, for the user.
+    pub notes: Vec<String>,
+}
+
+/// Proposes contacts and SRDF for a robot that was loaded without the one, the other or both.
+///
+/// Patches that it has already are kept: only the SRDF is then of use.
+///
+/// # Errors
+/// A robot without two legs that end in something to stand on.
+pub fn propose(
+    robot: &Robot,
+    rsdf: &[Surface],
+    kinds: Kinds,
+    config: &posture::Config,
+) -> Result<Proposal> {
+    let mut robot = robot.clone();
+    let limbs = propose::limbs(&robot);
+    let legs = limbs.iter().filter(|l| l.kind == LimbKind::Leg).count();
+    if legs < 2 {
+        bail!(
+            "{}: no two legs were found, left and right, to propose contacts for: {}",
+            robot.name,
+            "write a contacts file (docs/formats.md) and give it by --contacts"
+        );
+    }
+    let mut notes = Vec::new();
+    // What always meets is not to stop a posture.
+    let neutral = robot.neutral();
+    for pair in propose::excepted(&robot, &neutral) {
+        robot
+            .collision
+            .disable(|a, b| (a, b) == (&pair.link_a, &pair.link_b));
+    }
+    // Feet as they are with legs stretched, then as they are where the robot stands.
+    let given = !robot.patches.is_empty();
+    let mut at = standing::stretched(&robot, &limbs);
+    let mut found = Vec::new();
+    let mut stands = None;
+    for _ in 0..2 {
+        let (patches, missing) = propose::patches(&robot, &limbs, &at, rsdf, kinds);
+        notes = missing;
+        if !given {
+            robot.patches = patches.iter().map(patch).collect();
+        }
+        found = patches;
+        match standing::stand(&robot, &limbs, config) {
+            Ok(posture) => {
+                at = posture.clone();
+                stands = Some(posture);
+            }
+            Err(why) => {
+                notes.push(format!("no standing posture was found: {why:#}"));
+                break;
+            }
+        }
+    }
+    let feet = robot.patches.iter().filter(|p| p.has_role("foot")).count();
+    if feet < 2 {
+        bail!("{}: {}", robot.name, notes.join("; "));
+    }
+    let resting = stands.clone().unwrap_or(neutral);
+    let pairs = propose::excepted(&robot, &resting);
+    let pairs: Vec<Value> = pairs
+        .iter()
+        .map(|p| json!([p.link_a, p.link_b, format!("{:?}", p.reason)]))
+        .collect();
+    let joints = robot.joint_names().zip(resting.joints.iter());
+    let srdf = json!({
+        "name": robot.name,
+        "joints": joints.map(|(name, value)| json!([name, value])).collect::<Vec<_>>(),
+        "stands": stands.is_some(),
+        "about": standing::ABOUT,
+        "pairs": pairs,
+    });
+    Ok(Proposal {
+        contacts: contacts(&robot, &found)?,
+        srdf: render("robot.srdf", include_str!("propose/robot.srdf.jinja"), srdf)?,
+        notes,
+    })
+}
+
+/// The text of a contacts file.
+fn contacts(robot: &Robot, patches: &[Proposed]) -> Result<String> {
+    let patches = patches.iter().map(|p| {
+        let [x, y, z]: [f64; 3] = p.X_LC.translation.vector.into();
+        let (roll, pitch, yaw) = p.X_LC.rotation.euler_angles();
+        let (position_m, rpy_rad) = ([x, y, z].map(rounded), [roll, pitch, yaw].map(rounded));
+        let polygon = p.polygon.iter().map(|v| [v.x, v.y].map(rounded));
+        json!({
+            "name": p.name,
+            "link": p.link,
+            "why": p.why,
+            "radius_m": match p.kind { PatchKind::Point { radius_m } => Some(radius_m), _ => None },
+            "position_m": position_m,
+            "rpy_rad": rpy_rad,
+            "polygon_m": polygon.collect::<Vec<_>>(),
+            "role": p.role,
+            "friction": p.friction,
+        })
+    });
+    let said = json!({ "name": robot.name, "patches": patches.collect::<Vec<_>>() });
+    render(
+        "contacts.toml",
+        include_str!("propose/contacts.toml.jinja"),
+        said,
+    )
+}
+
+/// To a hundredth of a millimetre or milliradian.
+fn rounded(value: f64) -> f64 {
+    // Without a negative zero.
+    (value * 1e5).round() / 1e5 + 0.0
+}
+
+fn patch(p: &Proposed) -> ContactPatch {
+    let polygon = match p.kind {
+        PatchKind::Area => p.polygon.clone(),
+        PatchKind::Point { .. } => vec![nalgebra::Point2::origin()],
+    };
+    ContactPatch {
+        name: p.name.clone(),
+        link: p.link.clone(),
+        body: p.body,
+        X_BC: p.X_BC,
+        kind: p.kind,
+        polygon,
+        roles: vec![p.role.to_owned()],
+        friction: p.friction,
+    }
+}
