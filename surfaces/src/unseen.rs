@@ -18,6 +18,8 @@ use crate::{ConvexPolygon, EdgeKind, Face, Obstacle, Ring, Source};
 const EDGE_MIN_M: f64 = 0.03;
 /// A rounded corner is this near to the sharp one, m.
 const CORNER_M: f64 = 0.1;
+/// Corners this near to a line are on it, m.
+const STRAIGHT_M: f64 = 0.02;
 /// An edge that leads to the border at a flatter angle does not tell how the face goes on (its sine).
 const FLAT: f64 = 0.25;
 /// What is smaller is not worth a body, m².
@@ -73,10 +75,14 @@ fn hidden_m(face: &Face, eye_W: &Point3<f64>, views: &[FreeSpace], most_m: f64) 
 
 /// Bodies where a face goes on beyond the border of the view.
 fn beyond(face: &Face, views: &[FreeSpace], depth_m: f64, reach_m: f64) -> Vec<Obstacle> {
-    let ring = &face.region.rings()[0];
+    let sides = sides(&face.region.rings()[0]);
     let mut bodies = Vec::new();
-    for (edge, front) in (0..ring.edges.len()).filter_map(|i| Some((i, front(ring, i, reach_m)?))) {
-        let Some(eye_W) = ring.edges[edge].view.and_then(|i| face.views.get(i)) else {
+    for (i, side) in sides.iter().enumerate() {
+        let view = side.view.and_then(|view| face.views.get(view));
+        let cut = view.filter(|_| side.kind == EdgeKind::FieldOfView);
+        let around = [sides.len() - 1, 1].map(|step| &sides[(i + step) % sides.len()]);
+        let Some((eye_W, front)) = cut.and_then(|v| Some((v.eye_W, side.front(around, reach_m)?)))
+        else {
             continue;
         };
         let looked_through = |left: Outline, view: &FreeSpace| {
@@ -95,7 +101,7 @@ fn beyond(face: &Face, views: &[FreeSpace], depth_m: f64, reach_m: f64) -> Vec<O
         };
         for piece in pieces {
             let corners: Vec<_> = piece.vertices().iter().map(|p| face.point_W(p)).collect();
-            let behind = corners.iter().map(|p| behind_W(p, &eye_W.eye_W, depth_m));
+            let behind = corners.iter().map(|p| behind_W(p, &eye_W, depth_m));
             bodies.push(Obstacle {
                 id: format!("{}/beyond{}", face.id, bodies.len()),
                 points_W: corners.iter().copied().chain(behind).collect(),
@@ -107,48 +113,86 @@ fn beyond(face: &Face, views: &[FreeSpace], depth_m: f64, reach_m: f64) -> Vec<O
     bodies
 }
 
-/// The part of the plane in which a face goes on beyond edge `i` of a ring, where the border cuts it there.
-fn front(ring: &Ring, i: usize, reach_m: f64) -> Option<ConvexPolygon> {
+/// A straight part of a ring.
+struct Side {
+    ends: [Point2<f64>; 2],
+    kind: EdgeKind,
+    view: Option<usize>,
+}
+
+/// The edges of a ring but for corners that were rounded off, in its order; those at which one border of the view
+/// cuts it are one.
+fn sides(ring: &Ring) -> Vec<Side> {
     let count = ring.edges.len();
-    let ends = |i: usize| (ring.vertices[i], ring.vertices[(i + 1) % count]);
-    let vector = |i: usize| ends(i).1 - ends(i).0;
-    if ring.edges[i].kind != EdgeKind::FieldOfView || vector(i).norm() < EDGE_MIN_M {
-        return None;
+    let cut = |i: usize| ring.edges[i % count].kind == EdgeKind::FieldOfView;
+    let first = (0..count).find(|&i| !cut(i) && cut(i + 1)).unwrap_or(0);
+    let mut sides: Vec<Side> = Vec::new();
+    let mut chain: Vec<Point2<f64>> = Vec::new();
+    for i in (first + 1..=first + count).map(|i| i % count) {
+        let [a, b] = [i, (i + 1) % count].map(|k| ring.vertices[k]);
+        let edge = &ring.edges[i];
+        let straight = |start: Point2<f64>| {
+            let along = (b - start).normalize();
+            chain
+                .iter()
+                .all(|p| along.perp(&(p - start)).abs() <= STRAIGHT_M)
+        };
+        match sides.last_mut() {
+            Some(last) if cut(i) && last.kind == edge.kind && straight(last.ends[0]) => {
+                last.ends[1] = b;
+                chain.push(b);
+            }
+            _ if cut(i) || (b - a).norm() >= EDGE_MIN_M => {
+                let (ends, kind, view) = ([a, b], edge.kind, edge.view);
+                sides.push(Side { ends, kind, view });
+                chain = vec![b];
+            }
+            _ => {}
+        }
     }
-    let outward = |i: usize| Vector2::new(vector(i).y, -vector(i).x).normalize();
-    let (a, b) = ends(i);
-    // At each end the corner with the neighbour, and where that leads.
-    let corner = |end: Point2<f64>, step: usize, sign: f64| {
-        let mut others = (1..count).map(|k| (i + k * step) % count);
-        let straight = (end, end + outward(i) * reach_m);
-        let Some(other) = others.find(|&k| vector(k).norm() >= EDGE_MIN_M) else {
-            return straight;
+    sides.retain(|side| side.vector().norm() >= EDGE_MIN_M);
+    sides
+}
+
+impl Side {
+    fn vector(&self) -> Vector2<f64> {
+        self.ends[1] - self.ends[0]
+    }
+
+    /// Away from the face, which is on the left.
+    fn outward(&self) -> Vector2<f64> {
+        let along = self.vector().normalize();
+        Vector2::new(along.y, -along.x)
+    }
+
+    /// The part of the plane in which the face goes on beyond this side, between the ones before and after it.
+    fn front(&self, around: [&Self; 2], reach_m: f64) -> Option<ConvexPolygon> {
+        let [[a, far_a], [b, far_b]] = [0, 1].map(|k| self.leads(k, around[k], reach_m));
+        // Sides that lead together end the face where they meet.
+        let (u, v, apart) = (far_a - a, far_b - b, b - a);
+        let [s, t] = [apart.perp(&v), apart.perp(&u)].map(|x| x / u.perp(&v));
+        let meet = (0.0..1.0).contains(&s) && (0.0..1.0).contains(&t);
+        let far = if meet { [a + u * s; 2] } else { [far_a, far_b] };
+        ConvexPolygon::hull(&[[a, b], far].concat()).ok()
+    }
+
+    /// The corner at an end with the side there, and where the face goes on from it.
+    fn leads(&self, end: usize, other: &Self, reach_m: f64) -> [Point2<f64>; 2] {
+        let (corner, outward) = (self.ends[end], self.outward());
+        let toward = other.vector().normalize() * [1.0, -1.0][end];
+        let along = self.vector();
+        let sharp =
+            corner + along * ((other.ends[1 - end] - corner).perp(&toward) / along.perp(&toward));
+        let is_near = (sharp - corner).norm() <= CORNER_M;
+        let corner = if is_near { sharp } else { corner };
+        let way = match other.kind {
+            // The corner of the view: what is beyond either border meets there.
+            EdgeKind::FieldOfView => (outward + other.outward()).try_normalize(FLAT),
+            EdgeKind::Real => Some(toward).filter(|toward| toward.dot(&outward) >= FLAT),
+            _ => None,
         };
-        let (along, toward) = (vector(i), vector(other).normalize() * sign);
-        let turn = along.perp(&toward);
-        let sharp = end + along * ((ends(other).0 - end).perp(&toward) / turn);
-        let end = match (sharp - end).norm() {
-            near if near <= CORNER_M => sharp,
-            _ => end,
-        };
-        let along = match ring.edges[other].kind {
-            // The border's own corner: both its sides lead there.
-            EdgeKind::FieldOfView => (outward(i) + outward(other))
-                .try_normalize(FLAT)
-                .unwrap_or(outward(i)),
-            EdgeKind::Real if toward.dot(&outward(i)) >= FLAT => toward,
-            _ => outward(i),
-        };
-        (end, end + along * reach_m)
-    };
-    let (a, far_a) = corner(a, count - 1, 1.0);
-    let (b, far_b) = corner(b, 1, -1.0);
-    // Edges that lead together end the face where they meet.
-    let (u, v) = (far_a - a, far_b - b);
-    let (s, t) = ((b - a).perp(&v) / u.perp(&v), (b - a).perp(&u) / u.perp(&v));
-    let meet = (0.0..1.0).contains(&s) && (0.0..1.0).contains(&t);
-    let far = if meet { [a + u * s; 2] } else { [far_a, far_b] };
-    ConvexPolygon::hull(&[&[a, b], &far[..]].concat()).ok()
+        [corner, corner + way.unwrap_or(outward) * reach_m]
+    }
 }
 
 #[cfg(test)]
