@@ -14,8 +14,10 @@ use crate::free_space::{BEHIND_MIN_M, FreeSpace, SIGMAS};
 use crate::outline::Outline;
 use crate::{ConvexPolygon, EdgeKind, Face, Obstacle, Ring, Source};
 
-/// Shorter edges are corners that were rounded off, m.
-const EDGE_MIN_M: f64 = 0.03;
+/// Shorter edges at which the border cuts a face are corners that were rounded off, m.
+const CUT_MIN_M: f64 = 0.03;
+/// Shorter edges do not tell where others lead: they are known to a pixel or two, m.
+const LEAD_MIN_M: f64 = 0.1;
 /// A rounded corner is this near to the sharp one, m.
 const CORNER_M: f64 = 0.1;
 /// Corners this near to a line are on it, m.
@@ -120,8 +122,7 @@ struct Side {
     view: Option<usize>,
 }
 
-/// The edges of a ring but for corners that were rounded off, in its order; those at which one border of the view
-/// cuts it are one.
+/// The edges of a ring that tell how it goes on, in its order; those at which one border of the view cuts it are one.
 fn sides(ring: &Ring) -> Vec<Side> {
     let count = ring.edges.len();
     let cut = |i: usize| ring.edges[i % count].kind == EdgeKind::FieldOfView;
@@ -142,7 +143,7 @@ fn sides(ring: &Ring) -> Vec<Side> {
                 last.ends[1] = b;
                 chain.push(b);
             }
-            _ if cut(i) || (b - a).norm() >= EDGE_MIN_M => {
+            _ if cut(i) || (b - a).norm() >= LEAD_MIN_M => {
                 let (ends, kind, view) = ([a, b], edge.kind, edge.view);
                 sides.push(Side { ends, kind, view });
                 chain = vec![b];
@@ -150,7 +151,7 @@ fn sides(ring: &Ring) -> Vec<Side> {
             _ => {}
         }
     }
-    sides.retain(|side| side.vector().norm() >= EDGE_MIN_M);
+    sides.retain(|side| side.vector().norm() >= CUT_MIN_M);
     sides
 }
 
