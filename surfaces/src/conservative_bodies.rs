@@ -14,7 +14,6 @@ use nalgebra::{Point2, Point3};
 use crate::bounds::clip;
 use crate::cover::{self, cover};
 use crate::outline::Outline;
-use crate::unseen::behind_W;
 use crate::{ConvexPolygon, Face, HalfPlane, Region, Source};
 
 /// A scanned face may go on beyond its region by this, m.
@@ -78,6 +77,11 @@ impl Face {
         };
         at(0.0).chain(at(-depth_m)).collect()
     }
+}
+
+/// The point that is `depth_m` behind another, as seen from the eye.
+pub(crate) fn behind_W(p_W: &Point3<f64>, eye_W: &Point3<f64>, depth_m: f64) -> Point3<f64> {
+    p_W + (p_W - eye_W).try_normalize(0.0).unwrap_or_default() * depth_m
 }
 
 /// Convex polygons that cover a face's region but for specks, each widened by `edge_m`.

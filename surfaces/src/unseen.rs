@@ -8,7 +8,7 @@
 
 use nalgebra::{Point2, Point3, Vector2};
 
-use crate::conservative_bodies::TOUCH_M;
+use crate::conservative_bodies::{TOUCH_M, behind_W};
 use crate::cover::{self, cover};
 use crate::free_space::{BEHIND_MIN_M, FreeSpace, SIGMAS};
 use crate::outline::Outline;
@@ -48,11 +48,6 @@ pub fn fill_unseen(
         }
     }
     bodies
-}
-
-/// The point that is `depth_m` behind another, as seen from the eye.
-pub(crate) fn behind_W(p_W: &Point3<f64>, eye_W: &Point3<f64>, depth_m: f64) -> Point3<f64> {
-    p_W + (p_W - eye_W).try_normalize(0.0).unwrap_or_default() * depth_m
 }
 
 /// How deep nothing was seen behind a face along the rays from an eye, `most_m` at most.
