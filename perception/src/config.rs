@@ -34,9 +34,12 @@ pub struct Config {
     /// Points farther than this from the sensor are not used, m.
     #[schemars(range(min = 0.1, max = 1000.0))]
     pub range_max_m: f64,
-    /// How far steep faces that the border of an image cuts are taken to go on beyond it, m.
+    /// How deep something may go on where a seen face hides it from the sensor, m: avoided, and seen free by no view.
     #[schemars(range(min = 0.0, max = 100.0))]
-    pub unseen_extension_m: f64,
+    pub unseen_depth_m: f64,
+    /// How far a face may go on beyond the border of the view that cuts it, m.
+    #[schemars(range(min = 0.0, max = 100.0))]
+    pub unseen_reach_m: f64,
     /// Parameters of the method of brossette2013.
     pub brossette2013: Brossette2013Config,
     /// Parameters of the LiDAR chain.
@@ -55,7 +58,8 @@ impl Default for Config {
         Self {
             method: Method::Auto,
             range_max_m: 5.0,
-            unseen_extension_m: 0.5,
+            unseen_depth_m: surfaces::UNSEEN_DEPTH_M,
+            unseen_reach_m: 0.5,
             brossette2013: Brossette2013Config::default(),
             lidar: LidarConfig::default(),
             registration: RegistrationConfig::default(),
@@ -73,14 +77,9 @@ impl Config {
     pub fn check(&self) -> Result<(), Error> {
         let range = "must be in [0.001, 10000] m";
         within("range_max_m", self.range_max_m, 1e-3, RANGE_MAX_M, range)?;
-        let extension = "must be in [0, 1000] m";
-        within(
-            "unseen_extension_m",
-            self.unseen_extension_m,
-            0.0,
-            1e3,
-            extension,
-        )?;
+        let unseen = "must be in [0, 1000] m";
+        within("unseen_depth_m", self.unseen_depth_m, 0.0, 1e3, unseen)?;
+        within("unseen_reach_m", self.unseen_reach_m, 0.0, 1e3, unseen)?;
         self.brossette2013.check(self.range_max_m)?;
         self.lidar.check()
     }

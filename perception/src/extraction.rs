@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use serde::Serialize;
-use surfaces::{Face, Obstacle};
+use surfaces::Face;
 
 use crate::Method;
 
@@ -13,8 +13,6 @@ pub struct Extraction {
     pub method: Method,
     /// Connected plane faces in W, by falling area; ids f0, f1, …
     pub faces: Vec<Face>,
-    /// Bodies in W where faces may go on that the image's border cuts; depth images only.
-    pub obstacles: Vec<Obstacle>,
     /// Faces that are left out because their outlines cannot be used, and why.
     pub refused: Vec<surfaces::Error>,
     /// Counts along the way.

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use surfaces::free_space::{FreeSpace, RayEnd};
 use surfaces::fuse::{self, View};
 use surfaces::level::apply_level_prior;
-use surfaces::{Face, Terrain, UNSEEN_DEPTH_M, deepen_walls};
+use surfaces::{Face, Terrain, fill_unseen};
 
 use crate::extraction::Statistics;
 use crate::lidar::{LidarCalibration, LidarCloud, LidarCounts, segment_cloud};
@@ -205,9 +205,8 @@ impl fmt::Display for Notice {
     }
 }
 
-/// Of so many points one tells what a view looked through, and what is free behind a wall.
+/// Of so many points one tells what a view looked through.
 const RAY_STEP: usize = 4;
-const FREE_STEP: usize = 17;
 /// Standard deviation of a LiDAR's range where its rings are not calibrated, m.
 const LIDAR_SIGMA_M: f64 = 0.015;
 
@@ -215,7 +214,7 @@ const LIDAR_SIGMA_M: f64 = 0.015;
 ///
 /// Each scan is extracted; faces that may be level are taken to be; where [`Config::registration`] asks
 /// for it, a scan is moved onto those before it; faces that more than one scan shows are made one, and
-/// what a later scan looks through is taken off; walls are as deep as nothing was seen behind them.
+/// what a later scan looks through is taken off; where nothing was seen things go on.
 ///
 /// # Errors
 /// As [`extract`] and [`segment_cloud`], [`Error::OutOfRange`] of a scan with hardly a point in range, and
@@ -223,13 +222,13 @@ const LIDAR_SIGMA_M: f64 = 0.015;
 pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Error> {
     let mut found = Perception::default();
     let mut views: Vec<View> = Vec::new();
-    let fuses = config.fuse_views && scans.len() > 1;
+    let several = scans.len() > 1;
     for (number, scan) in scans.iter().enumerate() {
         // 1. What the scan shows by itself.
         let (name, mut view) = match scan {
             PosedScan::Scan { name, scan, X_WV } => {
                 let mut view = of_scan(name, scan, X_WV, config, &mut found.notices)?;
-                if fuses {
+                if several {
                     view.free_space = free_space(scan, X_WV, config.range_max_m);
                 }
                 (name, view)
@@ -268,7 +267,11 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         views.push(view);
     }
     // 3. Faces that more than one scan shows are one.
-    let fused = if fuses {
+    let looked: Vec<FreeSpace> = (views.iter())
+        .filter(|_| several)
+        .map(|view| view.free_space.clone())
+        .collect();
+    let fused = if config.fuse_views {
         fuse::fuse(views)
     } else {
         fuse::side_by_side(views)
@@ -277,13 +280,10 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         .notices
         .extend(fused.changes.into_iter().map(Notice::Fused));
     found.terrain = fused.terrain;
-    // 4. What may be there behind what was seen.
-    let free = || {
-        let scans = scans.iter().zip(&found.moved_W);
-        let points = scans.flat_map(|(scan, moved_W)| scan.points_W(moved_W, FREE_STEP));
-        points.map(|p| Point3::from(p.map(f64::from))).collect()
-    };
-    deepen_walls(&mut found.terrain.faces, free, UNSEEN_DEPTH_M);
+    // 4. Where things may go on that no view showed.
+    let (depth_m, reach_m) = (config.unseen_depth_m, config.unseen_reach_m);
+    let unseen = fill_unseen(&mut found.terrain.faces, &looked, depth_m, reach_m);
+    found.terrain.obstacles.extend(unseen);
     Ok(found)
 }
 
@@ -351,7 +351,7 @@ fn of_scan(
     }));
     Ok(View {
         faces: extraction.faces,
-        obstacles: extraction.obstacles,
+        obstacles: Vec::new(),
         free_space: FreeSpace::default(),
     })
 }

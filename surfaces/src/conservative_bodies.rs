@@ -5,9 +5,8 @@
 //! region is widened by what its edges may be off, and extruded against the normal.
 //!
 //! `brossette2013` extrudes each surface by a few centimetres. A distance algorithm that finds a link
-//! past the middle of so thin a body pushes it out at the far side; nothing is known of what lies
-//! behind a wall, so its body is as deep as what was seen allows: not into space that is known to be
-//! free, and not through the far side of the object.
+//! past the middle of so thin a body pushes it out at the far side; nothing is known of what is hidden
+//! behind a face, so its body goes on there along the rays that saw it ([`crate::unseen`]).
 #![allow(non_snake_case)]
 
 use nalgebra::{Point2, Point3};
@@ -34,10 +33,11 @@ const SPECK_M2: f64 = 1e-8;
 
 impl Face {
     /// The corners of convex bodies that cover what is behind the face, in W, m: prisms behind convex
-    /// pieces of its region, `thickness_m` deep or [`Self::depth_m`] where that is more. None behind
+    /// pieces of its region, `thickness_m` deep, and [`Self::depth_m`] along the rays that saw it. None behind
     /// the face of a mesh, which is among the obstacles itself.
     ///
-    /// Shapes: of each body the n corners of its front, then the same n moved against the normal.
+    /// Shapes: of each body the n corners of its front, then the same n moved against the normal, and where it was
+    /// seen the n moved along the rays.
     /// Source: `brossette2013` section IV-B, widened by what the edges of a scanned face may be off.
     pub fn bodies_W(&self, thickness_m: f64) -> Vec<Vec<Point3<f64>>> {
         let edge_m = match self.source {
@@ -45,14 +45,28 @@ impl Face {
             Source::Scan => EDGE_M,
             Source::File | Source::Robot => 0.0,
         };
-        let depth_m = thickness_m.max(self.depth_m);
         let mut fronts = fronts(self, edge_m);
         let bare = bare(&self.region, &fronts);
         fronts.extend(bare.iter().map(|part| part.grown(edge_m.max(SLIVER_M))));
         fronts
             .iter()
-            .map(|front| self.prism_W(front, depth_m))
+            .map(|front| self.body_W(front, thickness_m))
             .collect()
+    }
+
+    /// The body behind a convex part of the plane, in W.
+    fn body_W(&self, front: &ConvexPolygon, thickness_m: f64) -> Vec<Point3<f64>> {
+        let Some(view) = self.views.first().filter(|_| self.depth_m > 0.0) else {
+            return self.prism_W(front, thickness_m.max(self.depth_m));
+        };
+        let mut points_W = self.prism_W(front, thickness_m);
+        let hidden = |p_W: &Point3<f64>| behind_W(p_W, &view.eye_W, self.depth_m);
+        points_W.extend_from_within(..front.vertices().len());
+        let hidden_from = 2 * front.vertices().len();
+        points_W[hidden_from..]
+            .iter_mut()
+            .for_each(|p_W| *p_W = hidden(p_W));
+        points_W
     }
 
     /// The prism behind a convex part of the plane, in W.
@@ -63,6 +77,11 @@ impl Face {
         };
         at(0.0).chain(at(-depth_m)).collect()
     }
+}
+
+/// The point that is `depth_m` behind another, as seen from the eye.
+pub(crate) fn behind_W(p_W: &Point3<f64>, eye_W: &Point3<f64>, depth_m: f64) -> Point3<f64> {
+    p_W + (p_W - eye_W).try_normalize(0.0).unwrap_or_default() * depth_m
 }
 
 /// Convex polygons that cover a face's region but for specks, each widened by `edge_m`.

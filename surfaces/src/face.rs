@@ -100,8 +100,8 @@ pub struct Face {
     /// How the edges were seen: [`crate::Edge::view`] counts these; none where they are known
     /// exactly.
     pub views: Vec<EdgeView>,
-    /// Depth that the body behind the face may have, m, where it is more than every body is taken
-    /// to have: nothing was seen of what lies there.
+    /// How deep the body behind the face goes on along the rays that saw it (against the normal where nothing is
+    /// known of these), m: nothing was seen of what lies there.
     pub depth_m: f64,
     /// Where the face is known from.
     pub source: Source,

@@ -7,9 +7,9 @@ use crate::outline::Outline;
 /// Side of the cells in which rays are counted, m.
 pub(crate) const CELL_M: f64 = 0.02;
 /// Rays end at least this far behind a face that they went through, m.
-const BEHIND_MIN_M: f64 = 0.02;
+pub(crate) const BEHIND_MIN_M: f64 = 0.02;
 /// And this many standard deviations of ray and plane farther.
-const SIGMAS: f64 = 3.0;
+pub(crate) const SIGMAS: f64 = 3.0;
 /// Rays that go through a cell, at least.
 const RAYS_MIN: usize = 2;
 /// Rays that go through a cell for every one that ends on the face there, at least.

@@ -15,7 +15,6 @@
 //! Faces keep the names that they had in the first view that showed them; a face that only one view
 //! showed stays as it was, bit for bit.
 
-mod assumed;
 mod beyond;
 mod edges;
 mod growing;
@@ -42,7 +41,7 @@ const TOLERANCE_M: f64 = 0.004;
 pub struct View {
     /// Its faces, with ids that no other view uses.
     pub faces: Vec<Face>,
-    /// Bodies that are avoided; assumed ones are dropped where another view saw what is there.
+    /// Bodies that are avoided.
     pub obstacles: Vec<Obstacle>,
     /// What it looked through.
     pub free_space: FreeSpace,
@@ -199,7 +198,6 @@ pub fn fuse(views: Vec<View>) -> Fused {
     let mut fused = Fused::default();
     let mut set: Vec<GrowingFace> = Vec::new();
     let mut free_spaces = Vec::new();
-    let mut bodies = Vec::new();
     for (number, view) in views.into_iter().enumerate() {
         let (scanned, other): (Vec<Face>, Vec<Face>) = (view.faces.into_iter())
             .partition(|f| f.source == Source::Scan && f.plane_covariance.is_some());
@@ -229,7 +227,7 @@ pub fn fuse(views: Vec<View>) -> Fused {
             join(&mut set, known, new, &mut fused.changes);
         }
         set.retain(|face| !face.outline.is_empty());
-        bodies.extend(view.obstacles.into_iter().map(|body| (number, body)));
+        fused.terrain.obstacles.extend(view.obstacles);
         free_spaces.push(view.free_space);
     }
 
@@ -239,9 +237,7 @@ pub fn fuse(views: Vec<View>) -> Fused {
             .iter()
             .for_each(|free_space| beyond::look_beyond(face, free_space));
     }
-    // 4. Assumed bodies give way to what was seen.
-    fused.terrain.obstacles = assumed::refuted(bodies, &free_spaces, &set);
-    // 5. Faces with their regions; bodies of joined faces are bodies of the face they went into.
+    // 4. Faces with their regions; bodies of joined faces are bodies of the face they went into.
     let mut now: BTreeMap<FaceId, FaceId> = BTreeMap::new();
     for face in set {
         let id = face.id().clone();

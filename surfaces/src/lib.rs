@@ -14,7 +14,7 @@
 //! | inset_e | what an edge may be nearer than it seems, from Σ and its view | [`Face::edge_insets_m`] |
 //! | F ⊖ insets | the part that is surely the face's, and a convex part of that | [`Face::inset_region`], [`outline::Outline::convex_around`] |
 //! | ∪ P_i ⊂ F | a region as few large convex pieces | [`cover`] |
-//! | F ⊕ edge | convex bodies that surely cover what is behind it | [`Face::bodies_W`], [`deepen_walls`] |
+//! | F ⊕ edge | convex bodies that surely cover what is behind it | [`Face::bodies_W`], [`fill_unseen`] |
 //! | σ² = gᵀ Σ g | a plane's covariance at a point, in another frame | [`covariance`] |
 //! | Σ Hᵀ S⁻¹ h | what "it is level" adds to a plane | [`level`] |
 //! | (Σ Σᵢ⁻¹)⁻¹, ⋃ Fᵢ | faces of several views as one terrain, and what they looked through | [`mod@fuse`], [`free_space`] |
@@ -65,7 +65,7 @@ pub mod pose;
 mod region;
 pub mod role;
 mod terrain;
-mod wall_depth;
+mod unseen;
 
 pub use config::{
     BodyConfig, Config, FACE_AREA_MIN_M2, FACE_WIDTH_MIN_M, UNSEEN_DEPTH_M, WALL_RAD, WORLD_M,
@@ -79,4 +79,4 @@ pub use obstacle::Obstacle;
 pub use polygon::{ConvexPolygon, HalfPlane};
 pub use region::{Edge, Region, Ring};
 pub use terrain::{TERRAIN_FORMAT, Terrain};
-pub use wall_depth::deepen_walls;
+pub use unseen::fill_unseen;

@@ -1,6 +1,4 @@
-//! Points of a region: inside or not, the nearest to another, a lattice of them.
-
-use std::collections::BTreeMap;
+//! Points of a region: inside or not, the nearest to another.
 
 use nalgebra::Point2;
 
@@ -33,53 +31,11 @@ impl Region {
         };
         places.min_by(nearer).unwrap_or(*p)
     }
-
-    /// The points of the region at whole multiples of `apart_m` along x and y, row by row.
-    pub(crate) fn lattice(&self, apart_m: f64) -> Vec<Point2<f64>> {
-        // Where each row enters the region and leaves it again.
-        let row = |y: f64| (y / apart_m).ceil() as i64;
-        let mut crossings: BTreeMap<i64, Vec<f64>> = BTreeMap::new();
-        for (_, [a, b]) in self.segments() {
-            let slope = (b.x - a.x) / (b.y - a.y);
-            for k in row(a.y.min(b.y))..row(a.y.max(b.y)) {
-                let x = a.x + (k as f64 * apart_m - a.y) * slope;
-                crossings.entry(k).or_default().push(x);
-            }
-        }
-        let mut points = Vec::new();
-        for (k, mut crossings) in crossings {
-            crossings.sort_by(f64::total_cmp);
-            for [enters, leaves] in crossings.as_chunks().0 {
-                let columns = row(*enters)..row(*leaves);
-                points.extend(columns.map(|j| Point2::new(j as f64, k as f64) * apart_m));
-            }
-        }
-        points
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_lattice_has_the_points_inside() {
-        let triangle = vec![
-            Point2::new(0.1, -1.0),
-            Point2::new(2.0, 0.3),
-            Point2::new(-0.7, 1.9),
-        ];
-        let hole = vec![
-            Point2::new(0.2, 0.0),
-            Point2::new(0.8, 0.2),
-            Point2::new(0.1, 0.8),
-        ];
-        let region = Region::new([triangle, hole]).unwrap();
-        let all = (-20..=20)
-            .flat_map(|k| (-20..=20).map(move |j| Point2::new(f64::from(j), f64::from(k)) * 0.1));
-        let expected: Vec<Point2<f64>> = all.filter(|p| region.contains(p)).collect();
-        assert_eq!(region.lattice(0.1), expected);
-    }
 
     #[test]
     fn points_in_holes_and_beside_the_region_go_to_the_nearest_edge() {

@@ -9,7 +9,7 @@ use surfaces::{Face, Source};
 use crate::Options;
 use crate::convex_parts::convex_parts;
 use crate::distance::{Ball, Solid, extremes, vector};
-use crate::posture::{inverse_point, point};
+use crate::posture::{column, inverse_point, point};
 
 /// Everything that is not the robot, in W.
 pub(crate) struct Surroundings {
@@ -49,13 +49,24 @@ impl Surroundings {
         let has_own = |face: &&Face| face.source != Source::Mesh || plan.obstacles.is_empty();
         for face in plan.faces.iter().filter(has_own) {
             let pose = face.X_WF.to_homogeneous();
-            let depth = plan.thin_body_m.max(face.depth_m);
+            // What a face hides lies behind it along the rays that saw it.
+            let hidden = |p: Vector3<f64>| match face.views.first() {
+                Some(view) => {
+                    p + (p - view.eye_W.coords)
+                        .try_normalize(0.0)
+                        .unwrap_or_default()
+                        * face.depth_m
+                }
+                None => p - column(&pose, 2) * face.depth_m,
+            };
             for part in convex_parts(face) {
                 let at = |z: f64| {
                     let corners = part.iter().map(|p| point(&pose, &p.push(z)));
                     corners.collect::<Vec<_>>()
                 };
-                let points = [at(0.0), at(-depth)].concat();
+                let front = at(0.0);
+                let hidden = front.iter().copied().map(hidden).collect();
+                let points = [front, at(-plan.thin_body_m), hidden].concat();
                 let name = format!("face {}", face.id);
                 add(name, Some(face.id.to_string()), &pose, points);
             }

@@ -152,7 +152,6 @@ pub(crate) fn extract(
     Ok(Extraction {
         method: crate::Method::Brossette2013,
         faces,
-        obstacles: Vec::new(),
         refused,
         statistics,
         segmentation: None,

@@ -30,7 +30,6 @@ mod pixels;
 mod plane;
 mod seed;
 mod spread;
-mod unseen_extension;
 mod words;
 
 use std::cell::Cell;
@@ -154,8 +153,6 @@ pub(crate) fn extract(
         refused,
     } = Faces::new(found);
 
-    // 7. What the image's border cuts may go on beyond it.
-    let obstacles = unseen_extension::bodies(&faces, config.unseen_extension_m);
     let statistics = Statistics {
         points: depth.z_m.len(),
         valid,
@@ -185,7 +182,6 @@ pub(crate) fn extract(
     Some(Extraction {
         method: Method::Organised,
         faces,
-        obstacles,
         refused,
         statistics,
         segmentation: Some(segmentation),

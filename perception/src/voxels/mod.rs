@@ -134,7 +134,6 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
     Extraction {
         method: Method::Voxels,
         faces,
-        obstacles: Vec::new(),
         refused,
         statistics,
         segmentation: Some(segmentation),

@@ -219,49 +219,6 @@ fn a_face_that_is_gone_is_dropped_and_one_that_is_only_hidden_stays() {
     assert_eq!(fused.changes, [Change::Dropped { id: "box".into() }]);
 }
 
-#[test]
-fn an_assumed_body_gives_way_to_what_another_view_saw() {
-    let wall = face("wall", [0.0, 1.0, 0.0, 1.0], 0.0, [0.0; 3]);
-    let beyond = face("beyond", [1.0, 1.5, 0.0, 1.0], 0.0, [0.0; 3]);
-    let beyond = Face {
-        source: Source::File,
-        ..beyond
-    };
-    let body = |assumed: bool| Obstacle {
-        id: "beyond".into(),
-        points_W: beyond.bodies_W(0.2).remove(0),
-        surface: None,
-        assumed,
-    };
-    let first = |assumed: bool| View {
-        faces: vec![wall.clone()],
-        obstacles: vec![body(assumed)],
-        ..View::default()
-    };
-    let through = View {
-        free_space: looking_at([1.2, 0.5, 1000.0], [0.98, 1.3, -0.1, 1.1], -1.0),
-        ..View::default()
-    };
-    let reach = |fused: &Fused| {
-        let points = fused.terrain.obstacles.iter().flat_map(|o| &o.points_W);
-        points.map(|p| p.x).fold(f64::INFINITY, f64::min)
-    };
-    approx::assert_relative_eq!(reach(&fuse(vec![first(true)])), 1.0, epsilon = 1e-12);
-    let left = fuse(vec![first(true), through.clone()]);
-    assert!(reach(&left) > 1.25, "{:?}", left.terrain.obstacles);
-    // What was seen to be there is no assumption.
-    let kept = fuse(vec![first(false), through]);
-    approx::assert_relative_eq!(reach(&kept), 1.0, epsilon = 1e-12);
-    // Another view saw the wall itself go on.
-    let on = face("on", [0.9, 1.5, -0.1, 1.1], 0.0, [0.0; 3]);
-    let fused = fuse(vec![first(true), view(vec![on])]);
-    assert!(
-        fused.terrain.obstacles.is_empty(),
-        "{:?}",
-        fused.terrain.obstacles
-    );
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     /// Two noisy views of one rectangle, in any pose: one face, its plane within its covariance of
