@@ -56,6 +56,7 @@ mod inverse_dynamics;
 mod load_shares;
 mod near;
 mod pace;
+mod passage;
 pub mod problem;
 mod projection;
 mod raised;
