@@ -76,7 +76,8 @@ pub fn assemble(context: &MotionContext, segments: &[&Segment]) -> Motion {
     motion
 }
 
-/// The samples of phases that are gone through without a stop, or from rest to rest where that is faster.
+/// The samples of phases that are gone through without a stop, or from rest to rest where that is faster
+/// even before forces suit it.
 fn paced(
     context: &MotionContext,
     run: &[(usize, PhaseTrajectory)],
