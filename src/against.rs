@@ -5,36 +5,45 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use plan::{Input, Plan};
 use robot_model::Robot;
+use serde_json::Value;
 use verify::World;
 
 use crate::cli::Global;
+use crate::command;
 use crate::config::Config;
 use crate::extrinsics::placement;
-use crate::plan_file::PlanRobotFlags;
+use crate::plan_file::{PlanRobotFlags, located};
 use crate::posed;
 use crate::provenance::{FLAGS, Inputs};
 use crate::report::Stages;
 use crate::scene::{Environment, Scene};
 use crate::threads;
 
-/// The robot and the world that a plan is checked against: of the scene that `named` is, or that a folder
-/// of this name holds; else of the one that the plan names, as far as its files are there.
+/// The robot and the world that a plan in a folder is checked against: of the scene that `named` is, or that
+/// a folder of this name holds; else of what the plan itself says it was asked for, as far as its files are
+/// there.
 ///
 /// # Errors
 /// Files of the robot that cannot be read; with `named` whatever cannot be found again.
 pub fn find(
     plan: &Plan,
+    folder: &Path,
     named: Option<&str>,
     flags: &PlanRobotFlags,
     global: &Global,
 ) -> Result<(Robot, World)> {
     let mut world = World::default();
-    let scene = plan.inputs.iter().find(|input| input.role == "scene");
-    let found = match (named, scene) {
-        (Some(named), scene) => Some(again(plan, &in_folder(named, scene)?, global)?),
-        (None, Some(scene)) => {
-            let name = scene.name.strip_prefix("builtin:").unwrap_or(&scene.name);
-            match again(plan, name, global) {
+    let mut inputs = Inputs::default();
+    let found = match named {
+        Some(named) => {
+            let name = in_folder(named, role(plan, "scene"))?;
+            let mut scene = Scene::open(&name, &mut inputs)?;
+            mount(plan, folder, &mut scene, global, &mut inputs)?;
+            Some(again(plan, &scene, inputs, global)?)
+        }
+        None => {
+            let scene = asked(plan, folder, global, &mut inputs);
+            match scene.and_then(|scene| again(plan, &scene, inputs, global)) {
                 Ok(found) => Some(found),
                 Err(error) => {
                     world.leaves_open(format!("if world and task are right: {error:#}"));
@@ -42,11 +51,8 @@ pub fn find(
                 }
             }
         }
-        (None, None) => {
-            world.leaves_open("if world and task are right: the plan names no scene");
-            None
-        }
     };
+    let is_found = found.is_some();
     let (robot, mut world) = match found {
         Some((robot, found)) if !flags.any() => (robot, found),
         found => {
@@ -58,14 +64,53 @@ pub fn find(
             (robot, world)
         }
     };
-    if plan.inputs.iter().any(|input| input.role == FLAGS) {
+    if (named.is_some() || !is_found) && role(plan, FLAGS).is_some() {
         world.leaves_open("if flags beside the scene asked for what is wanted");
         world.may_be_overridden();
     }
     Ok((robot, world))
 }
 
-/// The scene of a name, or the plan's scene in a folder of that name.
+fn role<'a>(plan: &'a Plan, role: &str) -> Option<&'a Input> {
+    plan.inputs.iter().find(|input| input.role == role)
+}
+
+/// The scene that a plan names, or that its flags ask for.
+fn asked(plan: &Plan, folder: &Path, global: &Global, inputs: &mut Inputs) -> Result<Scene> {
+    if let Some(flags) = role(plan, FLAGS) {
+        return command::plan::again(&flags.name, folder, global, inputs);
+    }
+    let scene = role(plan, "scene").context("the plan names no scene")?;
+    let mut scene = match scene.name.strip_prefix("builtin:") {
+        Some(name) => Scene::open(name, inputs)?,
+        None => {
+            let path = located(folder, Path::new(&scene.name))?;
+            Scene::open(&path.display().to_string(), inputs)?
+        }
+    };
+    mount(plan, folder, &mut scene, global, inputs)?;
+    Ok(scene)
+}
+
+/// Puts the scans of a scene where their mounts say, or the one that was given beside the scene.
+fn mount(
+    plan: &Plan,
+    folder: &Path,
+    scene: &mut Scene,
+    global: &Global,
+    inputs: &mut Inputs,
+) -> Result<()> {
+    let given = match &scene.environment {
+        Environment::Scans(sources) if sources.iter().all(|s| s.extrinsics.is_none()) => {
+            role(plan, "extrinsics")
+        }
+        _ => None,
+    };
+    let given = given.map(|given| located(folder, Path::new(&given.name)));
+    placement::place(scene, given.transpose()?.as_deref(), global, inputs)
+}
+
+/// The plan's scene in a folder of that name, or the scene of a name.
 fn in_folder(named: &str, scene: Option<&Input>) -> Result<String> {
     if !Path::new(named).is_dir() {
         return Ok(named.to_owned());
@@ -76,29 +121,58 @@ fn in_folder(named: &str, scene: Option<&Input>) -> Result<String> {
     Ok(Path::new(named).join(file).display().to_string())
 }
 
-/// The robot and the world of a scene, by the settings of the plan.
-fn again(plan: &Plan, scene: &str, global: &Global) -> Result<(Robot, World)> {
+/// The robot and the world of a scene, by the settings of the plan; those that are not the scene's own
+/// are told.
+fn again(
+    plan: &Plan,
+    scene: &Scene,
+    mut inputs: Inputs,
+    global: &Global,
+) -> Result<(Robot, World)> {
     let config = serde_json::from_value(plan.config.clone());
     let config: Config = config.context("the plan's settings")?;
-    let mut inputs = Inputs::default();
-    let mut scene = Scene::open(scene, &mut inputs)?;
-    // A mount that was given beside the scene.
-    let mount = match &scene.environment {
-        Environment::Scans(sources) if sources.iter().all(|s| s.extrinsics.is_none()) => {
-            let mut inputs = plan.inputs.iter();
-            inputs.find(|input| input.role == "extrinsics")
-        }
-        _ => None,
-    };
-    placement::place(
-        &mut scene,
-        mount.map(|m| Path::new(&m.name)),
-        global,
-        &mut inputs,
-    )?;
     let pool = threads::pool(global.threads)?;
-    let posed = posed::pose(&scene, &config, &pool, &mut Stages::default(), &mut inputs)?;
+    let posed = posed::pose(scene, &config, &pool, &mut Stages::default(), &mut inputs)?;
     let mut world = posed.world(&config, &scene.name)?;
     world.rests_on(inputs.into_list());
+    let own = Config::layered(Some((&scene.name, &scene.settings)), &Global::default())?;
+    let own = serde_json::to_value(&own).context("the scene's settings")?;
+    let mut other = Vec::new();
+    differing(&plan.config, &own, "", &mut other);
+    other.retain(|setting| {
+        !BEARS_ON_NOTHING
+            .iter()
+            .any(|table| setting.starts_with(table))
+    });
+    if !other.is_empty() {
+        let other = other.join(", ");
+        world.leaves_open(format!(
+            "if these settings, which are not the scene's, are wanted: {other}"
+        ));
+    }
     Ok((posed.robot, world))
+}
+
+/// Settings of how a plan was found, not of what it promises.
+const BEARS_ON_NOTHING: [&str; 5] = [
+    "seed",
+    "planner.",
+    "export.",
+    "simulation.",
+    "posture.restarts",
+];
+
+/// The settings of which the values differ, with those that are stated.
+fn differing(stated: &Value, own: &Value, path: &str, found: &mut Vec<String>) {
+    match (stated, own) {
+        (Value::Object(stated), Value::Object(own)) => {
+            for (key, value) in stated {
+                let own = own.get(key).unwrap_or(&Value::Null);
+                let path = [path, key].join(if path.is_empty() { "" } else { "." });
+                differing(value, own, &path, found);
+            }
+        }
+        _ if stated != own => found.push(format!("{path} = {stated} instead of {own}")),
+        _ => {}
+    }
 }

@@ -29,6 +29,7 @@ pub mod results;
 pub mod robot_files;
 pub mod roles;
 pub mod scene;
+pub mod signature;
 #[cfg(feature = "mujoco")]
 pub mod simulate;
 pub mod slope;

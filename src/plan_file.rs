@@ -49,6 +49,23 @@ pub fn open_motion(path: &Path, plan: &Plan) -> Result<Option<Motion>> {
     Ok(Some(motion))
 }
 
+/// Where a file of a plan is: its name says it, or it is in the plan's folder or one above.
+///
+/// # Errors
+/// A name that leads to no file there.
+pub fn located(folder: &Path, name: &Path) -> Result<PathBuf> {
+    let folder = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    };
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let mut there = folder.ancestors().map(|above| above.join(name));
+    there.find(|path| path.exists()).with_context(|| {
+        let (name, folder) = (name.display(), folder.display());
+        format!("{name}: neither in {folder}, the plan's folder, nor in one above")
+    })
+}
+
 /// The robot's files, where the plan does not name them or they have moved.
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlanRobotFlags {

@@ -60,7 +60,7 @@ pub struct Margins {
     pub inclusion_m: Option<f64>,
     /// Largest residual of force (N) and moment (N·m) over the robot's weight, 1 (and m).
     pub equilibrium: f64,
-    /// Largest used part of the friction coefficient.
+    /// Largest part of the friction coefficient that is used by more than 1e-4 of the weight.
     pub friction_use: f64,
     /// Largest used part of the torque limits.
     pub torque_use: f64,

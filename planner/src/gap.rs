@@ -68,7 +68,7 @@ fn beyond(lattice: &Lattice, to: &Vector3<f64>) -> Vec<Vector3<f64>> {
         return Vec::new();
     };
     let from = Pose { p: *to, heading };
-    match lattice.shortest(&from, level_m, &start.p, None, None) {
+    match lattice.shortest(&from, level_m, &start.p, 0.0, None, None) {
         Found::Reached(places) => places,
         Found::Way(_) | Found::Unknown => Vec::new(),
     }

@@ -46,9 +46,19 @@ pub(crate) struct Steps {
 impl Steps {
     /// As a person would call usual, on legs of that height.
     pub fn usual(context: &SearchContext, legs_m: f64) -> Self {
+        let ahead_m = 0.85 * context.stride_m;
+        let (ahead_m, aside_m) = match context.feet.len() {
+            0..=2 => (ahead_m, 0.1),
+            // Of many feet none needs to pass another or to carry the body alone: half of what it reaches.
+            _ => {
+                let legs = context.feet.iter().map(|f| context.reach.leg(*f));
+                let most_m = legs.fold(ahead_m, |m, leg| m.max(0.5 * leg.range_m(0.0)));
+                (most_m, most_m)
+            }
+        };
         Self {
-            ahead_m: 0.85 * context.stride_m,
-            aside_m: 0.1,
+            ahead_m,
+            aside_m,
             climb_m: 0.45 * legs_m,
             over_m: OVER_LEGS * legs_m,
         }

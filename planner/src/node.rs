@@ -26,6 +26,8 @@ pub(crate) struct Node {
     pub footing: Vec<Option<Footing>>,
     /// The candidate that it came of.
     pub origin: Option<Candidate>,
+    /// How much lower the base is than legs go down as usual, m.
+    pub crouch_m: f64,
     /// Motions from it that failed.
     pub failures: usize,
     /// Whether there is a motion to it from its parent, as far as is known.

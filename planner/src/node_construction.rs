@@ -11,7 +11,11 @@ use crate::Error;
 use crate::change::{Candidate, Move};
 use crate::context::SearchContext;
 use crate::node::Node;
+use crate::nominal_posture::nominal_posture;
 use crate::result::Blocked;
+
+/// Legs go down by this part of their height as usual.
+const CROUCHED: f64 = 0.25;
 
 /// The start as a node: its contacts where the robot's own kinematics has them.
 pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<Node, Error> {
@@ -52,6 +56,7 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
         posture,
         footing,
         origin: None,
+        crouch_m: 0.0,
         failures: 0,
         settled: true,
     })
@@ -142,7 +147,7 @@ pub(crate) fn child(
             footing[contact.patch.index()] = Some(standing);
         }
     }
-    Ok(Node {
+    let mut child = Node {
         parent: Some(candidate.node),
         depth: parent.depth + 1,
         change,
@@ -151,9 +156,15 @@ pub(crate) fn child(
         posture,
         footing,
         origin: Some(candidate.clone()),
+        crouch_m: 0.0,
         failures: 0,
         settled: false,
-    })
+    };
+    let usual = nominal_posture(context, &child.contacts, child.along_m(context));
+    let heights = context.feet.iter().map(|foot| -context.offset(*foot).z);
+    let low_m = usual.p_WB.z - CROUCHED * heights.fold(0.0, f64::max);
+    child.crouch_m = (low_m - child.posture.q.p_WB.z).max(0.0);
+    Ok(child)
 }
 
 /// A move in the names of patch and face.

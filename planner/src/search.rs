@@ -44,6 +44,9 @@ const FAILURE_PRICE: f64 = 1.0;
 /// Price of a change that failed before from a like contact set reached in another way, each time, in
 /// contacts.
 const FAILED_PRICE: f64 = 1.5;
+/// Price of a metre by which the base is lower than legs go down as usual, in contacts: what reaches so far
+/// rarely goes on, and the motion to there mostly fails.
+const CROUCH_PRICE: f64 = 40.0;
 /// Nodes and posture problems that are spent at most where even the longest steps lead nowhere: the base's
 /// way is no proof, but it is rarely wrong.
 const GAP_NODES: usize = 40;
@@ -281,6 +284,7 @@ impl<'a> Search<'a> {
     fn charge(&self, candidate: &Candidate) -> f64 {
         let node = &self.nodes[candidate.node];
         FAILURE_PRICE * node.failures as f64
+            + CROUCH_PRICE * node.crouch_m
             + FAILED_PRICE * self.failed_elsewhere(candidate) as f64
             + self.staleness.price(candidate.node)
     }

@@ -12,8 +12,13 @@ use crate::route::{Pose, wrap};
 /// States that are looked at before the search for a way ends without one.
 const STATES_MAX: usize = 200_000;
 
+/// What a metre that is left to a point costs as much as, of a way that ends beside it.
+const BESIDE: f64 = 2.0;
+
 /// A place of the lattice: cell, heading, level.
 type State = (i64, i64, i64, i64);
+/// The end of a way, behind whatever place it ends at.
+const END: State = (i64::MAX, 0, 0, 0);
 
 /// What a search on the lattice finds.
 pub(crate) enum Found {
@@ -25,12 +30,14 @@ pub(crate) enum Found {
 }
 
 impl Lattice<'_> {
-    /// The shortest way on the lattice to a point, in a heading where one is wanted.
+    /// The shortest way on the lattice to a point, or no farther beside it than `beside_m`, in a heading
+    /// where one is wanted.
     pub fn shortest(
         &self,
         from: &Pose,
         level_m: f64,
         to: &Vector3<f64>,
+        beside_m: f64,
         to_level_m: Option<f64>,
         heading: Option<f64>,
     ) -> Found {
@@ -46,16 +53,16 @@ impl Lattice<'_> {
         let first: State = (0, 0, h0, level(footed.ground_m));
         let wanted_heading = heading.map(|h| nearest(h).rem_euclid(HEADINGS));
         let is_there = |s: &State, f: &Footed| {
-            (at(s) - to.xy()).norm() <= 0.75 * CELL_M
+            (at(s) - to.xy()).norm() <= beside_m.max(0.75 * CELL_M)
                 && wanted_heading.is_none_or(|h| h == s.2)
                 && to_level_m.is_none_or(|l| (f.ground_m - l).abs() <= self.steps.climb_m)
         };
-        let rest = |s: &State| (at(s) - to.xy()).norm();
+        let apart = |s: &State| (at(s) - to.xy()).norm();
         let mut known: BTreeMap<State, (f64, State, Footed)> = BTreeMap::new();
         known.insert(first, (0.0, first, footed));
         let mut open = BinaryHeap::new();
         let bits = |x: f64| x.max(0.0).to_bits();
-        open.push(Reverse((bits(rest(&first)), first)));
+        open.push(Reverse((bits(apart(&first)), first)));
         let mut looked = 0;
         let mut done: BTreeSet<State> = BTreeSet::new();
         let end = loop {
@@ -74,9 +81,16 @@ impl Lattice<'_> {
             if looked > STATES_MAX {
                 return Found::Unknown;
             }
-            let (price, _, footed) = known[&state];
+            let (price, last, footed) = known[&state];
+            if state == END {
+                break last;
+            }
             if is_there(&state, &footed) {
-                break state;
+                let price = price + BESIDE * apart(&state);
+                if known.get(&END).is_none_or(|(best, ..)| price < *best) {
+                    known.insert(END, (price, state, footed));
+                    open.push(Reverse((bits(price), END)));
+                }
             }
             let (x, y, h, _) = state;
             let moves = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy, 0)));
@@ -93,7 +107,7 @@ impl Lattice<'_> {
                 let price = price + self.price(&step, angle(h), turn, &footed, &there);
                 if known.get(&next).is_none_or(|(best, _, _)| price < *best) {
                     known.insert(next, (price, state, there));
-                    open.push(Reverse((bits(price + rest(&next)), next)));
+                    open.push(Reverse((bits(price + apart(&next)), next)));
                 }
             }
         };

@@ -16,6 +16,9 @@ use crate::lattice::{CELL_M, Footed, HEADINGS, Lattice, Steps};
 use crate::route::{Pose, Route, wrap};
 use crate::shortest::Found;
 
+/// The way may end beside the goal by this part of its tolerance.
+const WITHIN: f64 = 0.8;
+
 /// What came of looking for a way.
 enum Way {
     /// Straight from each point of the guide to the next, or not known to be otherwise.
@@ -68,7 +71,12 @@ fn find(context: &SearchContext, steps: fn(&SearchContext, f64) -> Steps) -> Way
         }
         straight = false;
         let to_level = level.then_some(to.z - lattice.legs_m);
-        let leg = match lattice.shortest(&from, footed.ground_m, to, to_level, heading) {
+        let beside_m = match last {
+            true => WITHIN * context.request.goal.base.tolerance_m,
+            false => 0.0,
+        };
+        let leg = lattice.shortest(&from, footed.ground_m, to, beside_m, to_level, heading);
+        let leg = match leg {
             Found::Way(leg) => leg,
             Found::Reached(here) => return Way::None(gap(&lattice, &here, to)),
             Found::Unknown => return Way::Straight,

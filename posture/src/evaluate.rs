@@ -8,6 +8,9 @@ use crate::iterate::{Context, Iterate};
 use crate::outcome::{ContactState, Posture, Violation};
 use crate::rows::{Constraint, Rows, Tag};
 
+/// A force of this part of the weight uses no friction: it is rounding, as to the verifier.
+const ROUNDING: f64 = 1e-4;
+
 /// The posture at an iterate, and the worst violation of any constraint.
 #[allow(non_snake_case)]
 pub(crate) fn posture(
@@ -83,8 +86,9 @@ pub(crate) fn posture(
         for (force, &column) in forces_W.iter_mut().zip(&ctx.layout.force[i]) {
             *force = ctx.weight * ctx.force_W(it, i, column);
             let local = model.axes.transpose() * *force;
-            if local.z > 1e-9 * ctx.weight {
-                let used = local.xy().norm() / (local.z * contact.friction);
+            let (across, rounding) = (local.xy().norm(), ROUNDING * ctx.weight);
+            if across > rounding {
+                let used = (across - rounding) / (local.z.max(0.0) * contact.friction);
                 margins.friction_use = margins.friction_use.max(used);
             }
         }

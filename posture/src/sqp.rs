@@ -6,7 +6,8 @@
 //!   merit = cost + γ Σ violation
 //!
 //! by a fair part of what the linear model promised; a step that curvature spoils is corrected to
-//! second order. Source: Fletcher's Sℓ1QP [fletcher1987].
+//! second order. Source: Fletcher's Sℓ1QP [fletcher1987], γ steered by what the model can take off
+//! [byrd2008].
 
 mod subproblem;
 
@@ -42,6 +43,11 @@ const DAMPING: f64 = 2.8;
 const CLOSING_DAMPING: f64 = 20.0;
 /// Sum of violations below which only the constraints may be left to meet.
 const CLOSING_BELOW: f64 = 0.1;
+/// Part of the violation that a step must promise to take off, of a trust region of scale [`TELLING`]
+/// or more; where it does not, the price of violations rises, and where that does not help no step does.
+const PROMISED_MIN: f64 = 0.1;
+/// Scale of the trust region from which a model tells of more than its neighbourhood.
+const TELLING: f64 = 0.1;
 /// Every so many iterations the violation must have fallen to [`PROGRESS`] of what it was.
 const PATIENCE: usize = 5;
 /// Part of the violation that may be left after [`PATIENCE`] iterations.
@@ -78,7 +84,7 @@ impl<'a> Sqp<'a> {
         let damping = DAMPING * (10.0 * optimality).sqrt();
         let (mut trial, mut other) = (it.clone(), it.clone());
         let mut trust: f64 = 1.0;
-        let mut cost = self.subproblem.linearise(&it);
+        let mut cost = self.subproblem.begin(&it);
         let mut stop = Stop::IterationLimit;
         let mut checkpoint = f64::INFINITY;
         let mut closing = false;
@@ -109,6 +115,18 @@ impl<'a> Sqp<'a> {
                 }
             };
             let (model_cost, model_violation) = self.subproblem.model(&delta);
+            // Where little is promised, cost and damping may be in the way; where they are not, no step helps.
+            if worst > TOLERANCE
+                && model_violation > (1.0 - PROMISED_MIN) * violation
+                && trust >= TELLING
+            {
+                let Some(cost_now) = self.subproblem.favour_constraints(cost) else {
+                    stop = Stop::Stationary;
+                    break;
+                };
+                cost = cost_now;
+                continue;
+            }
             let promised = ELASTIC_WEIGHT * (violation - model_violation) - model_cost;
             let little = optimality * (COST_FLOOR + cost);
             if worst <= TOLERANCE && promised < little {

@@ -1,16 +1,18 @@
 //! `scandent plan`: the pipeline on what the command line names, or on a scene.toml.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, anyhow};
+use clap::Parser;
 use scenes::scene_file::{Friction, Goal, GoalContact, Guide};
 
 use super::run::plan_and_write;
 use crate::argument::{self, GoalFlag, StartFlag};
-use crate::cli::Global;
+use crate::cli::{Cli, Command, Global};
 use crate::environment_flags::ScanFlags;
 use crate::extrinsics::placement;
+use crate::plan_file::located;
 use crate::provenance::{FLAGS, Inputs};
 use crate::robot_files::{BesideUrdf, RobotFiles};
 use crate::scene::{Environment, Files, Scene, Start};
@@ -79,23 +81,74 @@ pub struct Args {
 /// As [`super::run::run`]; [`UsageError`] where something needed is not said.
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let mut inputs = Inputs::default();
-    let mut scene = match &args.scene {
-        Some(name) => {
-            let scene = Scene::open(name, &mut inputs)?;
-            let (before, scene) = (asked(&scene), args.over(scene)?);
-            // The plan's files alone do not say what was asked.
-            if asked(&scene) != before {
-                inputs.note(FLAGS, "command line", asked(&scene).as_bytes());
-            }
-            scene
-        }
-        None => args.over(args.bare()?)?,
-    };
-    placement::place(&mut scene, args.extrinsics.as_deref(), global, &mut inputs)?;
+    let scene = args.placed(global, &mut inputs, &said(std::env::args().skip(1)))?;
     plan_and_write(&scene, inputs, &args.output, global, out)
 }
 
+/// The scene that recorded flags ask for; their files are looked for in `beside` and the folders above.
+///
+/// # Errors
+/// What is no such record; files that are not there; else as [`run`].
+pub fn again(recorded: &str, beside: &Path, global: &Global, inputs: &mut Inputs) -> Result<Scene> {
+    let flags: Vec<String> = serde_json::from_str(recorded).context("no record of flags")?;
+    let cli = Cli::try_parse_from(std::iter::once("scandent".to_owned()).chain(flags))?;
+    let Some(Command::Plan(mut args)) = cli.command else {
+        return Err(usage("no record of flags of `plan`"));
+    };
+    for path in args.paths() {
+        *path = located(beside, path)?;
+    }
+    for name in [&mut args.scene, &mut args.robot].into_iter().flatten() {
+        if !name.starts_with("builtin:") && scenes::builtin(name).is_none() {
+            *name = located(beside, Path::new(name))?.display().to_string();
+        }
+    }
+    args.placed(global, inputs, recorded)
+}
+
+/// The command line as a plan records it: all that bears on the plan, as a list in JSON.
+fn said(flags: impl Iterator<Item = String>) -> String {
+    let mut flags = flags.peekable();
+    let mut kept = Vec::new();
+    while let Some(flag) = flags.next() {
+        match flag.as_str() {
+            "-o" | "--output" | "--threads" => drop(flags.next()),
+            _ if flag.starts_with("-o") => {}
+            _ if flag.starts_with("--output=") || flag.starts_with("--threads=") => {}
+            _ => kept.push(flag),
+        }
+    }
+    serde_json::Value::from(kept).to_string()
+}
+
 impl Args {
+    /// The scene with what the flags say; they are noted, as `said`, where a scene's file alone does not
+    /// say what was asked.
+    fn placed(&self, global: &Global, inputs: &mut Inputs, said: &str) -> Result<Scene> {
+        let (before, mut scene) = match &self.scene {
+            Some(name) => {
+                let scene = Scene::open(name, inputs)?;
+                (asked(&scene), self.over(scene)?)
+            }
+            None => (String::new(), self.over(self.bare()?)?),
+        };
+        if asked(&scene) != before {
+            inputs.note(FLAGS, said, said.as_bytes());
+        }
+        placement::place(&mut scene, self.extrinsics.as_deref(), global, inputs)?;
+        Ok(scene)
+    }
+
+    /// The files that flags name.
+    fn paths(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let one = [&mut self.surfaces, &mut self.mesh, &mut self.extrinsics];
+        let beside = [&mut self.beside.srdf, &mut self.beside.contacts];
+        one.into_iter()
+            .chain(beside)
+            .flatten()
+            .chain(&mut self.scan)
+    }
+
     /// A scene of defaults; what has none must be among the flags.
     fn bare(&self) -> Result<Scene> {
         if self.environment()?.is_none() {

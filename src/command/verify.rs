@@ -1,14 +1,14 @@
 //! `scandent verify PLAN.json`: everything that a plan promises, recomputed.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
 use crate::cli::Global;
 use crate::plan_file::{self, PlanRobotFlags};
 use crate::status::Status;
-use crate::{against, output, threads};
+use crate::{against, output, signature, threads};
 
 /// Flags of `verify`.
 #[derive(Debug, clap::Args)]
@@ -26,6 +26,21 @@ pub struct Args {
     /// Where the certificate goes, with every check of every stance
     #[arg(short, long, value_name = "CERTIFICATE.json")]
     output: Option<PathBuf>,
+    /// Sign the certificate of a plan that passes with this private key (`openssl genpkey -algorithm
+    /// ed25519`): CERTIFICATE.json.sig ties it to the plan
+    #[arg(long, value_name = "KEY.pem", requires = "output")]
+    sign: Option<PathBuf>,
+    /// A certificate that is to be signed, as one of this very plan, by the owner of --by
+    #[arg(
+        long,
+        value_name = "CERTIFICATE.json",
+        requires = "by",
+        conflicts_with = "sign"
+    )]
+    signed: Option<PathBuf>,
+    /// The public key of who signed (`openssl pkey -in KEY.pem -pubout`)
+    #[arg(long, value_name = "PUBLIC.pem", requires = "signed")]
+    by: Option<PathBuf>,
 }
 
 /// Prints the table of margins; ends with [`Status::Failed`] where one does not hold, or where world and
@@ -36,8 +51,13 @@ pub struct Args {
 /// cannot be written.
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let plan = plan_file::open(&args.plan)?;
+    if let (Some(certificate), Some(key)) = (&args.signed, &args.by) {
+        signature::check(&args.plan, certificate, key)?;
+        writeln!(out, "{}: signed for this plan", certificate.display())?;
+    }
     let against = args.against.as_deref();
-    let (robot, world) = against::find(&plan, against, &args.robot, global)?;
+    let folder = args.plan.parent().unwrap_or(Path::new(""));
+    let (robot, world) = against::find(&plan, folder, against, &args.robot, global)?;
     let motion = plan_file::open_motion(&args.plan, &plan)?;
     let options = verify::Options::default();
     let check = || verify::verify_in(&plan, motion.as_ref(), &robot, &world, &options);
@@ -45,6 +65,10 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     write!(out, "{}", certificate.table())?;
     if let Some(path) = &args.output {
         output::write(path, certificate.to_json()?.as_bytes())?;
+        if let (Some(key), true) = (&args.sign, certificate.pass) {
+            let signed = signature::sign(&args.plan, path, key)?;
+            writeln!(out, "signed: {}", signed.display())?;
+        }
     }
     for row in certificate.failures() {
         eprintln!("fails: {}", row.sentence());

@@ -15,7 +15,7 @@ use scenes::{stances, worlds};
 use crate::support::program::{self, assert_ended, robot, scandent};
 
 /// β and γ in degrees, height in m: pitch and roll mixed.
-const STANCES: [[f64; 3]; 8] = [
+pub const STANCES: [[f64; 3]; 8] = [
     [0.0, 0.0, 0.68],
     [15.0, 0.0, 0.66],
     [-15.0, 4.0, 0.68],
@@ -61,7 +61,7 @@ fn configurations(name: &str, stances: &[[f64; 3]]) -> Vec<Configuration> {
 }
 
 /// Writes `poses.csv` and the clouds; the table names the clouds.
-fn write_set(folder: &Path, name: &str, stances: &[[f64; 3]]) {
+pub fn write_set(folder: &Path, name: &str, stances: &[[f64; 3]]) {
     let frames = write_frames(folder, stances, |p| p);
     let text = table(&robot(name), &configurations(name, stances), &frames);
     std::fs::write(folder.join("poses.csv"), text).expect("written");

@@ -144,39 +144,79 @@ impl Placed<'_> {
         inside
     }
 
-    /// The plan may not say that its margins are better than they are.
+    /// Margins that follow from posture and forces alone are as the plan says. Distances may be better than
+    /// stated, as the bodies that they were measured from may be larger, but not worse; and no plan states
+    /// less than it promises.
     fn stated_margins(&self, used: &Used, nearest: &Nearest, inside: f64, findings: &mut Findings) {
-        let stated = &self.stance.margins;
+        let (stated, options) = (&self.stance.margins, self.scene.options);
+        let required = &self.scene.plan.required;
         let joints = self.to_limits().map(|(distance, _)| distance);
         let joint = joints.fold(f64::INFINITY, f64::min);
-        // How much better than found, and how much of that is arithmetic, for each. A margin that is
-        // better than stated is no flaw: the bodies that it was measured from may be larger.
-        let options = self.scene.options;
-        let clearance = stated.clearance_m.map_or(0.0, |s| s - nearest.environment);
-        let own = stated.self_clearance_m.map_or(0.0, |s| s - nearest.own);
-        // Of the contact that is placed: none is farther inside than that of all contacts.
-        let inclusion = stated.inclusion_m.map_or(0.0, |s| s - inside);
-        let friction = used.friction - stated.friction_use;
-        let better = [
-            ("friction_use", friction, options.part),
-            ("torque_use", used.torque - stated.torque_use, options.part),
-            ("joint_rad", stated.joint_rad - joint, options.joint_rad),
-            ("clearance_m", clearance, options.distance_m),
-            ("self_clearance_m", own, options.distance_m),
-            ("inclusion_m", inclusion, options.inclusion_m),
+        // By how much what is stated is off, and how much of that is arithmetic, for each.
+        let off = |stated: f64, found: f64| (stated - found).abs();
+        let distance = |stated: Option<f64>, found: f64, promised: f64| {
+            stated.map_or(0.0, |stated| (stated - found).max(promised - stated))
+        };
+        let (clearance, own) = (required.clearance_m, required.self_clearance_m);
+        let off = [
+            (
+                "friction_use",
+                off(stated.friction_use, used.friction),
+                options.part,
+            ),
+            (
+                "torque_use",
+                off(stated.torque_use, used.torque),
+                options.part,
+            ),
+            ("joint_rad", off(stated.joint_rad, joint), options.joint_rad),
             (
                 "equilibrium",
-                used.residual - stated.equilibrium,
+                off(stated.equilibrium, used.residual),
                 options.force,
+            ),
+            (
+                "closure_m",
+                off(stated.closure_m, self.apart_m()),
+                options.closure_m,
+            ),
+            (
+                "clearance_m",
+                distance(stated.clearance_m, nearest.environment, clearance),
+                options.distance_m,
+            ),
+            (
+                "self_clearance_m",
+                distance(stated.self_clearance_m, nearest.own, own),
+                options.distance_m,
+            ),
+            // Of the contact that is placed: none is farther inside than that of all contacts.
+            (
+                "inclusion_m",
+                distance(stated.inclusion_m, inside, 0.0),
+                options.inclusion_m,
             ),
         ];
         let over = |(_, value, most): &(&str, f64, f64)| value - most;
-        let worst = better.into_iter().max_by(|a, b| {
+        let worst = off.into_iter().max_by(|a, b| {
             let nan = a.1.is_nan().cmp(&b.1.is_nan());
             nan.then(over(a).total_cmp(&over(b)))
         });
         if let Some((margin, value, most)) = worst {
             findings.value(self.at, Check::StatedMargin, margin, value, most);
         }
+    }
+
+    /// The largest distance of a patch's vertex from its face's plane, m.
+    fn apart_m(&self) -> f64 {
+        let of = |touch: &Touch| {
+            let X_WF = touch.face.X_WF.to_homogeneous();
+            let heights = touch
+                .vertices_W
+                .iter()
+                .map(|p| inverse_point(&X_WF, p).z.abs());
+            heights.fold(0.0, f64::max)
+        };
+        self.touches.iter().map(of).fold(0.0, f64::max)
     }
 }

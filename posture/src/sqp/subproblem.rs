@@ -12,6 +12,9 @@ use crate::rows::Rows;
 const STEP_MAX_RAD: f64 = 0.4;
 /// Largest move of the base in one iteration, m.
 const STEP_MAX_M: f64 = 0.3;
+/// The cost's part once steps promise too little of the violation: cost and damping, not the
+/// constraints, may be what holds them back.
+const FAVOURED: f64 = 0.03;
 
 /// Constraints and cost linearised at an iterate, and the engine that solves for steps.
 pub(super) struct Subproblem<'a> {
@@ -26,6 +29,8 @@ pub(super) struct Subproblem<'a> {
     /// The Gauss–Newton matrix, with the damping on the configuration's diagonal.
     hessian: DMatrix<f64>,
     damping: f64,
+    /// Part of cost and damping that counts.
+    cost_scale: f64,
     lower: Vec<f64>,
     upper: Vec<f64>,
     row_lower: Vec<f64>,
@@ -44,6 +49,7 @@ impl<'a> Subproblem<'a> {
             gradient: vec![0.0; n],
             hessian: DMatrix::zeros(n, n),
             damping: 0.0,
+            cost_scale: 1.0,
             lower: vec![f64::NEG_INFINITY; n],
             upper: vec![f64::INFINITY; n],
             row_lower: Vec::new(),
@@ -51,12 +57,39 @@ impl<'a> Subproblem<'a> {
         }
     }
 
+    /// Linearises constraints and cost at the first iterate of a descent; the cost's value.
+    pub fn begin(&mut self, it: &Iterate) -> f64 {
+        self.cost_scale = 1.0;
+        self.linearise(it)
+    }
+
     /// Linearises constraints and cost at the iterate; the cost's value.
     pub fn linearise(&mut self, it: &Iterate) -> f64 {
         self.rows.clear(true);
         constraint::all(self.ctx, it, &mut self.scratch, &mut self.rows);
         self.damping = 0.0;
-        cost::quadratic(self.ctx, it, &mut self.gradient, &mut self.hessian)
+        let cost = cost::quadratic(self.ctx, it, &mut self.gradient, &mut self.hessian);
+        self.scale_cost(self.cost_scale);
+        self.cost_scale * cost
+    }
+
+    /// Lowers the cost for the rest of the descent, which is to raise the price of violations
+    /// [byrd2008]; its value then, or nothing where it is low already.
+    pub fn favour_constraints(&mut self, cost: f64) -> Option<f64> {
+        if self.cost_scale < 1.0 {
+            return None;
+        }
+        self.cost_scale = FAVOURED;
+        self.damping *= FAVOURED;
+        self.scale_cost(FAVOURED);
+        Some(FAVOURED * cost)
+    }
+
+    fn scale_cost(&mut self, by: f64) {
+        if by < 1.0 {
+            self.hessian *= by;
+            self.gradient.iter_mut().for_each(|g| *g *= by);
+        }
     }
 
     /// Sum of the violations at the iterate, and the largest one.
@@ -81,7 +114,7 @@ impl<'a> Subproblem<'a> {
     pub fn take(&mut self, it: &Iterate, delta: &[f64], trial: &mut Iterate) -> f64 {
         self.ctx.step(it, delta, trial);
         let violation = self.values_at(trial).total_violation();
-        cost::value(self.ctx, trial) + ELASTIC_WEIGHT * violation
+        self.cost_scale * cost::value(self.ctx, trial) + ELASTIC_WEIGHT * violation
     }
 
     /// The step whose linear model has the constraints' values that [`Self::take`] found at the
@@ -101,6 +134,7 @@ impl<'a> Subproblem<'a> {
 
     /// Sets the damping of the configuration's columns.
     pub fn damp(&mut self, damping: f64) {
+        let damping = self.cost_scale * damping;
         for k in 0..self.ctx.layout.nq {
             self.hessian[(k, k)] += damping - self.damping;
         }

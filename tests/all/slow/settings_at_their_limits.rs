@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+use crate::calibrate_camera::{STANCES, write_set};
 use crate::support::program::{command, ends_with, root, said, succeeds};
 
 const FLOOR: &str = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
@@ -44,6 +45,12 @@ fn settings_at_their_limits_neither_panic_nor_hang() {
     let mesh = folder.path().join("floor.obj");
     std::fs::write(&mesh, FLOOR).expect("writable");
     let scan = root("scenes/scenes/irregular-stairs_depth.png");
+    let (frames, poses) = (
+        folder.path().join("frames"),
+        folder.path().join("frames/poses.csv"),
+    );
+    std::fs::create_dir(&frames).expect("a folder");
+    write_set(&frames, "hexapod", &STANCES);
     let ranges = ranges();
     assert!(ranges.len() > 70, "{ranges:?}");
     ranges.par_iter().for_each(|(key, [low, high])| {
@@ -59,11 +66,15 @@ fn settings_at_their_limits_neither_panic_nor_hang() {
             let line = match key.split('.').next() {
                 Some("perception") if key.contains("lidar") => "run slope-22 -o @",
                 Some("perception") => "surfaces --sensor kinect_v1 @",
+                Some("calibration") => {
+                    "calibrate camera --robot builtin:hexapod --poses @ --frames @ -o @"
+                }
                 _ => "plan --robot builtin:quadruped --goal 0.2,0 --mesh @ -o @",
             };
             let files = match line.split(' ').next() {
                 Some("run") => vec![out.as_path()],
                 Some("surfaces") => vec![scan.as_path()],
+                Some("calibrate") => vec![poses.as_path(), frames.as_path(), out.as_path()],
                 _ => vec![mesh.as_path(), out.as_path()],
             };
             let mut program = command(&format!("{line} {setting}"), &files);

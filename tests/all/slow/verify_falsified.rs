@@ -26,6 +26,16 @@ fn edges(plan: &mut Value) -> impl Iterator<Item = &mut Value> {
         .flatten()
 }
 
+/// Adds to a margin that every stance states.
+fn margins(plan: &mut Value, name: &str, by: f64) {
+    for stance in each(plan, "stances") {
+        let stated = &mut stance["margins"][name];
+        if let Some(value) = stated.as_f64() {
+            *stated = (value + by).into();
+        }
+    }
+}
+
 /// Drops the faces that no contact is on.
 fn untouched_faces(plan: &mut Value) {
     let touched: Vec<Value> = contacts(plan).map(|c| c["face"].clone()).collect();
@@ -71,6 +81,16 @@ const FALSIFICATIONS: &[Falsification] = &[
     ("all the torque", |p| p["required"]["torque_use"] = 1.0.into()),
     ("edges as they are seen", |p| p["required"]["edge_sigmas"] = 0.0.into()),
     ("a stated margin better", |p| each(p, "stances").for_each(|s| s["margins"]["inclusion_m"] = 0.4.into())),
+    ("friction stated worse", |p| margins(p, "friction_use", 0.1)),
+    ("torque stated worse", |p| margins(p, "torque_use", 0.1)),
+    ("room of the joints stated worse", |p| margins(p, "joint_rad", -0.01)),
+    ("balance stated worse", |p| margins(p, "equilibrium", 0.01)),
+    ("contacts stated farther apart", |p| margins(p, "closure_m", 0.005)),
+    ("clearance stated worse than promised", |p| margins(p, "clearance_m", -0.5)),
+    ("distance of parts stated worse than promised", |p| margins(p, "self_clearance_m", -0.5)),
+    ("feet stated over the edge", |p| margins(p, "inclusion_m", -0.5)),
+    ("a setting that is not the scene's", |p| p["config"]["posture"]["clearance_m"] = 0.015.into()),
+    ("no settings", |p| p["config"] = json!({})),
     ("another command line", |p| p["inputs"].as_array_mut().unwrap().push(
         json!({"role": "flags", "name": "command line", "sha256": "0".repeat(64)}))),
 ];
@@ -118,6 +138,156 @@ fn every_falsified_plan_fails_or_says_what_it_rests_on() {
     );
 }
 
+/// What is changed in which file beside a plan from flags: the first of a text, for another.
+#[rustfmt::skip]
+const FILES: &[(&str, &str, &str)] = &[
+    ("quadruped.urdf", "effort=\"", "effort=\"9"),
+    ("quadruped.urdf", "upper=\"", "upper=\"9"),
+    ("quadruped.urdf", "lower=\"-", "lower=\"-9"),
+    ("quadruped.urdf", "velocity=\"", "velocity=\"9"),
+    ("quadruped.urdf", "mass value=\"", "mass value=\"0"),
+    ("quadruped.urdf", "<collision>", "<collision><!-- -->"),
+    ("quadruped.urdf", "</robot>", ""),
+    ("quadruped.srdf", "value=\"", "value=\"1"),
+    ("contacts.toml", "friction", "# friction"),
+    ("contacts.toml", "radius_m = ", "radius_m = 1"),
+    ("contacts.toml", "[", "# ["),
+    ("floor.obj", "v 3", "v 4"),
+    ("floor.obj", "f 1 2 3 4", "f 1 2 3"),
+    ("floor.obj", "v", ""),
+];
+
+#[test]
+fn a_plan_from_flags_rests_on_its_files() {
+    let folder = scratch("from-flags");
+    let robot = root("scenes/robots/quadruped");
+    for name in ["quadruped.urdf", "quadruped.srdf", "contacts.toml"] {
+        std::fs::copy(robot.join(name), folder.join(name)).unwrap();
+    }
+    let floor = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
+    std::fs::write(folder.join("floor.obj"), floor).unwrap();
+    let names = [
+        "quadruped.urdf",
+        "quadruped.srdf",
+        "contacts.toml",
+        "floor.obj",
+        "out",
+    ];
+    let [urdf, srdf, contacts, mesh, out] = names.map(|name| folder.join(name));
+    let line = "plan --robot @ --srdf @ --contacts @ --mesh @ --goal 0.2,0 -o @";
+    ends_with(
+        line,
+        &[&urdf, &srdf, &contacts, &mesh, &out],
+        0,
+        &["verified"],
+    );
+    let plan = out.join("plan.json");
+    let words = ends_with("verify @", &[&plan], 0, &["PASS: "]);
+    assert!(!words.contains("CONDITIONALLY"), "{words}");
+    let caught = |what: &str| {
+        let alone = scandent("verify @", &[&plan]);
+        let words = said(&alone);
+        let caught = alone.status.code() == Some(1) || words.contains("PASS, CONDITIONALLY");
+        assert!(caught, "{what}: {words}");
+    };
+    for (name, from, to) in FILES {
+        let path = folder.join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains(from), "{name}: no {from}");
+        std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
+        caught(&format!("{name}: {from} for {to}"));
+        std::fs::remove_file(&path).unwrap();
+        caught(&format!("{name} is away"));
+        std::fs::write(&path, text).unwrap();
+    }
+    let whole = read_json(&plan);
+    let mut changed = whole.clone();
+    for input in each(&mut changed, "inputs").filter(|input| input["role"] == "flags") {
+        input["name"] = input["name"]
+            .as_str()
+            .unwrap()
+            .replace("0.2,0", "0.1,0")
+            .into();
+    }
+    std::fs::write(&plan, changed.to_string()).unwrap();
+    caught("another goal among the flags");
+    std::fs::write(&plan, whole.to_string()).unwrap();
+    ends_with("verify @", &[&plan], 0, &["PASS: "]);
+}
+
+const KEY: &str = "-----BEGIN PRIVATE KEY-----
+MC4CAQAwBQYDK2VwBCIEICcz5I4EogGVEgUxYrKLebYn0uDykgf6aFKg9lPwh/6a
+-----END PRIVATE KEY-----
+";
+const PUBLIC: &str = "-----BEGIN PUBLIC KEY-----
+MCowBQYDK2VwAyEA9ZRVkYVPWgojjn8NmMoI8whCefBdST4Q2/tbGPAKzLk=
+-----END PUBLIC KEY-----
+";
+const ANOTHER: &str = "-----BEGIN PUBLIC KEY-----
+MCowBQYDK2VwAyEACcZEBy3niU6GQXl4PJRKue9EaD2siBECE5EtZLp007k=
+-----END PUBLIC KEY-----
+";
+
+#[test]
+fn a_signature_ties_a_certificate_to_its_plan() {
+    let folder = scratch("signed");
+    let plan = changed("irregular-stairs", |_| {}, &folder);
+    let [certificate, key, public, another] =
+        ["c.json", "key.pem", "public.pem", "another.pem"].map(|name| folder.join(name));
+    for (path, text) in [(&key, KEY), (&public, PUBLIC), (&another, ANOTHER)] {
+        std::fs::write(path, text).unwrap();
+    }
+    let signing = "verify @ -o @ --sign @";
+    ends_with(signing, &[&plan, &certificate, &key], 0, &["signed: "]);
+    let line = "verify @ --signed @ --by @";
+    let paths: [&Path; 3] = [&plan, &certificate, &public];
+    ends_with(line, &paths, 0, &["signed for this plan", "PASS: "]);
+    let by_another: [&Path; 3] = [&plan, &certificate, &another];
+    ends_with(line, &by_another, 1, &["not signed by the owner"]);
+    let no_key: [&Path; 3] = [&plan, &certificate, &key];
+    ends_with(line, &no_key, 1, &["no public ed25519 key"]);
+    ends_with(
+        signing,
+        &[&plan, &certificate, &public],
+        1,
+        &["no private ed25519 key"],
+    );
+    // A letter of the certificate, of the plan, of the signature.
+    let signature = folder.join("c.json.sig");
+    for (path, from, to, words) in [
+        (
+            &certificate,
+            "\"pass\": true",
+            "\"pass\": true ",
+            "another certificate",
+        ),
+        (&plan, "\"seed\":0", "\"seed\":1", "another plan"),
+        (
+            &signature,
+            "\"signature\": \"",
+            "\"signature\": \"0",
+            "64 bytes",
+        ),
+        (&signature, "signature/1", "signature/2", "format"),
+    ] {
+        let text = std::fs::read_to_string(path).unwrap();
+        assert!(text.contains(from), "{from}");
+        std::fs::write(path, text.replacen(from, to, 1)).unwrap();
+        ends_with(line, &paths, 1, &[words]);
+        std::fs::write(path, text).unwrap();
+    }
+    ends_with(line, &paths, 0, &["signed for this plan"]);
+    // A plan that fails is not signed.
+    let broken = changed(
+        "irregular-stairs",
+        |p| margins(p, "torque_use", 0.1),
+        &folder,
+    );
+    std::fs::remove_file(&signature).unwrap();
+    ends_with(signing, &[&broken, &certificate, &key], 1, &["fails: "]);
+    assert!(!signature.exists());
+}
+
 #[test]
 fn a_foreign_robot_is_named() {
     let folder = scratch("foreign-robot");
@@ -132,8 +302,8 @@ fn a_foreign_robot_is_named() {
     ends_with(
         line,
         &paths,
-        0,
-        &["PASS, CONDITIONALLY", "hrp2.urdf: not the plan's"],
+        1,
+        &["torque_use: stated_margin", "hrp2.urdf: not the plan's"],
     );
     ends_with(
         &format!("{line} --against irregular-stairs"),

@@ -5,7 +5,7 @@
 //! `robot_model`, its forces from weights on the corners of the feet: nothing of it from the
 //! verifier.
 
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, DVector, Vector3};
 use plan::{
     Change, Contact, GoalContact, GoalRecord, Margins, Plan, Pose, RequiredMargins, Stance,
 };
@@ -196,18 +196,37 @@ fn stance(robot: &Robot, index: usize, step: Step) -> Stance {
             })
         })
         .collect();
+    let com_W = kinematics.com_W.into();
     Stance {
         index,
         change,
+        margins: margins(robot, &kinematics, &q[7..], &contacts),
         contacts,
         q,
-        com_W: kinematics.com_W.into(),
-        // Nothing is claimed of the margins: the verifier must find them.
-        margins: Margins {
-            friction_use: 1.0,
-            torque_use: 1.0,
-            joint_rad: 0.0,
-            ..Margins::default()
-        },
+        com_W,
     }
+}
+
+/// What joints and forces say; nothing is claimed of distances: the verifier must find them.
+fn margins(robot: &Robot, at: &Kinematics, joints: &[f64], contacts: &[Contact]) -> Margins {
+    let mut torques = DVector::zeros(robot.nv());
+    at.gravity_torques(robot, &mut torques);
+    for contact in contacts {
+        let body = robot.patches[robot.patch_index(&contact.patch).unwrap()].body;
+        for (p, f) in contact.force_points_W.iter().zip(&contact.forces_W) {
+            let mut jacobian = DMatrix::zeros(3, robot.nv());
+            at.point_jacobian(robot, body, &Vector3::from(*p), &mut jacobian);
+            torques -= jacobian.transpose() * Vector3::from(*f);
+        }
+    }
+    let mut margins = Margins {
+        joint_rad: f64::INFINITY,
+        ..Margins::default()
+    };
+    let joints = robot.bodies.iter().skip(1).zip(joints);
+    for ((body, q), torque) in joints.zip(torques.iter().skip(6)) {
+        margins.torque_use = margins.torque_use.max(torque.abs() / body.effort);
+        margins.joint_rad = margins.joint_rad.min(q - body.lower).min(body.upper - q);
+    }
+    margins
 }

@@ -30,6 +30,8 @@ impl Mutation {
     fn objection(&self, failed: &[Check]) -> Option<String> {
         let (name, expected) = (self.name, self.expected);
         let related = |check: &Check| *check == expected || self.may_also.contains(check);
+        // What is stated of a posture is seldom true of a broken one.
+        let related = |check: &Check| *check == Check::StatedMargin || related(check);
         let right = failed.contains(&expected) && failed.iter().all(related);
         (!right).then(|| format!("{name}: {expected} expected, failed: {failed:?}"))
     }
@@ -68,35 +70,35 @@ const MUTATIONS: &[Mutation] = table! {
     // Contacts on their surfaces.
     "surface 5 mm below the foot": surface_sunk => Closure;
     "robot 5 mm above its surfaces": |p| translate(adding(p), [0.0, 0.0, 0.005]) => Closure
-        (Kept Goal Inclusion StatedMargin);
+        (Kept Goal Inclusion);
     "surface tilted under the foot": surface_tilted => Normal
-        (Closure Inclusion Clearance ContactDepth Friction Unilateral StatedMargin);
+        (Closure Inclusion Clearance ContactDepth Friction Unilateral);
     "foot half over the edge": surface_cut => Inclusion;
     "foot over an edge that is taken back": edge_taken_back => Inclusion;
     "contact on a surface that is not there": |p| p.stances[0].contacts[0].face = "nowhere".into()
         => Names (Sequence);
     // Forces.
-    "missing force": |p| *largest(p) = [0.0; 3] => BalanceForce (BalanceMoment Torque StatedMargin);
-    "two feet squeeze": feet_squeeze => Friction (Torque StatedMargin Unilateral);
-    "a corner pulls": corner_pulls => Unilateral (Friction StatedMargin);
+    "missing force": |p| *largest(p) = [0.0; 3] => BalanceForce (BalanceMoment Torque);
+    "two feet squeeze": feet_squeeze => Friction (Torque Unilateral);
+    "a corner pulls": corner_pulls => Unilateral (Friction);
     "force far from the patch": force_off_patch => ForcePoint;
     "transition contact bears": transition_bears => Unloaded;
     "transition contact said to be loaded": |p| unloaded(adding(p)).loaded = true => Sequence;
     "nothing to stand on": |p| adding(p).contacts.clear() => Equilibrium
-        (Sequence BalanceForce BalanceMoment Torque ComMargin Clearance StatedMargin);
+        (Sequence BalanceForce BalanceMoment Torque ComMargin Clearance);
     // Joints. A whole turn leaves every link where it is.
-    "joint turned once round": |p| *last_joint(p) += TAU => JointLimit (StatedMargin);
+    "joint turned once round": |p| *last_joint(p) += TAU => JointLimit;
     "more joint margin promised than kept": |p| p.required.joint_rad = 0.499 => JointLimit;
     "more torque margin promised than kept": |p| p.required.torque_use = 0.02 => Torque;
     // Collisions.
-    "obstacle in the torso": obstacle_in_torso => Clearance (StatedMargin);
+    "obstacle in the torso": obstacle_in_torso => Clearance;
     "obstacle in the foot, said to be the ground": obstacle_in_foot => ContactDepth
-        (Clearance StatedMargin);
+        (Clearance);
     "more distance between links promised than kept": |p| p.required.self_clearance_m = 0.499
         => SelfClearance;
     // From stance to stance.
     "contact moved between stances": |p| translate(adding(p), [0.0, 0.005, 0.0]) => Kept
-        (Inclusion Closure Goal Clearance ContactDepth StatedMargin);
+        (Inclusion Closure Goal Clearance ContactDepth);
     "two contacts changed at once": stance_skipped => Sequence;
     "stance out of place": |p| adding(p).index += 1 => Sequence;
     "no stances": |p| p.stances.clear() => Sequence (PathLength);
