@@ -160,7 +160,8 @@ pub fn plan(
     })?;
 
     let (status, blocked) = (answer.status, &answer.blocked);
-    plan.search.unsolved = unsolved::unsolved(status, blocked, &certificate, config);
+    let nodes = plan.search.nodes_generated;
+    plan.search.unsolved = unsolved::unsolved(status, blocked, nodes, &certificate, config);
     let report = report(&answer, &plan, stages, pool.current_num_threads());
     Ok(PlanOutcome {
         status: answer.status,

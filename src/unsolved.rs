@@ -18,6 +18,7 @@ const MORE: usize = 10;
 pub fn unsolved(
     status: Status,
     blocked: &[Blocked],
+    nodes: usize,
     certificate: &Certificate,
     config: &Config,
 ) -> Option<Unsolved> {
@@ -35,7 +36,7 @@ pub fn unsolved(
     let failures = certificate.failures().take(REASONS);
     let reasons = match status {
         "refused" => failures.map(|row| row.sentence()).collect(),
-        _ => reasons(blocked),
+        _ => reasons(blocked, nodes),
     };
     let planner = &config.planner;
     let budget = format!(
@@ -69,9 +70,14 @@ pub fn unsolved(
 }
 
 /// The constraints that block contacts, nearest to the goal first, one for each change.
-fn reasons(blocked: &[Blocked]) -> Vec<String> {
+fn reasons(blocked: &[Blocked], nodes: usize) -> Vec<String> {
     if blocked.is_empty() {
-        return vec!["nothing was tried: no surface is within reach of a free patch".to_owned()];
+        return vec![match nodes {
+            0..=1 => "nothing was tried: no surface is within reach of a free patch".to_owned(),
+            _ => format!(
+                "no change failed: {nodes} contact sets have a posture, none is at the goal"
+            ),
+        }];
     }
     let mut said = BTreeSet::new();
     let once = blocked
@@ -79,11 +85,10 @@ fn reasons(blocked: &[Blocked]) -> Vec<String> {
         .filter(|one| said.insert(describe(&one.change)));
     let in_words = |one: &Blocked| {
         let (what, why, distance) = (describe(&one.change), &one.reason, one.distance_m);
-        let held = match one.held.as_str() {
-            "" => String::new(),
-            held => format!("holding {held}; "),
-        };
-        format!("{what}: {why} ({held}{distance:.2} m to go)")
+        match one.held.as_str() {
+            "" => format!("{what}: {why}"),
+            held => format!("{what}: {why} (holding {held}; {distance:.2} m to go)"),
+        }
     };
     once.map(in_words).take(REASONS).collect()
 }
