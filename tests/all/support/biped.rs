@@ -168,7 +168,7 @@ fn stance(robot: &Robot, index: usize, step: Step) -> Stance {
     let kinematics = Kinematics::new(robot, &Configuration::from_q(&q).unwrap());
     let weight = robot.mass_kg * GRAVITY_M_S2;
     let listed = robot.patches.iter().zip(feet).zip(listed);
-    let contacts = listed
+    let contacts: Vec<Contact> = listed
         .filter_map(|((patch, foot), listed)| {
             let (surface, share) = listed?;
             let at = |[x, y]: [f64; 2]| [foot.x + x, foot.y + y, foot.z];
