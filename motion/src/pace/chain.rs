@@ -108,6 +108,10 @@ pub(crate) fn samples(
             break;
         }
     }
+    // One phase alone settles; what does not is no law for several.
+    if over > 1.0 + OVER && phases.len() > 1 {
+        return Vec::new();
+    }
     let shares = paces.into_iter().map(|pace| pace.shares);
     shares.zip(samples).collect()
 }
