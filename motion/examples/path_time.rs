@@ -36,7 +36,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         rows.collect()
     });
     let limits: Vec<Vec<Row>> = limits.collect();
-    let law = TimeLaw::fastest(&limits, smooth_s.ok_or("no smooth_s")?).ok_or("no law")?;
+    let at: Vec<f64> = (0..=2 * pieces)
+        .map(|i| i as f64 / (2 * pieces) as f64)
+        .collect();
+    let law = TimeLaw::fastest(&at, &limits, smooth_s.ok_or("no smooth_s")?).ok_or("no law")?;
     println!("{}", law.duration_s());
     Ok(())
 }

@@ -8,9 +8,10 @@ use rayon::prelude::*;
 
 use crate::Config;
 use crate::load_shares::LoadShares;
-use crate::pace::{Pace, Paced};
+use crate::pace::{self, Paced};
+use crate::passage;
 use crate::problem::MotionContext;
-use crate::segment::Segment;
+use crate::segment::{PhaseTrajectory, Segment};
 
 /// What motions of these settings keep to.
 pub fn limits(config: &Config, posture: &posture::Config) -> Limits {
@@ -35,26 +36,29 @@ pub fn assemble(context: &MotionContext, segments: &[&Segment]) -> Motion {
         phases: Vec::new(),
         samples: Vec::new(),
     };
-    // Every phase has a time of its own, from rest to rest.
-    let phases = segments.iter().enumerate();
-    let phases = phases.flat_map(|(k, segment)| segment.phases.iter().map(move |phase| (k, phase)));
-    let phases: Vec<_> = phases.collect();
-    let paced = phases.into_par_iter().map(|(k, phase)| {
-        let mut pace = Pace::new(context, phase);
-        let samples = pace.samples();
-        (k, phase, pace.shares, samples)
-    });
-    for (k, phase, shares, samples) in paced.collect::<Vec<_>>() {
-        let swing = phase.swing.map(|p| context.robot.patches[p].name.clone());
-        let contacts = contacts(context, &phase.closed, &shares);
+    let all = segments.iter().enumerate();
+    let all = all.flat_map(|(k, segment)| segment.phases.iter().map(move |phase| (k, phase)));
+    let all: Vec<_> = all.collect();
+    let rest = (config.settle_s / config.dt_s).round() as usize;
+    let stops: Vec<&PhaseTrajectory> = all.iter().map(|(_, phase)| *phase).collect();
+    let passing = passage::through(context, &stops, |phase| rest == 0 || phase.landed.is_none());
+    let paced = passing
+        .into_par_iter()
+        .flat_map(|run| paced(context, &run, &stops));
+    for ((k, phase), (shares, samples)) in all.into_iter().zip(paced.collect::<Vec<_>>()) {
+        let swing = phase
+            .task
+            .swing
+            .as_ref()
+            .map(|s| context.patch_name(s.patch));
+        let contacts = contacts(context, &phase.task.closed, &shares);
         let kind = (phase.kind, k, k + 1);
         append(&mut motion, kind, contacts, swing, samples.iter());
-        let rest = (config.settle_s / config.dt_s).round() as usize;
         if let (Some(landed), Some(last)) = (&phase.landed, samples.into_iter().next_back())
             && rest > 0
         {
             // The patch that has landed is closed, and carries nothing yet.
-            let mut closed = phase.closed.clone();
+            let mut closed = phase.task.closed.clone();
             closed.push(landed.clone());
             let shares = LoadShares::new(context, &closed);
             let points = shares
@@ -70,6 +74,29 @@ pub fn assemble(context: &MotionContext, segments: &[&Segment]) -> Motion {
         }
     }
     motion
+}
+
+/// The samples of phases that are gone through without a stop, or from rest to rest where that is faster
+/// even before forces suit it.
+fn paced(
+    context: &MotionContext,
+    run: &[(usize, PhaseTrajectory)],
+    stops: &[&PhaseTrajectory],
+) -> Vec<(LoadShares, Vec<Paced>)> {
+    let bent: Vec<&PhaseTrajectory> = run.iter().map(|(_, phase)| phase).collect();
+    let own = || run.par_iter().map(|(k, _)| stops[*k]);
+    let through = pace::samples(context, &bent);
+    let steps: usize = through.iter().map(|(_, samples)| samples.len() - 1).sum();
+    let slow = || {
+        let least: Vec<f64> = own().map(|phase| pace::least_s(context, phase)).collect();
+        steps as f64 * context.config.dt_s > least.iter().sum()
+    };
+    if run.len() > 1 && (through.is_empty() || slow()) {
+        return own()
+            .flat_map(|phase| pace::samples(context, &[phase]))
+            .collect();
+    }
+    through
 }
 
 /// Appends a phase; its first sample takes the place of the last phase's last one.

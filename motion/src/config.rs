@@ -15,7 +15,7 @@ pub struct Config {
     /// Time between two samples, s.
     #[schemars(range(min = 0.001, max = 0.02))]
     pub dt_s: f64,
-    /// Time at rest after a patch has landed, s.
+    /// Time at rest after a patch has landed, s; at 0 the body goes on while it lands, where it can.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub settle_s: f64,
     /// Time over which an acceleration grows or falls, s: bounds the jerk.
@@ -55,7 +55,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             dt_s: 0.01,
-            settle_s: 0.05,
+            settle_s: 0.0,
             smooth_s: 0.05,
             joint_speed_use: 0.8,
             joint_acceleration_rad_s2: 25.0,

@@ -39,7 +39,7 @@ const LOOKS: usize = 24;
 const STEPS: usize = 80;
 /// Part of the clearance that a body may move between two samples: past an edge it is then nearer between
 /// them by 2 % at most.
-const STEP_PART: f64 = 0.4;
+pub(crate) const STEP_PART: f64 = 0.4;
 /// A motion whose steps stay longer than this part of what they were when it is given more jumps.
 const SHORTER: f64 = 0.8;
 

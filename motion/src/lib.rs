@@ -19,6 +19,7 @@
 //! | forces, and the centre of mass | `blend` |
 //! | configurations | `projection` (with `equations`, `inequalities`, `near`) at knots, joined by `route` |
 //! | time | `pace`, by [`time_law`] |
+//! | no stop at a stance | `passage` |
 //! | what the contacts bear and the joints exert in motion | `load_shares`, `inverse_dynamics` |
 //! | steps from rest to rest | [`time_scaling`] |
 //! | is every sample right | `sampling`, `statics`, `clearance` |
@@ -56,6 +57,7 @@ mod inverse_dynamics;
 mod load_shares;
 mod near;
 mod pace;
+mod passage;
 pub mod problem;
 mod projection;
 mod raised;

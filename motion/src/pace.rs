@@ -1,4 +1,4 @@
-//! A phase in time: as fast as the robot's limits allow along its path.
+//! Phases in time: as fast as the robot's limits allow along its path.
 //!
 //!   q = q(s(t)),  v = q' ṡ,  a = q' s̈ + q'' ṡ²
 //!
@@ -6,6 +6,7 @@
 //! in ṡ²; so is every limit.
 #![allow(non_snake_case)]
 
+mod chain;
 mod dynamics;
 mod limits;
 mod smoothing;
@@ -19,24 +20,18 @@ use crate::load_shares::LoadShares;
 use crate::problem::MotionContext;
 use crate::segment::PhaseTrajectory;
 use crate::spline::Ends;
-use crate::time_law::{Row, TimeLaw};
-use smoothing::{excess, smooth};
+pub(crate) use chain::{least_s, samples};
 
 /// Largest number of places of a path at which its limits are computed: those of its samples, between
 /// which they are smooth, where these are no more.
 const PIECES_MAX: usize = 160;
-/// How often the forces are suited to the law that came of the last ones, the part of the time from which
-/// on that is worth going on, and for how much more than that law needs.
-const PASSES: usize = 6;
-const WORTH: f64 = 0.98;
+/// For how much more than a law needs forces are suited to it.
 const FARTHER: f64 = 1.5;
 /// Part of the weight below which what is needed has no direction.
 const SLIGHT: f64 = 0.01;
 /// A law that exceeds its limits by no more than this part is kept: of a contact that keeps a tenth of its
 /// load, ten times as much of its friction.
 const OVER: f64 = 2e-4;
-/// How often a law is made slower until every sample is within its limits.
-const STRETCHES: usize = 10;
 
 /// The whole body at one sample of a motion.
 pub(crate) struct Paced {
@@ -74,12 +69,12 @@ struct Place {
 /// it better than by their shares alone.
 type Lean = Vec<Matrix3x6<f64>>;
 
-/// A phase whose time is sought.
+/// The dynamics of one phase.
 pub(crate) struct Pace<'a> {
     context: &'a MotionContext<'a>,
     phase: &'a PhaseTrajectory,
     curve: Curve,
-    pub shares: LoadShares,
+    shares: LoadShares,
     kinematics: Kinematics,
     accelerations: Accelerations,
 }
@@ -92,68 +87,18 @@ impl<'a> Pace<'a> {
         Self {
             kinematics: Kinematics::new(context.robot, &curve.at(0.0).q),
             accelerations: Accelerations::new(context.robot),
-            shares: LoadShares::new(context, &phase.closed),
+            shares: LoadShares::new(context, &phase.task.closed),
             curve,
             context,
             phase,
         }
     }
 
-    /// The samples of the phase, `dt_s` apart, both ends included.
-    pub fn samples(&mut self) -> Vec<Paced> {
-        let config = self.context.config;
-        let pieces = (self.phase.samples.len() - 1).min(PIECES_MAX);
-        // The fastest law, by forces that suit the one before it.
-        let mut best: Option<(TimeLaw, f64, Vec<Lean>)> = None;
-        let mut leans = Vec::new();
-        for _ in 0..PASSES {
-            let places = (0..=pieces).map(|i| self.place(i as f64 / pieces as f64, &leans));
-            let places: Vec<Place> = places.collect();
-            let grid: Vec<Vec<Row>> = places.iter().map(|place| self.rows(place)).collect();
-            // At rest every row has room, so there is one.
-            let Some((law, over)) = smooth(&grid, config) else {
-                break;
-            };
-            let time = law.duration_s() * over.max(1.0);
-            let before = best
-                .as_ref()
-                .map(|(law, over, _)| law.duration_s() * over.max(1.0));
-            if before.is_some_and(|before| time >= before) {
-                break;
-            }
-            let next = places.iter().enumerate().map(|(i, place)| {
-                let [_, rate, bend] = law.at(law.time_s(i as f64 / pieces as f64));
-                self.lean(place, rate, bend)
-            });
-            let next = next.collect();
-            best = Some((law, over, std::mem::replace(&mut leans, next)));
-            if before.is_some_and(|before| time > WORTH * before) {
-                break;
-            }
-        }
-        let Some((mut law, mut over, leans)) = best else {
-            return Vec::new();
-        };
-        let mut samples = Vec::new();
-        for _ in 0..STRETCHES {
-            // Whole steps, and within the limits.
-            let time = law.duration_s() * over.max(1.0);
-            let steps = (time / config.dt_s - 1e-9).ceil().max(1.0);
-            law = law.slower(steps * config.dt_s / law.duration_s());
-            samples.clear();
-            over = 0.0;
-            for i in 0..=steps as usize {
-                let [s, rate, bend] = law.at(i as f64 * config.dt_s);
-                let place = self.place(s.clamp(0.0, 1.0), &leans);
-                let rows = self.rows(&place);
-                over = over.max(excess(rows.iter().copied(), rate, bend));
-                samples.push(self.paced(&place, rate, bend));
-            }
-            if over <= 1.0 + OVER {
-                break;
-            }
-        }
-        samples
+    /// The dynamics at equally spaced places of the path, both ends included.
+    fn places(&mut self, leans: &[Lean]) -> Vec<Place> {
+        let n = (self.phase.samples.len() - 1).min(PIECES_MAX);
+        let places = (0..=n).map(|i| self.place(i as f64 / n as f64, leans));
+        places.collect()
     }
 
     /// How the forces should lean at a place that is gone through like this.
@@ -188,7 +133,7 @@ impl<'a> Pace<'a> {
     fn paced(&self, place: &Place, rate: f64, bend: f64) -> Paced {
         let square = rate * rate;
         let path = &place.path;
-        let mut forces_W = vec![Vec::new(); self.phase.closed.len()];
+        let mut forces_W = vec![Vec::new(); self.phase.task.closed.len()];
         for (i, point) in self.shares.points.iter().enumerate() {
             let [rest, a, b] = [0, 1, 2].map(|k| place.forces_W[k][i]);
             forces_W[point.contact].push(rest + a * bend + b * square);

@@ -123,7 +123,7 @@ fn closure(
     }
 }
 
-fn tilt(
+pub(crate) fn tilt(
     context: &MotionContext,
     task: &Task,
     R_WB: &UnitQuaternion<f64>,
@@ -137,7 +137,7 @@ fn tilt(
     }
 }
 
-fn joints(
+pub(crate) fn joints(
     context: &MotionContext,
     task: &Task,
     joints: &nalgebra::DVector<f64>,

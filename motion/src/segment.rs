@@ -29,8 +29,7 @@ const LIFT_LEFT: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub(crate) struct PhaseTrajectory {
     pub kind: PhaseKind,
-    pub closed: Vec<Contact>,
-    pub swing: Option<PatchId>,
+    pub task: Task,
     /// The patch that has landed at the end, with its surface and pose.
     pub landed: Option<Contact>,
     pub samples: Vec<Instance>,
@@ -73,8 +72,7 @@ pub fn segment(
                 start = lifted.keyframes[1].q.clone();
                 phases.push(PhaseTrajectory {
                     kind: PhaseKind::Swing,
-                    closed: lifted.closed,
-                    swing: Some(leaving.patch),
+                    task: lifted,
                     landed: None,
                     samples: trajectory.samples,
                 });
@@ -109,8 +107,7 @@ pub fn segment(
     match generate::solve(context, &task)? {
         Ok(trajectory) => phases.push(PhaseTrajectory {
             kind: lands.map_or(PhaseKind::Shift, |_| PhaseKind::Swing),
-            closed: task.closed,
-            swing: lands,
+            task,
             landed: parts.lands,
             samples: trajectory.samples,
         }),

@@ -19,7 +19,7 @@ pub struct Row {
     pub c: f64,
 }
 
-/// A path's parameter, 0…1, in time: from rest to rest with continuous acceleration.
+/// A path's parameter, from 0 on, in time: from rest to rest with continuous acceleration.
 #[derive(Clone, Debug)]
 pub struct TimeLaw {
     /// Time, s, ṡ and ∫ s dt at the grid points.
@@ -30,26 +30,29 @@ pub struct TimeLaw {
     slower: f64,
 }
 
-/// How often the time of a place is halved: to a hundredth of a percent of the whole.
+/// How often the time of a place is halved, to a hundredth of a percent of the whole, and how often it is
+/// then improved where the path moves faster than this, 1/s.
 const HALVINGS: usize = 14;
+const NEWTONS: usize = 3;
+const SLOW: f64 = 1e-3;
 /// Part of ṡ² that is kept from one grid point to the next before the end: what stands still stays there.
 const MOVING: f64 = 0.01;
 /// Smallest part of a limit that counts as a coefficient.
 const SMALL: f64 = 1e-9;
 
 impl TimeLaw {
-    /// The fastest time along a path with these limits at equally spaced places, the first at 0 and the
-    /// last at 1; nothing where the path cannot be gone along.
-    pub fn fastest(limits: &[Vec<Row>], smooth_s: f64) -> Option<Self> {
+    /// The fastest time along a path with these limits at the places `at`, from 0 on; nothing where the
+    /// path cannot be gone along.
+    pub fn fastest(at: &[f64], limits: &[Vec<Row>], smooth_s: f64) -> Option<Self> {
         let n = limits.len().checked_sub(1).filter(|n| *n > 0)?;
-        let ds = 1.0 / n as f64;
         let mut most = vec![0.0; n + 1];
         for i in (0..n).rev() {
-            most[i] = controllable(&limits[i], ds, most[i + 1]);
+            most[i] = controllable(&limits[i], at[i + 1] - at[i], most[i + 1]);
         }
         let mut x = 0.0_f64;
         let mut knots = vec![[0.0; 4]];
         for (i, rows) in limits.iter().enumerate().take(n) {
+            let ds = at[i + 1] - at[i];
             let up = rows.iter().filter(|r| r.a > SMALL * r.c);
             let reach = up
                 .map(|r| (r.c - r.b * x) / r.a)
@@ -63,7 +66,7 @@ impl TimeLaw {
             }
             let bend = (next - x) / (2.0 * ds);
             let area = area + dt * (s + dt * (rate / 2.0 + dt * bend / 6.0));
-            knots.push([t + dt, (i + 1) as f64 * ds, next.sqrt(), area]);
+            knots.push([t + dt, at[i + 1], next.sqrt(), area]);
             x = next;
         }
         Some(Self {
@@ -106,6 +109,11 @@ impl TimeLaw {
                 high = middle;
             }
         }
+        // From there on where the path moves, to rounding.
+        for _ in 0..NEWTONS {
+            let [at, rate, _] = self.at(low);
+            low += if rate > SLOW { (s - at) / rate } else { 0.0 };
+        }
         low
     }
 
@@ -129,7 +137,7 @@ impl TimeLaw {
         let [begin, s, rate, area] = self.knots[after - 1];
         let dt = t - begin;
         let Some(next) = self.knots.get(after) else {
-            return [1.0, 0.0, area + dt];
+            return [s, 0.0, area + dt * s];
         };
         let bend = (next[2] - rate) / (next[0] - begin);
         [
@@ -163,20 +171,21 @@ fn controllable(rows: &[Row], ds: f64, next: f64) -> f64 {
     let mut x = still.fold(X_MAX, f64::min);
     for _ in 0..PIECES_MAX {
         // The tightest bounds at x, as lines d + e x.
-        let (mut high, mut low) = ((f64::INFINITY, 0.0), (f64::NEG_INFINITY, 0.0));
+        let (mut most, mut least) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut high, mut low) = ((most, 0.0), (least, 0.0));
         for r in rows() {
             if r.a.abs() <= SMALL * r.c.abs() && r.c != 0.0 {
                 continue;
             }
-            let line = (r.c / r.a, -r.b / r.a);
-            let value = line.0 + line.1 * x;
-            if r.a > 0.0 && value < high.0 + high.1 * x {
-                high = line;
-            } else if r.a < 0.0 && value > low.0 + low.1 * x {
-                low = line;
+            let value = (r.c - r.b * x) / r.a;
+            let line = || (r.c / r.a, -r.b / r.a);
+            if r.a > 0.0 && value < most {
+                (most, high) = (value, line());
+            } else if r.a < 0.0 && value > least {
+                (least, low) = (value, line());
             }
         }
-        let gap = high.0 - low.0 + (high.1 - low.1) * x;
+        let gap = most - least;
         let slope = high.1 - low.1;
         if gap >= -1e-12 * (1.0 + high.0.abs()) || slope >= 0.0 {
             break;
@@ -217,11 +226,16 @@ mod tests {
         vec![rows; n + 1]
     }
 
+    /// Equal steps from 0 to 1.
+    fn at(n: usize) -> Vec<f64> {
+        (0..=n).map(|i| i as f64 / n as f64).collect()
+    }
+
     #[test]
     fn a_straight_line_takes_the_time_of_the_bang_bang_law_and_of_the_trapezoid() {
         for (speed, acceleration) in [(9.0, 2.0), (0.5, 2.0)] {
             let rows = line(speed, acceleration, 400);
-            let law = TimeLaw::fastest(&rows, 0.05).unwrap();
+            let law = TimeLaw::fastest(&at(400), &rows, 0.05).unwrap();
             let peak = f64::min(speed, f64::sqrt(acceleration));
             let exact = 1.0 / peak + peak / acceleration;
             // The grid meets the corner of the law to within one of its steps.
@@ -232,7 +246,7 @@ mod tests {
 
     #[test]
     fn it_keeps_to_its_limits_rests_at_the_ends_and_its_jerk_is_bounded() {
-        let law = TimeLaw::fastest(&line(0.8, 2.0, 50), 0.1)
+        let law = TimeLaw::fastest(&at(50), &line(0.8, 2.0, 50), 0.1)
             .unwrap()
             .slower(1.5);
         let h = law.duration_s() / 2000.0;
@@ -259,7 +273,7 @@ mod tests {
             b: 80.0,
             c: 0.01,
         };
-        let law = TimeLaw::fastest(&rows, 0.1).unwrap();
+        let law = TimeLaw::fastest(&at(40), &rows, 0.1).unwrap();
         assert!(law.duration_s() < 100.0, "{}", law.duration_s());
     }
 
@@ -267,6 +281,6 @@ mod tests {
     fn a_path_that_cannot_be_left_is_refused() {
         let mut rows = line(1.0, 1.0, 10);
         rows[0][0].c = 0.0;
-        assert!(TimeLaw::fastest(&rows, 0.1).is_none());
+        assert!(TimeLaw::fastest(&at(10), &rows, 0.1).is_none());
     }
 }

@@ -34,10 +34,10 @@ fn step() -> Terrain {
     }
 }
 
-/// Two stances: the left foot about to leave the floor, and touching the step.
+/// Stances: the left foot about to leave the floor, touching the step, and bearing all.
 struct Pair {
-    contacts: [Vec<Contact>; 2],
-    posture: [Posture; 2],
+    contacts: [Vec<Contact>; 3],
+    posture: [Posture; 3],
 }
 
 impl Pair {
@@ -64,11 +64,11 @@ impl Pair {
             area.toward = Some(Point3::new(STEP.1 + 0.16, 0.10, STEP.0));
             area.yaw_rad = Some(0.0);
         }
-        let solve = |contacts: Vec<Contact>, guess: &Configuration| {
+        let solve = |contacts: &[Contact], guess: &Configuration| {
             let problem = Problem {
                 robot,
                 environment,
-                contacts,
+                contacts: contacts.to_vec(),
                 base_goal: None,
                 reference: &start,
                 guess,
@@ -78,15 +78,20 @@ impl Pair {
                 other => panic!("{}", other.violation().unwrap().describe(&problem)),
             }
         };
-        let contacts = [
-            vec![fixed(left, false), fixed(right, true)],
-            vec![fixed(right, true), placed],
-        ];
-        let before = solve(contacts[0].clone(), &start);
-        let after = solve(contacts[1].clone(), &before.q);
+        let off = vec![fixed(left, false), fixed(right, true)];
+        let onto = vec![fixed(right, true), placed];
+        let before = solve(&off, &start);
+        let after = solve(&onto, &before.q);
+        let landed = Contact {
+            freedom: Freedom::Fixed,
+            X_WC: after.contacts[1].X_WC,
+            ..onto[1].clone().loaded(true)
+        };
+        let leaving = vec![fixed(right, false), landed];
+        let shifted = solve(&leaving, &after.q);
         Self {
-            contacts,
-            posture: [before, after],
+            contacts: [off, onto, leaving],
+            posture: [before, after, shifted],
         }
     }
 
@@ -130,9 +135,18 @@ impl Step {
     }
 
     fn motion(&self) -> Motion {
-        let segment = self.segment().unwrap();
-        let segment = segment.unwrap_or_else(|failure| panic!("{}", failure.describe()));
-        let motion = assemble(&self.context(), &[&segment]);
+        self.motion_to(1)
+    }
+
+    /// The motion from the first stance to another.
+    fn motion_to(&self, last: usize) -> Motion {
+        let context = self.context();
+        let segments = (0..last).map(|k| {
+            let segment = segment(&context, self.pair.end(k), self.pair.end(k + 1)).unwrap();
+            segment.unwrap_or_else(|failure| panic!("{}", failure.describe()))
+        });
+        let segments: Vec<Segment> = segments.collect();
+        let motion = assemble(&context, &segments.iter().collect::<Vec<_>>());
         motion.validate().unwrap();
         motion
     }
@@ -187,7 +201,8 @@ fn a_swing_over_a_step_clears_it() {
 
 #[test]
 fn configuration_forces_and_rates_are_continuous_and_carry_the_weight() {
-    let step = Step::new();
+    let mut step = Step::new();
+    step.config.settle_s = 0.05;
     let motion = step.motion();
     let Step {
         robot,
@@ -242,6 +257,43 @@ fn configuration_forces_and_rates_are_continuous_and_carry_the_weight() {
     for i in 0..motion.samples.len() {
         for (v, body) in at(i).v.iter().skip(6).zip(robot.joint_bodies()) {
             assert!(v.abs() < 1.02 * config.joint_speed_use * body.velocity);
+        }
+    }
+}
+
+#[test]
+fn the_body_goes_on_while_the_foot_lands_at_rest() {
+    let mut step = Step::new();
+    let through = step.motion_to(2);
+    step.config.settle_s = 0.05;
+    let stops = step.motion_to(2);
+    let kinds = |motion: &Motion| motion.phases.iter().map(|p| p.kind).collect::<Vec<_>>();
+    assert_eq!(kinds(&through), [PhaseKind::Swing, PhaseKind::Shift]);
+    let halted = [PhaseKind::Swing, PhaseKind::Hold, PhaseKind::Shift];
+    assert_eq!(kinds(&stops), halted);
+    let left = &step.robot.patches[step.robot.patch_id("left_foot").unwrap()];
+    let lands = |motion: &Motion| (motion.phases[0].t_end_s / motion.dt_s).round() as usize;
+    let border = lands(&through);
+    let [before, at, after] = [border - 1, border, border + 1].map(|i| &through.samples[i]);
+    let com = |sample: &plan::Sample| Vector3::from(sample.com_W);
+    let speed = (com(after) - com(before)).norm() / (2.0 * through.dt_s);
+    assert!(speed > 0.05, "{speed} m/s");
+    let still = &stops.samples[lands(&stops)];
+    assert!(still.v.iter().all(|v| v.abs() < 1e-6));
+    // The foot stands still there, and the body is where the stance has it.
+    let place = |sample: &plan::Sample| {
+        let q = Configuration::from_q(&sample.q).unwrap();
+        Kinematics::new(&step.robot, &q).X_WC(left)
+    };
+    let moved = place(before).translation.vector - place(at).translation.vector;
+    assert!(moved.norm() < 1e-4, "{moved}");
+    let q = Configuration::from_q(&at.q).unwrap();
+    assert!(q.difference(&step.pair.posture[1].q).amax() < 1e-4);
+    // No velocity jumps.
+    let most = step.config.joint_acceleration_rad_s2 * through.dt_s;
+    for pair in through.samples.windows(2) {
+        for (a, b) in pair[0].v.iter().zip(&pair[1].v).skip(6) {
+            assert!((a - b).abs() < 1.01 * most, "at {} s", pair[1].t_s);
         }
     }
 }

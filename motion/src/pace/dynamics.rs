@@ -34,8 +34,8 @@ impl Pace<'_> {
         let speed = |body, r: &Vector3<f64>| accelerations.point(body, r).norm();
         let speeds = coms.map(|(i, (body, X_WB))| speed(i, &(X_WB.rotation * body.com_B)));
         let speeds = speeds.collect();
-        let landing = self.phase.swing.map(|patch| {
-            let patch = &robot.patches[patch];
+        let landing = self.phase.task.swing.as_ref().map(|swing| {
+            let patch = &robot.patches[swing.patch];
             let p = kinematics.X_WC(patch).translation.vector;
             let moves = speed(patch.body, &(p - kinematics.origin_W[patch.body]));
             let lands = self.phase.landed.as_ref();
@@ -70,7 +70,7 @@ impl Pace<'_> {
         let tau = [0, 1, 2].map(|k| {
             let needs = &mut needs[k];
             for (p, f) in self.shares.points.iter().zip(&forces_W[k]) {
-                let body = robot.patches[self.phase.closed[p.contact].patch].body;
+                let body = robot.patches[self.phase.task.closed[p.contact].patch].body;
                 needs[body].0 -= f;
                 needs[body].1 -= (p.p_W - kinematics.origin_W[body]).cross(f);
             }

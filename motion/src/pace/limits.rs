@@ -91,7 +91,7 @@ impl Pace<'_> {
         for (v, a) in v.iter().zip(a) {
             both([0.0, *v, *a], config.joint_acceleration_rad_s2);
         }
-        let torque_use = config.torque_use.max(self.context.posture.torque_use);
+        let (_, torque_use) = self.uses();
         for (j, body) in robot.joint_bodies().iter().enumerate() {
             let limit = body.effort * torque_use;
             if limit > 0.0 && limit.is_finite() {
@@ -102,12 +102,43 @@ impl Pace<'_> {
         rows
     }
 
+    /// Whether contacts and joints can hold the body at rest at `s`.
+    pub fn stands(&mut self, s: f64) -> bool {
+        let place = self.place(s, &[]);
+        let (friction_use, torque_use) = self.uses();
+        let bodies = self.context.robot.joint_bodies().iter();
+        let mut torques = place.tau[0].iter().zip(bodies);
+        let holds = torques.all(|(tau, body)| {
+            let bound = body.effort > 0.0 && body.effort.is_finite();
+            !bound || tau.abs() <= body.effort * torque_use
+        });
+        let mut forces = place.forces_W[0].iter().zip(&self.shares.points);
+        holds
+            && forces.all(|(f, point)| {
+                let contact = &self.phase.task.closed[point.contact];
+                let normal = f.dot(&contact.normal_W());
+                let across = (f - contact.normal_W() * normal).norm();
+                normal > -UNLOADED_N
+                    && across
+                        <= CONE_INSIDE * contact.friction * friction_use * normal.max(0.0)
+                            + UNLOADED_N
+            })
+    }
+
+    /// Parts of the friction and of the torques that are used at most.
+    fn uses(&self) -> (f64, f64) {
+        let (config, posture) = (self.context.config, self.context.posture);
+        (
+            config.friction_use.max(posture.friction_use),
+            config.torque_use.max(posture.torque_use),
+        )
+    }
+
     /// Forces push, inside eight sides of their contact's cone whose edges are on it.
     pub(super) fn bearing(&self, forces_W: &Parts<Vec<Vector3<f64>>>, rows: &mut Vec<Row>) {
-        let posture = self.context.posture;
-        let friction_use = self.context.config.friction_use.max(posture.friction_use);
+        let (friction_use, _) = self.uses();
         for (i, point) in self.shares.points.iter().enumerate() {
-            let contact = &self.phase.closed[point.contact];
+            let contact = &self.phase.task.closed[point.contact];
             let axes = axes(self.context, contact);
             let parts = [0, 1, 2].map(|k| axes.tr_mul(&forces_W[k][i]));
             let n = parts.map(|f| f.z);

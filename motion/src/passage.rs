@@ -1,0 +1,195 @@
+//! Ways through a stance without a stop: the two phases beside it bend into one direction there.
+//!
+//!   q(x) = close(q_path(w p(x)) ⊕ h T),   p = 6 x³ − 8 x⁴ + 3 x⁵,   h = w (x − p),   0 ≤ x ≤ 1
+//!
+//! over the part w of each phase next to the stance, x = 0 at it. There p, p' and p'' are 0 and h' = 1, so
+//! that the patch which lands or leaves is at rest while the body goes on along T; at x = 1 it is on the
+//! path as before. T is the path's own direction in the phase in which all patches stay closed, so that
+//! this one hardly changes. Both phases close the same contacts and so have the same second derivatives.
+#![allow(non_snake_case)]
+
+use nalgebra::{DVector, Point3};
+use rayon::prelude::*;
+use robot_model::{Kinematics, PatchId};
+
+use crate::clearance::ClearanceMonitor;
+use crate::equations::{Target, apart, is_point};
+use crate::generate::STEP_PART;
+use crate::interpolation::Curve;
+use crate::pace::Pace;
+use crate::problem::MotionContext;
+use crate::projection::{Ask, Bounds, Projection};
+use crate::sampling::{Instance, SampledTrajectory, joints, tilt};
+use crate::segment::PhaseTrajectory;
+use crate::spline::Ends;
+
+/// The part w of a phase that is bent.
+const BENT: f64 = 0.25;
+/// Residual that closing leaves at most, m and rad.
+const CLOSED: f64 = 1e-6;
+
+/// The end of a phase at which a stance is gone through.
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    First,
+    Last,
+}
+
+/// The phases and their numbers from each stop to the next, bent into each other where they can be and
+/// where they may go on after the first of them.
+pub(crate) fn through(
+    context: &MotionContext,
+    phases: &[&PhaseTrajectory],
+    may_go_on: impl Fn(&PhaseTrajectory) -> bool + Sync,
+) -> Vec<Vec<(usize, PhaseTrajectory)>> {
+    let pairs = phases.par_windows(2);
+    let ways = pairs.map(|pair| passage(context, pair[0], pair[1]).filter(|_| may_go_on(pair[0])));
+    let ways: Vec<_> = ways.collect();
+    let mut runs: Vec<Vec<(usize, PhaseTrajectory)>> = Vec::new();
+    for (k, phase) in phases.iter().enumerate() {
+        let mut phase = (*phase).clone();
+        let way = k.checked_sub(1).and_then(|k| ways[k].as_ref());
+        if let (Some([last, first]), Some((_, before))) =
+            (way, runs.last_mut().and_then(|run| run.last_mut()))
+        {
+            let begin = before.samples.len() - last.len();
+            before.samples[begin..].clone_from_slice(last);
+            phase.samples[..first.len()].clone_from_slice(first);
+            if let Some(run) = runs.last_mut() {
+                run.push((k, phase));
+            }
+        } else {
+            runs.push(vec![(k, phase)]);
+        }
+    }
+    runs
+}
+
+/// The last samples of the one phase and the first of the next, bent into each other.
+fn passage(
+    context: &MotionContext,
+    before: &PhaseTrajectory,
+    after: &PhaseTrajectory,
+) -> Option<[Vec<Instance>; 2]> {
+    let [one, other] = [touching(before, End::Last), touching(after, End::First)];
+    let closes_all = |phase: &PhaseTrajectory| phase.task.closed.len() == one.len();
+    let [back, on] = [before, after].map(curve);
+    let T = if one != other {
+        None
+    } else if closes_all(after) {
+        Some(on.at(0.0).v)
+    } else if closes_all(before) {
+        Some(back.at(1.0).v)
+    } else {
+        None
+    }?;
+    let last = bent(context, before, &back, (End::Last, &one), &T)?;
+    let first = bent(context, after, &on, (End::First, &one), &T)?;
+    Some([last, first])
+}
+
+fn curve(phase: &PhaseTrajectory) -> Curve {
+    let step = 1.0 / (phase.samples.len() - 1) as f64;
+    Curve::new(phase.samples.iter().map(|s| &s.q[..]), step, Ends::Free)
+}
+
+/// The patches that touch at an end of a phase.
+fn touching(phase: &PhaseTrajectory, end: End) -> Vec<PatchId> {
+    let swing = phase.task.swing.as_ref().filter(|swing| match end {
+        End::First => swing.leaves.is_some(),
+        End::Last => swing.lands.is_some(),
+    });
+    let closed = phase.task.closed.iter().map(|c| c.patch);
+    let mut all: Vec<PatchId> = closed.chain(swing.map(|s| s.patch)).collect();
+    all.sort_unstable();
+    all
+}
+
+/// The samples at one end of a phase, bent; nothing where one of them is not as it should be.
+fn bent(
+    context: &MotionContext,
+    phase: &PhaseTrajectory,
+    path: &Curve,
+    (end, touching): (End, &[PatchId]),
+    T: &DVector<f64>,
+) -> Option<Vec<Instance>> {
+    let robot = context.robot;
+    let n = phase.samples.len() - 1;
+    let count = (BENT * n as f64) as usize;
+    let w = count as f64 / n as f64;
+    let weight: Vec<f64> = (0..robot.nv())
+        .map(|k| {
+            let carries = |p: &PatchId| robot.supports(k - 5, robot.patches[*p].body);
+            f64::from(u8::from(k < 6 || touching.iter().any(carries)))
+        })
+        .collect();
+    let mut kinematics = Kinematics::new(robot, &path.at(0.0).q);
+    let mut projection = Projection::default();
+    let mut clearances = ClearanceMonitor::new(context, &phase.task);
+    let mut worst = None;
+    let mut places_W: Vec<Vec<Point3<f64>>> = Vec::new();
+    let mut samples = Vec::with_capacity(count + 1);
+    for i in 0..=count {
+        let x = i as f64 / count as f64;
+        let x = if end == End::First { x } else { 1.0 - x };
+        let p = x * x * x * (6.0 + x * (3.0 * x - 8.0));
+        let (u, along, h) = match end {
+            End::First => (w * x, w * p, w * (x - p)),
+            End::Last => (1.0 - w * x, 1.0 - w * p, -w * (x - p)),
+        };
+        let mut q = path.at(along).q;
+        kinematics.update(robot, &q);
+        let places = touching
+            .iter()
+            .map(|p| (*p, kinematics.X_WC(&robot.patches[*p])));
+        let patches = places.collect();
+        q.integrate_in_place((T * h).as_slice());
+        kinematics.update(robot, &q);
+        let target = Target {
+            patches,
+            turn_freedom: 0.0,
+            com_W: kinematics.com_W,
+        };
+        let ask = Ask {
+            robot,
+            target: &target,
+            bounds: &Bounds::NONE,
+            weight: &weight,
+        };
+        projection.close(&ask, &mut q, &mut kinematics);
+        let off = target.patches.iter().map(|(p, wanted)| {
+            let X_WC = kinematics.X_WC(&robot.patches[*p]);
+            apart(&X_WC, wanted, is_point(robot, *p))
+        });
+        if off.fold(0.0, f64::max) > CLOSED {
+            return None;
+        }
+        joints(context, &phase.task, &q.joints, u, &mut worst);
+        tilt(context, &phase.task, &q.R_WB, u, &mut worst);
+        clearances.look(&kinematics, u, &mut worst);
+        if let Some(failure) = worst {
+            tracing::debug!("no way through: {}", failure.describe());
+            return None;
+        }
+        let bodies = robot.bodies.iter().zip(&kinematics.X_WB);
+        let places = bodies.map(|(body, X_WB)| X_WB * Point3::from(body.com_B));
+        places_W.push(places.collect());
+        let old = if end == End::First { i } else { n - count + i };
+        let forces_W = phase.samples[old].forces_W.clone();
+        samples.push(Instance {
+            q: q.to_q(),
+            forces_W,
+        });
+    }
+    let trajectory = SampledTrajectory { samples, places_W };
+    let (step, _) = trajectory.longest_step();
+    let near = step <= STEP_PART * context.posture.clearance_m;
+    // What rests bear at the new places, the contacts can.
+    let mut whole = phase.clone();
+    let begin = if end == End::First { 0 } else { n - count };
+    whole.samples[begin..=begin + count].clone_from_slice(&trajectory.samples);
+    let mut pace = Pace::new(context, &whole);
+    let stands = (begin..=begin + count).all(|i| pace.stands(i as f64 / n as f64));
+    tracing::debug!("through: near {near}, stands {stands}");
+    (near && stands).then_some(trajectory.samples)
+}
