@@ -30,6 +30,6 @@ fn a_new_user_comes_from_a_urdf_to_a_verified_plan() {
     }
     assert!(place.path().join("out/first/view.html").is_file());
     // The same without files: proposed in memory, and said.
-    let scene = read(&place.path().join("out/worlds/worlds/stairs-up-hrp2-1.toml"));
+    let scene = read(place.path().join("out/worlds/worlds/stairs-up-hrp2-1.toml"));
     assert!(scene.contains("hrp2.urdf"));
 }

@@ -74,9 +74,9 @@ pub fn patches(
         kinematics: Kinematics::new(robot, at),
     };
     let (mut found, mut notes) = (Vec::new(), Vec::new());
-    for limb in 0..limbs.len() {
-        if limbs[limb].mirror.is_none() {
-            let end = &robot.bodies[limbs[limb].end()].name;
+    for (limb, of) in limbs.iter().enumerate() {
+        if of.mirror.is_none() {
+            let end = &robot.bodies[of.end()].name;
             notes.push(format!(
                 "the limb that ends with {end} has no other side and gets no patch"
             ));
@@ -94,7 +94,7 @@ pub fn patches(
                 Err(why) => notes.push(format!("{}: no patch: {why}", finder.name(limb))),
             }
         }
-        let middle = match limbs[limb].kind {
+        let middle = match of.kind {
             LimbKind::Leg => kinds.knees,
             LimbKind::Arm => kinds.elbows,
         };
