@@ -10,13 +10,16 @@ use super::{Lean, OVER, Pace, Paced};
 use crate::load_shares::LoadShares;
 use crate::problem::MotionContext;
 use crate::segment::PhaseTrajectory;
-use crate::time_law::TimeLaw;
 use crate::time_scaling::quintic;
 
 /// How often the forces are suited to the law that came of the last ones, and the part of the time from
 /// which on that is worth going on.
 const PASSES: usize = 6;
 const WORTH: f64 = 0.98;
+/// How often a law is sought until its means over time are within the limits: while forces are still to be
+/// suited to it, and in the end.
+const ROUGHLY: usize = 3;
+const FINALLY: usize = 8;
 /// How often a law is made slower until every sample is within its limits.
 const STRETCHES: usize = 10;
 
@@ -25,7 +28,7 @@ pub(crate) fn least_s(context: &MotionContext, phase: &PhaseTrajectory) -> f64 {
     let mut pace = Pace::new(context, phase);
     let rows = pace.places(&[]);
     let rows = rows.iter().map(|place| pace.rows(place)).collect();
-    let law = smooth(&Grid::new(vec![rows]), context.config);
+    let law = smooth(&Grid::new(vec![rows]), context.config, ROUGHLY);
     law.map_or(0.0, |(law, over)| law.duration_s() * over.max(1.0))
 }
 
@@ -39,7 +42,7 @@ pub(crate) fn samples(
     let paces = phases.iter().map(|phase| Pace::new(context, phase));
     let mut paces: Vec<Pace> = paces.collect();
     // The fastest law, by forces that suit the one before it.
-    let mut best: Option<(TimeLaw, f64, Vec<Vec<Lean>>)> = None;
+    let mut best: Option<(f64, Grid, Vec<Vec<Lean>>)> = None;
     let mut leans = vec![Vec::new(); paces.len()];
     for _ in 0..PASSES {
         let places = paces.par_iter_mut().zip(&leans).map(|(pace, leans)| {
@@ -50,13 +53,12 @@ pub(crate) fn samples(
         });
         let (places, rows): (Vec<_>, Vec<_>) = places.collect::<Vec<_>>().into_iter().unzip();
         // At rest every row has room, so there is one.
-        let Some((law, over)) = smooth(&Grid::new(rows), config) else {
+        let grid = Grid::new(rows);
+        let Some((law, _)) = smooth(&grid, config, ROUGHLY) else {
             break;
         };
-        let time = law.duration_s() * over.max(1.0);
-        let before = best
-            .as_ref()
-            .map(|(law, over, _)| law.duration_s() * over.max(1.0));
+        let time = law.duration_s();
+        let before = best.as_ref().map(|(time, ..)| *time);
         if before.is_some_and(|before| time >= before) {
             break;
         }
@@ -70,12 +72,13 @@ pub(crate) fn samples(
             lean.collect()
         });
         let next = next.collect();
-        best = Some((law, over, std::mem::replace(&mut leans, next)));
+        best = Some((time, grid, std::mem::replace(&mut leans, next)));
         if before.is_some_and(|before| time > WORTH * before) {
             break;
         }
     }
-    let Some((mut law, mut over, leans)) = best else {
+    let last = best.and_then(|(_, grid, leans)| Some((smooth(&grid, config, FINALLY)?, leans)));
+    let Some(((mut law, mut over), leans)) = last else {
         return Vec::new();
     };
     let mut samples = Vec::new();

@@ -4,9 +4,6 @@ use super::OVER;
 use crate::config::Config;
 use crate::time_law::{Row, TimeLaw};
 
-/// How often a law is sought at most.
-const SMOOTHINGS: usize = 8;
-
 /// The limits at equally spaced places of phases that are gone through one after the other: phase k from
 /// s = k to k + 1.
 pub(super) struct Grid {
@@ -82,11 +79,11 @@ pub(super) fn excess(rows: impl Iterator<Item = Row>, rate: f64, bend: f64) -> f
 }
 
 /// The fastest smooth law, and how much slower it has still to be: where the mean over time exceeds a
-/// limit, the limits from which it came are drawn in, and the law is sought again.
-pub(super) fn smooth(grid: &Grid, config: &Config) -> Option<(TimeLaw, f64)> {
+/// limit, the limits from which it came are drawn in, and the law is sought again, `tries` times in all.
+pub(super) fn smooth(grid: &Grid, config: &Config, tries: usize) -> Option<(TimeLaw, f64)> {
     let (at, mut limits) = grid.merged();
     let mut best: Option<(TimeLaw, f64)> = None;
-    for _ in 0..SMOOTHINGS {
+    for _ in 0..tries {
         let Some(law) = TimeLaw::fastest(&at, &limits, config.smooth_s) else {
             break;
         };
