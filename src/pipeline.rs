@@ -160,8 +160,7 @@ pub fn plan(
     })?;
 
     let (status, blocked) = (answer.status, &answer.blocked);
-    let nodes = plan.search.nodes_generated;
-    plan.search.unsolved = unsolved::unsolved(status, blocked, nodes, &certificate, config);
+    plan.search.unsolved = unsolved::unsolved(status, blocked, &plan, &certificate, config);
     let report = report(&answer, &plan, stages, pool.current_num_threads());
     Ok(PlanOutcome {
         status: answer.status,

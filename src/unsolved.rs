@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use plan::Unsolved;
+use plan::{Plan, Unsolved};
 use planner::{Blocked, Status};
 use verify::Certificate;
 
@@ -18,7 +18,7 @@ const MORE: usize = 10;
 pub fn unsolved(
     status: Status,
     blocked: &[Blocked],
-    nodes: usize,
+    plan: &Plan,
     certificate: &Certificate,
     config: &Config,
 ) -> Option<Unsolved> {
@@ -36,7 +36,7 @@ pub fn unsolved(
     let failures = certificate.failures().take(REASONS);
     let reasons = match status {
         "refused" => failures.map(|row| row.sentence()).collect(),
-        _ => reasons(blocked, nodes),
+        _ => reasons(blocked, plan.search.nodes_generated),
     };
     let planner = &config.planner;
     let budget = format!(
@@ -45,7 +45,7 @@ pub fn unsolved(
         MORE * planner.candidates_max
     );
     let restarts = config.posture.restarts.max(1) * 4;
-    let to_try = match status {
+    let mut to_try = match status {
         "refused" => vec!["report this scene: what is found should pass".to_owned()],
         "no_plan" => vec![
             "another start or goal, or a world without what the reasons name".to_owned(),
@@ -61,6 +61,13 @@ pub fn unsolved(
             "--guide X,Y,Z: places that the base should pass".to_owned(),
         ],
     };
+    let is_open = matches!(status, "exhausted" | "budget_spent");
+    if is_open && plan.obstacles.iter().any(|obstacle| obstacle.assumed) {
+        to_try.push(
+            "another view, or --set perception.unseen_reach_m=0: nothing stands beyond the view's border"
+                .to_owned(),
+        );
+    }
     Some(Unsolved {
         status: status.to_owned(),
         sentence: sentence.to_owned(),
