@@ -9,7 +9,7 @@ use crate::context::SearchContext;
 
 /// How near the soles come to their places, m.
 const PLACED_M: f64 = 1e-3;
-/// The base is lowered by this part of the legs' height at most, in as many trials.
+/// The base is lowered by this part of the legs' height at most, and so many depths are tried.
 const LOWEST: f64 = 0.6;
 const TRIALS: usize = 6;
 

@@ -113,7 +113,7 @@ pub(crate) fn samples(
             break;
         }
     }
-    // One phase alone settles; what does not is no law for several.
+    // What stays outside the limits is no law for several phases; of one alone it is written, and refused.
     if over > 1.0 + OVER && phases.len() > 1 {
         return Vec::new();
     }
