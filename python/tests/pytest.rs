@@ -25,42 +25,46 @@ fn installed(sources: &Path, built: &Path) -> PathBuf {
     site
 }
 
-#[test]
-fn the_package_passes_its_tests_and_is_typed() {
-    let sources = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let test = std::env::current_exe().unwrap();
-    let built = test.ancestors().nth(2).unwrap();
-    let python = built.parent().unwrap().join("python-venv/bin/python");
-    if !python.exists() {
-        eprintln!("SKIPPED: no {}: scripts/test makes it", python.display());
-        return;
-    }
-    let site = installed(sources, built);
-    let program = built.join("scandent");
-    for (folder, what) in [
-        // Python looks for modules where it runs: not beside the sources, which have no library.
-        ("tests", "pytest -q -p no:cacheprovider"),
-        (".", "mypy --cache-dir=/dev/null scandent tests examples"),
-    ] {
-        let mut command = Command::new(&python);
-        command
-            .arg("-m")
-            .args(what.split(' '))
-            .current_dir(sources.join(folder));
-        command
-            .env("PYTHONPATH", &site)
-            .env("PYTHONDONTWRITEBYTECODE", "1");
-        // With the feature `mujoco` the library asks for MuJoCo's.
-        if let Ok(folder) = std::env::var("MUJOCO_DYNAMIC_LINK_DIR") {
-            command.env("LD_LIBRARY_PATH", folder);
+mod slow {
+    use super::*;
+
+    #[test]
+    fn the_package_passes_its_tests_and_is_typed() {
+        let sources = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let test = std::env::current_exe().unwrap();
+        let built = test.ancestors().nth(2).unwrap();
+        let python = built.parent().unwrap().join("python-venv/bin/python");
+        if !python.exists() {
+            eprintln!("SKIPPED: no {}: scripts/test makes it", python.display());
+            return;
         }
-        if program.exists() {
-            command.env("SCANDENT_PROGRAM", &program);
+        let site = installed(sources, built);
+        let program = built.join("scandent");
+        for (folder, what) in [
+            // Python looks for modules where it runs: not beside the sources, which have no library.
+            ("tests", "pytest -q -p no:cacheprovider"),
+            (".", "mypy --cache-dir=/dev/null scandent tests examples"),
+        ] {
+            let mut command = Command::new(&python);
+            command
+                .arg("-m")
+                .args(what.split(' '))
+                .current_dir(sources.join(folder));
+            command
+                .env("PYTHONPATH", &site)
+                .env("PYTHONDONTWRITEBYTECODE", "1");
+            // With the feature `mujoco` the library asks for MuJoCo's.
+            if let Ok(folder) = std::env::var("MUJOCO_DYNAMIC_LINK_DIR") {
+                command.env("LD_LIBRARY_PATH", folder);
+            }
+            if program.exists() {
+                command.env("SCANDENT_PROGRAM", &program);
+            }
+            let done = command.output().unwrap();
+            let said = String::from_utf8_lossy(&done.stdout);
+            println!("{said}");
+            let error = String::from_utf8_lossy(&done.stderr);
+            assert!(done.status.success(), "{what}:\n{said}\n{error}");
         }
-        let done = command.output().unwrap();
-        let said = String::from_utf8_lossy(&done.stdout);
-        println!("{said}");
-        let error = String::from_utf8_lossy(&done.stderr);
-        assert!(done.status.success(), "{what}:\n{said}\n{error}");
     }
 }

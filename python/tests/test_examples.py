@@ -66,22 +66,17 @@ def test_batches_are_the_same_wherever_they_run(program_file: str, tmp_path: Pat
     same = [name for name in wanted if name not in ("manifest.jsonl", "index.csv")]
     assert same and all(other[name] == wanted[name] for name in same)
 
-    # The program, in two shards; one is killed first and goes on.
+    # The program.
     manifest = tmp_path / "threads" / "manifest.jsonl"
-    shard = ["batch", str(manifest), "-o", "shards", "--export", "npz", "--shard"]
-    first = subprocess.Popen([program_file, *shard, "1/2"], cwd=tmp_path, stdout=subprocess.DEVNULL)
-    first.kill()
-    first.wait()
-    for part in ("1/2", "2/2", "2/2"):
-        done = subprocess.run([program_file, *shard, part], cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == (1 if part == "2/2" else 0), done.stderr
-    shards = files(tmp_path / "shards")
-    shards.pop(".index.lock")
-    assert {name: data for name, data in wanted.items() if name not in ("manifest.jsonl", ".index.lock")} == shards
+    command = [program_file, "batch", str(manifest), "-o", "program", "--export", "npz"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done.stderr
+    theirs = files(tmp_path / "program")
+    assert {name: data for name, data in wanted.items() if name != "manifest.jsonl"} == theirs
 
-    episodes = scandent.datasets.load(tmp_path / "shards")
+    episodes = scandent.datasets.load(tmp_path / "program")
     assert len(episodes) == 2 and episodes[0].card["outcome"] == "verified"
-    arrays = np.load(tmp_path / "shards" / "items" / "a" / "motion.npz")
+    arrays = np.load(tmp_path / "program" / "items" / "a" / "motion.npz")
     assert np.array_equal(arrays["q"], episodes[0].q)
     assert np.array_equal(arrays["wrenches"], episodes[0].wrenches, equal_nan=True)
     assert arrays["joint_names"].tolist() == episodes[0].joint_names

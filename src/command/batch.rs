@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Sender, channel};
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail};
 
 use super::bench::{sentence, shard};
 use crate::batch::index::{self, items};
@@ -61,6 +61,8 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         );
     }
     output::check(&args.output.join(index::NAME))?;
+    let made = std::fs::create_dir_all(&args.output);
+    made.with_context(|| format!("{}: cannot be written", args.output.display()))?;
     let (first, of) = args.shard;
     let mut names = BTreeSet::new();
     for item in items(&args.manifest)? {
