@@ -81,7 +81,7 @@ def pose(value: Any, argument: str) -> Tuple[float, ...]:
 
 
 def quaternion(R: Array) -> Array:
-    """The quaternion x, y, z, w of a rotation, by its largest component (Shepperd)."""
+    """The quaternion x, y, z, w of a rotation, w not negative, by its largest component (Shepperd)."""
     x, y, z = R[0, 0], R[1, 1], R[2, 2]
     squares = np.array([x - y - z, y - x - z, z - x - y, x + y + z]) + 1.0
     antis = [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]
@@ -91,7 +91,7 @@ def quaternion(R: Array) -> Array:
     else:
         q = np.array([R[k, 0] + R[0, k], R[k, 1] + R[1, k], R[k, 2] + R[2, k], antis[k]])
         q[k] = squares[k]
-    return np.asarray(q / np.linalg.norm(q))
+    return np.asarray(q / np.copysign(np.linalg.norm(q), q[3]))
 
 
 def matrix(pose_record: Mapping[str, Sequence[float]]) -> Array:

@@ -304,7 +304,7 @@ def plan(
         flags += [] if count is None else [f"--{name}={count}"]
     count = whole(threads, "threads", 1)
     flags += [] if count is None else [f"--threads={count}"]
-    return _solved(_scandent.plan(terrain._native, flags, _callable(progress)))
+    return _solved(_scandent.from_flags(terrain._native, flags, _callable(progress)))
 
 
 def run(
@@ -317,7 +317,7 @@ def run(
     progress: Optional[Progress] = None,
 ) -> Plan:
     """Plans for a scene that ships or a ``scene.toml``, as ``scandent run`` does; else as ``plan``."""
-    made = _scandent.run(
+    made = _scandent.of_scene(
         path(scene, "scene"),
         settings(config),
         whole(seed, "seed"),
@@ -335,7 +335,7 @@ def verify(plan: PathLike, *, against: Optional[PathLike] = None, threads: Optio
     is named among ``conditions``. Raises ``InputError`` for a plan that cannot be read.
     """
     scene = None if against is None else path(against, "against")
-    return Certificate.of_json(_scandent.verify(path(plan, "plan"), scene, whole(threads, "threads", 1)))
+    return Certificate.of_json(_scandent.check(path(plan, "plan"), scene, whole(threads, "threads", 1)))
 
 
 def _solved(native: _scandent.Plan) -> Plan:

@@ -151,7 +151,7 @@ def solve_posture(
         at = [None if x is None else number(x, "base_goal") for x in place]
         yaw = None if yaw_rad is None else number(yaw_rad, "yaw_rad")
         base = (at, number(base_tolerance_m, "base_tolerance_m"), yaw, number(yaw_tolerance_rad, "yaw_tolerance_rad"))
-    text = _scandent.posture(robot._native, terrain._native, wanted, near, base, bool(explain), settings(config))
+    text = _scandent.solve(robot._native, terrain._native, wanted, near, base, bool(explain), settings(config))
     return Posture._of(json.loads(text))
 
 
@@ -193,7 +193,7 @@ def solve_postures(
         except OSError as error:
             raise InputError(f"problems: {error}", "problems") from None
     count = whole(threads, "threads", 1)
-    return Postures(_scandent.postures(robot._native, text, reference, settings(config), count))
+    return Postures(_scandent.solve_all(robot._native, text, reference, settings(config), count))
 
 
 def draw_postures(robot: Robot, family: str, count: int, *, seed: int = 0, config: Optional[Config] = None) -> bytes:
@@ -202,5 +202,5 @@ def draw_postures(robot: Robot, family: str, count: int, *, seed: int = 0, confi
     ``family`` is easy, free, steep, one-foot, chimney, spread, infeasible, or hard. Raises ``InputError``.
     """
     number_of = whole(count, "count", 1) or 1
-    text = _scandent.posture_set(robot._native, str(family), number_of, whole(seed, "seed") or 0, settings(config))
+    text = _scandent.draw(robot._native, str(family), number_of, whole(seed, "seed") or 0, settings(config))
     return text.encode()

@@ -13,6 +13,9 @@ from . import _scandent
 from ._arguments import Array, Config, PathLike, matrix, number, numbers, path, pose, settings, whole
 from ._errors import InputError
 
+#: No coordinate of a world is greater, m.
+WORLD_M = 1e4
+
 
 @dataclass(frozen=True)
 class Face:
@@ -141,6 +144,8 @@ def _face(name: str, polygon: npt.ArrayLike) -> Dict[str, Any]:
     corners = numbers(polygon, argument, None, 3)
     if len(corners) < 3:
         raise InputError(f"{argument} has {len(corners)} corners, 3 are wanted", argument)
+    if np.abs(corners).max() > WORLD_M:
+        raise InputError(f"{argument} has a corner farther away than {WORLD_M:g} m", argument)
     middle = corners.mean(axis=0)
     # Newell: twice the area along the normal, for any polygon.
     after = np.roll(corners, -1, axis=0)
@@ -190,7 +195,7 @@ def perceive(
     Raises ``InputError`` that names the argument.
     """
     several = isinstance(depth, (list, tuple))
-    images = list(depth) if several else [depth]
+    images = [_image(image) for image in (depth if several else [depth])]
     if not images:
         raise InputError("depth holds no image", "depth")
     if T_WV is None:
@@ -202,7 +207,7 @@ def perceive(
     if sensor is not None and not isinstance(sensor, str):
         raise InputError(f"sensor is no name but a {type(sensor).__name__}", "sensor")
     scale = None if depth_scale_m is None else number(depth_scale_m, "depth_scale_m")
-    shots = [(_image(image), pose(at, "T_WV"), pinhole, sensor, scale) for image, at in zip(images, poses)]
+    shots = [(image, pose(at, "T_WV"), pinhole, sensor, scale) for image, at in zip(images, poses)]
     return Terrain(_scandent.perceive(shots, settings(config), whole(threads, "threads", 1)))
 
 
