@@ -194,7 +194,12 @@ pub fn from_flags(
     if let Some(terrain) = terrain {
         scene.files = terrain.files();
     }
-    search(py, &scene, &global, inputs, progress)
+    let mut made = search(py, &scene, &global, inputs, progress)?;
+    if let (Some(terrain), From::Pipeline(made)) = (terrain, &mut made.0) {
+        // The page shows what was perceived before.
+        made.cloud_W.extend_from_slice(&terrain.cloud_W);
+    }
+    Ok(made)
 }
 
 /// Plans as `scandent run SCENE` does.

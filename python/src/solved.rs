@@ -30,6 +30,9 @@ type Wanted = (
     Option<f64>,
 );
 
+/// Where the base is to be: x, y, z, within how far, heading, within what angle.
+type BasePlace = ([Option<f64>; 3], f64, Option<f64>, f64);
+
 fn isometry([x, y, z, qx, qy, qz, qw]: [f64; 7]) -> Isometry3<f64> {
     let rotation = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz));
     Isometry3::from_parts(Translation3::new(x, y, z), rotation)
@@ -71,7 +74,7 @@ pub fn solve(
     terrain: &Terrain,
     contacts: Vec<Wanted>,
     reference: Option<Vec<f64>>,
-    base: Option<([Option<f64>; 3], f64, Option<f64>, f64)>,
+    base: Option<BasePlace>,
     explain: bool,
     set: Vec<String>,
 ) -> PyResult<String> {

@@ -40,7 +40,8 @@ pub struct Terrain {
     bytes: Vec<u8>,
     /// What it says.
     pub terrain: surfaces::Terrain,
-    cloud_W: Vec<[f32; 3]>,
+    /// The points that it was perceived from, in W, m.
+    pub cloud_W: Vec<[f32; 3]>,
     notes: Vec<String>,
 }
 

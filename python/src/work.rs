@@ -26,11 +26,8 @@ pub struct Reporter {
 impl Reporter {
     /// Tells how far the work is and waits until that was heard.
     pub fn tell(&self, progress: &Progress) {
-        let lock = |events: &Mutex<Sender<Progress>>| {
-            let events = events.lock();
-            events.map_or(false, |events| events.send(*progress).is_ok())
-        };
-        if lock(&self.events)
+        let events = self.events.lock();
+        if events.is_ok_and(|events| events.send(*progress).is_ok())
             && let Ok(go_on) = self.go_on.lock()
         {
             let _ = go_on.recv();

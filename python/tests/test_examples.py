@@ -15,11 +15,11 @@ import scandent
 from conftest import ROOT
 
 EXAMPLES = ROOT / "python" / "examples"
-HEXAPOD = ROOT / "scenes" / "robots" / "hexapod" / "hexapod"
+HEXAPOD = ROOT / "scenes" / "robots" / "hexapod"
 ARGUMENTS = {
     "scan_to_plan": ["out"],
     "own_robot": [],
-    "posture_checked_by_pinocchio": [f"{HEXAPOD}.urdf", f"{HEXAPOD}.srdf", f"{HEXAPOD}.contacts.toml"],
+    "posture_checked_by_pinocchio": [str(HEXAPOD / name) for name in ("hexapod.urdf", "hexapod.srdf", "contacts.toml")],
     "margins": [],
     "batch": ["out", "2"],
 }

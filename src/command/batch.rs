@@ -102,7 +102,9 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
                 None => batch::run(&item, &args.output, extras, cancel)?,
             };
             // The receiver is there until all workers have ended.
-            row.map(|row| rows.send(row));
+            if let Some(row) = row {
+                let _ = rows.send(row);
+            }
         }
         Ok(())
     };

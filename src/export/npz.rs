@@ -3,7 +3,7 @@
 use std::io::{Cursor, Write as _};
 
 use anyhow::Result;
-use plan::Motion;
+use plan::{Motion, Sample};
 use robot_model::Robot;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
@@ -12,6 +12,9 @@ use super::frames;
 
 /// The archive in the making: stored, with no time, so that the same motion is the same bytes.
 struct Archive(ZipWriter<Cursor<Vec<u8>>>);
+
+/// What a row of an array is.
+type OfSample = fn(&Sample) -> &[f64];
 
 /// The motion as an archive of arrays, a row a sample: `t`, `q`, `v`, `a`, `tau`, `com_W`, `phase` (an index of
 /// the plan's), and `wrenches` (samples × patches × 6: force and moment about the patch's origin on the robot, in
@@ -24,7 +27,7 @@ pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<Vec<u8>> {
     let samples = &motion.samples;
     let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
     archive.floats("t", &[samples.len()], samples.iter().map(|s| s.t_s))?;
-    let rows: [(&str, fn(&plan::Sample) -> &[f64]); 5] = [
+    let rows: [(&str, OfSample); 5] = [
         ("q", |s| &s.q),
         ("v", |s| &s.v),
         ("a", |s| &s.a),
