@@ -19,7 +19,8 @@ fn installed(sources: &Path, built: &Path) -> PathBuf {
             std::fs::copy(&path, package.join(path.file_name().unwrap())).unwrap();
         }
     }
-    let library = ["lib_scandent.so", "lib_scandent.dylib"].map(|name| built.join(name));
+    let library =
+        ["lib_scandent.so", "lib_scandent.dylib"].map(|name| built.join("deps").join(name));
     let library = library.iter().find(|path| path.exists()).unwrap();
     std::fs::copy(library, package.join("_scandent.abi3.so")).unwrap();
     site
