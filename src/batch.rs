@@ -126,6 +126,7 @@ fn planned(item: &Item, cancel: &AtomicBool) -> Result<(Asked, PlanOutcome)> {
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
     let options = RunOptions {
         threads: Some(NonZeroUsize::MIN),
+        stage: &|_| {},
         progress: &|_| {},
         cancel,
     };

@@ -241,6 +241,7 @@ fn search(
     let made = work::long(py, &cancel, progress, |reporter| {
         let options = RunOptions {
             threads: global.threads,
+            stage: &|_| {},
             progress: &|event| {
                 if is_heard {
                     reporter.tell(event);
