@@ -9,7 +9,7 @@ export const VIEWS = [
   { name: 'rear-left', label: 'Rear left', towards: [-0.75, 0.85, 0.7] },
   { name: 'top', label: 'Top', towards: [-0.001, 0, 1] },
 ];
-const MARGIN = 1.06;
+const MARGIN = 1.1;
 /** From how far a camera follows the robot, m. */
 const FOLLOWED_M = 4;
 

@@ -29,7 +29,7 @@ export class Editor {
       el('h2', {}, 'Surfaces', el('small', {}, 'what may be touched, where to begin and where to go')),
       el('details', { open: true },
         el('summary', {}, `Faces (${data.surfaces.length})`),
-        el('div', { class: 'scroll' }, el('table', {},
+        el('div', { class: 'faces', tabindex: 0, role: 'region', 'aria-label': 'Faces' }, el('table', {},
           el('thead', {}, el('tr', {}, ['face', 'for', 'what its shape allows'].map((name) => el('th', { scope: 'col' }, name)))),
           this.rows))),
       this.drawing(),

@@ -114,15 +114,19 @@ export class Picture {
     this.stage.invalidate();
   }
 
-  /** What is between the camera and the robot's middle is made fainter. */
+  /** What is between the camera and a body of the robot is made fainter. */
   fade() {
+    if (!this.data.stances.length) return;
     const { camera } = this.stage;
-    const middle = this.balance.mark.position;
-    const towards = middle.clone().sub(camera.position);
-    const ray = new Raycaster(camera.position, towards.clone().normalize(), 0, towards.length());
-    const there = this.data.stances.length > 0;
+    const ray = new Raycaster();
+    const rays = this.robot.solid.children.map(({ position }) => position.clone().sub(camera.position));
     for (const layer of [this.obstacles, this.unseen, this.behind]) {
-      layer.fade?.(there && layer.visible && ray.intersectObjects(layer.children.filter((c) => c.isMesh)).length > 0);
+      const meshes = layer.visible ? layer.children.filter((part) => part.isMesh) : [];
+      layer.fade?.(rays.some((towards) => {
+        ray.set(camera.position, towards.clone().normalize());
+        ray.far = towards.length();
+        return ray.intersectObjects(meshes).length > 0;
+      }));
     }
   }
 
