@@ -106,7 +106,8 @@ pub fn pose(
             edge_sigmas,
         )?;
         let clearance_m = config.posture.clearance_m;
-        let refuted = assumed::drop_refuted(&mut terrain, &robot, posture, clearance_m);
+        let raised_m = config.motion.swing_height_m;
+        let refuted = assumed::drop_refuted(&mut terrain, &robot, &stand, clearance_m, raised_m);
         anyhow::Ok((terrain, stand, ground, refuted, settled))
     });
     let (terrain, stand, ground, refuted, settled) = begin?;
