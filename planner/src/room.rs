@@ -5,8 +5,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3, Vector2, Vector3};
-use robot_model::collision::{ShapeGeometry, closest};
 use robot_model::Kinematics;
+use robot_model::collision::{ShapeGeometry, closest};
 
 use crate::context::SearchContext;
 use crate::crouch::deepest_m;

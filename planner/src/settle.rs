@@ -65,7 +65,9 @@ impl Search<'_> {
         change
             .iter()
             .for_each(|change| self.remember(parent, change));
-        if failure.at > TAKE_OFF && std::env::var_os("SE_NOMEND").is_some() { return; }
+        if failure.at > TAKE_OFF && std::env::var_os("SE_NOMEND").is_some() {
+            return;
+        }
         let (anew, other) = match failure.at > TAKE_OFF {
             true => (index, parent),
             false => (parent, index),
