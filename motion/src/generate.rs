@@ -83,10 +83,7 @@ pub(crate) fn solve(
             Ok(trajectory) => return Ok(Ok(trajectory)),
             Err((failure, held)) => {
                 tracing::debug!("{shape:?}: {}", failure.describe());
-                stuck += usize::from(
-                    (!held && std::env::var_os("SE_NOSTUCK").is_none())
-                        || is_shared(context, swing, &failure),
-                );
+                stuck += usize::from(!held || is_shared(context, swing, &failure));
                 keep_least(&mut nearest, failure);
             }
         }

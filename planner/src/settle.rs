@@ -54,8 +54,8 @@ impl Search<'_> {
     }
 
     /// Learns from a node that has no motion from its parent: what else is tried from there comes
-    /// later, and one of the two postures is sought once more, near to the other: where the patch cannot take
-    /// off the parent's, else its own.
+    /// later, and where the patch cannot take off, the parent's own posture is sought once more, near
+    /// to the one that it should lead to.
     pub fn mend(&mut self, index: usize, failure: &Failure) {
         let Some(parent) = self.nodes[index].parent else {
             return;
@@ -65,18 +65,14 @@ impl Search<'_> {
         change
             .iter()
             .for_each(|change| self.remember(parent, change));
-        if failure.at > TAKE_OFF && std::env::var_os("SE_NOMEND").is_some() {
+        if failure.at > TAKE_OFF {
             return;
         }
-        let (anew, other) = match failure.at > TAKE_OFF {
-            true => (index, parent),
-            false => (parent, index),
-        };
-        let near = self.nodes[other].posture.clone();
-        let origin = self.nodes[anew].origin.take();
+        let posture = self.nodes[index].posture.clone();
+        let origin = self.nodes[parent].origin.take();
         if let Some(origin) = origin.filter(|origin| origin.near.is_none()) {
             self.put(Candidate {
-                near: Some(near),
+                near: Some(posture),
                 ..origin
             });
         }

@@ -151,31 +151,32 @@ fn sides(ring: &Ring) -> Vec<Side> {
         kind: kind(i),
         view: ring.edges[i % count].view,
     });
-    let mut sides = joined(edges, EdgeKind::Real);
+    let is_jag = |side: &Side| side.kind == EdgeKind::Real && side.vector().norm() < LEAD_MIN_M;
+    let mut sides = joined(edges, is_jag);
     sides.retain(|side| is_cut(side.kind) || side.vector().norm() >= LEAD_MIN_M);
-    let mut sides = joined(sides.into_iter(), EdgeKind::FieldOfView);
+    let mut sides = joined(sides.into_iter(), |side| is_cut(side.kind));
     sides.retain(|side| side.vector().norm() >= CUT_MIN_M);
     sides
 }
 
-/// The sides of which those of one kind that follow each other on a line are one.
-fn joined(sides: impl Iterator<Item = Side>, kind: EdgeKind) -> Vec<Side> {
+/// The sides of which those that may join and follow each other on a line are one.
+fn joined(sides: impl Iterator<Item = Side>, joins: impl Fn(&Side) -> bool) -> Vec<Side> {
     let mut joined: Vec<Side> = Vec::new();
-    let mut chain: Vec<Point2<f64>> = Vec::new();
+    let (mut chain, mut open) = (Vec::new(), false);
     for side in sides {
-        let end = side.ends[1];
+        let (joins, end) = (joins(&side), side.ends[1]);
         let straight = |start: Point2<f64>| {
             let along = (end - start).normalize();
             let off_m = |p: &Point2<f64>| along.perp(&(p - start)).abs();
             chain.iter().all(|p| off_m(p) <= STRAIGHT_M)
         };
         match joined.last_mut() {
-            Some(last) if [last.kind, side.kind] == [kind; 2] && straight(last.ends[0]) => {
+            Some(last) if open && joins && straight(last.ends[0]) => {
                 last.ends[1] = end;
                 chain.push(end);
             }
             _ => {
-                chain = vec![end];
+                (chain, open) = (vec![end], joins);
                 joined.push(side);
             }
         }

@@ -71,11 +71,6 @@ fn check(found: &SearchResult, nodes_a_stance: f64) {
     }
     assert!(found.motion.is_some());
     let nodes = found.summary.nodes_generated as f64 / found.path.len() as f64;
-    eprintln!(
-        "NODES {} {}",
-        found.summary.nodes_generated,
-        found.path.len()
-    );
     assert!(nodes < nodes_a_stance, "{nodes} nodes a stance");
 }
 
