@@ -68,14 +68,18 @@ pub enum Command {
     Plan(Box<command::plan::Args>),
     /// Plan in worlds drawn from seeds, and in given scenes, and tabulate what came of it
     Bench(command::bench::Args),
+    /// Plan items by the thousand, as a manifest lists them; goes on where it was
+    Batch(command::batch::Args),
     /// Recompute everything that a plan promises and print the margins
     Verify(command::verify::Args),
     /// Hold the stances of a plan and execute its motion in a physics simulation
     Simulate(Box<command::simulate::Args>),
     /// Convert a plan for a controller or a spreadsheet
     Export(command::export::Args),
-    /// Write a plan as one HTML page to look at
+    /// Write a plan, or surfaces, as one HTML page to look at
     View(command::view::Args),
+    /// Look at surfaces, edit and plan on them in a browser on this machine
+    Serve(command::serve::Args),
     /// Find where a sensor sits on a robot
     Calibrate(command::calibrate::Args),
     /// Show what was read of a robot
@@ -119,10 +123,12 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::PostureSets(args)) => command::posture_sets::run(args, global, out),
         Some(Command::Plan(args)) => command::plan::run(args, global, out),
         Some(Command::Bench(args)) => command::bench::run(args, global, out),
+        Some(Command::Batch(args)) => command::batch::run(args, global, out),
         Some(Command::Verify(args)) => command::verify::run(args, global, out),
         Some(Command::Simulate(args)) => command::simulate::run(args, global, out),
         Some(Command::Export(args)) => command::export::run(args, global, out),
-        Some(Command::View(args)) => command::view::run(args, out),
+        Some(Command::View(args)) => command::view::run(args, global, out),
+        Some(Command::Serve(args)) => command::serve::run(args, global, out),
         Some(Command::Calibrate(args)) => command::calibrate::run(args, global, out),
         Some(Command::Robot(args)) => command::robot::run(args, global, out),
         Some(Command::Config(args)) => command::config::run(args, global, out),

@@ -6,6 +6,7 @@
 
 pub mod against;
 pub mod argument;
+pub mod batch;
 pub mod bench;
 pub mod cli;
 pub mod command;
@@ -30,6 +31,7 @@ pub mod results;
 pub mod robot_files;
 pub mod roles;
 pub mod scene;
+pub mod serve;
 pub mod signature;
 #[cfg(feature = "mujoco")]
 pub mod simulate;

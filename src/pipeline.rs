@@ -24,6 +24,8 @@ pub const MOTION_FILE: &str = "motion.json";
 pub struct RunOptions<'a> {
     /// Threads; one a processor where there is no number.
     pub threads: Option<NonZeroUsize>,
+    /// Called with what is done next: reading, searching, verifying.
+    pub stage: &'a (dyn Fn(&str) + Sync),
     /// Called as the search goes on.
     pub progress: &'a (dyn Fn(&Progress) + Sync),
     /// Stops the search.
@@ -58,6 +60,13 @@ pub struct PlanOutcome {
     pub unusable: Vec<String>,
 }
 
+impl PlanOutcome {
+    /// Whether there is a plan that the verifier passes.
+    pub fn verified(&self) -> bool {
+        self.status == Status::Found && self.certificate.pass
+    }
+}
+
 /// Plans for a scene and verifies the plan.
 ///
 /// # Errors
@@ -72,6 +81,7 @@ pub fn plan(
     let mut stages = Stages::default();
     let pool = threads::pool(options.threads)?;
 
+    (options.stage)("reading the surroundings and the robot");
     // Scan, robot, start, goal → what is to be planned.
     let posed = posed::pose(scene, config, &pool, &mut stages, &mut inputs)?;
     let Posed {
@@ -88,6 +98,7 @@ pub fn plan(
     let edge_sigmas = config.posture.edge_sigmas;
     let usable = roles::usable(robot, environment, contacts, roles, edge_sigmas);
 
+    (options.stage)("searching");
     // Request → stances and the motion between them.
     let clock = Clock::default();
     let request = Request {
@@ -127,6 +138,7 @@ pub fn plan(
         None => None,
     };
 
+    (options.stage)("verifying");
     // Stances → plan, and the verdict of code that shares nothing with the search.
     let mut plan = Plan {
         format: PLAN_FORMAT.to_owned(),

@@ -1,5 +1,6 @@
 //! The commands, one file each: what it reads, what it does, what it prints and writes.
 
+pub mod batch;
 pub mod bench;
 pub mod calibrate;
 pub mod completions;
@@ -11,6 +12,7 @@ pub mod posture_sets;
 pub mod robot;
 pub mod run;
 pub mod scenes;
+pub mod serve;
 pub mod simulate;
 pub mod slope;
 pub mod surfaces;

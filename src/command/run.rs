@@ -1,7 +1,7 @@
 //! `scandent run [SCENE]`: scan to verified plan, with every result written.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use planner::Status as Ended;
@@ -41,41 +41,95 @@ pub struct Args {
 /// As [`pipeline::plan`]; a plan that does not pass the verifier; a file that cannot be written.
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let mut inputs = Inputs::default();
-    let mut scene = Scene::open(args.scene.as_deref().unwrap_or(DEFAULT_SCENE), &mut inputs)?;
-    placement::place(&mut scene, args.extrinsics.as_deref(), global, &mut inputs)?;
+    let name = args.scene.as_deref().unwrap_or(DEFAULT_SCENE);
+    let scene = asked(name, args.extrinsics.as_deref(), global, &mut inputs)?;
     let output = args.output.clone().unwrap_or_else(|| DEFAULT_OUTPUT.into());
     let folder = output.join(&scene.name);
-    plan_and_write(&scene, inputs, &folder, global, out)
+    plan_with_progress(&scene, inputs, &folder, global, out)
 }
 
-/// What `run` and `plan` have in common: settings, search, results, verdict.
+/// The scene of a name, its scans where its mounts, or the one given, say.
+///
+/// # Errors
+/// As [`Scene::open`] and [`placement::place`].
+pub fn asked(
+    name: &str,
+    mount: Option<&Path>,
+    global: &Global,
+    inputs: &mut Inputs,
+) -> Result<Scene> {
+    let mut scene = Scene::open(name, inputs)?;
+    placement::place(&mut scene, mount, global, inputs)?;
+    Ok(scene)
+}
+
+/// What `run` and `plan` have in common: [`plan_and_write`] with a line of progress.
+///
+/// # Errors
+/// As [`run`].
+pub fn plan_with_progress(
+    scene: &Scene,
+    inputs: Inputs,
+    folder: &Path,
+    global: &Global,
+    out: &mut dyn Write,
+) -> Result<Status> {
+    let line = ProgressLine::default();
+    let asked = Asked {
+        scene,
+        inputs,
+        folder,
+        global,
+    };
+    let manner = RunOptions {
+        threads: global.threads,
+        stage: &|stage| line.stage(stage),
+        progress: &|progress| line.show(progress),
+        cancel: interrupt::listen(),
+    };
+    plan_and_write(asked, &manner, out)
+}
+
+/// A scene to plan for, and where its results go.
+pub struct Asked<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What was read so far.
+    pub inputs: Inputs,
+    /// The folder of the results.
+    pub folder: &'a std::path::Path,
+    /// The settings of the command line.
+    pub global: &'a Global,
+}
+
+/// Settings, search, results, verdict.
 ///
 /// # Errors
 /// As [`run`].
 pub fn plan_and_write(
-    scene: &Scene,
-    inputs: Inputs,
-    folder: &std::path::Path,
-    global: &Global,
+    asked: Asked<'_>,
+    manner: &RunOptions<'_>,
     out: &mut dyn Write,
 ) -> Result<Status> {
+    let Asked {
+        scene,
+        inputs,
+        folder,
+        global,
+    } = asked;
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
     scene.will_read();
     let results = Folder::new(folder, results::NAMES)?;
     writeln!(out, "{}", scene.name)?;
-    let planned = {
-        let line = ProgressLine::new(config.planner.nodes_max);
-        let manner = RunOptions {
-            threads: global.threads,
-            progress: &|progress| line.show(progress),
-            cancel: interrupt::listen(),
-        };
-        pipeline::plan(scene, &config, &manner, inputs)?
-    };
+    let planned = pipeline::plan(scene, &config, manner, inputs)?;
+    (manner.stage)("writing");
     summary::print(&planned, out)?;
     results::write(results, &planned)?;
     writeln!(out, "results: {}", folder.display())?;
-    verdict(&planned, out)
+    let ended = verdict(&planned, out);
+    let page = folder.join("view.html");
+    writeln!(out, "open in a browser: {}", page.display())?;
+    ended
 }
 
 /// How the command ends; a plan that fails its verification is an error.

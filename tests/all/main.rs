@@ -7,6 +7,7 @@
 mod support;
 
 mod architecture;
+mod batch;
 mod bench;
 mod calibrate_camera;
 mod cli;
@@ -16,6 +17,7 @@ mod interruption;
 mod mutual_imports;
 mod outputs;
 mod posture_problems;
+mod serve;
 mod slope_command;
 mod verify_broken;
 mod verify_malformed;
