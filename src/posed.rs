@@ -107,7 +107,8 @@ pub fn pose(
             edge_sigmas,
         )?;
         let clearance_m = config.posture.clearance_m;
-        let refuted = assumed::drop_refuted(&mut terrain, &robot, posture, clearance_m);
+        let raised_m = config.motion.swing_height_m;
+        let refuted = assumed::drop_refuted(&mut terrain, &robot, &stand, clearance_m, raised_m);
         let said = before.into_iter().chain(settled).chain(ground.notes);
         anyhow::Ok((
             terrain,

@@ -76,13 +76,20 @@ impl Airborne {
         least_m.min_by(f64::total_cmp)
     }
 
-    /// The clearance, m, that is required to a body from which `normal_W` points to the patch.
-    pub fn required_m(&self, context: &MotionContext, normal_W: &Vector3<f64>) -> f64 {
+    /// The clearance, m, that is required to a body from which `normal_W` points to the patch, with `extra_m` where
+    /// the path is free to go: the straight ends have what the postures there have.
+    pub fn required_m(
+        &self,
+        context: &MotionContext,
+        normal_W: &Vector3<f64>,
+        extra_m: f64,
+    ) -> f64 {
+        let zones = self.from_end / (2.0 * STRAIGHT_M);
         let beside = context.posture.clearance_m;
+        let extra_m = extra_m * (zones - 0.5).clamp(0.0, 1.0);
         if normal_W.dot(&self.normal) < OVER {
-            return beside;
+            return beside + extra_m;
         }
-        let part = (self.from_end / (2.0 * STRAIGHT_M)).min(1.0);
-        beside + part * (context.config.swing_clearance_m - beside).max(0.0)
+        beside + zones.min(1.0) * (context.config.swing_clearance_m - beside).max(0.0) + extra_m
     }
 }

@@ -199,7 +199,7 @@ impl<'a> ClearanceMonitor<'a> {
                 };
                 let required = match (touching, in_air) {
                     (Some(least_m), _) => least_m,
-                    (None, Some(air)) => air.required_m(context, &found.normal_W),
+                    (None, Some(air)) => air.required_m(context, &found.normal_W, 0.0),
                     (None, None) => beside,
                 };
                 let short = required - found.distance;

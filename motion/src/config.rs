@@ -59,7 +59,7 @@ impl Default for Config {
             smooth_s: 0.05,
             joint_speed_use: 0.8,
             joint_acceleration_rad_s2: 25.0,
-            torque_use: 0.8,
+            torque_use: 0.85,
             friction_use: 0.9,
             margin_use: 0.75,
             swing_speed_m_s: 1.5,

@@ -3,7 +3,7 @@
 
 #![allow(non_snake_case)]
 
-use posture::{Contact, Outcome, Problem};
+use posture::{Constraint, Contact, Outcome, Problem};
 
 use crate::Error;
 use crate::airborne::Airborne;
@@ -28,7 +28,7 @@ const WAYPOINTS_MAX: usize = 2;
 const APART_MIN: f64 = 0.12;
 
 /// Give up after this many paths that failed for what all paths share: no posture in the first or last
-/// part, or something that the limb in the air has no part in.
+/// part, closed contacts out of reach, or something that the limb in the air has no part in.
 const STUCK_MAX: usize = 2;
 /// Length of that part, as a part of the path.
 const STRAIGHT: f64 = 0.15;
@@ -52,10 +52,11 @@ pub(crate) fn solve(
     task: &Task,
 ) -> Result<Result<SampledTrajectory, Failure>, Error> {
     let Some(swing) = &task.swing else {
-        return follow(context, task, None);
+        return Ok(follow(context, task, None)?.map_err(|(failure, _)| failure));
     };
     if swing.lands.is_none() {
-        return follow(context, task, Some(&SwingPath::straight(swing)));
+        let path = SwingPath::straight(swing);
+        return Ok(follow(context, task, Some(&path))?.map_err(|(failure, _)| failure));
     }
     let mut nearest: Option<Failure> = None;
     let (mut tried, mut stuck) = (0, 0);
@@ -80,9 +81,9 @@ pub(crate) fn solve(
         tried += 1;
         match follow(context, task, Some(&path))? {
             Ok(trajectory) => return Ok(Ok(trajectory)),
-            Err(failure) => {
+            Err((failure, held)) => {
                 tracing::debug!("{shape:?}: {}", failure.describe());
-                stuck += usize::from(is_shared(context, swing, &failure));
+                stuck += usize::from(!held || is_shared(context, swing, &failure));
                 keep_least(&mut nearest, failure);
             }
         }
@@ -107,9 +108,15 @@ fn bend(context: &MotionContext, task: &Task, path: &mut SwingPath) -> Option<Sh
 /// Whether another path of the patch would fail in the same way.
 fn is_shared(context: &MotionContext, swing: &Swing, failure: &Failure) -> bool {
     let robot = context.robot;
+    // Of the swinging limb is what carries no other patch.
     let of_limb = |link: &String| {
         let body = robot.bodies.iter().position(|body| body.name == *link);
-        body.is_some_and(|body| robot.supports(body, robot.patches[swing.patch].body))
+        body.is_some_and(|body| {
+            let own = robot.patches[swing.patch].body;
+            let mut patches = robot.patches.iter();
+            robot.supports(body, own)
+                && patches.all(|p| p.body == own || !robot.supports(body, p.body))
+        })
     };
     match &failure.reason {
         Reason::Closure { .. } => failure.at < STRAIGHT || failure.at > 1.0 - STRAIGHT,
@@ -126,12 +133,12 @@ fn keep_least(nearest: &mut Option<Failure>, failure: Failure) {
     }
 }
 
-/// The whole body along one path.
+/// The whole body along one path; what is in the way, and whether the closed contacts can be held there.
 fn follow(
     context: &MotionContext,
     task: &Task,
     path: Option<&SwingPath>,
-) -> Result<Result<SampledTrajectory, Failure>, Error> {
+) -> Result<Result<SampledTrajectory, (Failure, bool)>, Error> {
     let mut task = task.clone();
     let mut evades = false;
     let mut waypoints = 0;
@@ -155,15 +162,15 @@ fn follow(
         }
         // Then ask the posture generator for a posture where it fails.
         if waypoints == WAYPOINTS_MAX {
-            return Ok(Err(failure));
+            return Ok(Err((failure, true)));
         }
         waypoints += 1;
         match waypoint(context, &task, path, failure.at)? {
-            Some(keyframe) => {
+            Ok(keyframe) => {
                 let at = task.keyframes.partition_point(|k| k.u < keyframe.u);
                 task.keyframes.insert(at, keyframe);
             }
-            None => return Ok(Err(failure)),
+            Err(held) => return Ok(Err((failure, held))),
         }
     }
 }
@@ -218,17 +225,18 @@ fn discontinuity(
     context.failure(task, Reason::Discontinuity { joint }, jump, u)
 }
 
-/// A posture on the closed contacts with the patch in the air where it is at `u`.
+/// A posture on the closed contacts with the patch in the air where it is at `u`; where there is none, whether
+/// at least the closed contacts can be held.
 fn waypoint(
     context: &MotionContext,
     task: &Task,
     path: Option<&SwingPath>,
     u: f64,
-) -> Result<Option<Keyframe>, Error> {
+) -> Result<Result<Keyframe, bool>, Error> {
     let u = u.clamp(APART_MIN, 1.0 - APART_MIN);
     let near = |keyframe: &Keyframe| (keyframe.u - u).abs() < 0.9 * APART_MIN;
     if task.keyframes.iter().any(near) {
-        return Ok(None);
+        return Ok(Err(true));
     }
     let robot = context.robot;
     let mut contacts = task.closed.clone();
@@ -254,14 +262,16 @@ fn waypoint(
     config.restarts = 0;
     config.solver.upright = task.upright(u);
     let outcome = posture::solve(&problem, &config)?;
-    if let Some(violation) = outcome.violation() {
-        tracing::debug!("no waypoint at {u:.2}: {}", violation.describe(&problem));
-    }
-    let Outcome::Feasible(posture) = outcome else {
-        return Ok(None);
+    let posture = match outcome {
+        Outcome::Feasible(posture) => posture,
+        Outcome::Infeasible(violation) | Outcome::Undecided { violation, .. } => {
+            tracing::debug!("no waypoint at {u:.2}: {}", violation.describe(&problem));
+            let lost = |i| violation.constraint == Constraint::Closure(i);
+            return Ok(Err(!(0..task.closed.len()).any(lost)));
+        }
     };
     let closed = posture.contacts.iter().take(task.closed.len());
-    Ok(Some(Keyframe {
+    Ok(Ok(Keyframe {
         u,
         forces_W: closed.map(|contact| contact.forces_W.clone()).collect(),
         q: posture.q,

@@ -65,10 +65,12 @@ pub(crate) fn pairs(
             return is_near.then(|| near(pair, kinematics, required));
         }
         let required = match &air {
-            Some((body, air)) if *body == pair.a.body => air.required_m(context, &pair.normal_W),
-            _ => beside,
+            Some((body, air)) if *body == pair.a.body => {
+                air.required_m(context, &pair.normal_W, extra_m)
+            }
+            _ => beside + extra_m,
         };
-        Some(near(pair, kinematics, required + extra_m))
+        Some(near(pair, kinematics, required))
     }));
 }
 

@@ -22,6 +22,8 @@ pub(crate) struct Statics<'a> {
     context: &'a MotionContext<'a>,
     task: &'a Task,
     points_C: Vec<Vec<Point2<f64>>>,
+    /// Part of the torques that holding may take: half of what a motion has beyond a posture is for moving.
+    torque_use: f64,
     /// Force and moment about W's origin of each closed contact.
     wrench: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
@@ -31,10 +33,12 @@ impl<'a> Statics<'a> {
         let polygons = task.closed.iter();
         let polygons = polygons.map(|closed| &context.robot.patches[closed.patch].polygon);
         let points = polygons.map(|p| force_points(p, context.posture.com_margin_m));
+        let at_rest = context.posture.torque_use;
         Self {
             context,
             task,
             points_C: points.collect(),
+            torque_use: 0.5 * (at_rest + context.config.torque_use.max(at_rest)),
             wrench: Vec::new(),
         }
     }
@@ -81,7 +85,7 @@ impl<'a> Statics<'a> {
 
         // Torques.
         for (b, body) in robot.bodies.iter().enumerate().skip(1) {
-            let limit = body.effort * self.context.posture.torque_use;
+            let limit = body.effort * self.torque_use;
             if !(limit > 0.0 && limit.is_finite()) {
                 continue;
             }

@@ -107,7 +107,7 @@ pub(crate) fn shortfall(
                 }
                 let (other, pose) = (obstacle.geometry(), obstacle.pose());
                 if let Some(found) = closest(geometry, &X_WG, other, pose, LOOK_M) {
-                    let required = air.required_m(context, &found.normal_W) + extra_m(u);
+                    let required = air.required_m(context, &found.normal_W, extra_m(u));
                     let short = required - found.distance;
                     keep(short, u, found.normal_W, &|| Hit::Environment(o));
                 }

@@ -28,6 +28,8 @@ pub(crate) struct SearchContext<'a> {
     pub config: &'a Config,
     /// What the estimated number of contacts to the goal weighs against those made.
     pub weight: f64,
+    /// The nominal posture with its base upright in W's origin.
+    pub upright: Configuration,
     /// For each patch, its place relative to the base.
     offset: Vec<Vector3<f64>>,
     /// How far patches reach.
@@ -119,6 +121,7 @@ impl<'a> SearchContext<'a> {
             config,
             weight: config.heuristic_weight,
             reach: Reach::new(robot, &kinematics),
+            upright,
             offset,
             route,
             gap: None,

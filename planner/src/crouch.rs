@@ -46,11 +46,9 @@ pub(crate) fn lowered(
 
 /// How much lower than usual the base can be, m.
 pub(crate) fn deepest_m(context: &SearchContext, legs_m: f64) -> f64 {
-    let mut usual = Configuration::zero(context.request.robot.nj());
-    usual.joints.copy_from(&context.request.reference.joints);
     let depths = (1..=TRIALS)
         .rev()
         .map(|k| LOWEST * legs_m * k as f64 / TRIALS as f64);
-    let mut can = depths.filter(|&depth_m| lowered(context, &usual, depth_m).is_some());
+    let mut can = depths.filter(|&depth_m| lowered(context, &context.upright, depth_m).is_some());
     can.next().unwrap_or(0.0)
 }

@@ -29,10 +29,10 @@ impl Frontier {
         self.waiting.insert(rank, (candidate, outcome));
     }
 
-    /// Whether the best candidate waits to be solved.
-    pub fn is_due(&self) -> bool {
-        let first = self.waiting.first_key_value();
-        first.is_some_and(|(_, (_, outcome))| outcome.is_none())
+    /// The best candidate, and whether it is solved.
+    pub fn first(&self) -> Option<(&Candidate, bool)> {
+        let (_, (candidate, outcome)) = self.waiting.first_key_value()?;
+        Some((candidate, outcome.is_some()))
     }
 
     /// The best candidates that are not solved.
@@ -50,10 +50,10 @@ impl Frontier {
         }
     }
 
-    /// The best candidate with its outcome.
-    pub fn pop(&mut self) -> Option<(Candidate, Outcome)> {
-        let (_, (candidate, outcome)) = self.waiting.pop_first()?;
-        Some((candidate, outcome?))
+    /// Takes the best candidate with its outcome, where it is solved.
+    pub fn pop(&mut self) -> Option<(Candidate, Option<Outcome>)> {
+        let (_, waiting) = self.waiting.pop_first()?;
+        Some(waiting)
     }
 
     /// Leaves out the candidates that do not fit.

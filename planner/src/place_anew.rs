@@ -84,7 +84,11 @@ impl Search<'_> {
             },
             ..self.posture_config.clone()
         };
-        let Outcome::Feasible(posture) = posture::solve(&problem, &config)? else {
+        let outcome = posture::solve(&problem, &config)?;
+        if let Some(violation) = outcome.violation() {
+            tracing::debug!("nothing anew: {}", violation.describe(&problem));
+        }
+        let Outcome::Feasible(posture) = outcome else {
             return Ok(None);
         };
         let placed: Vec<(&Contact, _)> = problem.contacts.iter().zip(&posture.contacts).collect();

@@ -5,18 +5,19 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3, Vector2, Vector3};
+use robot_model::Kinematics;
 use robot_model::collision::{ShapeGeometry, closest};
-use robot_model::{Configuration, Kinematics};
 
 use crate::context::SearchContext;
 use crate::crouch::deepest_m;
 use crate::ground::{Tiles, tiles_about};
+use crate::lattice;
 
 /// What stands no higher over the ground than this part of the legs' height is stepped over.
 pub(crate) const OVER_LEGS: f64 = 0.4;
 /// Places nearer than this along the level plane, and levels nearer than this, have the same room, m.
-const CELL_M: f64 = 0.05;
-const LEVEL_M: f64 = 0.045;
+const CELL_M: f64 = 0.5 * lattice::CELL_M;
+const LEVEL_M: f64 = 0.3 * lattice::LEVEL_M;
 /// Depths to which the base is lowered, from nothing to the deepest.
 const DEPTHS: usize = 8;
 
@@ -132,13 +133,11 @@ struct Trunk {
 
 impl Trunk {
     fn new(context: &SearchContext, legs_m: f64) -> Self {
-        let request = context.request;
-        let mut upright = Configuration::zero(request.robot.nj());
-        upright.joints.copy_from(&request.reference.joints);
-        let kinematics = Kinematics::new(request.robot, &upright);
+        let robot = context.request.robot;
+        let kinematics = Kinematics::new(robot, &context.upright);
         let (mut half_m, mut wide_m, mut top_m) = (f64::INFINITY, 0.0_f64, 0.0_f64);
         let mut tall_m = 0.0_f64;
-        let collision = &request.robot.collision;
+        let collision = &robot.collision;
         for (i, shape) in collision.shapes().iter().enumerate() {
             let X_WG = collision.X_WG(&kinematics, i);
             let most = |direction: Vector3<f64>| {

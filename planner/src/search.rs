@@ -159,21 +159,6 @@ pub fn search(
         let Some((candidate, solved)) = search.next() else {
             return Ok(search.ended(Status::Exhausted));
         };
-        if !search.could_be_better(search.nodes[candidate.node].depth + 1) {
-            continue;
-        }
-        // Where motions failed, and where much was tried already, others wait.
-        let charge = search.charge(&candidate);
-        if candidate.charged < charge {
-            let priority = candidate.priority + charge - candidate.charged;
-            let candidate = Candidate {
-                priority,
-                charged: charge,
-                ..candidate
-            };
-            search.frontier.put(candidate, Some(solved));
-            continue;
-        }
         search.solved += 1;
         search.expanded.insert(candidate.node);
         let solved = solved?;
@@ -252,24 +237,49 @@ pub fn search(
 impl<'a> Search<'a> {
     /// Takes the best candidate off the frontier, solved; solves the next best ones with it where
     /// there are threads for them.
+    ///
+    /// Where motions failed, and where much was tried already, others come first: a candidate is solved
+    /// when its turn has come at the price that it has by then.
     fn next(&mut self) -> Option<(Candidate, Outcome)> {
-        if self.frontier.is_due() {
-            let due = self.frontier.due(rayon::current_num_threads());
-            let (context, nodes) = (&self.context, &self.nodes);
-            let motion = &self.motions.context;
-            let solve = |(rank, candidate): &(Rank, Candidate)| {
-                let node = &nodes[candidate.node];
-                (*rank, candidate::solve(context, motion, node, candidate))
-            };
-            let results: Vec<(Rank, Outcome)> = match due.len() {
-                0..=1 => due.iter().map(solve).collect(),
-                _ => due.par_iter().map(solve).collect(),
-            };
-            for (rank, result) in results {
-                self.frontier.solved(rank, result);
+        loop {
+            let (first, is_solved) = self.frontier.first()?;
+            let charge = self.charge(first);
+            let is_useful = self.could_be_better(self.nodes[first.node].depth + 1);
+            if is_useful && first.charged >= charge {
+                if !is_solved {
+                    self.solve_ahead();
+                }
+                let (candidate, outcome) = self.frontier.pop()?;
+                return Some((candidate, outcome?));
+            }
+            let (candidate, outcome) = self.frontier.pop()?;
+            if is_useful {
+                let candidate = Candidate {
+                    priority: candidate.priority + charge - candidate.charged,
+                    charged: charge,
+                    ..candidate
+                };
+                self.frontier.put(candidate, outcome);
             }
         }
-        self.frontier.pop()
+    }
+
+    /// Solves the best candidates that are not solved, as many as there are threads.
+    fn solve_ahead(&mut self) {
+        let due = self.frontier.due(rayon::current_num_threads());
+        let (context, nodes) = (&self.context, &self.nodes);
+        let motion = &self.motions.context;
+        let solve = |(rank, candidate): &(Rank, Candidate)| {
+            let node = &nodes[candidate.node];
+            (*rank, candidate::solve(context, motion, node, candidate))
+        };
+        let results: Vec<(Rank, Outcome)> = match due.len() {
+            0..=1 => due.iter().map(solve).collect(),
+            _ => due.par_iter().map(solve).collect(),
+        };
+        for (rank, result) in results {
+            self.frontier.solved(rank, result);
+        }
     }
 
     /// How many other nodes of the same contact set a change failed from.

@@ -1,29 +1,47 @@
 //! Where the robot stands, nothing else is.
 #![allow(non_snake_case)]
 
-use robot_model::collision::World;
-use robot_model::{Configuration, Kinematics, Robot};
+use nalgebra::Vector3;
+use robot_model::collision::{BodyShape, World};
+use robot_model::{Kinematics, PatchId, Robot};
 use surfaces::{Obstacle, Terrain};
 
-/// Drops the bodies beyond the view that the robot at its start would be too near to: what was
-/// assumed there cannot be. Returns their names.
+use super::StartState;
+
+/// Drops the bodies beyond the view that the robot at its start would be too near to, or one of its feet where it was
+/// put down, straight from `raised_m` over its place: what was assumed there cannot be. Returns their names.
 ///
 /// Bodies of a face's rim stay: the face itself was seen.
 pub fn drop_refuted(
     terrain: &mut Terrain,
     robot: &Robot,
-    configuration: &Configuration,
+    start: &StartState,
     clearance_m: f64,
+    raised_m: f64,
 ) -> Vec<String> {
-    let kinematics = Kinematics::new(robot, configuration);
-    let meets = |obstacle: &Obstacle| {
-        let Ok(world) = World::new(&[&obstacle.points_W]) else {
+    let kinematics = Kinematics::new(robot, &start.configuration);
+    // Instead of the foot the body is moved, the other way.
+    let is_near = |obstacle: &Obstacle, foot: Option<PatchId>, raised_m: f64| {
+        let down = Vector3::z() * raised_m;
+        let points: Vec<_> = obstacle.points_W.iter().map(|p| p - down).collect();
+        let Ok(world) = World::new(&[&points]) else {
             return true;
         };
+        let body = foot.map(|foot| robot.patches[foot].body);
+        let except = |shape: BodyShape, _| body.is_some_and(|body| shape.body != body);
         let mut near = Vec::new();
-        let (collision, all) = (&robot.collision, |_, _| false);
-        collision.world_proximities(&kinematics, &world, clearance_m, &all, &mut near);
+        let collision = &robot.collision;
+        collision.world_proximities(&kinematics, &world, clearance_m, &except, &mut near);
         !near.is_empty()
+    };
+    let meets = |obstacle: &Obstacle| {
+        let mut feet = start.patches.iter();
+        is_near(obstacle, None, 0.0)
+            || feet.any(|&foot| {
+                [0.5, 1.0]
+                    .iter()
+                    .any(|part| is_near(obstacle, Some(foot), part * raised_m))
+            })
     };
     let mut dropped = Vec::new();
     terrain.obstacles.retain(|obstacle| {

@@ -12,7 +12,7 @@ use crate::conservative_bodies::{TOUCH_M, behind_W};
 use crate::cover::{self, cover};
 use crate::free_space::{BEHIND_MIN_M, FreeSpace, SIGMAS};
 use crate::outline::Outline;
-use crate::{ConvexPolygon, EdgeKind, Face, Obstacle, Ring, Source};
+use crate::{ConvexPolygon, EdgeKind, Face, HalfPlane, Obstacle, Ring, Source};
 
 /// Shorter edges at which the border cuts a face are corners that were rounded off, m.
 const CUT_MIN_M: f64 = 0.03;
@@ -22,6 +22,8 @@ const LEAD_MIN_M: f64 = 0.1;
 const CORNER_M: f64 = 0.1;
 /// Corners this near to a line are on it, m.
 const STRAIGHT_M: f64 = 0.02;
+/// An edge tells where a face ends for as many times as far as it was seen straight.
+const TELLS: f64 = 3.0;
 /// An edge that leads to the border at a flatter angle does not tell how the face goes on (its sine).
 const FLAT: f64 = 0.25;
 /// What is smaller is not worth a body, m².
@@ -78,8 +80,11 @@ fn beyond(face: &Face, views: &[FreeSpace], depth_m: f64, reach_m: f64) -> Vec<O
         let view = side.view.and_then(|view| face.views.get(view));
         let cut = view.filter(|_| side.kind == EdgeKind::FieldOfView);
         let around = [sides.len() - 1, 1].map(|step| &sides[(i + step) % sides.len()]);
-        let Some((eye_W, front)) = cut.and_then(|v| Some((v.eye_W, side.front(around, reach_m)?)))
-        else {
+        let front = || {
+            side.front(around, reach_m)?
+                .clip_all(&ends(&sides, i, reach_m))
+        };
+        let Some((eye_W, front)) = cut.and_then(|view| Some((view.eye_W, front()?))) else {
             continue;
         };
         let looked_through = |left: Outline, view: &FreeSpace| {
@@ -117,37 +122,66 @@ struct Side {
     view: Option<usize>,
 }
 
-/// The edges of a ring that tell how it goes on, in its order; those at which one border of the view cuts it are one.
+/// Where the face ends beyond the border of the view at side `i`: the edges before and after the border go straight on.
+fn ends(sides: &[Side], i: usize, reach_m: f64) -> Vec<HalfPlane> {
+    let count = sides.len();
+    let is_cut = |k: &usize| sides[*k].kind == EdgeKind::FieldOfView;
+    let before = (1..count).map(|step| (i + count - step) % count);
+    let after = (1..count).map(|step| (i + step) % count);
+    let nearest = [
+        before.clone().find(|k| !is_cut(k)),
+        after.clone().find(|k| !is_cut(k)),
+    ];
+    let real = nearest.into_iter().flatten().map(|k| &sides[k]);
+    let long = real.filter(|s| s.kind == EdgeKind::Real && TELLS * s.vector().norm() >= reach_m);
+    let inside = long.map(|side| HalfPlane::left_of(&side.ends[0], &side.ends[1]));
+    let leads = |h: &HalfPlane| sides[i].ends.iter().all(|p| h.value(p) <= STRAIGHT_M);
+    inside.filter(leads).collect()
+}
+
+/// The straight parts of a ring that tell how it goes on, in its order.
 fn sides(ring: &Ring) -> Vec<Side> {
     let count = ring.edges.len();
-    let cut = |i: usize| ring.edges[i % count].kind == EdgeKind::FieldOfView;
-    let first = (0..count).find(|&i| !cut(i) && cut(i + 1)).unwrap_or(0);
-    let mut sides: Vec<Side> = Vec::new();
-    let mut chain: Vec<Point2<f64>> = Vec::new();
-    for i in (first + 1..=first + count).map(|i| i % count) {
-        let [a, b] = [i, (i + 1) % count].map(|k| ring.vertices[k]);
-        let edge = &ring.edges[i];
-        let straight = |start: Point2<f64>| {
-            let along = (b - start).normalize();
-            chain
-                .iter()
-                .all(|p| along.perp(&(p - start)).abs() <= STRAIGHT_M)
-        };
-        match sides.last_mut() {
-            Some(last) if cut(i) && last.kind == edge.kind && straight(last.ends[0]) => {
-                last.ends[1] = b;
-                chain.push(b);
-            }
-            _ if cut(i) || (b - a).norm() >= LEAD_MIN_M => {
-                let (ends, kind, view) = ([a, b], edge.kind, edge.view);
-                sides.push(Side { ends, kind, view });
-                chain = vec![b];
-            }
-            _ => {}
-        }
-    }
+    let kind = |i: usize| ring.edges[i % count].kind;
+    let is_cut = |kind: EdgeKind| kind == EdgeKind::FieldOfView;
+    let first = (0..count).find(|&i| !is_cut(kind(i)) && is_cut(kind(i + 1)));
+    let first = first.unwrap_or(0) + 1;
+    let edges = (first..first + count).map(|i| Side {
+        ends: [i, i + 1].map(|k| ring.vertices[k % count]),
+        kind: kind(i),
+        view: ring.edges[i % count].view,
+    });
+    let is_jag = |side: &Side| side.kind == EdgeKind::Real && side.vector().norm() < LEAD_MIN_M;
+    let mut sides = joined(edges, is_jag);
+    sides.retain(|side| is_cut(side.kind) || side.vector().norm() >= LEAD_MIN_M);
+    let mut sides = joined(sides.into_iter(), |side| is_cut(side.kind));
     sides.retain(|side| side.vector().norm() >= CUT_MIN_M);
     sides
+}
+
+/// The sides of which those that may join and follow each other on a line are one.
+fn joined(sides: impl Iterator<Item = Side>, joins: impl Fn(&Side) -> bool) -> Vec<Side> {
+    let mut joined: Vec<Side> = Vec::new();
+    let (mut chain, mut open) = (Vec::new(), false);
+    for side in sides {
+        let (joins, end) = (joins(&side), side.ends[1]);
+        let straight = |start: Point2<f64>| {
+            let along = (end - start).normalize();
+            let off_m = |p: &Point2<f64>| along.perp(&(p - start)).abs();
+            chain.iter().all(|p| off_m(p) <= STRAIGHT_M)
+        };
+        match joined.last_mut() {
+            Some(last) if open && joins && straight(last.ends[0]) => {
+                last.ends[1] = end;
+                chain.push(end);
+            }
+            _ => {
+                (chain, open) = (vec![end], joins);
+                joined.push(side);
+            }
+        }
+    }
+    joined
 }
 
 impl Side {

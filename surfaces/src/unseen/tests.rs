@@ -141,6 +141,14 @@ fn a_face_goes_on_beyond_the_border_straight_along_its_edges() {
         &beyond(&pointed, &[1], &[]),
         &[[1.0, 0.4], [1.25, 0.5], [1.0, 0.6]],
     );
+    // Where the border runs flat along the near side, the face ends with that side, jagged as it was seen.
+    let jags = (0..8).map(|i| [0.075 * f64::from(i), 0.004 * f64::from(i % 2)]);
+    let rest = [[0.6, 0.0], [1.0, 0.1], [1.0, 1.0], [0.0, 1.0]];
+    let flat: Vec<[f64; 2]> = jags.chain(rest).collect();
+    same(
+        &beyond(&flat, &[8], &[]),
+        &[[0.6, 0.0], [1.0, 0.0], [1.0, 0.1]],
+    );
     // A corner that is rounded off is one all the same.
     let rounded = [[0.0, 0.0], [0.99, 0.0], [1.0, 0.01], [1.0, 1.0], [0.0, 1.0]];
     same(
