@@ -11,7 +11,7 @@ use crate::config::Config;
 use crate::output;
 use crate::posture_problem;
 use crate::provenance::Inputs;
-use crate::robot_files::RobotFlags;
+use crate::robot_files::{RobotFlags, UNPROPOSED};
 use crate::status::Status;
 
 /// Flags of `posture-sets`.
@@ -45,7 +45,12 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let files = args.robot.files();
     let robot = files.load(&config.robot_model, &mut Inputs::default())?;
     let (seed, margins) = (config.seed, posture_problem::margins(&config.posture));
-    let set = contact_sets::generate(&robot, &families, &margins, args.count, seed)?;
+    let set = contact_sets::generate(&robot, &families, &margins, args.count, seed);
+    let set = set.map_err(|error| {
+        // Why it has no patches, where that is so.
+        let unproposed = robot.notes.iter().find(|n| n.starts_with(UNPROPOSED));
+        anyhow!(unproposed.map_or(error.to_string(), |note| format!("{error}; {note}")))
+    })?;
     output::write_json(&args.output, &set)?;
     writeln!(
         out,

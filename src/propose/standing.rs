@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use planner::PathStance;
 use posture::{BaseGoal, Contact, Environment, Outcome, Problem};
@@ -19,6 +19,8 @@ pub const ABOUT: &str = "Found by the posture generator: feet flat on level grou
 
 /// Legs stand where they move their ends at least this well, of the best.
 const DEXTEROUS: f64 = 0.9;
+/// Of the best with the feet as far apart, where that is nearly as good as the best of all.
+const NEARLY: f64 = 0.8;
 /// Heights that are tried, of the legs' depth below the hips.
 const HEIGHTS: [f64; 12] = [
     0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.55, 0.5, 0.45, 0.4,
@@ -83,6 +85,9 @@ pub fn stand(robot: &Robot, limbs: &[Limb], config: &posture::Config) -> Result<
     let mirror = Mirror::new(robot);
     let depth = legs.iter().map(|l| l.depth_m).reduce(f64::min);
     let depth = depth.context("no leg has a patch")?;
+    if legs.len() < 3 && legs.iter().all(|l| !l.tip.flat) {
+        bail!("two balls hold no posture at rest: three do, or a sole");
+    }
     // 1. Places for the feet, best first.
     let mut places = Vec::new();
     for height in HEIGHTS {
@@ -99,8 +104,20 @@ pub fn stand(robot: &Robot, limbs: &[Limb], config: &posture::Config) -> Result<
         let parts = w.iter().zip(&best).map(|(w, best)| w / best.max(1e-12));
         parts.fold(f64::INFINITY, f64::min)
     };
-    let (mut good, mut rest): (Vec<_>, Vec<_>) =
-        places.into_iter().partition(|p| worth(&p.3) >= DEXTEROUS);
+    // Rather narrow, where that is nearly as good: a leg then carries the robot alone with little sway.
+    let enough = |outward: f64| {
+        let same = places.iter().filter(|p| p.1 == outward);
+        let best = same.map(|p| worth(&p.3)).fold(0.0, f64::max);
+        match best >= NEARLY {
+            true => DEXTEROUS.min(best),
+            false => DEXTEROUS,
+        }
+    };
+    let enough: Vec<bool> = (places.iter().map(|p| worth(&p.3) >= enough(p.1))).collect();
+    let (mut good, mut rest) = (Vec::new(), Vec::new());
+    for (place, enough) in places.into_iter().zip(enough) {
+        if enough { &mut good } else { &mut rest }.push(place);
+    }
     good.sort_by(|a, b| a.1.total_cmp(&b.1).then(b.0.total_cmp(&a.0)));
     rest.sort_by(|a, b| worth(&b.3).total_cmp(&worth(&a.3)));
     good.extend(rest);
@@ -112,7 +129,12 @@ pub fn stand(robot: &Robot, limbs: &[Limb], config: &posture::Config) -> Result<
     for (height, outward, q, _) in good.into_iter().take(TRIES) {
         match whole(robot, limbs, &legs, &mirror, (height, outward, q), config) {
             Ok(stands) => return Ok(stands),
-            Err(why) => first = first.or(Some(why)),
+            Err(why) => {
+                tracing::debug!(
+                    "no standing {height} of the legs high, {outward:.3} m outward: {why:#}"
+                );
+                first = first.or(Some(why));
+            }
         }
     }
     Err(first.unwrap_or_else(|| anyhow!("no place was found")))
