@@ -105,10 +105,8 @@ fn what_urdf_rs_would_refuse_or_guess_is_completed_first() {
     assert_eq!(limits(&robot), (std::f64::consts::TAU, inf, inf));
     // Nobody asks for what a link looks like, but where no link has a shape.
     let shown = read(&tree().replace("collision", "visual"), None, None).unwrap();
-    assert_eq!(
-        shown.collision.shapes(),
-        read(&tree(), None, None).unwrap().collision.shapes()
-    );
+    let shapes = |robot: &Robot| format!("{:?}", robot.collision.shapes());
+    assert_eq!(shapes(&shown), shapes(&read(&tree(), None, None).unwrap()));
     assert_says(
         &shown.notes.join("\n"),
         &["what these show is taken for it: trunk, thigh, shank"],
