@@ -180,17 +180,22 @@ mod tests {
 
     #[test]
     fn a_hip_of_three_joints_makes_neighbours() {
+        // The first joint is 0.3 m out; the next two are where it is, across it and each other.
         let mut urdf = text(4, 0.35, 1.5);
-        for (joint, axis) in [("j2", "0 1 0"), ("j3", "1 0 0")] {
+        let (offset, along) = ("xyz=\"0.1 0 0\"", "axis xyz=\"0 0 1\"");
+        for (joint, place, axis) in [
+            ("j1", "0.3 0 0", "0 0 1"),
+            ("j2", "0 0 0", "0 1 0"),
+            ("j3", "0 0 0", "1 0 0"),
+        ] {
             let at = urdf.find(&format!("<joint name=\"{joint}\"")).unwrap();
             let rest = urdf.split_off(at);
-            let (offset, along) = ("xyz=\"0.1 0 0\"", "axis xyz=\"0 0 1\"");
-            let rest = rest.replacen(offset, "xyz=\"0 0 0\"", 1);
+            let rest = rest.replacen(offset, &format!("xyz=\"{place}\""), 1);
             urdf += &rest.replacen(along, &format!("axis xyz=\"{axis}\""), 1);
         }
         assert_eq!(watched(&read(&urdf)), []);
-        // A centimetre aside the axes meet no more.
-        let aside = urdf.replacen("xyz=\"0 0 0\"", "xyz=\"0 0 0.01\"", 1);
+        // Where the last two are aside, the axes meet no more.
+        let aside = urdf.replacen("xyz=\"0 0 0\"", "xyz=\"0 0.05 0\"", 1);
         assert_eq!(watched(&read(&aside)), [(0, 3)]);
     }
 }
