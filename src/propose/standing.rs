@@ -19,8 +19,6 @@ pub const ABOUT: &str = "Found by the posture generator: feet flat on level grou
 
 /// Legs stand where they move their ends at least this well, of the best.
 const DEXTEROUS: f64 = 0.9;
-/// Of the best with the feet as far apart, where that is nearly as good as the best of all.
-const NEARLY: f64 = 0.8;
 /// Heights that are tried, of the legs' depth below the hips.
 const HEIGHTS: [f64; 12] = [
     0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.55, 0.5, 0.45, 0.4,
@@ -104,20 +102,8 @@ pub fn stand(robot: &Robot, limbs: &[Limb], config: &posture::Config) -> Result<
         let parts = w.iter().zip(&best).map(|(w, best)| w / best.max(1e-12));
         parts.fold(f64::INFINITY, f64::min)
     };
-    // Rather narrow, where that is nearly as good: a leg then carries the robot alone with little sway.
-    let enough = |outward: f64| {
-        let same = places.iter().filter(|p| p.1 == outward);
-        let best = same.map(|p| worth(&p.3)).fold(0.0, f64::max);
-        match best >= NEARLY {
-            true => DEXTEROUS.min(best),
-            false => DEXTEROUS,
-        }
-    };
-    let enough: Vec<bool> = (places.iter().map(|p| worth(&p.3) >= enough(p.1))).collect();
-    let (mut good, mut rest) = (Vec::new(), Vec::new());
-    for (place, enough) in places.into_iter().zip(enough) {
-        if enough { &mut good } else { &mut rest }.push(place);
-    }
+    let (mut good, mut rest): (Vec<_>, Vec<_>) =
+        places.into_iter().partition(|p| worth(&p.3) >= DEXTEROUS);
     good.sort_by(|a, b| a.1.total_cmp(&b.1).then(b.0.total_cmp(&a.0)));
     rest.sort_by(|a, b| worth(&b.3).total_cmp(&worth(&a.3)));
     good.extend(rest);
