@@ -96,3 +96,11 @@ def test_postures(program: Program, tmp_path: Path, hrp2: scandent.Robot) -> Non
     for i, answer in enumerate(wrote):
         if answer["q"] is not None:
             assert found.q[i].tolist() == answer["q"]
+
+
+def test_a_scene_that_ships(program: Program, tmp_path: Path) -> None:
+    program("run", "irregular-stairs", "-o", "out", cwd=tmp_path)
+    made = scandent.run("irregular-stairs", threads=1)
+    made.save(tmp_path / "mine")
+    for name in ("plan.json", "motion.json", "certificate.json", "view.html"):
+        assert (tmp_path / "mine" / name).read_bytes() == (tmp_path / "out/irregular-stairs" / name).read_bytes(), name
