@@ -9,6 +9,9 @@ use serde_json::{Value, json};
 
 use crate::template::render;
 
+/// What to do where nothing can be proposed.
+const BY_HAND: &str = "write a contacts file (docs/formats.md) and give it by --contacts";
+
 /// The texts of the files that are proposed for a robot.
 pub struct Proposal {
     /// Contacts file.
@@ -36,9 +39,9 @@ pub fn propose(
     let legs = limbs.iter().filter(|l| l.kind == LimbKind::Leg).count();
     if legs < 2 {
         bail!(
-            "{}: no two legs were found, left and right, to propose contacts for: {}",
-            robot.name,
-            "write a contacts file (docs/formats.md) and give it by --contacts"
+            "{}: no two legs were found, left and right of a base with x ahead and z up, to propose \
+             contacts for: {BY_HAND}",
+            robot.name
         );
     }
     let mut notes = Vec::new();
@@ -61,7 +64,20 @@ pub fn propose(
             robot.patches = patches.iter().map(patch).collect();
         }
         found = patches;
-        match standing::stand(&robot, &limbs, config) {
+        // Some ankles are nearer to the ground than is asked for, wherever the foot stands.
+        let nearer = posture::Config {
+            clearance_m: 0.5 * config.clearance_m,
+            ..config.clone()
+        };
+        let stand = standing::stand(&robot, &limbs, config);
+        let stand = stand.or_else(|why| {
+            let posture = standing::stand(&robot, &limbs, &nearer)?;
+            notes.push(format!(
+                "it stands only with a smaller posture.clearance_m: {why:#}"
+            ));
+            anyhow::Ok(posture)
+        });
+        match stand {
             Ok(posture) => {
                 at = posture.clone();
                 stands = Some(posture);
@@ -74,7 +90,7 @@ pub fn propose(
     }
     let feet = robot.patches.iter().filter(|p| p.has_role("foot")).count();
     if feet < 2 {
-        bail!("{}: {}", robot.name, notes.join("; "));
+        bail!("{}: {}: {BY_HAND}", robot.name, notes.join("; "));
     }
     let resting = stands.clone().unwrap_or(neutral);
     let pairs = propose::excepted(&robot, &resting);

@@ -10,6 +10,8 @@ use scenes::scene_file::RobotSource;
 use crate::propose::{self, Proposal};
 use crate::provenance::Inputs;
 
+/// What a note begins with that says why contacts and SRDF were not proposed.
+pub const UNPROPOSED: &str = "nothing was proposed";
 /// What the name of a robot that ships begins with.
 const BUILTIN: &str = "builtin:";
 
@@ -95,7 +97,7 @@ impl RobotFiles {
             Ok(proposal) => proposal,
             Err(why) => {
                 let mut robot = bare;
-                robot.notes.push(format!("nothing was proposed: {why:#}"));
+                robot.notes.push(format!("{UNPROPOSED}: {why:#}"));
                 return Ok(robot);
             }
         };

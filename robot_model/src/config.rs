@@ -11,7 +11,7 @@ pub struct Config {
     /// an inertia is none of a body's. Otherwise these are errors.
     pub lenient: bool,
     /// Stops watching all pairs of links that meet in the resting posture (nearer than 8 mm). Otherwise
-    /// it stops where they are neighbours over at most two joints or overlap in every posture, and
+    /// it stops where they are neighbours (over at most two joints, or over joints that meet in one point) or meet in every posture, and
     /// reports the others that overlap.
     pub disable_colliding_at_rest: bool,
 }

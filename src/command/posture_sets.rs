@@ -12,7 +12,7 @@ use crate::config::Config;
 use crate::output;
 use crate::posture_problem;
 use crate::provenance::Inputs;
-use crate::robot_files::RobotFlags;
+use crate::robot_files::{RobotFlags, UNPROPOSED};
 use crate::status::Status;
 
 /// Flags of `posture-sets`.
@@ -67,11 +67,10 @@ pub fn draw(robot: &Robot, family: &str, count: usize, config: &Config) -> Resul
         anyhow!("no family {family:?}; there are {known} and hard")
     })?;
     let margins = posture_problem::margins(&config.posture);
-    Ok(contact_sets::generate(
-        robot,
-        &families,
-        &margins,
-        count,
-        config.seed,
-    )?)
+    let set = contact_sets::generate(robot, &families, &margins, count, config.seed);
+    set.map_err(|error| {
+        // Why it has no patches, where that is so.
+        let unproposed = robot.notes.iter().find(|n| n.starts_with(UNPROPOSED));
+        anyhow!(unproposed.map_or(error.to_string(), |note| format!("{error}; {note}")))
+    })
 }

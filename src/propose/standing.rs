@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use planner::PathStance;
 use posture::{BaseGoal, Contact, Environment, Outcome, Problem};
@@ -83,6 +83,9 @@ pub fn stand(robot: &Robot, limbs: &[Limb], config: &posture::Config) -> Result<
     let mirror = Mirror::new(robot);
     let depth = legs.iter().map(|l| l.depth_m).reduce(f64::min);
     let depth = depth.context("no leg has a patch")?;
+    if legs.len() < 3 && legs.iter().all(|l| !l.tip.flat) {
+        bail!("two balls hold no posture at rest: three do, or a sole");
+    }
     // 1. Places for the feet, best first.
     let mut places = Vec::new();
     for height in HEIGHTS {
@@ -112,7 +115,12 @@ pub fn stand(robot: &Robot, limbs: &[Limb], config: &posture::Config) -> Result<
     for (height, outward, q, _) in good.into_iter().take(TRIES) {
         match whole(robot, limbs, &legs, &mirror, (height, outward, q), config) {
             Ok(stands) => return Ok(stands),
-            Err(why) => first = first.or(Some(why)),
+            Err(why) => {
+                tracing::debug!(
+                    "no standing {height} of the legs high, {outward:.3} m outward: {why:#}"
+                );
+                first = first.or(Some(why));
+            }
         }
     }
     Err(first.unwrap_or_else(|| anyhow!("no place was found")))

@@ -16,7 +16,7 @@ mod tree;
 mod urdf;
 
 pub use overlaps::sampled;
-pub(crate) use overlaps::{NEAR_M, NEIGHBOUR_JOINTS, joints_between};
+pub(crate) use overlaps::{NEAR_M, are_neighbours};
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

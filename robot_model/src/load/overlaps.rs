@@ -1,17 +1,21 @@
 //! Links whose shapes meet at rest: a flaw of the shapes, not of the posture.
 //!
 //! Hulls of meshes are larger than the meshes, and boxes larger than what they stand for. Where such
-//! shapes meet between neighbours, or overlap whatever the posture, their distance says nothing: these
+//! shapes meet between neighbours, or whatever the posture, their distance says nothing: these
 //! pairs are not watched. Others that overlap at rest stay watched unless the settings say otherwise.
+
+use nalgebra::{Matrix3, Vector3};
 
 use super::Findings;
 use crate::collision::CollidingPair;
-use crate::{Body, Config, Configuration, Kinematics, Robot};
+use crate::{Config, Configuration, JointKind, Kinematics, Robot};
 
 /// Shapes nearer than this meet, m: less than any posture keeps between two parts.
 pub(crate) const NEAR_M: f64 = 0.008;
 /// Most joints between links that count as neighbours.
-pub(crate) const NEIGHBOUR_JOINTS: usize = 2;
+const NEIGHBOUR_JOINTS: usize = 2;
+/// Axes meet that pass a point within this, m.
+const IN_POINT_M: f64 = 1e-3;
 /// Postures in which links are looked at that may meet in every one.
 const POSTURES: u64 = 200;
 
@@ -22,8 +26,7 @@ pub(super) fn except(robot: &mut Robot, config: &Config, findings: &mut Findings
     let meeting = robot.pairs_within(&robot.resting(), NEAR_M);
     let body = |link: &str| robot.frame(link).map_or(0, |frame| frame.body);
     let are_neighbours = |pair: &CollidingPair| {
-        let (a, b) = (body(&pair.link_a), body(&pair.link_b));
-        joints_between(&robot.bodies, a, b) <= NEIGHBOUR_JOINTS
+        are_neighbours(robot, &resting, body(&pair.link_a), body(&pair.link_b))
     };
     let (neighbours, mut others): (Vec<_>, Vec<_>) = meeting.into_iter().partition(are_neighbours);
     let mut always = others.clone();
@@ -31,7 +34,7 @@ pub(super) fn except(robot: &mut Robot, config: &Config, findings: &mut Findings
         if always.is_empty() || config.disable_colliding_at_rest {
             break;
         }
-        let meeting = robot.colliding_pairs(&sampled(robot, number));
+        let meeting = robot.pairs_within(&sampled(robot, number), NEAR_M);
         always.retain(|pair| {
             meeting
                 .iter()
@@ -66,18 +69,30 @@ pub(super) fn except(robot: &mut Robot, config: &Config, findings: &mut Findings
     robot.meeting_at_rest = others;
 }
 
-/// Number of joints on the way from one body to another.
-pub(crate) fn joints_between(bodies: &[Body], a: usize, b: usize) -> usize {
+/// Whether two bodies are neighbours: over at most two joints, or over as many as meet in one point, as those
+/// of a hip or a shoulder do.
+pub(crate) fn are_neighbours(robot: &Robot, at: &Kinematics, a: usize, b: usize) -> bool {
     let above = |body: usize| -> Vec<usize> {
-        std::iter::successors(Some(body), |&body| bodies[body].parent).collect()
+        std::iter::successors(Some(body), |&body| robot.bodies[body].parent).collect()
     };
     let (a, b) = (above(a), above(b));
-    let shared = a
-        .iter()
-        .rev()
-        .zip(b.iter().rev())
-        .take_while(|(a, b)| a == b);
-    a.len() + b.len() - 2 * shared.count()
+    let between: Vec<usize> = a.iter().filter(|k| !b.contains(k)).copied().collect();
+    let between = [between, b.into_iter().filter(|k| !a.contains(k)).collect()].concat();
+    between.len() <= NEIGHBOUR_JOINTS || meet_in_a_point(robot, at, &between)
+}
+
+/// Whether the axes of these bodies' joints pass through one point.
+///
+///   min over c of Σ |(1 − a aᵀ)(c − o)|²
+fn meet_in_a_point(robot: &Robot, at: &Kinematics, joints: &[usize]) -> bool {
+    let across = |k: usize| Matrix3::identity() - at.axis_W[k] * at.axis_W[k].transpose();
+    let all: Matrix3<f64> = joints.iter().map(|&k| across(k)).sum();
+    let moments: Vector3<f64> = joints.iter().map(|&k| across(k) * at.origin_W[k]).sum();
+    let turns = |k: &usize| robot.bodies[*k].kind == JointKind::Revolute;
+    let point = all.try_inverse().map(|inverse| inverse * moments);
+    let through =
+        |c: Vector3<f64>, k: usize| (across(k) * (c - at.origin_W[k])).norm() < IN_POINT_M;
+    joints.iter().all(turns) && point.is_some_and(|c| joints.iter().all(|&k| through(c, k)))
 }
 
 /// A posture within the joint limits: the point of a number in an additive recurrence, whose
@@ -105,6 +120,10 @@ mod tests {
 
     /// A chain of boxes 0.1 m long, `width` wide, each turning by up to ±`range` rad on the one before.
     fn chain(links: usize, width: f64, range: f64) -> Robot {
+        read(&text(links, width, range))
+    }
+
+    fn text(links: usize, width: f64, range: f64) -> String {
         let mut urdf = String::from("<robot name=\"chain\">");
         for i in 0..links {
             urdf += &format!(
@@ -121,9 +140,12 @@ mod tests {
                 );
             }
         }
-        let urdf = urdf + "</robot>";
+        urdf + "</robot>"
+    }
+
+    fn read(urdf: &str) -> Robot {
         let config = Config::default();
-        load_from_strings(&urdf, None, None, "chain", &no_meshes, &config).unwrap()
+        load_from_strings(urdf, None, None, "chain", &no_meshes, &config).unwrap()
     }
 
     fn watched(robot: &Robot) -> Vec<(usize, usize)> {
@@ -154,5 +176,26 @@ mod tests {
             note.contains("robot_model.disable_colliding_at_rest"),
             "{note}"
         );
+    }
+
+    #[test]
+    fn a_hip_of_three_joints_makes_neighbours() {
+        // The first joint is 0.3 m out; the next two are where it is, across it and each other.
+        let mut urdf = text(4, 0.35, 1.5);
+        let (offset, along) = ("xyz=\"0.1 0 0\"", "axis xyz=\"0 0 1\"");
+        for (joint, place, axis) in [
+            ("j1", "0.3 0 0", "0 0 1"),
+            ("j2", "0 0 0", "0 1 0"),
+            ("j3", "0 0 0", "1 0 0"),
+        ] {
+            let at = urdf.find(&format!("<joint name=\"{joint}\"")).unwrap();
+            let rest = urdf.split_off(at);
+            let rest = rest.replacen(offset, &format!("xyz=\"{place}\""), 1);
+            urdf += &rest.replacen(along, &format!("axis xyz=\"{axis}\""), 1);
+        }
+        assert_eq!(watched(&read(&urdf)), []);
+        // Where the last two are aside, the axes meet no more.
+        let aside = urdf.replacen("xyz=\"0 0 0\"", "xyz=\"0 0.05 0\"", 1);
+        assert_eq!(watched(&read(&aside)), [(0, 3)]);
     }
 }

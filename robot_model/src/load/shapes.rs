@@ -1,9 +1,10 @@
 //! The collision elements of links → convex shapes on bodies.
+#![allow(non_snake_case)]
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use urdf_rs::{Geometry, Link};
 
 use super::urdf::pose;
@@ -20,6 +21,9 @@ const HULL_VERTICES: usize = 256;
 /// Radius of the ball that a sphere of radius 0 stands for, m.
 const POINT_M: f64 = 1e-3;
 
+/// A mesh is elsewhere for being turned that comes nearer to its link's mass by this, m.
+const TURNED_M: f64 = 0.01;
+
 /// Most collision shapes of a robot: each pair of them may be watched.
 const SHAPES_MAX: usize = 2000;
 
@@ -27,8 +31,8 @@ const SHAPES_MAX: usize = 2000;
 pub(super) struct ShapeReader<'a> {
     pub file: &'a str,
     pub meshes: &'a MeshSource<'a>,
-    /// Hulls by file name and scale: many a robot has two equal arms.
-    pub hulls: BTreeMap<(String, [u64; 3]), Hull>,
+    /// Hulls by file name and scale, and what turns them upright: many a robot has two equal arms.
+    pub hulls: BTreeMap<(String, [u64; 3]), (Hull, UnitQuaternion<f64>)>,
 }
 
 impl ShapeReader<'_> {
@@ -44,31 +48,52 @@ impl ShapeReader<'_> {
         findings: &mut Findings,
     ) -> Result<Vec<Shape>, Error> {
         let mut shapes = Vec::new();
+        // What their files would have turned, and where the masses of their links are.
+        let mut lying = Vec::new();
         for (link, place) in links.iter().zip(places) {
             let Some((body, X_BL)) = place else { continue };
-            for collision in &link.collision {
+            let collisions = link.collision.iter().map(|c| (&c.origin, &c.geometry));
+            let shown = link.visual.iter().map(|v| (&v.origin, &v.geometry));
+            for (origin, geometry) in collisions.chain(shown) {
                 if shapes.len() == SHAPES_MAX {
                     let cause = format!("there are more than {SHAPES_MAX} collision shapes");
                     return Err(Error::file(self.file, cause));
                 }
-                let geometry = self.shape(&link.name, &collision.geometry, findings)?;
+                let (geometry, R_up) = match self.shape(&link.name, geometry, findings) {
+                    Err(error) if link.collision.is_empty() => {
+                        findings.note(format!("{error} (left out: it is only shown)"));
+                        continue;
+                    }
+                    read => read?,
+                };
+                if R_up != UnitQuaternion::identity() && link.inertial.mass.value > 0.0 {
+                    let com_B = X_BL * pose(&link.inertial.origin).translation.vector;
+                    lying.push((shapes.len(), R_up, Point3::from(com_B)));
+                }
                 shapes.push(Shape {
                     link: link.name.clone(),
                     body: *body,
-                    X_BG: X_BL * pose(&collision.origin),
+                    X_BG: X_BL * pose(origin),
                     geometry,
                 });
             }
+            if !link.visual.is_empty() {
+                let what = "no link has a collision shape; what these show is taken for it";
+                findings.list(what, &link.name);
+            }
         }
+        raise(&mut shapes, &lying, findings);
         Ok(shapes)
     }
 
+    /// A shape, and what turns it upright if its file is to be believed.
     fn shape(
         &mut self,
         link: &str,
         geometry: &Geometry,
         findings: &mut Findings,
-    ) -> Result<ShapeGeometry, Error> {
+    ) -> Result<(ShapeGeometry, UnitQuaternion<f64>), Error> {
+        let mut R_up = UnitQuaternion::identity();
         #[rustfmt::skip]
         let (what, shape) = match geometry {
             Geometry::Box { size } => {
@@ -92,12 +117,13 @@ impl ShapeReader<'_> {
             }
             Geometry::Mesh { filename, scale } => {
                 let scale = scale.map_or([1.0; 3], |scale| *scale);
-                let hull = self.hull(link, filename, &scale, findings)?;
+                let hull;
+                (hull, R_up) = self.hull(link, filename, &scale, findings)?;
                 (filename.as_str(), ShapeGeometry::ConvexHull(hull))
             }
         };
         match shape.flaw() {
-            None => Ok(shape),
+            None => Ok((shape, R_up)),
             Some(cause) => Err(self.refuse(link, what, cause)),
         }
     }
@@ -109,7 +135,7 @@ impl ShapeReader<'_> {
         filename: &str,
         scale: &[f64; 3],
         findings: &mut Findings,
-    ) -> Result<Hull, Error> {
+    ) -> Result<(Hull, UnitQuaternion<f64>), Error> {
         let key = (filename.to_owned(), scale.map(f64::to_bits));
         if let Some(hull) = self.hulls.get(&key) {
             return Ok(hull.clone());
@@ -129,13 +155,45 @@ impl ShapeReader<'_> {
             let what = "hulls were simplified, and are grown by what the meshes stick out of them";
             findings.list(what, format!("{link} ({shortfall_mm:.1} mm)"));
         }
-        self.hulls.insert(key, hull.clone());
-        Ok(hull)
+        self.hulls.insert(key, (hull.clone(), mesh.R_up));
+        Ok((hull, mesh.R_up))
     }
 
     fn refuse(&self, link: &str, what: &str, cause: String) -> Error {
         let part = format!("link \"{link}\": collision {what}");
         let file = self.file.to_owned();
         Error::Part { file, part, cause }
+    }
+}
+
+/// Turns meshes upright, as their files have it, where that brings them to the masses of their links: some
+/// robots' authors mean it so, most do not.
+fn raise(
+    shapes: &mut [Shape],
+    lying: &[(usize, UnitQuaternion<f64>, Point3<f64>)],
+    findings: &mut Findings,
+) {
+    let middle = |geometry: &ShapeGeometry| {
+        let points = geometry.vertices();
+        let first = points.first().copied().unwrap_or_default();
+        let (low, high) = (points.iter()).fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
+        nalgebra::center(&low, &high)
+    };
+    let gains = lying.iter().map(|(shape, R_up, com_B)| {
+        let shape = &shapes[*shape];
+        let middle = middle(&shape.geometry);
+        let off = |p: Point3<f64>| (shape.X_BG * p - com_B).norm();
+        off(middle) - off(R_up * middle)
+    });
+    let gains: Vec<f64> = gains.collect();
+    let count = |sign: f64| gains.iter().filter(|gain| sign * **gain > TURNED_M).count();
+    if count(1.0) > 2 * count(-1.0) {
+        for (shape, R_up, _) in lying {
+            let shape = &mut shapes[*shape];
+            shape.X_BG *= *R_up;
+            let what = "meshes lie at their links' masses only turned as their files' up_axis says, \
+                        and are";
+            findings.list(what, &shape.link);
+        }
     }
 }

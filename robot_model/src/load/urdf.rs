@@ -37,8 +37,15 @@ pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, Error> {
     if child(root, "link").is_none() {
         return Err(source.refuse(root, "there is no <link>"));
     }
+    // What a robot shows stands for its shapes where no link of it has one.
+    let of_links = |tag| children(root, "link").any(|link| child(link, tag).is_some());
+    let element = if of_links("collision") {
+        &LINK
+    } else {
+        &SHOWN_LINK
+    };
     for link in children(root, "link") {
-        copy(&source, link, &LINK, &mut clean)?;
+        copy(&source, link, element, &mut clean)?;
     }
     // Joints of <transmission> and <gazebo> elements lie deeper and are none.
     let mut joint_lines = Vec::new();
@@ -126,6 +133,16 @@ const LINK: Element = Element {
     absent: Left,
     attributes: &[("name", Text, Refused)],
     children: &[INERTIAL, COLLISION],
+};
+
+const SHOWN_LINK: Element = Element {
+    children: &[INERTIAL, VISUAL],
+    ..LINK
+};
+
+const VISUAL: Element = Element {
+    tag: "visual",
+    ..COLLISION
 };
 
 const INERTIAL: Element = Element {
@@ -239,6 +256,14 @@ fn check_joint(source: &Source, joint: Node) -> Result<(), Error> {
     }
 }
 
+/// Whether a revolute joint has a `<limit>` that states no angle, and moves no other's way: by the letter its
+/// range is 0 to 0, but nobody states the torque of a joint that does not turn.
+fn is_endless(joint: Node) -> bool {
+    let states = |limit: Node| ["lower", "upper"].iter().any(|of| limit.has_attribute(*of));
+    let limit = child(joint, "limit");
+    child(joint, "mimic").is_none() && limit.is_some_and(|limit| !states(limit))
+}
+
 /// Writes what `element` says of a node to the clean document.
 fn copy(source: &Source, node: Node, element: &Element, clean: &mut String) -> Result<(), Error> {
     let tag = element.tag;
@@ -249,6 +274,9 @@ fn copy(source: &Source, node: Node, element: &Element, clean: &mut String) -> R
             Numbers(count) => source.numbers(node, name, count)?,
         };
         match (stated, absent) {
+            (Some("revolute"), _) if name == "type" && is_endless(node) => {
+                attribute(name, "continuous", clean);
+            }
             (Some(text), _) | (None, Filled(text)) => attribute(name, text, clean),
             (None, Left) => {}
             (None, Refused) => {
@@ -258,8 +286,8 @@ fn copy(source: &Source, node: Node, element: &Element, clean: &mut String) -> R
     }
     clean.push('>');
     for wanted in element.children {
-        // Only collisions stand several times in one element.
-        let repeats = wanted.tag == COLLISION.tag;
+        // Only shapes stand several times in one element.
+        let repeats = [COLLISION.tag, VISUAL.tag].contains(&wanted.tag);
         let most = if repeats { usize::MAX } else { 1 };
         for found in children(node, wanted.tag).take(most) {
             copy(source, found, wanted, clean)?;

@@ -1,13 +1,13 @@
 //! COLLADA: the triangles of a scene's geometry, in metres.
 //!
-//! Transforms of the scene's nodes and the asset's unit are applied. Its `up_axis` is not: in
-//! robot descriptions the axes are the link's whatever the exporter wrote (RViz and Pinocchio
-//! read them so, too).
+//! Transforms of the scene's nodes and the asset's unit are applied. Its `up_axis` is only told: in most
+//! robot descriptions the axes are the link's whatever the exporter wrote (RViz and Pinocchio read them
+//! so, too); whether it is meant is seen by the robot that the meshes make.
 
 use std::collections::HashMap;
 use std::str::FromStr;
 
-use nalgebra::{Matrix4, Rotation3, Unit, Vector3};
+use nalgebra::{Matrix4, Rotation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
 use super::{TriangleMesh, check_count};
@@ -39,6 +39,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<TriangleMesh, String> {
     let value = value.filter(|v| v.is_finite() && *v > 0.0);
     let meter = value.ok_or_else(|| format!("its unit of \"{meter}\" metres is no length"))?;
     let scale = Matrix4::new_scaling(meter);
+    let up = child(root, "asset").and_then(|asset| child(asset, "up_axis"));
+    let right_angle = std::f64::consts::FRAC_PI_2;
+    reader.mesh.R_up = match up.and_then(|n| n.text()).map(str::trim) {
+        Some("Y_UP") => UnitQuaternion::from_euler_angles(right_angle, 0.0, 0.0),
+        Some("X_UP") => UnitQuaternion::from_euler_angles(0.0, -right_angle, 0.0),
+        _ => UnitQuaternion::identity(),
+    };
     // The scene that is shown, or every geometry where there is none.
     let shown = child(root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));
     match shown {
@@ -222,6 +229,8 @@ mod tests {
         let second = mesh.vertices[1];
         let off = second - Point3::new(0.0, 0.001, 0.001);
         assert!(off.norm() < 1e-15, "{second}");
+        let up = mesh.R_up * Vector3::y() - Vector3::z();
+        assert!(up.norm() < 1e-15, "{up}");
     }
 
     #[test]

@@ -10,17 +10,20 @@ mod stl;
 
 use std::path::Path;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, UnitQuaternion};
 
 use crate::Error;
 
 /// Vertices and the triangles over them.
+#[allow(non_snake_case)]
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
     /// Vertices, in the file's own frame; m.
     pub vertices: Vec<Point3<f64>>,
     /// Indices into `vertices`, all of them valid.
     pub triangles: Vec<[u32; 3]>,
+    /// Turns what the file calls up to z; nothing where it does not tell.
+    pub R_up: UnitQuaternion<f64>,
 }
 
 /// What some editors begin a text with.

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use crate::collision::{CollisionModel, Other, Shape};
-use crate::load::{NEAR_M, NEIGHBOUR_JOINTS, joints_between, sampled};
+use crate::load::{NEAR_M, are_neighbours, sampled};
 use crate::{Configuration, Kinematics, Robot};
 
 /// Postures that are drawn.
@@ -22,7 +22,7 @@ const ALWAYS: f64 = 0.95;
 pub enum Reason {
     /// A joint joins the two.
     Adjacent,
-    /// Neighbours over two joints whose shapes meet in the standing posture.
+    /// Neighbours whose shapes meet in the standing posture.
     Default,
     /// They meet in nearly every drawn posture.
     Always,
@@ -66,15 +66,16 @@ pub fn excepted(robot: &Robot, standing: &Configuration) -> Vec<Excepted> {
     };
     let mut reasons: BTreeMap<(String, String), Reason> = BTreeMap::new();
     // 1. Neighbours whose shapes meet where the robot stands.
+    let at = Kinematics::new(robot, standing);
     for (pair, [a, b]) in meeting(standing, NEAR_M) {
-        if joints_between(&robot.bodies, a, b) <= NEIGHBOUR_JOINTS {
+        if are_neighbours(robot, &at, a, b) {
             reasons.insert(pair, Reason::Default);
         }
     }
     // 2. What meets in nearly all postures.
     let mut counts: BTreeMap<(String, String), u64> = BTreeMap::new();
     for number in 1..=POSTURES {
-        for (pair, _) in meeting(&sampled(robot, number), 0.0) {
+        for (pair, _) in meeting(&sampled(robot, number), NEAR_M) {
             *counts.entry(pair).or_default() += 1;
         }
     }

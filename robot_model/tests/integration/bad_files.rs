@@ -100,12 +100,17 @@ fn what_urdf_rs_would_refuse_or_guess_is_completed_first() {
         let robot = read(&tree().replace(limit, to), None, None).unwrap();
         assert_eq!(limits(&robot), wanted);
     }
-    // Version 1.2 lets a joint turn without limits.
-    let endless = tree().replace(limit, "<limit/>");
-    let endless = endless.replace("<robot ", r#"<robot version="1.2" "#);
-    let robot = read(&endless, None, None).unwrap();
+    // A joint turns without end that states no angle.
+    let robot = read(&tree().replace(limit, "<limit/>"), None, None).unwrap();
     assert_eq!(limits(&robot), (std::f64::consts::TAU, inf, inf));
-    // Nobody asks for what a link looks like.
+    // Nobody asks for what a link looks like, but where no link has a shape.
+    let shown = read(&tree().replace("collision", "visual"), None, None).unwrap();
+    let shapes = |robot: &Robot| format!("{:?}", robot.collision.shapes());
+    assert_eq!(shapes(&shown), shapes(&read(&tree(), None, None).unwrap()));
+    assert_says(
+        &shown.notes.join("\n"),
+        &["what these show is taken for it: trunk, thigh, shank"],
+    );
     let look = r#"<link name="sole"><visual><geometry/><material name="a&quot;&amp;"><texture/></material></visual></link>"#;
     let robot = read(&tree().replace(r#"<link name="sole"/>"#, look), None, None).unwrap();
     assert!(robot.frame("sole").is_ok());
@@ -135,6 +140,35 @@ fn what_does_no_harm_is_read_with_a_note() {
         ),
     ] {
         assert_says(&with(from, to).notes.join("\n"), &says);
+    }
+}
+
+#[test]
+fn meshes_are_turned_upright_where_their_links_masses_are() {
+    let dae = r##"<COLLADA><asset><up_axis>Y_UP</up_axis></asset><library_geometries><geometry><mesh>
+        <source id="s"><float_array id="a" count="12">0 1 0 .1 0 0 -.1 0 .1 -.1 0 -.1</float_array>
+        <technique_common><accessor source="#a" count="4" stride="3"/></technique_common></source>
+        <vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+        <triangles count="2"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2 0 2 3</p></triangles>
+        </mesh></geometry></library_geometries></COLLADA>"##;
+    for (com, top) in [("0 0 .4", [0.0, 0.0, 1.0]), ("0 .4 0", [0.0, 1.0, 0.0])] {
+        let urdf = format!(
+            r#"<robot name="r"><link name="l"><inertial><origin xyz="{com}"/><mass value="1"/><inertia
+            ixx="1" iyy="1" izz="1"/></inertial><collision><geometry><mesh filename="m.dae"/></geometry>
+            </collision></link></robot>"#
+        );
+        let meshes = |_: &str| Ok(dae.as_bytes().to_vec());
+        let robot =
+            load_from_strings(&urdf, None, None, "test", &meshes, &Config::default()).unwrap();
+        let shape = &robot.collision.shapes()[0];
+        let d = shape.X_BG.rotation.inverse() * Vector3::from(top);
+        let foremost = shape.X_BG * shape.geometry.support(&d);
+        assert!(
+            (foremost.coords - Vector3::from(top)).norm() < 1e-12,
+            "{foremost}"
+        );
+        let told = robot.notes.iter().any(|n| n.contains("up_axis"));
+        assert_eq!(told, top[2] == 1.0, "{:?}", robot.notes);
     }
 }
 

@@ -32,7 +32,7 @@ mod plausible;
 mod record;
 mod witness;
 
-use robot_model::{Configuration, Robot};
+use robot_model::{Configuration, ContactPatch, PatchKind, Robot};
 
 pub use record::{
     BODY_M, ContactRecord, Expected, FORMAT, FORMAT_BEGINS, ProblemRecord, ProblemSet,
@@ -108,9 +108,11 @@ impl Family {
     /// Whether the robot has the limbs that the family is about.
     pub fn suits(self, robot: &Robot) -> bool {
         let having = |role| robot.patches.iter().filter(|p| p.has_role(role)).count();
+        let sole = |p: &ContactPatch| p.has_role("foot") && p.kind == PatchKind::Area;
         match self {
             Family::OneFoot => having("foot") >= 1 && having("hand") >= 2,
-            _ => having("foot") >= 2,
+            // Two balls hold nothing.
+            _ => having("foot") > 2 || having("foot") == 2 && robot.patches.iter().any(sole),
         }
     }
 }
@@ -144,7 +146,10 @@ pub fn generate(
     suitable.retain(|family| family.suits(robot));
     if suitable.is_empty() {
         let names = names(families, ", ");
-        return Err(refuse(format!("it has no limbs for the family {names}")));
+        return Err(refuse(format!(
+            "it has no limbs for the family {names}: patches of the role foot, a sole or three balls, \
+             and hands where it has any"
+        )));
     }
     let maker = Maker::new(robot, margins);
     let mut problems = Vec::with_capacity(count);

@@ -5,11 +5,15 @@
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
+use nalgebra::Isometry3;
 use rayon::prelude::*;
+use scenes::simulator::lidar::{RangeNoise, Vlp16, pcap, sweep};
+use scenes::worlds::slope::room;
 
 use crate::calibrate_camera::{STANCES, write_set};
 use crate::support::program::{command, ends_with, root, said, succeeds};
 
+const PLAN: &str = "plan --robot builtin:quadruped --goal 0.2,0 --mesh @ -o @";
 const FLOOR: &str = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
 
 /// Key, least and greatest value of every number that `scandent config` lists.
@@ -51,6 +55,17 @@ fn settings_at_their_limits_neither_panic_nor_hang() {
     );
     std::fs::create_dir(&frames).expect("a folder");
     write_set(&frames, "hexapod", &STANCES);
+    // What is simulated, and what a LiDAR saw of flat ground.
+    let (planned, flat) = (
+        folder.path().join("planned"),
+        folder.path().join("flat.pcap"),
+    );
+    let plan = planned.join("plan.json");
+    succeeds(PLAN, &[&mesh, &planned]);
+    let pose = Isometry3::translation(0.0, 0.0, 0.75);
+    let (sensor, noise) = (Vlp16::default(), RangeNoise::default());
+    let cloud = sweep(&room("room", &[]).world(), &sensor, &pose, &noise, 0, 1);
+    std::fs::write(&flat, pcap(&sensor, &cloud)).expect("written");
     let ranges = ranges();
     assert!(ranges.len() > 70, "{ranges:?}");
     ranges.par_iter().for_each(|(key, [low, high])| {
@@ -66,15 +81,24 @@ fn settings_at_their_limits_neither_panic_nor_hang() {
             let line = match key.split('.').next() {
                 Some("perception") if key.contains("lidar") => "run slope-22 -o @",
                 Some("perception") => "surfaces --sensor kinect_v1 @",
+                Some("simulation") if cfg!(feature = "mujoco") => {
+                    "simulate --perturb all --runs 1 @ -o @"
+                }
+                Some("calibration") if key.contains("lidar") => {
+                    "calibrate lidar @ -o @ --pole 2,1 --pole 2,-1"
+                }
                 Some("calibration") => {
                     "calibrate camera --robot builtin:hexapod --poses @ --frames @ -o @"
                 }
-                _ => "plan --robot builtin:quadruped --goal 0.2,0 --mesh @ -o @",
+                _ => PLAN,
             };
-            let files = match line.split(' ').next() {
-                Some("run") => vec![out.as_path()],
-                Some("surfaces") => vec![scan.as_path()],
-                Some("calibrate") => vec![poses.as_path(), frames.as_path(), out.as_path()],
+            let words: Vec<&str> = line.split(' ').take(2).collect();
+            let files = match words[..] {
+                ["run", _] => vec![out.as_path()],
+                ["surfaces", _] => vec![scan.as_path()],
+                ["simulate", _] => vec![plan.as_path(), out.as_path()],
+                ["calibrate", "lidar"] => vec![flat.as_path(), out.as_path()],
+                ["calibrate", _] => vec![poses.as_path(), frames.as_path(), out.as_path()],
                 _ => vec![mesh.as_path(), out.as_path()],
             };
             let mut program = command(&format!("{line} {setting}"), &files);
