@@ -29,6 +29,7 @@ fn plan(name: &str) -> PlanOutcome {
     let cancel = AtomicBool::new(false);
     let manner = RunOptions {
         threads: NonZeroUsize::new(1),
+        stage: &|_| {},
         progress: &|_| {},
         cancel: &cancel,
     };

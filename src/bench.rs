@@ -128,6 +128,7 @@ fn plan(item: &Item, global: &Global) -> anyhow::Result<PlanOutcome> {
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
     let options = RunOptions {
         threads: global.threads,
+        stage: &|_| {},
         progress: &|_| {},
         cancel: interrupt::listen(),
     };

@@ -74,8 +74,10 @@ pub enum Command {
     Simulate(Box<command::simulate::Args>),
     /// Convert a plan for a controller or a spreadsheet
     Export(command::export::Args),
-    /// Write a plan as one HTML page to look at
+    /// Write a plan, or surfaces, as one HTML page to look at
     View(command::view::Args),
+    /// Look at surfaces, edit and plan on them in a browser on this machine
+    Serve(command::serve::Args),
     /// Find where a sensor sits on a robot
     Calibrate(command::calibrate::Args),
     /// Show what was read of a robot
@@ -122,7 +124,8 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::Verify(args)) => command::verify::run(args, global, out),
         Some(Command::Simulate(args)) => command::simulate::run(args, global, out),
         Some(Command::Export(args)) => command::export::run(args, global, out),
-        Some(Command::View(args)) => command::view::run(args, out),
+        Some(Command::View(args)) => command::view::run(args, global, out),
+        Some(Command::Serve(args)) => command::serve::run(args, global, out),
         Some(Command::Calibrate(args)) => command::calibrate::run(args, global, out),
         Some(Command::Robot(args)) => command::robot::run(args, global, out),
         Some(Command::Config(args)) => command::config::run(args, global, out),

@@ -30,6 +30,7 @@ pub mod results;
 pub mod robot_files;
 pub mod roles;
 pub mod scene;
+pub mod serve;
 pub mod signature;
 #[cfg(feature = "mujoco")]
 pub mod simulate;

@@ -24,6 +24,8 @@ pub const MOTION_FILE: &str = "motion.json";
 pub struct RunOptions<'a> {
     /// Threads; one a processor where there is no number.
     pub threads: Option<NonZeroUsize>,
+    /// Called with what is done next: reading, searching, verifying.
+    pub stage: &'a (dyn Fn(&str) + Sync),
     /// Called as the search goes on.
     pub progress: &'a (dyn Fn(&Progress) + Sync),
     /// Stops the search.
@@ -72,6 +74,7 @@ pub fn plan(
     let mut stages = Stages::default();
     let pool = threads::pool(options.threads)?;
 
+    (options.stage)("reading the surroundings and the robot");
     // Scan, robot, start, goal → what is to be planned.
     let posed = posed::pose(scene, config, &pool, &mut stages, &mut inputs)?;
     let Posed {
@@ -88,6 +91,7 @@ pub fn plan(
     let edge_sigmas = config.posture.edge_sigmas;
     let usable = roles::usable(robot, environment, contacts, roles, edge_sigmas);
 
+    (options.stage)("searching");
     // Request → stances and the motion between them.
     let clock = Clock::default();
     let request = Request {
@@ -127,6 +131,7 @@ pub fn plan(
         None => None,
     };
 
+    (options.stage)("verifying");
     // Stances → plan, and the verdict of code that shares nothing with the search.
     let mut plan = Plan {
         format: PLAN_FORMAT.to_owned(),

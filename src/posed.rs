@@ -86,9 +86,10 @@ pub fn pose(
             _ => Environment::default(),
         };
         let mut stand = start::stand(&robot, &scene.start, &surroundings, &config.posture)?;
-        if scene.starts_before_floor() {
-            start::floor::stand_before(&mut stand, &robot, &terrain);
-        }
+        let before = match scene.starts_before_floor() {
+            true => start::floor::stand_before(&mut stand, &robot, &terrain),
+            false => None,
+        };
         let settled = match &scene.start {
             scene::Start::Posture { base, .. } => {
                 let level = base.is_none();
@@ -107,14 +108,20 @@ pub fn pose(
         )?;
         let clearance_m = config.posture.clearance_m;
         let refuted = assumed::drop_refuted(&mut terrain, &robot, posture, clearance_m);
-        anyhow::Ok((terrain, stand, ground, refuted, settled))
+        let said = before.into_iter().chain(settled).chain(ground.notes);
+        anyhow::Ok((
+            terrain,
+            stand,
+            ground.contacts,
+            refuted,
+            said.collect::<Vec<_>>(),
+        ))
     });
-    let (terrain, stand, ground, refuted, settled) = begin?;
-    notes.extend(settled);
-    notes.extend(ground.notes);
+    let (terrain, stand, ground, refuted, said) = begin?;
+    notes.extend(said);
     // The ground that is seen, against the one under the feet.
     if let scene::Environment::Scans(scans) = environment
-        && let Some((_, feet)) = ground.contacts.first()
+        && let Some((_, feet)) = ground.first()
     {
         let (feet, camera) = (terrain.get(feet)?, &config.calibration.camera);
         let mounts = &scene.mounts;
@@ -131,7 +138,7 @@ pub fn pose(
     // Start, goal, guide, roles → request.
     let environment = Environment::new(terrain.clone(), thickness_m, edge_sigmas)?;
     let on = |(patch, face): &(PatchId, FaceId)| Ok((*patch, environment.face(face.as_str())?));
-    let contacts: Vec<_> = ground.contacts.iter().map(on).collect::<Result<_>>()?;
+    let contacts: Vec<_> = ground.iter().map(on).collect::<Result<_>>()?;
     let goal = goal::goal(&scene.goal, &robot, &environment, &stand)?;
     Ok(Posed {
         robot,

@@ -5,10 +5,12 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use planner::Progress;
+use planner::{Progress, Stage};
 
 /// Time between two plain lines.
 const PLAIN_EVERY: Duration = Duration::from_secs(5);
+/// Time between two turns of the spinner.
+const TICK: Duration = Duration::from_millis(100);
 
 /// Shows the progress of one search on stderr until it is dropped.
 pub struct ProgressLine {
@@ -18,18 +20,19 @@ pub struct ProgressLine {
     said: Mutex<Instant>,
 }
 
-impl ProgressLine {
-    /// Begins a line; `nodes_max` is the search's budget.
-    pub fn new(nodes_max: usize) -> Self {
+impl Default for ProgressLine {
+    /// Begins a line.
+    fn default() -> Self {
         let plain = !std::io::stderr().is_terminal();
         let bar = if plain {
             ProgressBar::hidden()
         } else {
-            ProgressBar::new(nodes_max as u64)
+            ProgressBar::new_spinner()
         };
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {pos}/{len} nodes, {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
             bar.set_style(style);
         }
+        bar.enable_steady_tick(TICK);
         let now = Instant::now();
         Self {
             bar,
@@ -38,11 +41,18 @@ impl ProgressLine {
             said: Mutex::new(now),
         }
     }
+}
+
+impl ProgressLine {
+    /// Shows what is done next.
+    pub fn stage(&self, stage: &str) {
+        tracing::info!("{stage}");
+        self.bar.set_message(stage.to_owned());
+    }
 
     /// Shows where the search is.
     pub fn show(&self, progress: &Progress) {
         if !self.plain {
-            self.bar.set_position(progress.nodes as u64);
             self.bar.set_message(self.text(progress));
             return;
         }
@@ -51,14 +61,19 @@ impl ProgressLine {
         let mut said = said.unwrap_or_else(std::sync::PoisonError::into_inner);
         if said.elapsed() >= PLAIN_EVERY {
             *said = Instant::now();
-            eprintln!("{} nodes, {}", progress.nodes, self.text(progress));
+            eprintln!("{}", self.text(progress));
         }
     }
 
     fn text(&self, progress: &Progress) -> String {
         let rate = progress.solved as f64 / self.begin.elapsed().as_secs_f64().max(1e-3);
         let distance = progress.best_distance_m;
-        format!("{distance:.2} m to go, {rate:.0} postures/s")
+        let nodes = progress.nodes;
+        let doing = match progress.stage {
+            Stage::Search => "",
+            Stage::Motion => ", looking for motions",
+        };
+        format!("{nodes} nodes, {distance:.2} m to go, {rate:.0} postures/s{doing}")
     }
 }
 

@@ -45,7 +45,9 @@ impl Stages {
     pub fn measure<T>(&mut self, stage: &str, work: impl FnOnce() -> T) -> T {
         let begin = Instant::now();
         let result = work();
-        *self.ms.entry(stage.to_owned()).or_default() += begin.elapsed().as_secs_f64() * 1e3;
+        let ms = begin.elapsed().as_secs_f64() * 1e3;
+        tracing::info!("{stage}: {ms:.1} ms");
+        *self.ms.entry(stage.to_owned()).or_default() += ms;
         result
     }
 

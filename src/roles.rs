@@ -2,6 +2,7 @@
 
 use posture::{Environment, FaceIndex};
 use robot_model::{PatchId, Robot};
+use surfaces::Face;
 use surfaces::role::{Config, Filter};
 
 /// What each patch may touch.
@@ -22,7 +23,6 @@ pub fn usable(
     config: &Config,
     edge_sigmas: f64,
 ) -> Usable {
-    let open = Filter::default();
     let mut notes = Vec::new();
     let mut of_patch = |patch: PatchId| -> Vec<FaceIndex> {
         let shape = &robot.patches[patch];
@@ -30,11 +30,9 @@ pub fn usable(
             let known = at_start.contains(&(patch, *face));
             let mut reasons = Vec::new();
             let fits = shape.roles.iter().any(|role| {
-                let filter = config.filter(role).unwrap_or(&open);
-                let verdict = filter.serves(&environment[*face], edge_sigmas);
-                let fault = verdict.as_ref().err();
-                reasons.extend(fault.map(|why| format!("as {role}: {why}")));
-                verdict.is_ok()
+                let fault = why_not(role, &environment[*face], config, edge_sigmas);
+                reasons.extend(fault.iter().map(|why| format!("as {role}: {why}")));
+                fault.is_none()
             });
             if !known && !fits && !reasons.is_empty() {
                 let (id, patch) = (&environment[*face].id, &shape.name);
@@ -47,4 +45,19 @@ pub fn usable(
     };
     let faces = robot.patch_ids().map(&mut of_patch).collect();
     Usable { faces, notes }
+}
+
+/// Why patches of a role may not touch a face; nothing where they may.
+pub fn why_not(role: &str, face: &Face, config: &Config, edge_sigmas: f64) -> Option<String> {
+    match &face.roles {
+        Some(roles) if roles.iter().any(|given| given == role) => None,
+        Some(roles) if roles.is_empty() => Some("nothing may touch it, its file says".to_owned()),
+        Some(roles) => Some(format!("its file gives it to {}", roles.join(", "))),
+        None => {
+            let open = Filter::default();
+            let filter = config.filter(role).unwrap_or(&open);
+            let verdict = filter.serves(face, edge_sigmas);
+            verdict.err().map(|why| why.to_string())
+        }
+    }
 }

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use plan::{Plan, Unsolved};
+use plan::{Change, Plan, Unsolved};
 use planner::{Blocked, Status};
+use surfaces::FaceId;
 use verify::Certificate;
 
 use crate::config::Config;
@@ -69,11 +70,26 @@ pub fn unsolved(
         );
     }
     Some(Unsolved {
+        blocked: blocked_faces(status, blocked),
         status: status.to_owned(),
         sentence: sentence.to_owned(),
         reasons,
         to_try,
     })
+}
+
+/// The faces where contacts could not be made, nearest to the goal first.
+fn blocked_faces(status: &str, blocked: &[Blocked]) -> Vec<FaceId> {
+    let mut faces = Vec::new();
+    for one in blocked.iter().filter(|_| status != "refused") {
+        if let Change::Add { face, .. } = &one.change
+            && !faces.contains(face)
+        {
+            faces.push(face.clone());
+        }
+    }
+    faces.truncate(REASONS);
+    faces
 }
 
 /// The constraints that block contacts, nearest to the goal first, one for each change.

@@ -178,4 +178,7 @@ pub struct Unsolved {
     pub reasons: Vec<String>,
     /// What may help.
     pub to_try: Vec<String>,
+    /// The faces where contacts could not be made, nearest to the goal first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub blocked: Vec<FaceId>,
 }

@@ -11,6 +11,7 @@ pub mod posture_sets;
 pub mod robot;
 pub mod run;
 pub mod scenes;
+pub mod serve;
 pub mod simulate;
 pub mod slope;
 pub mod surfaces;

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, anyhow};
 use clap::Parser;
 use scenes::scene_file::{Friction, Goal, GoalContact, Guide};
 
-use super::run::plan_and_write;
+use super::run::plan_with_progress;
 use crate::argument::{self, GoalFlag, StartFlag};
 use crate::cli::{Cli, Command, Global};
 use crate::environment_flags::ScanFlags;
@@ -82,7 +82,7 @@ pub struct Args {
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let mut inputs = Inputs::default();
     let scene = args.placed(global, &mut inputs, &said(std::env::args().skip(1)))?;
-    plan_and_write(&scene, inputs, &args.output, global, out)
+    plan_with_progress(&scene, inputs, &args.output, global, out)
 }
 
 /// The scene that recorded flags ask for; their files are looked for in `beside` and the folders above.

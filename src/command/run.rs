@@ -45,37 +45,76 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     placement::place(&mut scene, args.extrinsics.as_deref(), global, &mut inputs)?;
     let output = args.output.clone().unwrap_or_else(|| DEFAULT_OUTPUT.into());
     let folder = output.join(&scene.name);
-    plan_and_write(&scene, inputs, &folder, global, out)
+    plan_with_progress(&scene, inputs, &folder, global, out)
 }
 
-/// What `run` and `plan` have in common: settings, search, results, verdict.
+/// What `run` and `plan` have in common: [`plan_and_write`] with a line of progress.
 ///
 /// # Errors
 /// As [`run`].
-pub fn plan_and_write(
+pub fn plan_with_progress(
     scene: &Scene,
     inputs: Inputs,
     folder: &std::path::Path,
     global: &Global,
     out: &mut dyn Write,
 ) -> Result<Status> {
+    let line = ProgressLine::default();
+    let asked = Asked {
+        scene,
+        inputs,
+        folder,
+        global,
+    };
+    let manner = RunOptions {
+        threads: global.threads,
+        stage: &|stage| line.stage(stage),
+        progress: &|progress| line.show(progress),
+        cancel: interrupt::listen(),
+    };
+    plan_and_write(asked, &manner, out)
+}
+
+/// A scene to plan for, and where its results go.
+pub struct Asked<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What was read so far.
+    pub inputs: Inputs,
+    /// The folder of the results.
+    pub folder: &'a std::path::Path,
+    /// The settings of the command line.
+    pub global: &'a Global,
+}
+
+/// Settings, search, results, verdict.
+///
+/// # Errors
+/// As [`run`].
+pub fn plan_and_write(
+    asked: Asked<'_>,
+    manner: &RunOptions<'_>,
+    out: &mut dyn Write,
+) -> Result<Status> {
+    let Asked {
+        scene,
+        inputs,
+        folder,
+        global,
+    } = asked;
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
     scene.will_read();
     let results = Folder::new(folder, results::NAMES)?;
     writeln!(out, "{}", scene.name)?;
-    let planned = {
-        let line = ProgressLine::new(config.planner.nodes_max);
-        let manner = RunOptions {
-            threads: global.threads,
-            progress: &|progress| line.show(progress),
-            cancel: interrupt::listen(),
-        };
-        pipeline::plan(scene, &config, &manner, inputs)?
-    };
+    let planned = pipeline::plan(scene, &config, manner, inputs)?;
+    (manner.stage)("writing");
     summary::print(&planned, out)?;
     results::write(results, &planned)?;
     writeln!(out, "results: {}", folder.display())?;
-    verdict(&planned, out)
+    let ended = verdict(&planned, out);
+    let page = folder.join("view.html");
+    writeln!(out, "open in a browser: {}", page.display())?;
+    ended
 }
 
 /// How the command ends; a plan that fails its verification is an error.

@@ -4,6 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
+use serde_json::Value;
+use surfaces::Terrain;
 
 use crate::cli::Global;
 use crate::config::Config;
@@ -11,8 +13,10 @@ use crate::environment::levelled::{doubt, levelled};
 use crate::environment_flags::ScanFlags;
 use crate::provenance::Inputs;
 use crate::report::Stages;
+use crate::roles::why_not;
 use crate::scene::{Environment, Files};
 use crate::status::Status;
+use crate::view::{self, SurfacesInput};
 use crate::{environment, output, summary, threads};
 
 /// Flags of `surfaces`.
@@ -29,6 +33,9 @@ pub struct Args {
     /// Where the surfaces go (without it they are only listed)
     #[arg(short, long, value_name = "SURFACES.json")]
     output: Option<PathBuf>,
+    /// Write a page to look at the surfaces and to edit them
+    #[arg(long, value_name = "PAGE.html", num_args = 0..=1, default_missing_value = "surfaces.html")]
+    view: Option<PathBuf>,
 }
 
 /// Extracts the surfaces, lists them and writes them.
@@ -59,5 +66,76 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         output::write(path, terrain.to_json()?.as_bytes())?;
         writeln!(out, "written: {}", path.display())?;
     }
+    if let Some(path) = &args.view {
+        let page = view::surfaces_page(&SurfacesInput {
+            name: &args.named(),
+            terrain: &terrain,
+            cloud_W: &perceived.cloud_W,
+            config: &config,
+            asked: &Value::Null,
+            served: false,
+        })?;
+        output::write(path, page.as_bytes())?;
+        writeln!(out, "open in a browser: {}", path.display())?;
+    }
+    if let Some(next) = args.next(&terrain, &config) {
+        writeln!(out, "then, or with your URDF as --robot: {next}")?;
+    }
     Ok(Status::Done)
+}
+
+impl Args {
+    /// What the surfaces are called: the files that they come from.
+    fn named(&self) -> String {
+        let files = self.scans.iter().chain(&self.mesh);
+        let names = files.filter_map(|file| Some(file.file_name()?.to_str()?.to_owned()));
+        names.collect::<Vec<String>>().join(", ")
+    }
+
+    /// A command that plans on what was seen, to the middle of the farthest face that a foot may touch, with the
+    /// flags of this one.
+    fn next(&self, terrain: &Terrain, config: &Config) -> Option<String> {
+        let (roles, sigmas) = (&config.surfaces.roles, config.posture.edge_sigmas);
+        let walkable = terrain.faces.iter();
+        let walkable = walkable.filter(|face| why_not("foot", face, roles, sigmas).is_none());
+        let middles = walkable.map(|face| face.point_W(&face.region.centroid()));
+        let goal = middles.max_by(|a, b| a.xy().coords.norm().total_cmp(&b.xy().coords.norm()))?;
+        let ours = ["-o", "--output", "--view"];
+        let outputs: Vec<String> = [&self.output, &self.view]
+            .into_iter()
+            .flatten()
+            .map(|path| path.display().to_string())
+            .collect();
+        let mut flags = Vec::new();
+        let mut given = std::env::args().skip(1).peekable();
+        while let Some(flag) = given.next() {
+            let name = flag.split_once('=').map_or(flag.as_str(), |(name, _)| name);
+            if ours.contains(&name) {
+                given.next_if(|value| outputs.contains(value));
+            } else if flag != "surfaces" && !self.scans.iter().any(|scan| *scan == *flag) {
+                flags.push(quoted(&flag));
+            }
+        }
+        let scans: Vec<String> = self
+            .scans
+            .iter()
+            .map(|scan| quoted(&scan.display().to_string()))
+            .collect();
+        if !scans.is_empty() {
+            flags.insert(0, format!("--scan {}", scans.join(" ")));
+        }
+        let (flags, [x, y]) = (flags.join(" "), [goal.x, goal.y]);
+        Some(format!(
+            "scandent plan {flags} --robot builtin:hrp2 --goal {x:.2},{y:.2} -o out/plan"
+        ))
+    }
+}
+
+/// A word as a shell takes it for one.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+".contains(c);
+    match word.chars().all(plain) && !word.is_empty() {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
 }

@@ -15,6 +15,8 @@ use crate::scene::{Environment, Files};
 const STEEPEST_RAD: f64 = 0.6;
 /// Part of all faces' area that must be level by another pose for the one given to be doubted.
 const LEVEL_PART: f64 = 0.3;
+/// With less than this part of all faces' area level, it may be other planes that are.
+const FEW_PART: f64 = 0.1;
 
 /// The environment with a pose for each scan that is to be levelled, and what was found, for the user.
 ///
@@ -40,8 +42,14 @@ pub fn levelled(
             let found = ground_pose(&scan, up_V, &config.perception);
             let found = found.with_context(|| name.to_owned())?;
             let [level_m2, all_m2] = found.level_m2;
+            let doubtful = up_V.is_none() && level_m2 < FEW_PART * all_m2;
+            let warning = if doubtful {
+                "warning: hardly anything shown is level, give what is up (--up, --imu): "
+            } else {
+                ""
+            };
             notes.push(format!(
-                "{name}: levelled by {level_m2:.2} of {all_m2:.2} m² of faces: the sensor is {:.3} m over the \
+                "{warning}{name}: levelled by {level_m2:.2} of {all_m2:.2} m² of faces: the sensor is {:.3} m over the \
                  ground and looks down by {:.1}°; its place on the ground is the world's origin, x ahead",
                 found.height_m(),
                 found.looks_down_rad().to_degrees(),

@@ -1,7 +1,7 @@
 //! Where a robot starts that is to stand before the floor that a scan shows.
 #![allow(non_snake_case)]
 
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robot_model::{Kinematics, Robot};
 use surfaces::{Face, Terrain};
 
@@ -9,15 +9,20 @@ use super::StartState;
 
 /// How far before the floor's edge the toes stay, m.
 const BEFORE_M: f64 = 0.02;
-/// Faces this near to the soles' height may be the floor, m.
+/// Faces that begin this near to the soles' height may be the floor, m.
 const HEIGHT_M: f64 = 0.03;
+/// And that lean by no more than this, rad.
+const LEAN_RAD: f64 = 0.25;
+/// A lean that the user should know of, rad.
+const NOTED_RAD: f64 = 0.01;
 
 /// Moves a robot that stands over W's origin, x ahead, along x until its toes are just before the floor
-/// that was seen; nothing where there is none ahead of its feet.
+/// that was seen, and onto that floor's plane; nothing where there is no floor ahead of its feet.
 ///
 /// What a scan on a robot shows begins some way ahead of the feet: there the robot's own ground and the
-/// floor that is seen meet without a gap.
-pub fn stand_before(stand: &mut StartState, robot: &Robot, terrain: &Terrain) {
+/// floor that is seen are one. A floor may lean against the treads by which the scan was levelled, by what
+/// the sensor bends: the soles stand on it as it was seen. Says so where it does.
+pub fn stand_before(stand: &mut StartState, robot: &Robot, terrain: &Terrain) -> Option<String> {
     let kinematics = Kinematics::new(robot, &stand.configuration);
     let soles = stand.patches.iter().flat_map(|&patch| {
         let patch = &robot.patches[patch];
@@ -25,35 +30,53 @@ pub fn stand_before(stand: &mut StartState, robot: &Robot, terrain: &Terrain) {
         let corners = patch.polygon.iter();
         corners.map(move |v| X_WC * Point3::new(v.x, v.y, 0.0))
     });
-    let soles: Vec<_> = soles.collect();
+    let soles: Vec<Point3<f64>> = soles.collect();
     let [low, high] = [f64::min, f64::max].map(|pick| {
         let across = soles.iter().map(|p| p.y);
         across.reduce(pick).unwrap_or_default()
     });
     let toes_x = soles.iter().map(|p| p.x).fold(f64::NEG_INFINITY, f64::max);
     let height = soles.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-    let is_floor = |face: &&Face| {
-        let level = face.normal_W().z > 1.0 - HEIGHT_M;
-        level && (face.X_WF.translation.z - height).abs() < HEIGHT_M
-    };
-    // Along each edge, the part that is ahead of the feet.
-    let edges = terrain.faces.iter().filter(is_floor).flat_map(|face| {
+    let lean = |face: &Face| face.normal_W().angle(&Vector3::z());
+    // Where each face's edges that are ahead of the feet begin.
+    let level = terrain.faces.iter().filter(|face| lean(face) < LEAN_RAD);
+    let edges = level.flat_map(|face| {
         let segments = face.region.segments();
-        segments.map(|(_, ends)| ends.map(|p| face.point_W(p)))
+        segments.map(move |(_, ends)| (face, ends.map(|p| face.point_W(p))))
     });
-    let nearest = edges.filter_map(|[a, b]| {
-        let at = |y: f64| (y - a.y) / (b.y - a.y);
-        let [from, to] = if (b.y - a.y).abs() < 1e-9 {
-            let inside = a.y >= low && a.y <= high;
-            return inside.then(|| a.x.min(b.x));
-        } else {
-            [at(low), at(high)].map(|t| t.clamp(0.0, 1.0))
-        };
-        let x = |t: f64| a.x + t * (b.x - a.x);
-        (from != to).then(|| x(from).min(x(to)))
+    let begins = edges.flat_map(|(face, ends)| {
+        let ahead = ahead(ends, [low, high]).into_iter().flatten();
+        let meets = move |p: &Point3<f64>| (p.z - height).abs() < HEIGHT_M;
+        ahead.filter(meets).map(move |p| (face, p.x))
     });
-    if let Some(edge_x) = nearest.reduce(f64::min) {
-        let base = &mut stand.configuration.p_WB;
-        base.x += edge_x - BEFORE_M - toes_x;
+    let (floor, edge_x) = begins.min_by(|a, b| a.1.total_cmp(&b.1))?;
+
+    // Soles on z = height → soles on the floor's plane, toes before its edge.
+    let n = floor.normal_W();
+    let toes = Point3::new(toes_x, 0.5 * (low + high), height);
+    let mut to = Point3::new(edge_x - BEFORE_M, toes.y, height);
+    to.z -= floor.height_of(&to) / n.z;
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &n)?;
+    let moved = Translation3::from(to) * turn * Translation3::from(-toes.coords);
+    let base = &mut stand.configuration;
+    let X_WB = moved * Isometry3::from_parts(base.p_WB.into(), base.R_WB);
+    (base.p_WB, base.R_WB) = (X_WB.translation.vector, X_WB.rotation);
+    let lean = lean(floor);
+    (lean > NOTED_RAD).then(|| {
+        format!(
+            "the floor that is seen ({}) leans by {:.1}° from level: the robot starts on it",
+            floor.id,
+            lean.to_degrees()
+        )
+    })
+}
+
+/// The ends of the part of an edge that lies between two places across the way.
+fn ahead([a, b]: [Point3<f64>; 2], [low, high]: [f64; 2]) -> Option<[Point3<f64>; 2]> {
+    if (b.y - a.y).abs() < 1e-9 {
+        return (a.y >= low && a.y <= high).then_some([a, b]);
     }
+    let at = |y: f64| ((y - a.y) / (b.y - a.y)).clamp(0.0, 1.0);
+    let ends = [at(low), at(high)];
+    (ends[0] != ends[1]).then(|| ends.map(|t| a + t * (b - a)))
 }

@@ -32,10 +32,23 @@ pub(super) fn record(face: &Face, edge_sigmas: f64) -> Value {
     })
 }
 
+/// The bodies behind the faces where nothing was seen of what lies there.
+pub(super) fn unseen(faces: &[Face], thickness_m: f64) -> Vec<Value> {
+    let hidden = faces.iter().filter(|face| face.depth_m > 0.0);
+    let bodies = hidden.flat_map(|face| {
+        let bodies = face.bodies_W(thickness_m).into_iter();
+        bodies.map(
+            |body| json!({ "id": face.id, "points_W": body.iter().map(point).collect::<Vec<_>>() }),
+        )
+    });
+    bodies.collect()
+}
+
 /// A body that is only avoided.
 pub(super) fn obstacle(obstacle: &Obstacle) -> Value {
     json!({
         "id": obstacle.id,
+        "assumed": obstacle.assumed,
         "points_W": obstacle.points_W.iter().map(point).collect::<Vec<_>>(),
     })
 }

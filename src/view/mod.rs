@@ -8,6 +8,7 @@
 //! | the faces | `face` |
 //! | the motion | `motion` |
 //! | the stances with their forces | `stance` |
+//! | surfaces alone, to look at and to edit | `surfaces_page` |
 //! | where the centre of mass may stand | `support` |
 //!
 //! All that needs a model of the robot is computed here; the script only draws.
@@ -21,8 +22,10 @@ mod robot;
 mod robot_page;
 mod stance;
 mod support;
+mod surfaces_page;
 
 pub use robot_page::robot_page;
+pub use surfaces_page::{SurfacesInput, surfaces_page};
 
 use anyhow::{Context, Result};
 use plan::{Motion, Plan};
@@ -35,6 +38,9 @@ use crate::template::escape;
 const TEMPLATE: &str = include_str!("../../viewer/index.html");
 const STYLE: &str = include_str!("../../viewer/viewer.css");
 const SCRIPT: &str = include_str!("../../viewer/dist/viewer.js");
+
+/// What the page's script reads.
+const FORMAT: &str = "scandent-view/1";
 
 /// Most points of the scan that the page carries.
 pub const CLOUD_POINTS_MAX: usize = 60_000;
@@ -61,13 +67,25 @@ pub struct ViewInput<'a> {
 /// # Errors
 /// When the robot is not the plan's, or a stance contradicts itself: which stance, and how.
 pub fn page(input: &ViewInput<'_>) -> Result<String> {
-    // Nothing in the JSON may end the script element that carries it.
-    let data = data(input)?.to_string().replace('<', "\\u003c");
+    page_of("plan", input)
+}
+
+/// The page as HTML; `kind` is what it is of.
+fn page_of(kind: &str, input: &ViewInput<'_>) -> Result<String> {
     let title = match &input.plan.search.unsolved {
-        Some(_) => format!("No plan · {}", escape(&input.plan.scene)),
-        None => escape(&input.plan.scene),
+        Some(_) => format!("No plan · {}", input.plan.scene),
+        None => input.plan.scene.clone(),
     };
+    framed(&title, &data(kind, input)?, false)
+}
+
+/// The page of a title that shows such data; one that is `served` may ask its server.
+fn framed(title: &str, data: &Value, served: bool) -> Result<String> {
+    // Nothing in the JSON may end the script element that carries it.
+    let data = data.to_string().replace('<', "\\u003c");
+    let title = escape(title);
     let parts = [
+        ("@CONNECT@", if served { "'self'" } else { "'none'" }),
         ("@TITLE@", title.as_str()),
         ("@STYLE@", STYLE),
         ("@DATA@", &data),
@@ -88,7 +106,7 @@ pub fn page(input: &ViewInput<'_>) -> Result<String> {
 }
 
 /// The JSON that the page's script reads.
-fn data(input: &ViewInput<'_>) -> Result<Value> {
+fn data(kind: &str, input: &ViewInput<'_>) -> Result<Value> {
     let (plan, robot, points) = (input.plan, input.robot, input.cloud_W);
     robot::check_joints(robot, plan)?;
     let stances = plan.stances.iter().map(|stance| {
@@ -97,7 +115,8 @@ fn data(input: &ViewInput<'_>) -> Result<Value> {
     });
     let stances = stances.collect::<Result<Vec<_>>>()?;
     Ok(json!({
-        "format": "scandent-view/1",
+        "format": FORMAT,
+        "kind": kind,
         "program": format!("{} {}", plan.program.name, plan.program.version),
         "scene": plan.scene,
         "seed": plan.seed,
@@ -111,6 +130,7 @@ fn data(input: &ViewInput<'_>) -> Result<Value> {
         "cloud": cloud::record(&cloud::thinned(points, CLOUD_POINTS_MAX), points.len()),
         "surfaces": plan.faces.iter().map(|f| face::record(f, plan.required.edge_sigmas)).collect::<Vec<_>>(),
         "obstacles": plan.obstacles.iter().map(face::obstacle).collect::<Vec<_>>(),
+        "unseen": face::unseen(&plan.faces, plan.thin_body_m),
         "required": plan.required,
         "goal": plan.goal,
         "search": plan.search,

@@ -74,13 +74,16 @@ pub fn robot_page(robot: &Robot) -> Result<String> {
         motion: None,
         search: SearchSummary::default(),
     };
-    super::page(&ViewInput {
-        plan: &plan,
-        robot,
-        motion: None,
-        certificate: None,
-        cloud_W: &cloud_W,
-    })
+    super::page_of(
+        "robot",
+        &ViewInput {
+            plan: &plan,
+            robot,
+            motion: None,
+            certificate: None,
+            cloud_W: &cloud_W,
+        },
+    )
 }
 
 /// A patch as a face that looks out of the robot.

@@ -105,6 +105,9 @@ pub struct Face {
     pub depth_m: f64,
     /// Where the face is known from.
     pub source: Source,
+    /// The roles whose patches may touch it, whatever its shape: none at all where the list is empty. Without a list
+    /// its shape decides.
+    pub roles: Option<Vec<String>>,
 }
 
 impl Face {
@@ -120,6 +123,7 @@ impl Face {
             views: Vec::new(),
             depth_m: 0.0,
             source: Source::default(),
+            roles: None,
         }
     }
 

@@ -16,6 +16,7 @@ mod interruption;
 mod mutual_imports;
 mod outputs;
 mod posture_problems;
+mod serve;
 mod slope_command;
 mod verify_broken;
 mod verify_malformed;

@@ -61,10 +61,11 @@ export class BalanceLayer {
     if (way.length) this.path.add(segments(way, lineMaterial(stage, 'com', { linewidth: 1.6, transparent: true, opacity: 0.8 })));
   }
 
-  show(stance) {
+  /** Of an instant between stances, `level` is that of the stance it leads to, and there is no region. */
+  show(stance, ground = stance.support_level_m) {
     dispose(this.region);
     const [x, y, z] = stance.com_W;
-    const level = stance.support_level_m + 0.002;
+    const level = ground + 0.002;
     this.mark.position.set(x, y, z);
     this.foot.position.set(x, y, level);
     const parts = [segments([x, y, z, x, y, level], this.lines.plumb)];

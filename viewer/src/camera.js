@@ -10,6 +10,8 @@ export const VIEWS = [
   { name: 'top', label: 'Top', towards: [-0.001, 0, 1] },
 ];
 const MARGIN = 1.06;
+/** From how far a camera follows the robot, m. */
+const FOLLOWED_M = 4;
 
 export class Viewpoint {
   /** `points`: what a view must show, in W; `heading`: the plan's direction in the plane, rad. */
@@ -33,6 +35,7 @@ export class Viewpoint {
   go(name) {
     this.view = VIEWS.find((view) => view.name === name) ?? VIEWS[0];
     this.moved = false;
+    this.followed = null;
     this.fit();
     for (const listener of this.listeners) listener(this.view.name);
   }
@@ -68,6 +71,26 @@ export class Viewpoint {
     camera.position.copy(eye);
     controls.update();
     this.stage.invalidate();
+  }
+
+  /** Keeps a point where it is in the picture as it moves; null lets go. */
+  follow(point) {
+    const { camera, controls } = this.stage;
+    if (point && this.followed) {
+      const moved = point.clone().sub(this.followed);
+      controls.target.add(moved);
+      camera.position.add(moved);
+      controls.update();
+    } else if (point) {
+      // From now on: nearer, with the robot in the middle.
+      const towards = camera.position.clone().sub(controls.target).setLength(FOLLOWED_M);
+      controls.target.copy(point);
+      camera.position.copy(point).add(towards);
+      controls.update();
+    }
+    if (point) this.moved = true;
+    this.followed = point && point.clone();
+    if (!point && this.view) this.go(this.view.name);
   }
 
   /** Turns about the target by angles, rad. */

@@ -5,13 +5,13 @@ import { lineMaterial, segments } from './line.js';
 const CORNERS = 48;
 
 /** Nothing where the goal does not name a place; a free height is drawn at `baseHeight`, m. */
-export function goalLayer(stage, goal, floor, baseHeight) {
+export function goalLayer(stage, goal, floor, baseHeight, name = 'goal') {
   const group = new Group();
   const [x, y, z] = goal.base_position_m ?? [];
   if (typeof x !== 'number' || typeof y !== 'number') return group;
   const top = typeof z === 'number' ? z : baseHeight;
-  const line = lineMaterial(stage, 'goal', { linewidth: 2 });
-  const dashed = lineMaterial(stage, 'goal', { linewidth: 1.4, dashed: true, dashSize: 0.04, gapSize: 0.03 });
+  const line = lineMaterial(stage, name, { linewidth: 2 });
+  const dashed = lineMaterial(stage, name, { linewidth: 1.4, dashed: true, dashSize: 0.04, gapSize: 0.03 });
   const circle = (height) => Array.from({ length: CORNERS }, (_, i) => [i, i + 1]).flat().flatMap((i) => {
     const angle = (2 * Math.PI * i) / CORNERS;
     return [x + goal.tolerance_m * Math.cos(angle), y + goal.tolerance_m * Math.sin(angle), height];

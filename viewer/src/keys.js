@@ -1,6 +1,8 @@
 // The keyboard: arrows choose the stance, Shift and arrows move the camera.
 import { VIEWS } from './camera.js';
 
+/** What keys are written into. */
+const WRITES = 'textarea, select, input:not([type=range], [type=checkbox])';
 const TURN_RAD = Math.PI / 24;
 
 /** Keys act unless the focused element uses them itself. */
@@ -11,6 +13,7 @@ export function listenToKeys({ transport, viewpoint, toggleTheme }) {
     Home: () => transport.step(-transport.count),
     End: () => transport.step(transport.count),
     ' ': () => transport.toggle(),
+    f: () => transport.toggleFollow(),
   };
   const always = {
     t: toggleTheme,
@@ -26,7 +29,7 @@ export function listenToKeys({ transport, viewpoint, toggleTheme }) {
     ArrowDown: () => viewpoint.orbit(0, -TURN_RAD),
   };
   addEventListener('keydown', (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches(WRITES)) return;
     const own = ownKeys(event.target);
     const action = event.shiftKey && turned[event.key]
       ? turned[event.key]
@@ -40,6 +43,6 @@ export function listenToKeys({ transport, viewpoint, toggleTheme }) {
 /** The keys that an element answers by itself. */
 function ownKeys(target) {
   if (target.matches('input[type=range]')) return ['ArrowLeft', 'ArrowRight', 'Home', 'End'];
-  if (target.matches('button, summary, input')) return [' '];
+  if (target.matches('button, summary, input[type=checkbox]')) return [' '];
   return [];
 }

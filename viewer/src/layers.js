@@ -19,20 +19,39 @@ export function layerSwitches(element, layers, invalidate) {
   }
 }
 
+/** Layers that the key tells of too, in words of their own where the switch's are too few. */
+const KEYED = [
+  ['inset', 'surely there'],
+  ['obstacle', 'obstacle'],
+  ['unseen', 'not seen, kept away from'],
+  ['ghost', 'stance before'],
+  ['place', 'a place touched some time'],
+  ['route', 'route of the base'],
+  ['goal', 'goal'],
+];
+
 const swatch = (name) => el('span', { class: `swatch ${name}` });
 
 /** The height scale of the cloud, the scale of the forces and the colours of contacts and axes. */
-export function colourKey(element, { cloud, range, scale, surfaces }) {
+export function colourKey(element, { data, range, scale, layers }) {
+  const { cloud, surfaces, stances } = data;
   if (cloud) {
     const ramp = el('span', { class: 'ramp' });
     onTheme(() => { ramp.style.background = `linear-gradient(90deg, ${heightScale().join()})`; });
     const share = cloud.count < cloud.total ? `${count(cloud.count)} of ${count(cloud.total)}` : count(cloud.count);
     element.append(el('span', {}, 'height ', metres(range[0], 2), ramp, metres(range[1], 2)), el('span', {}, `${share} points`));
   }
-  element.append(
+  const stands = stances.length > 0 ? [
     el('span', {}, el('span', { class: 'sample' }), `contact force, 0.1 m = ${newtons(0.1 / scale)}`),
     el('span', {}, swatch('loaded'), 'loaded contact'),
     el('span', {}, swatch('unloaded'), 'no load'),
+    el('span', {}, swatch('support'), 'where the centre of mass may be'),
+  ] : [];
+  const blocked = data.search.unsolved?.blocked?.length ? [el('span', {}, swatch('blocked'), 'contacts fail here')] : [];
+  element.append(
+    ...blocked,
+    ...stands,
+    ...KEYED.flatMap(([name, label]) => (layers.some((l) => l[0] === name && l[3]) ? [el('span', {}, swatch(name), label)] : [])),
     ...edgeKey(surfaces),
     el('span', {}, ['x', 'y', 'z'].map((axis) => el('span', { class: `axis ${axis}` }, axis)), `frame, ${AXIS_M} m`),
   );

@@ -3,10 +3,12 @@ import { marginRows } from './margins.js';
 import { supportPlot } from './support_plot.js';
 import { describeChange } from './data.js';
 import { el } from './dom.js';
+import { describePhase } from './motion.js';
+import { term } from './terms.js';
 import { count, degrees, metres, millimetres, newtons, percent } from './units.js';
 
 const STATES = {
-  loaded: 'loaded', made: 'just made, no load', leaving: 'about to leave, no load', touching: 'touching, no load',
+  loaded: 'loaded', bears: 'bears', slack: 'no load', made: 'just made, no load', leaving: 'about to leave, no load', touching: 'touching, no load',
 };
 
 export class Panel {
@@ -17,11 +19,12 @@ export class Panel {
     element.append(
       unsolvedSection(data.search),
       this.stanceBox,
-      section('Search', facts(searchFacts(data))),
-      section('Goal', facts(goalFacts(data.goal))),
-      surfaceTable(data.surfaces, point),
-      inputList(data),
-      el('p', { class: 'foot', id: 'verdict' }, verdict(data.certificate)),
+      ...(data.kind === 'robot' ? [] : [
+        section('Search', facts(searchFacts(data))),
+        section('Goal', facts(goalFacts(data.goal)))]),
+      surfaceTable(data, point),
+      ...(data.kind === 'robot' ? [] : [
+        inputList(data), el('p', { class: 'foot', id: 'verdict' }, verdict(data.certificate))]),
     );
   }
 
@@ -34,9 +37,25 @@ export class Panel {
       section('Support region, from above', supportPlot(stance), supportNote(stance, data)),
     );
   }
+
+  /** An instant between two stances: what holds the robot then. */
+  showMoment({ time, duration, phase, contacts, com_W: com, torque_use: torque }) {
+    const uses = contacts.map((contact) => contact.friction_use).filter((use) => use !== null);
+    const { required } = this.data;
+    this.stanceBox.replaceChildren(
+      el('h2', {}, `${time.toFixed(1)} s`, el('small', {}, `of ${duration.toFixed(1)} s, to stance ${phase.to}: ${describePhase(phase)}`)),
+      section('Contacts now', contactTable({ contacts })),
+      section('Now', el('dl', {}, [
+        ['Friction used, of μ', uses.length ? percent(Math.max(...uses)) : '–', `≤ ${percent(required.friction_use)} at rest`],
+        ['Torque used, of limit', percent(torque), `≤ ${percent(required.torque_use)} at rest`],
+        ['Centre of mass', com.map((x) => x.toFixed(2)).join(', ').replaceAll('-', '\u2212') + ' m'],
+      ].map(([name, value, bound]) => [el('dt', {}, term(name)), el('dd', {}, value, bound && el('small', {}, ` ${bound}`))]))),
+      el('p', { class: 'note' }, 'Clearances and the support region are told for stances: pause, or step to one.'),
+    );
+  }
 }
 
-const section = (title, ...content) => el('section', {}, el('h3', {}, title), content);
+const section = (title, ...content) => el('section', {}, el('h3', {}, term(title)), content);
 
 /** Why there is no plan, and what to try. */
 function unsolvedSection({ unsolved }) {
@@ -59,10 +78,10 @@ function verdict(certificate) {
 }
 
 const facts = (rows) =>
-  el('dl', {}, rows.map(([name, value]) => [el('dt', {}, name), el('dd', {}, value)]));
+  el('dl', {}, rows.map(([name, value]) => [el('dt', {}, term(name)), el('dd', {}, value)]));
 
 const head = (...names) =>
-  el('thead', {}, el('tr', {}, names.map((name) => el('th', { scope: 'col' }, name))));
+  el('thead', {}, el('tr', {}, names.map((name) => el('th', { scope: 'col' }, term(name)))));
 
 function contactTable({ contacts }) {
   if (!contacts.length) return el('p', { class: 'note' }, 'No contacts.');
@@ -85,7 +104,7 @@ function marginTable(rows) {
   return el('table', { class: 'margins' },
     head('worst in this stance', 'value', 'required'),
     el('tbody', {}, rows.map((row) => el('tr', { class: row.state?.replace(' ', '-') },
-      el('th', { scope: 'row' }, row.name, meter(row)),
+      el('th', { scope: 'row' }, term(row.name), meter(row)),
       el('td', { class: 'number' }, row.shown),
       el('td', { class: 'number' }, row.bound ?? '', row.state && el('span', { class: 'state' }, row.state))))));
 }
@@ -134,7 +153,7 @@ function goalFacts(goal) {
   return rows.length ? rows : [['Goal', 'none']];
 }
 
-function surfaceTable(surfaces, point) {
+function surfaceTable({ surfaces, kind }, point) {
   const row = (surface) => el('tr', {
     tabindex: 0,
     onmouseenter: () => point(surface.id), onmouseleave: () => point(null),
@@ -147,7 +166,7 @@ function surfaceTable(surfaces, point) {
   el('td', { class: 'number' }, (1000 * surface.inset_m).toFixed(0)),
   el('td', { class: 'number' }, surface.inliers ? (1000 * surface.rms_m).toFixed(1) : '–'));
   return el('details', { open: true },
-    el('summary', {}, `Surfaces (${surfaces.length})`),
+    el('summary', {}, `${kind === 'robot' ? 'Contact patches' : 'Surfaces'} (${surfaces.length})`),
     el('div', { class: 'scroll' }, el('table', { class: 'surfaces' },
       head('id', 'height m', 'tilt', 'area m²', 'inset mm', 'RMS mm'),
       el('tbody', {}, surfaces.map(row)))));

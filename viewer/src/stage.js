@@ -27,6 +27,7 @@ export class Stage {
     this.lineMaterials = new Set();
     this.pending = false;
     this.reserved = 0;
+    this.beforeDraw = [];
     this.afterDraw = [];
     this.addLights(bounds);
     this.addGround(bounds);
@@ -129,6 +130,7 @@ export class Stage {
   }
 
   draw() {
+    for (const listener of this.beforeDraw) listener();
     this.renderer.render(this.scene, this.camera);
     this.labels.render(this.scene, this.camera);
     for (const listener of this.afterDraw) listener();

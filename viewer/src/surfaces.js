@@ -52,28 +52,35 @@ export class SurfacesLayer {
     this.names = new Group();
     this.used = new Set();
     this.pointed = null;
+    this.blocked = new Set();
+    this.off = new Set();
+    this.stage = stage;
     this.parts = new Map();
-    const lines = {
+    this.lines = {
       edge: lineMaterial(stage, 'surface-edge', { linewidth: 1.6 }),
       edgeUsed: lineMaterial(stage, 'surface-used', { linewidth: 2.6 }),
+      edgeBlocked: lineMaterial(stage, 'bad', { linewidth: 2.6 }),
       inset: lineMaterial(stage, 'surface-edge', { linewidth: 1.1, dashed: true, dashSize: 0.02, gapSize: 0.014 }),
       outline: Object.fromEntries(EDGE_KINDS.map(({ name, dashes }) =>
         [name, lineMaterial(stage, `edge-${name}`, { linewidth: 1.5, ...dashes })])),
       axes: ['x', 'y', 'z'].map((axis) => lineMaterial(stage, `axis-${axis}`, { linewidth: 2.4 })),
     };
-    for (const surface of surfaces) this.add(surface, lines);
+    for (const surface of surfaces) this.add(surface);
     onTheme(() => this.paint());
     stage.afterDraw.push(() => this.thinNames());
   }
 
-  add(surface, lines) {
+  add(surface) {
+    const { lines } = this;
     const material = new MeshLambertMaterial({ transparent: true, side: DoubleSide, depthWrite: false });
     const face = new Mesh(triangles(surface.triangles), material);
     face.receiveShadow = true;
     const border = surface.outline.flatMap((points) => ring(points));
     const edge = segments(border, lines.edge);
     const strong = segments(border, lines.edgeUsed);
-    const body = new Group().add(face, edge, strong);
+    face.userData.id = surface.id;
+    const blocked = segments(border, lines.edgeBlocked);
+    const body = new Group().add(face, edge, strong, blocked);
     const inner = new Group();
     const left = surface.effective.flatMap((points) => ring(points));
     if (left.length) inner.add(segments(left, lines.inset));
@@ -94,12 +101,32 @@ export class SurfacesLayer {
       setPose(part, surface.X_WS);
       layer.add(part);
     }
-    this.parts.set(surface.id, { material, edge, strong, tag });
+    this.parts.set(surface.id, { material, face, edge, strong, blocked, tag, groups: [body, inner, frame, name] });
   }
 
   /** Marks the surfaces that carry a contact of the stance. */
   setUsed(ids) {
     this.used = new Set(ids);
+    this.paint();
+  }
+
+  /** Takes a surface out of the picture. */
+  remove(id) {
+    const part = this.parts.get(id);
+    part.tag.element.remove();
+    for (const group of part.groups) group.removeFromParent();
+    this.parts.delete(id);
+  }
+
+  /** Marks the surfaces where contacts could not be made. */
+  setBlocked(ids) {
+    this.blocked = new Set(ids);
+    this.paint();
+  }
+
+  /** Greys the surfaces that nothing may touch. */
+  setOff(ids) {
+    this.off = new Set(ids);
     this.paint();
   }
 
@@ -109,11 +136,12 @@ export class SurfacesLayer {
     this.paint();
   }
 
-  /** Hides the names that others cover; those of the marked surfaces come first. */
+  /** Hides the names that others, or the boxes over the picture, cover; those of the marked surfaces come first. */
   thinNames() {
     const tags = [...this.parts.values()].map(({ tag }) => tag.element);
     for (const tag of tags) tag.classList.remove('hidden');
-    const shown = [];
+    const over = this.stage.element.querySelectorAll('.layers, .caption, .verdict');
+    const shown = [...over].map((box) => box.getBoundingClientRect());
     const rank = (tag) => (tag.classList.contains('used') ? 0 : 1);
     const boxes = tags.map((tag) => ({ tag, box: tag.getBoundingClientRect() }));
     for (const { tag, box } of boxes.sort((a, b) => rank(a.tag) - rank(b.tag))) {
@@ -125,13 +153,17 @@ export class SurfacesLayer {
   }
 
   paint() {
-    for (const [id, { material, edge, strong, tag }] of this.parts) {
+    for (const [id, { material, edge, strong, blocked, tag }] of this.parts) {
       const marked = this.used.has(id) || this.pointed === id;
-      material.color.set(colour(marked ? 'surface-used' : 'surface'));
-      material.opacity = this.pointed === id ? 0.6 : marked ? 0.34 : 0.22;
-      edge.visible = !marked;
-      strong.visible = marked;
+      const stops = this.blocked.has(id);
+      const name = stops ? 'bad' : marked ? 'surface-used' : this.off.has(id) ? 'obstacle' : 'surface';
+      material.color.set(colour(name));
+      material.opacity = this.pointed === id ? 0.6 : marked || stops ? 0.34 : 0.22;
+      blocked.visible = stops;
+      edge.visible = !marked && !stops;
+      strong.visible = marked && !stops;
       tag.element.classList.toggle('used', marked);
+      tag.element.classList.toggle('blocked', stops);
     }
   }
 }

@@ -14,7 +14,7 @@ export class Transport {
    * `show` draws a stance; it is called for every choice. `showTime` draws the robot at a time of the
    * motion, which may be null.
    */
-  constructor(element, stances, motion, show, showTime) {
+  constructor(element, stances, motion, show, showTime, follow) {
     this.stances = stances;
     this.count = stances.length;
     this.index = 0;
@@ -42,6 +42,10 @@ export class Transport {
     this.speed = el('select', { id: 'speed', title: 'Times as fast as the robot', 'aria-label': 'Speed' },
       SPEEDS.map((speed) => el('option', { value: speed }, `${speed}\u00d7`)));
     this.speed.value = SPEED;
+    this.followButton = el('button', {
+      type: 'button', id: 'follow', 'aria-pressed': 'false', title: 'The camera goes with the robot (F)', onclick: () => this.toggleFollow(),
+    }, 'Follow');
+    this.follow = follow;
     const grid = el('div', { class: 'schedule' },
       schedule(stances, (i) => {
         this.pause();
@@ -58,8 +62,8 @@ export class Transport {
         this.playButton,
         button('next', 'M5 4l6 4l-6 4z', () => this.step(1), 'Next stance (\u2192)'),
         button('last', 'M12 4v8M3 4l6 4l-6 4z', () => this.step(this.count), 'Last stance (End)'),
-        el('div', { class: 'counter' }, this.number, motion ? this.speed : [])),
-      grid);
+        el('div', { class: 'counter' }, this.number, motion ? this.speed : [], this.followButton)),
+      this.scroll = el('div', { class: 'schedule-scroll' }, grid));
     this.drawPlay();
   }
 
@@ -70,12 +74,31 @@ export class Transport {
   }
 
   draw(index) {
+    this.choose(index);
+    this.show(this.index);
+  }
+
+  /** Slider, number and schedule at a stance. */
+  choose(index) {
     this.index = Math.min(Math.max(Math.round(index), 0), this.count - 1);
     this.slider.value = this.index;
     this.slider.setAttribute('aria-valuetext', `stance ${this.index} of ${this.count - 1}: ${describeChange(this.stances[this.index].change)}`);
     this.number.replaceChildren(el('b', {}, String(this.index)), ` / ${this.count - 1}`);
     this.grid.style.setProperty('--index', this.index);
-    this.show(this.index);
+    this.keepInSight(this.index);
+  }
+
+  /** A long schedule is scrolled to where the stance is. */
+  keepInSight(index) {
+    const { scroll } = this;
+    if (!scroll || scroll.scrollWidth <= scroll.clientWidth) return;
+    scroll.scrollLeft = ((index + 0.5) / this.count) * scroll.scrollWidth - 0.5 * scroll.clientWidth;
+  }
+
+  toggleFollow() {
+    const on = this.followButton.getAttribute('aria-pressed') !== 'true';
+    this.followButton.setAttribute('aria-pressed', String(on));
+    this.follow(on);
   }
 
   step(by) {
@@ -115,11 +138,11 @@ export class Transport {
   seek(time) {
     this.time = Math.min(Math.max(time, 0), this.motion.duration);
     const phase = this.motion.phase(this.time);
-    if (phase.to !== this.index) this.draw(phase.to);
+    if (phase.to !== this.index) this.choose(phase.to);
     const before = this.motion.reached(phase.from);
     const part = (this.time - before) / Math.max(this.motion.reached(phase.to) - before, 1e-6);
     this.grid.style.setProperty('--index', phase.from + part * (phase.to - phase.from));
-    this.showTime(this.time, phase);
+    this.showTime(this.time, phase, this.timer !== null);
   }
 
   pause() {

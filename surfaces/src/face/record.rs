@@ -29,6 +29,8 @@ pub(super) struct FaceRecord {
     depth_m: f64,
     #[serde(default)]
     source: Source,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    roles: Option<Vec<String>>,
 }
 
 /// A ring; without edges all are real.
@@ -88,6 +90,7 @@ impl TryFrom<FaceRecord> for Face {
             views: record.views,
             depth_m: record.depth_m,
             source: record.source,
+            roles: record.roles,
         };
         face.validate()?;
         Ok(face)
@@ -107,6 +110,7 @@ impl From<Face> for FaceRecord {
             views: face.views,
             depth_m: face.depth_m,
             source: face.source,
+            roles: face.roles,
         }
     }
 }

@@ -30,22 +30,33 @@ fn assert_planned(line: &str, scene: &[&Path], plan: &str, robot: &str, files: &
     succeeds(&format!("verify @ {robot}"), &[&[&*plan], files].concat());
 }
 
-#[test]
-fn talos_climbs_the_irregular_stairs() {
+/// URDF, SRDF and contacts of TALOS, for [`TALOS`].
+fn talos() -> Option<[PathBuf; 3]> {
     let data = robot_data().join("talos_data");
     let urdf = data.join("robots/talos_reduced.urdf");
     if !urdf.exists() {
         let urdf = urdf.display();
         eprintln!("SKIPPED: {urdf} is not there (scripts/fetch-robots)");
-        return;
+        return None;
     }
     let srdf = data.join("srdf/talos.srdf");
-    let contacts = root("scenes/robots/talos/contacts.toml");
+    Some([urdf, srdf, root("scenes/robots/talos/contacts.toml")])
+}
+
+const TALOS: &str = "--robot @ --srdf @ --contacts @";
+
+#[test]
+fn talos_climbs_the_irregular_stairs() {
+    let Some(files) = talos() else { return };
     // The thighs of its half_sitting are 11.8 mm apart: less than the 12 mm that the scene keeps.
     let line = "plan irregular-stairs --start half_sitting --set posture.self_clearance_m=0.009";
-    let robot = "--robot @ --srdf @ --contacts @";
-    let files: [&Path; 3] = [&urdf, &srdf, &contacts];
-    assert_planned(line, &[], "plan.json", robot, &files);
+    assert_planned(
+        line,
+        &[],
+        "plan.json",
+        TALOS,
+        &files.each_ref().map(|f| &**f),
+    );
 }
 
 #[test]
@@ -68,6 +79,22 @@ fn a_real_staircase_is_climbed_from_its_scan() {
     assert_planned("run @", &[&scene], "real-stairs/plan.json", "", &[]);
 }
 
+const LENS: &str = "kinect_v2:365.3178,365.3172,254.6861,208.5499";
+
+/// The floor leans by 3.1° against the treads that the scan is levelled by.
+#[test]
+fn talos_climbs_to_the_third_tread_of_a_bare_picture() {
+    let scan = shared().join("scans/rgbd/k2_stairs_0001_depth.png");
+    if !scan.exists() {
+        eprintln!("SKIPPED: {} is not there", scan.display());
+        return;
+    }
+    let Some(files) = talos() else { return };
+    let line = format!("plan --sensor {LENS} --level --goal 1.35,0.05 --scan @");
+    let files = files.each_ref().map(|f| &**f);
+    assert_planned(&line, &[&scan], "plan.json", TALOS, &files);
+}
+
 /// Nothing but the picture, the lens and a goal: the pose comes of the treads, the start of the floor.
 #[test]
 fn a_real_staircase_is_climbed_from_a_bare_picture() {
@@ -76,8 +103,7 @@ fn a_real_staircase_is_climbed_from_a_bare_picture() {
         eprintln!("SKIPPED: {} is not there", scan.display());
         return;
     }
-    let lens = "kinect_v2:365.3178,365.3172,254.6861,208.5499";
-    let line = format!("plan --sensor {lens} --goal 0.45,0 --friction 0.6 --scan @");
+    let line = format!("plan --sensor {LENS} --goal 0.45,0 --friction 0.6 --scan @");
     let level = format!("{line} --level");
     assert_planned(&level, &[&scan], "plan.json", "", &[]);
     // Without a pose every tread is upside down, and no robot is planned for that.

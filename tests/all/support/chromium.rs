@@ -40,11 +40,15 @@ pub struct Page {
     asked: u64,
     loads: usize,
     complaints: Vec<String>,
+    /// What addresses may begin with beside files and data.
+    server: Option<String>,
     _profile: TempDir,
 }
 
 impl Page {
     /// Opens `url` in a window of that size, px, and waits until it is loaded.
+    ///
+    /// Where it is served, requests to that server are none to complain of.
     pub fn open(program: &Path, url: &str, (width, height): (u32, u32)) -> Result<Self> {
         let profile = TempDir::new()?;
         // The pipe is spoken on descriptors 3 and 4.
@@ -80,6 +84,9 @@ impl Page {
             asked: 0,
             loads: 0,
             complaints: Vec::new(),
+            server: url
+                .strip_prefix("http://")
+                .map(|rest| format!("http://{}/", rest.split('/').next().unwrap_or_default())),
             _profile: profile,
         };
         let target = page.call("Target.createTarget", json!({ "url": "about:blank" }))?;
@@ -116,6 +123,32 @@ impl Page {
             bail!("{expression}: {}", described(details));
         }
         Ok(answer["result"]["value"].clone())
+    }
+
+    /// Has what is downloaded written to a folder.
+    pub fn download_to(&mut self, folder: &Path) -> Result<()> {
+        let wanted = json!({ "behavior": "allow", "downloadPath": folder });
+        self.call("Browser.setDownloadBehavior", wanted)?;
+        Ok(())
+    }
+
+    /// Writes a text where the focus is.
+    pub fn write(&mut self, text: &str) -> Result<()> {
+        self.call("Input.insertText", json!({ "text": text }))?;
+        Ok(())
+    }
+
+    /// Waits until an expression is true.
+    pub fn until(&mut self, expression: &str) -> Result<()> {
+        let begin = std::time::Instant::now();
+        while self.evaluate(expression)? != json!(true) {
+            anyhow::ensure!(
+                begin.elapsed() < PATIENCE,
+                "in vain waited for {expression}"
+            );
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        Ok(())
     }
 
     /// Presses and releases a key.
@@ -207,7 +240,14 @@ impl Page {
             }
             "Network.requestWillBeSent" => {
                 let url = params["request"]["url"].as_str().unwrap_or_default();
-                if !url.starts_with("file:") && !url.starts_with("data:") {
+                let ours = self
+                    .server
+                    .as_ref()
+                    .is_some_and(|ours| url.starts_with(ours));
+                let local = ["file:", "data:", "blob:"]
+                    .iter()
+                    .any(|kind| url.starts_with(kind));
+                if !local && !ours {
                     self.complaints.push(format!("request for {url}"));
                 }
             }
@@ -247,6 +287,9 @@ pub struct Key {
 impl Key {
     pub const HOME: Key = Key::new("Home", 36, None);
     pub const RIGHT: Key = Key::new("ArrowRight", 39, None);
+    pub const TAB: Key = Key::new("Tab", 9, None);
+    pub const DOWN: Key = Key::new("ArrowDown", 40, None);
+    pub const ENTER: Key = Key::new("Enter", 13, Some("\r"));
     pub const SPACE: Key = Key::new(" ", 32, Some(" "));
     pub const FRONT_VIEW: Key = Key::new("3", 51, Some("3"));
     pub const THEME: Key = Key::new("t", 84, Some("t"));

@@ -1,0 +1,34 @@
+//! `scandent serve [FOLDER]`: surfaces, scenes and plans of a folder in a browser on this machine.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::Result;
+
+use crate::cli::Global;
+use crate::serve::Server;
+use crate::status::Status;
+
+/// Flags of `serve`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The folder whose files may be opened and in which results are written
+    #[arg(value_name = "FOLDER", default_value = ".")]
+    folder: PathBuf,
+    /// The port (default: any that is free)
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    port: u16,
+}
+
+/// Serves until it is interrupted.
+///
+/// # Errors
+/// A folder that is not there, a port that is taken.
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    let server = Server::bind(&args.folder, args.port, global)?;
+    writeln!(out, "open in a browser: {}", server.address())?;
+    writeln!(out, "Ctrl-C ends it")?;
+    out.flush()?;
+    server.run();
+    Ok(Status::Done)
+}
