@@ -105,7 +105,7 @@ pub fn execute(
 
     for step in 0..steps {
         let t_s = step as f64 * physics.dt_s;
-        if step % control.period == 0 {
+        if step.is_multiple_of(control.period) {
             reference.at(t_s, &mut wanted);
             control.command(&mut run, &wanted)?;
         }
@@ -117,7 +117,7 @@ pub fn execute(
             fell_s = Some(t_s);
             break;
         }
-        if step % control.period == 0 {
+        if step.is_multiple_of(control.period) {
             let row = trace_row(robot, &run, t_s);
             observer.see(&mut run.plant, &row)?;
         }

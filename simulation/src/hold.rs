@@ -80,7 +80,7 @@ pub fn hold(
     bearing.contacts.retain(|c| c.normal_n() > CONTACT_N);
     let mut control = Control::new(robot, &physics, kind, &bearing)?;
     let mut next = |run: &mut Run, step: usize| -> Result<bool, Error> {
-        if step % control.period == 0 {
+        if step.is_multiple_of(control.period) {
             control.command(run, &bearing)?;
         }
         let stable = run.step(step as f64 * physics.dt_s, wanted);
