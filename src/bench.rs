@@ -6,7 +6,7 @@ pub mod world;
 use std::time::Instant;
 
 use planner::Status;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::cli::Global;
 use crate::config::Config;
@@ -33,7 +33,7 @@ pub struct Item {
 }
 
 /// How the planning of a world ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ended {
     /// A plan that the verifier passes.
@@ -50,8 +50,22 @@ pub enum Ended {
     Error,
 }
 
+impl Ended {
+    /// Its name in the results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Solved => "solved",
+            Self::Refused => "refused",
+            Self::NoPlan => "no-plan",
+            Self::Exhausted => "exhausted",
+            Self::BudgetSpent => "budget-spent",
+            Self::Error => "error",
+        }
+    }
+}
+
 /// One line of the results.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// Name of the world.
     pub world: String,
@@ -89,29 +103,41 @@ pub struct Row {
     pub friction_use: f64,
 }
 
+impl Row {
+    /// An error without a reason: nothing is known yet.
+    pub fn of(world: &str, family: &str, robot: &str) -> Self {
+        Self {
+            world: world.to_owned(),
+            family: family.to_owned(),
+            robot: robot.to_owned(),
+            seed: None,
+            likely: None,
+            ended: Ended::Error,
+            reason: None,
+            nodes: 0,
+            problems: 0,
+            stances: 0,
+            motion_s: 0.0,
+            planning_ms: 0.0,
+            verify_ms: 0.0,
+            total_ms: 0.0,
+            clearance_m: None,
+            torque_use: 0.0,
+            friction_use: 0.0,
+        }
+    }
+}
+
 /// Plans in a world.
 pub fn run(item: &Item, global: &Global) -> Row {
     let begin = Instant::now();
     let planned = plan(item, global);
     let total_ms = begin.elapsed().as_secs_f64() * 1e3;
     let row = Row {
-        world: item.name.clone(),
-        family: item.family.clone(),
-        robot: item.robot.clone(),
         seed: item.seed,
         likely: item.likely,
-        ended: Ended::Error,
-        reason: None,
-        nodes: 0,
-        problems: 0,
-        stances: 0,
-        motion_s: 0.0,
-        planning_ms: 0.0,
-        verify_ms: 0.0,
         total_ms,
-        clearance_m: None,
-        torque_use: 0.0,
-        friction_use: 0.0,
+        ..Row::of(&item.name, &item.family, &item.robot)
     };
     match planned {
         Ok(planned) => of_outcome(row, &planned),
@@ -135,7 +161,8 @@ fn plan(item: &Item, global: &Global) -> anyhow::Result<PlanOutcome> {
     pipeline::plan(&scene, &config, &options, inputs)
 }
 
-fn of_outcome(row: Row, planned: &PlanOutcome) -> Row {
+/// The row with what came of the planning.
+pub fn of_outcome(row: Row, planned: &PlanOutcome) -> Row {
     let ended = match planned.status {
         Status::Found if planned.certificate.pass => Ended::Solved,
         Status::Found => Ended::Refused,

@@ -68,6 +68,8 @@ pub enum Command {
     Plan(Box<command::plan::Args>),
     /// Plan in worlds drawn from seeds, and in given scenes, and tabulate what came of it
     Bench(command::bench::Args),
+    /// Plan items by the thousand, as a manifest lists them; goes on where it was
+    Batch(command::batch::Args),
     /// Recompute everything that a plan promises and print the margins
     Verify(command::verify::Args),
     /// Hold the stances of a plan and execute its motion in a physics simulation
@@ -121,6 +123,7 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::PostureSets(args)) => command::posture_sets::run(args, global, out),
         Some(Command::Plan(args)) => command::plan::run(args, global, out),
         Some(Command::Bench(args)) => command::bench::run(args, global, out),
+        Some(Command::Batch(args)) => command::batch::run(args, global, out),
         Some(Command::Verify(args)) => command::verify::run(args, global, out),
         Some(Command::Simulate(args)) => command::simulate::run(args, global, out),
         Some(Command::Export(args)) => command::export::run(args, global, out),

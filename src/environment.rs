@@ -45,15 +45,7 @@ pub fn perceive(
             let read = read.map(|source| ReadScan::new(source, files, stages, inputs));
             let read = read.collect::<Result<Vec<_>>>()?;
             let scans: Vec<PosedScan> = read.iter().map(ReadScan::posed).collect();
-            let work = || perception::perceive(&scans, &config.perception);
-            let perceived = stages.measure("perception", work)?;
-            let points = scans.iter().zip(&perceived.moved_W);
-            let points = points.flat_map(|(scan, moved)| scan.points_W(moved, 1));
-            Ok(Perceived {
-                cloud_W: points.collect(),
-                terrain: perceived.terrain,
-                notes: perceived.notices.iter().map(ToString::to_string).collect(),
-            })
+            of_scans(&scans, config, stages)
         }
         Environment::Surfaces(name) => {
             let bytes = files.read("surfaces", name, inputs)?;
@@ -71,6 +63,22 @@ pub fn perceive(
             stages.measure("mesh", work).with_context(|| name.clone())
         }
     }
+}
+
+/// What posed scans show.
+///
+/// # Errors
+/// As [`perception::perceive()`].
+pub fn of_scans(scans: &[PosedScan], config: &Config, stages: &mut Stages) -> Result<Perceived> {
+    let work = || perception::perceive(scans, &config.perception);
+    let perceived = stages.measure("perception", work)?;
+    let points = scans.iter().zip(&perceived.moved_W);
+    let points = points.flat_map(|(scan, moved)| scan.points_W(moved, 1));
+    Ok(Perceived {
+        cloud_W: points.collect(),
+        terrain: perceived.terrain,
+        notes: perceived.notices.iter().map(ToString::to_string).collect(),
+    })
 }
 
 /// The points of an environment's scans in W, m; none of any other environment.
@@ -163,7 +171,7 @@ const MOUNT_RAD: f64 = 0.002;
 const MOUNT_M: f64 = 0.005;
 
 /// What the reader must know beside the file.
-fn sensor_options(source: &ScanSource) -> SensorOptions {
+pub fn sensor_options(source: &ScanSource) -> SensorOptions {
     let intrinsics = match (source.fx, source.fy, source.cx, source.cy) {
         (Some(fx), Some(fy), Some(cx), Some(cy)) => Some(Intrinsics { fx, fy, cx, cy }),
         _ => None,

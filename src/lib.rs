@@ -6,6 +6,7 @@
 
 pub mod against;
 pub mod argument;
+pub mod batch;
 pub mod bench;
 pub mod cli;
 pub mod command;

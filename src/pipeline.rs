@@ -60,6 +60,13 @@ pub struct PlanOutcome {
     pub unusable: Vec<String>,
 }
 
+impl PlanOutcome {
+    /// Whether there is a plan that the verifier passes.
+    pub fn verified(&self) -> bool {
+        self.status == Status::Found && self.certificate.pass
+    }
+}
+
 /// Plans for a scene and verifies the plan.
 ///
 /// # Errors

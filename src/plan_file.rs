@@ -67,7 +67,7 @@ pub fn located(folder: &Path, name: &Path) -> Result<PathBuf> {
 }
 
 /// The robot's files, where the plan does not name them or they have moved.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct PlanRobotFlags {
     /// The robot: a URDF file, or builtin:NAME (default, as of the next two: what the plan names)
     #[arg(long, value_name = "URDF")]

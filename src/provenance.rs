@@ -78,6 +78,15 @@ pub fn will_read(path: &Path) {
     }
 }
 
+/// Does work that reads results, which its caller may replace afterwards: a library's process goes on.
+pub fn reading_results<T>(work: impl FnOnce() -> T) -> T {
+    let lock = || READ.lock().unwrap_or_else(PoisonError::into_inner);
+    let before = lock().clone();
+    let done = work();
+    *lock() = before;
+    done
+}
+
 /// Whether a file that was read is this one, under any name.
 pub fn was_read(path: &Path) -> bool {
     let read = READ.lock().unwrap_or_else(PoisonError::into_inner);

@@ -35,10 +35,19 @@ pub const NAMES: &[&str] = &[
 /// # Errors
 /// A file that cannot be written, with its path.
 pub fn write(folder: Folder, planned: &PlanOutcome) -> Result<()> {
+    write_all(&folder, planned, true)?;
+    folder.publish()
+}
+
+/// As [`write`], into a folder that is not whole with it; `page` says whether to draw the page.
+///
+/// # Errors
+/// As there.
+pub fn write_all(folder: &Folder, planned: &PlanOutcome, page: bool) -> Result<()> {
     folder.write("surfaces.json", planned.extracted.to_json()?.as_bytes())?;
     let plan = &planned.plan;
     let found = planned.status == Status::Found;
-    if found && planned.certificate.pass {
+    if planned.verified() {
         if planned.motion.is_some() {
             folder.write(MOTION_FILE, &planned.motion_json)?;
         }
@@ -52,8 +61,8 @@ pub fn write(folder: Folder, planned: &PlanOutcome) -> Result<()> {
                 continue;
             }
             let (motion, config) = (planned.motion.as_ref(), &planned.config.export);
-            let text = export::export(plan, motion, &planned.robot, format, config)?;
-            folder.write(name, text.as_bytes())?;
+            let bytes = export::export(plan, motion, &planned.robot, format, config)?;
+            folder.write(name, &bytes)?;
         }
     } else {
         let name = if found { REJECTED } else { PARTIAL };
@@ -65,16 +74,17 @@ pub fn write(folder: Folder, planned: &PlanOutcome) -> Result<()> {
             planned.certificate.to_json()?.as_bytes(),
         )?;
     }
-    let page = view::page(&ViewInput {
-        plan,
-        motion: planned.motion.as_ref(),
-        robot: &planned.robot,
-        certificate: found.then_some(&planned.certificate),
-        cloud_W: &planned.cloud_W,
-    })?;
-    folder.write("view.html", page.as_bytes())?;
-    folder.write("report.json", &output::json(&planned.report)?)?;
-    folder.publish()
+    if page {
+        let page = view::page(&ViewInput {
+            plan,
+            motion: planned.motion.as_ref(),
+            robot: &planned.robot,
+            certificate: found.then_some(&planned.certificate),
+            cloud_W: &planned.cloud_W,
+        })?;
+        folder.write("view.html", page.as_bytes())?;
+    }
+    folder.write("report.json", &output::json(&planned.report)?)
 }
 
 /// Whether the plan touches anything with a point patch.

@@ -206,7 +206,7 @@ impl RobotFlags {
 }
 
 /// The files of a robot beside its URDF, on the command line.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct BesideUrdf {
     /// Named postures and pairs of links that may touch
     #[arg(long, value_name = "FILE.srdf")]

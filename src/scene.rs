@@ -1,5 +1,6 @@
 //! A scene: what is asked, and where the files that it names are.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -83,6 +84,8 @@ pub enum Files {
     Builtin(&'static scenes::Builtin),
     /// In a folder.
     Folder(PathBuf),
+    /// At hand, by name.
+    Memory(BTreeMap<String, Vec<u8>>),
 }
 
 impl Scene {
@@ -130,6 +133,21 @@ impl Scene {
         Self::parse(&text, Files::Folder(folder)).with_context(|| name_or_path.to_owned())
     }
 
+    /// The scene of a `scene.toml` that is at hand with the files that it names.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn at_hand(
+        name: &str,
+        files: BTreeMap<String, Vec<u8>>,
+        inputs: &mut Inputs,
+    ) -> Result<Self> {
+        let files = Files::Memory(files);
+        let text = String::from_utf8(files.read("scene", name, inputs)?);
+        let text = text.with_context(|| format!("{name}: not a text file"))?;
+        Self::parse(&text, files).with_context(|| name.to_owned())
+    }
+
     fn parse(text: &str, files: Files) -> Result<Self> {
         let file = SceneFile::parse(text)?;
         let settings = settings(&file);
@@ -139,7 +157,7 @@ impl Scene {
             (None, None) => Environment::Scans(file.scan),
         };
         let folder = match &files {
-            Files::Builtin(_) => Path::new(""),
+            Files::Builtin(_) | Files::Memory(_) => Path::new(""),
             Files::Folder(folder) => folder,
         };
         Ok(Self {
@@ -192,6 +210,12 @@ impl Files {
     pub fn read(&self, role: &str, name: &str, inputs: &mut Inputs) -> Result<Vec<u8>> {
         match self {
             Files::Folder(folder) => inputs.read(role, &folder.join(name)),
+            Files::Memory(files) => {
+                let bytes = files.get(name);
+                let bytes = bytes.with_context(|| format!("{name}: no such file is at hand"))?;
+                inputs.note(role, name, bytes);
+                Ok(bytes.clone())
+            }
             Files::Builtin(scene) => {
                 let bytes = scene.file(name);
                 let bytes =

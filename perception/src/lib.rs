@@ -60,7 +60,9 @@ pub use error::Error;
 pub use extraction::{Extraction, Segmentation, Statistics};
 pub use ground_pose::{GroundPose, ground_pose, up_by_planes};
 pub use perceive::{Notice, Perception, PosedScan, perceive};
-pub use readers::{LidarScan, SensorOptions, parse_lidar, parse_scan, read_lidar, read_scan};
+pub use readers::{
+    LidarScan, SensorOptions, depth_scan, parse_lidar, parse_scan, read_lidar, read_scan,
+};
 pub use registration::{Registration, RegistrationConfig, register};
 pub use scan::{DepthImage, PointCloud, Scan};
 pub use sensor::{Intrinsics, Noise, SENSORS, Sensor};

@@ -71,7 +71,7 @@ pub struct SceneFile {
 }
 
 /// One scan: a depth image or a point cloud, and the sensor's pose.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScanSource {
     /// Depth image (16-bit PNG).

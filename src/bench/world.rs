@@ -84,6 +84,21 @@ pub fn write(
 ) -> Result<()> {
     let obj = format!("{name}.obj");
     output::write(&folder.join(&obj), mesh(drawn)?.as_bytes())?;
+    let scene = scene(name, &obj, drawn, files, robot)?;
+    output::write(&folder.join(format!("{name}.toml")), scene.as_bytes())
+}
+
+/// The scene of a drawn world whose mesh is in the file `obj`.
+///
+/// # Errors
+/// A robot's file that does not exist.
+pub fn scene(
+    name: &str,
+    obj: &str,
+    drawn: &Drawn,
+    files: &RobotFiles,
+    robot: &Robot,
+) -> Result<String> {
     let mut scene = format!("name = {name:?}\nmesh_file = {obj:?}\n\n[robot]\n");
     let urdf = match files.is_builtin() {
         true => files.urdf.clone(),
@@ -109,7 +124,7 @@ pub fn write(
             writeln!(scene, "{:?} = {hands:?}", patch.name)?;
         }
     }
-    output::write(&folder.join(format!("{name}.toml")), scene.as_bytes())
+    Ok(scene)
 }
 
 fn absolute(path: &Path) -> Result<String> {
@@ -119,7 +134,10 @@ fn absolute(path: &Path) -> Result<String> {
 }
 
 /// The boxes as a Wavefront OBJ in W, m.
-fn mesh(drawn: &Drawn) -> Result<String> {
+///
+/// # Errors
+/// Never: kept for what writing returns.
+pub fn mesh(drawn: &Drawn) -> Result<String> {
     let mut text = String::new();
     let mut count = 0;
     for body in &drawn.boxes {

@@ -92,7 +92,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     })
 }
 
-fn sentence(row: &Row) -> String {
+pub(super) fn sentence(row: &Row) -> String {
     let ended = match row.ended {
         Ended::Solved => format!("solved, {} stances", row.stances),
         Ended::Refused => "found, and refused by the verifier".to_owned(),
@@ -190,7 +190,7 @@ fn named(name: &str) -> Result<&'static Family> {
 }
 
 /// `i/n` with 1 ≤ i ≤ n.
-fn shard(text: &str) -> Result<(usize, usize), String> {
+pub(super) fn shard(text: &str) -> Result<(usize, usize), String> {
     let parts = text.split_once('/');
     let parts = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     match parts {

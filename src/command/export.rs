@@ -37,13 +37,13 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let plan = plan_file::open(&args.plan)?;
     let robot = args.robot.load(&plan)?;
     let motion = plan_file::open_motion(&args.plan, &plan)?;
-    let text = export::export(&plan, motion.as_ref(), &robot, args.format, &config.export)?;
+    let bytes = export::export(&plan, motion.as_ref(), &robot, args.format, &config.export)?;
     match &args.output {
         Some(path) => {
-            output::write(path, text.as_bytes())?;
+            output::write(path, &bytes)?;
             writeln!(out, "written: {}", path.display())?;
         }
-        None => out.write_all(text.as_bytes())?,
+        None => out.write_all(&bytes)?,
     }
     Ok(Status::Done)
 }

@@ -1,5 +1,6 @@
 //! The commands, one file each: what it reads, what it does, what it prints and writes.
 
+pub mod batch;
 pub mod bench;
 pub mod calibrate;
 pub mod completions;

@@ -91,10 +91,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
 /// What is no such record; files that are not there; else as [`run`].
 pub fn again(recorded: &str, beside: &Path, global: &Global, inputs: &mut Inputs) -> Result<Scene> {
     let flags: Vec<String> = serde_json::from_str(recorded).context("no record of flags")?;
-    let cli = Cli::try_parse_from(std::iter::once("scandent".to_owned()).chain(flags))?;
-    let Some(Command::Plan(mut args)) = cli.command else {
-        return Err(usage("no record of flags of `plan`"));
-    };
+    let (mut args, _) = parsed(&flags)?;
     for path in args.paths() {
         *path = located(beside, path)?;
     }
@@ -104,6 +101,33 @@ pub fn again(recorded: &str, beside: &Path, global: &Global, inputs: &mut Inputs
         }
     }
     args.placed(global, inputs, recorded)
+}
+
+/// The scene and the settings that the flags of `plan` ask for, as if they stood on the command line.
+///
+/// # Errors
+/// As [`run`]; flags that are none.
+pub fn asked_by(flags: &[String], inputs: &mut Inputs) -> Result<(Scene, Global)> {
+    let (args, global) = parsed(flags)?;
+    let scene = args.placed(&global, inputs, &said(flags.iter().cloned()))?;
+    Ok((scene, global))
+}
+
+/// The settings among flags of `plan`.
+///
+/// # Errors
+/// Flags that are none.
+pub fn global_of(flags: &[String]) -> Result<Global> {
+    Ok(parsed(flags)?.1)
+}
+
+fn parsed(flags: &[String]) -> Result<(Box<Args>, Global)> {
+    let program = std::iter::once("scandent");
+    let cli = Cli::try_parse_from(program.chain(flags.iter().map(String::as_str)))?;
+    match cli.command {
+        Some(Command::Plan(args)) => Ok((args, cli.global)),
+        _ => Err(usage("no flags of `plan`")),
+    }
 }
 
 /// The command line as a plan records it: all that bears on the plan, as a list in JSON.

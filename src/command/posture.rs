@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use plan::{Input, Program};
-use posture::{Contact, Outcome, Posture};
+use posture::{Contact, Outcome, Posture, Problem};
 use rayon::prelude::*;
 use robot_model::{Configuration, Robot};
 use scenes::contact_sets::{Expected, ProblemRecord};
@@ -62,37 +62,43 @@ struct Results<'a> {
 
 /// The answer to one problem; `null` where there is no posture.
 #[derive(Serialize)]
-struct Answer<'a> {
-    id: &'a serde_json::Value,
-    outcome: &'static str,
+pub struct Answer<'a> {
+    /// The problem's.
+    pub id: &'a serde_json::Value,
+    /// `feasible`, `infeasible` or `undecided`.
+    pub outcome: &'static str,
     /// What is known of the answer by the way the problem was made.
-    expected: Option<Expected>,
+    pub expected: Option<Expected>,
     /// Why there is no posture: the constraint that is violated most.
-    reason: Option<String>,
+    pub reason: Option<String>,
     /// With `--explain`: the smallest group of constraints that cannot hold together, and what it
     /// would take.
-    explanation: Option<String>,
+    pub explanation: Option<String>,
     /// By how much the worst constraint is violated, scaled as posture::Violation says.
-    violation: Option<f64>,
+    pub violation: Option<f64>,
     /// `[p_WB, quat_xyzw, joints…]`, m and rad.
-    q: Option<Vec<f64>>,
-    forces: Option<Vec<ContactForces<'a>>>,
-    margins: Option<plan::Margins>,
+    pub q: Option<Vec<f64>>,
+    /// Those of every contact.
+    pub forces: Option<Vec<ContactForces<'a>>>,
+    /// How far the posture is from each limit.
+    pub margins: Option<plan::Margins>,
     /// Iterations over all starts, where there is a posture.
-    iterations: Option<usize>,
+    pub iterations: Option<usize>,
     /// Time of the solve, µs; with `--repeat` the median.
-    us: f64,
+    pub us: f64,
 }
 
 /// The forces of one contact, in the order of the problem's contacts.
 #[derive(Serialize)]
-struct ContactForces<'a> {
-    link: &'a str,
-    patch: &'a str,
+pub struct ContactForces<'a> {
+    /// The link that carries the patch.
+    pub link: &'a str,
+    /// The patch.
+    pub patch: &'a str,
     /// Where the forces act, in W, m.
-    points_W: Vec<[f64; 3]>,
+    pub points_W: Vec<[f64; 3]>,
     /// Force on the robot at each point, in W, N.
-    forces_W: Vec<[f64; 3]>,
+    pub forces_W: Vec<[f64; 3]>,
 }
 
 /// Solves the problems and writes the answers in the order of the problems.
@@ -155,17 +161,27 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
 }
 
 /// What all problems of a file share.
-struct Solver<'a> {
-    robot: &'a Robot,
-    reference: Configuration,
-    config: &'a posture::Config,
-    body_m: f64,
-    repeat: usize,
-    explain: bool,
+pub struct Solver<'a> {
+    /// The robot.
+    pub robot: &'a Robot,
+    /// The comfortable posture.
+    pub reference: Configuration,
+    /// The settings.
+    pub config: &'a posture::Config,
+    /// Thickness of the body behind every surface, m.
+    pub body_m: f64,
+    /// How often each is solved, for its time.
+    pub repeat: usize,
+    /// Whether to tell what cannot hold together.
+    pub explain: bool,
 }
 
 impl<'a> Solver<'a> {
-    fn answer(&self, record: &'a ProblemRecord) -> Result<Answer<'a>> {
+    /// Solves one.
+    ///
+    /// # Errors
+    /// A problem that makes no sense.
+    pub fn answer(&self, record: &'a ProblemRecord) -> Result<Answer<'a>> {
         let posed = posture_problem::pose(record, self.robot, &self.reference, self.body_m)?;
         let problem = posed.problem(self.robot);
         let named = || format!("problem {}", record.id);
@@ -179,30 +195,46 @@ impl<'a> Solver<'a> {
         for _ in 1..self.repeat {
             times_us.push(solve()?.1);
         }
-        let found = outcome.posture();
-        let violation = outcome.violation();
         let mut explanation = None;
-        if self.explain && found.is_none() {
+        if self.explain && outcome.posture().is_none() {
             let explained = posture::explain(&problem, self.config).with_context(named)?;
             explanation = explained.map(|e| e.words);
         }
         Ok(Answer {
-            id: &record.id,
+            expected: record.expected,
+            explanation,
+            us: timing::quantile(&mut times_us, 0.5),
+            ..Answer::new(&record.id, &outcome, &problem, self.robot)
+        })
+    }
+}
+
+impl<'a> Answer<'a> {
+    /// What an outcome says.
+    pub fn new(
+        id: &'a serde_json::Value,
+        outcome: &Outcome,
+        problem: &Problem,
+        robot: &'a Robot,
+    ) -> Self {
+        let (found, violation) = (outcome.posture(), outcome.violation());
+        Self {
+            id,
             outcome: match &outcome {
                 Outcome::Feasible(_) => FEASIBLE,
                 Outcome::Infeasible(_) => "infeasible",
                 Outcome::Undecided { .. } => "undecided",
             },
-            expected: record.expected,
-            explanation,
-            reason: violation.map(|v| v.describe(&problem)),
+            expected: None,
+            explanation: None,
+            reason: violation.map(|v| v.describe(problem)),
             violation: violation.map(|v| v.amount),
             q: found.map(|posture| posture.q.to_q()),
-            forces: found.map(|posture| forces(posture, &problem.contacts, self.robot)),
+            forces: found.map(|posture| forces(posture, &problem.contacts, robot)),
             margins: found.map(|posture| posture.margins),
             iterations: found.map(|posture| posture.iterations),
-            us: timing::quantile(&mut times_us, 0.5),
-        })
+            us: 0.0,
+        }
     }
 }
 

@@ -4,7 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
-use scenes::contact_sets::{self, Family};
+use robot_model::Robot;
+use scenes::contact_sets::{self, Family, ProblemSet};
 
 use crate::cli::Global;
 use crate::config::Config;
@@ -36,16 +37,13 @@ pub struct Args {
 /// # Errors
 /// A robot that cannot be read or does not suit the family, an unknown family.
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
-    let families = Family::named(&args.family).ok_or_else(|| {
-        let known: Vec<&str> = Family::ALL.iter().map(|f| f.name()).collect();
-        let (family, known) = (&args.family, known.join(", "));
-        anyhow!("no family {family:?}; there are {known} and hard")
-    })?;
     let config = Config::layered(None, global)?;
     let files = args.robot.files();
     let robot = files.load(&config.robot_model, &mut Inputs::default())?;
-    let (seed, margins) = (config.seed, posture_problem::margins(&config.posture));
-    let set = contact_sets::generate(&robot, &families, &margins, args.count, seed)?;
+    let (seed, set) = (
+        config.seed,
+        draw(&robot, &args.family, args.count, &config)?,
+    );
     output::write_json(&args.output, &set)?;
     writeln!(
         out,
@@ -56,4 +54,24 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         args.output.display()
     )?;
     Ok(Status::Done)
+}
+
+/// The problems of a family by name.
+///
+/// # Errors
+/// As [`run`].
+pub fn draw(robot: &Robot, family: &str, count: usize, config: &Config) -> Result<ProblemSet> {
+    let families = Family::named(family).ok_or_else(|| {
+        let known: Vec<&str> = Family::ALL.iter().map(|f| f.name()).collect();
+        let known = known.join(", ");
+        anyhow!("no family {family:?}; there are {known} and hard")
+    })?;
+    let margins = posture_problem::margins(&config.posture);
+    Ok(contact_sets::generate(
+        robot,
+        &families,
+        &margins,
+        count,
+        config.seed,
+    )?)
 }

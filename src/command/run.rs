@@ -1,7 +1,7 @@
 //! `scandent run [SCENE]`: scan to verified plan, with every result written.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use planner::Status as Ended;
@@ -41,11 +41,26 @@ pub struct Args {
 /// As [`pipeline::plan`]; a plan that does not pass the verifier; a file that cannot be written.
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let mut inputs = Inputs::default();
-    let mut scene = Scene::open(args.scene.as_deref().unwrap_or(DEFAULT_SCENE), &mut inputs)?;
-    placement::place(&mut scene, args.extrinsics.as_deref(), global, &mut inputs)?;
+    let name = args.scene.as_deref().unwrap_or(DEFAULT_SCENE);
+    let scene = asked(name, args.extrinsics.as_deref(), global, &mut inputs)?;
     let output = args.output.clone().unwrap_or_else(|| DEFAULT_OUTPUT.into());
     let folder = output.join(&scene.name);
     plan_with_progress(&scene, inputs, &folder, global, out)
+}
+
+/// The scene of a name, its scans where its mounts, or the one given, say.
+///
+/// # Errors
+/// As [`Scene::open`] and [`placement::place`].
+pub fn asked(
+    name: &str,
+    mount: Option<&Path>,
+    global: &Global,
+    inputs: &mut Inputs,
+) -> Result<Scene> {
+    let mut scene = Scene::open(name, inputs)?;
+    placement::place(&mut scene, mount, global, inputs)?;
+    Ok(scene)
 }
 
 /// What `run` and `plan` have in common: [`plan_and_write`] with a line of progress.
@@ -55,7 +70,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
 pub fn plan_with_progress(
     scene: &Scene,
     inputs: Inputs,
-    folder: &std::path::Path,
+    folder: &Path,
     global: &Global,
     out: &mut dyn Write,
 ) -> Result<Status> {

@@ -4,6 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use plan::Plan;
+use verify::Certificate;
 
 use crate::cli::Global;
 use crate::plan_file::{self, PlanRobotFlags};
@@ -56,12 +58,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         writeln!(out, "{}: signed for this plan", certificate.display())?;
     }
     let against = args.against.as_deref();
-    let folder = args.plan.parent().unwrap_or(Path::new(""));
-    let (robot, world) = against::find(&plan, folder, against, &args.robot, global)?;
-    let motion = plan_file::open_motion(&args.plan, &plan)?;
-    let options = verify::Options::default();
-    let check = || verify::verify_in(&plan, motion.as_ref(), &robot, &world, &options);
-    let certificate = threads::pool(global.threads)?.install(check);
+    let certificate = certificate(&args.plan, &plan, against, &args.robot, global)?;
     write!(out, "{}", certificate.table())?;
     if let Some(path) = &args.output {
         output::write(path, certificate.to_json()?.as_bytes())?;
@@ -78,4 +75,23 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         true => Status::Done,
         false => Status::Failed,
     })
+}
+
+/// The certificate of the plan in a file, in the world that is found again.
+///
+/// # Errors
+/// As [`run`].
+pub fn certificate(
+    path: &Path,
+    plan: &Plan,
+    against: Option<&str>,
+    robot: &PlanRobotFlags,
+    global: &Global,
+) -> Result<Certificate> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (robot, world) = against::find(plan, folder, against, robot, global)?;
+    let motion = plan_file::open_motion(path, plan)?;
+    let options = verify::Options::default();
+    let check = || verify::verify_in(plan, motion.as_ref(), &robot, &world, &options);
+    Ok(threads::pool(global.threads)?.install(check))
 }

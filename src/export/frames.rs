@@ -2,7 +2,8 @@
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use plan::{Contact, Plan, Pose, Stance};
+use plan::{Contact, Motion, Plan, Pose, Stance};
+use robot_model::Robot;
 
 /// A plan's pose as an isometry.
 pub(crate) fn isometry(pose: &Pose) -> Isometry3<f64> {
@@ -63,7 +64,7 @@ pub(super) fn contact<'a>(plan: &'a Plan, stance: usize, patch: &str) -> Result<
 /// Refuses a plan that cannot be written: another robot's, or with values that are no numbers.
 ///
 /// # Errors  the stance and what is wrong with it.
-pub(super) fn check(plan: &Plan, robot: &robot_model::Robot) -> Result<()> {
+pub(super) fn check(plan: &Plan, robot: &Robot) -> Result<()> {
     let (meant, given) = (&plan.robot.name, &robot.name);
     let mut joints = plan.robot.joint_names.iter().map(String::as_str);
     let same = joints.by_ref().eq(robot.joint_names());
@@ -120,6 +121,38 @@ pub(super) fn wrench(contact: &Contact) -> [f64; 6] {
         moment += (Vector3::from(*p) - origin).cross(&f);
     }
     [force.x, force.y, force.z, moment.x, moment.y, moment.z]
+}
+
+/// Refuses a motion that contradicts itself or is another robot's.
+///
+/// # Errors  what is wrong with it.
+pub(super) fn check_motion(motion: &Motion, robot: &Robot) -> Result<()> {
+    motion.validate()?;
+    let wanted = 7 + robot.nj();
+    let given = motion.samples.iter().map(|s| s.q.len());
+    if let Some(given) = given.into_iter().find(|given| *given != wanted) {
+        let robot = &robot.name;
+        anyhow::bail!("the motion has {given} coordinates, {robot} has {wanted}");
+    }
+    Ok(())
+}
+
+/// Force and moment about its frame's origin of every patch of the robot at every sample, in W, one after the
+/// other; NaN where the patch is in the air.
+pub fn wrenches(motion: &Motion, robot: &Robot) -> impl Iterator<Item = f64> {
+    motion.samples.iter().flat_map(move |sample| {
+        let phase = motion.phase_at(sample.t_s).map(|i| &motion.phases[i]);
+        let contacts = phase.map_or(&[][..], |phase| &phase.contacts);
+        robot.patches.iter().flat_map(move |patch| {
+            let at = contacts.iter().position(|c| c.patch == patch.name);
+            at.map_or([f64::NAN; 6], |i| {
+                wrench(&Contact {
+                    forces_W: sample.forces_W[i].clone(),
+                    ..contacts[i].clone()
+                })
+            })
+        })
+    })
 }
 
 #[cfg(test)]

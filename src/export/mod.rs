@@ -6,16 +6,18 @@
 //! | `json` | any controller: contacts with times, poses, wrenches; postures |
 //! | `csv` | spreadsheets and plots: one row a stance |
 //! | `motion-csv` | plots and players of trajectories: one row a sample of the motion |
+//! | `npz` | numpy: the motion as arrays |
 //!
 //! Times are those of the plan's motion; where there is none, the durations of [`Config`].
 
 mod config;
 mod csv;
-pub(crate) mod frames;
+pub mod frames;
 mod json;
 mod limbs;
 mod mcc_yaml;
 mod motion_csv;
+mod npz;
 mod swing;
 pub mod timeline;
 
@@ -36,26 +38,39 @@ pub enum Format {
     Csv,
     /// One row a sample of the motion
     MotionCsv,
+    /// The motion as arrays of numpy
+    Npz,
 }
 
-/// The plan in the format, as text, with the times of its motion.
+impl std::str::FromStr for Format {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        clap::ValueEnum::from_str(name, false)
+    }
+}
+
+/// The plan in the format, with the times of its motion: text, but for [`Format::Npz`].
 ///
 /// # Errors
 /// A plan of another robot or with values that are no numbers; settings that make no sense; two
-/// patches with one limb's name; [`Format::MotionCsv`] of a plan without a motion.
+/// patches with one limb's name; a form of the motion of a plan without one.
 pub fn export(
     plan: &Plan,
     motion: Option<&Motion>,
     robot: &Robot,
     format: Format,
     config: &Config,
-) -> Result<String> {
+) -> Result<Vec<u8>> {
     config.validate()?;
     frames::check(plan, robot)?;
-    match format {
+    let moves = || motion.context("the plan has no motion");
+    let text = match format {
         Format::MccYaml => mcc_yaml::write(plan, motion, robot, config),
         Format::Json => json::write(plan, motion, robot, config),
         Format::Csv => csv::write(plan, motion, robot, config),
-        Format::MotionCsv => motion_csv::write(motion.context("the plan has no motion")?, robot),
-    }
+        Format::MotionCsv => motion_csv::write(moves()?, robot),
+        Format::Npz => return npz::write(moves()?, robot),
+    };
+    text.map(String::into_bytes)
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use plan::{Contact, Motion};
+use plan::Motion;
 use robot_model::Robot;
 
 use super::frames;
@@ -15,12 +15,7 @@ use super::frames;
 /// # Errors
 /// A motion that contradicts itself or is another robot's.
 pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<String> {
-    motion.validate()?;
-    let wanted = 7 + robot.nj();
-    if let Some(sample) = motion.samples.iter().find(|s| s.q.len() != wanted) {
-        let (given, robot) = (sample.q.len(), &robot.name);
-        anyhow::bail!("the motion has {given} coordinates, {robot} has {wanted}");
-    }
+    frames::check_motion(motion, robot)?;
     let base = "base_x_m,base_y_m,base_z_m,base_qx,base_qy,base_qz,base_qw";
     let mut text = format!("time_s,phase,swing,com_x_m,com_y_m,com_z_m,{base}");
     for joint in robot.joint_names() {
@@ -43,6 +38,7 @@ pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<String> {
         }
     }
     text.push('\n');
+    let mut wrenches = frames::wrenches(motion, robot);
     for sample in &motion.samples {
         let Some(phase) = motion.phase_at(sample.t_s).map(|i| &motion.phases[i]) else {
             continue;
@@ -55,18 +51,11 @@ pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<String> {
         for x in sample.com_W.iter().chain(&sample.q).chain(rates) {
             let _ = write!(text, ",{x:.9}");
         }
-        for patch in &robot.patches {
-            match phase.contacts.iter().position(|c| c.patch == patch.name) {
-                None => text.push_str(",,,,,,"),
-                Some(i) => {
-                    let bearing = Contact {
-                        forces_W: sample.forces_W[i].clone(),
-                        ..phase.contacts[i].clone()
-                    };
-                    for x in frames::wrench(&bearing) {
-                        let _ = write!(text, ",{x:.6}");
-                    }
-                }
+        for x in wrenches.by_ref().take(6 * robot.patches.len()) {
+            if x.is_nan() {
+                text.push(',');
+            } else {
+                let _ = write!(text, ",{x:.6}");
             }
         }
         text.push('\n');

@@ -28,6 +28,10 @@ const ARROWS: &[(&str, &str)] = &[
         "calibration motion perception plan planner posture robot_model scenes simulation surfaces \
          verify",
     ),
+    (
+        "python",
+        "perception plan planner posture robot_model scandent scenes surfaces verify",
+    ),
 ];
 
 /// Third-party crates that only the named crates may use, because one file hides them from the rest.
@@ -39,8 +43,10 @@ const GUARDED: &[(&str, &[&str])] = &[
     ("mujoco-rs", &["simulation"]),
     ("kiddo", &["perception"]),
     ("urdf-rs", &["robot_model"]),
-    ("anyhow", &["scandent", "record"]),
+    ("anyhow", &["scandent", "python", "record"]),
     ("clap", &["scandent", "record"]),
+    ("pyo3", &["python"]),
+    ("zip", &["scandent"]),
     ("indicatif", &["scandent"]),
     ("minijinja", &["scandent", "simulation"]),
 ];

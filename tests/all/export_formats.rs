@@ -14,7 +14,8 @@ use crate::support::controller::{
 use crate::support::program::{list, number};
 
 fn exported(plan: &Plan, format: Format, config: &Config) -> anyhow::Result<String> {
-    export(plan, None, &biped::robot(), format, config)
+    let bytes = export(plan, None, &biped::robot(), format, config)?;
+    Ok(String::from_utf8(bytes)?)
 }
 
 fn yaml(plan: &Plan, config: &Config) -> Value {

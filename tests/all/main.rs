@@ -7,6 +7,7 @@
 mod support;
 
 mod architecture;
+mod batch;
 mod bench;
 mod calibrate_camera;
 mod cli;

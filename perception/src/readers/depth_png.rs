@@ -40,28 +40,17 @@ fn check_unit(path: &Path, z_m: &[f32], sensor: &Sensor, scale: f64) -> Result<(
     Err(Error::field(path, "depths", cause))
 }
 
-/// The depth image in `bytes`, in metres.
-///
-/// Depths outside the sensor's range count as not measured.
+/// The depth image in `bytes`, as [`metric`] makes it.
 ///
 /// # Errors
-/// [`Error::Field`] for another pixel type, absurd sizes, a file too short for them, or depths in another unit;
-/// [`Error::Parse`] from the decoder; [`Error::NoIntrinsics`]; [`Error::Config`].
+/// [`Error::Field`] for another pixel type, absurd sizes or a file too short for them; [`Error::Parse`] from
+/// the decoder; else as [`metric`].
 pub(super) fn parse(
     path: &Path,
     bytes: &[u8],
     sensor: &Sensor,
     options: &SensorOptions,
 ) -> Result<DepthImage, Error> {
-    let scale = options.depth_scale_m.unwrap_or(sensor.depth_scale_m);
-    within(
-        "depth_scale_m",
-        scale,
-        1e-9,
-        1.0,
-        "must be in (0, 1] metres per unit",
-    )?;
-
     // Check the promised size against the bytes that are there.
     let mut decoder = Decoder::new(Cursor::new(bytes));
     let info = decoder
@@ -101,11 +90,34 @@ pub(super) fn parse(
     reader
         .next_frame(&mut raw)
         .map_err(|e| Error::parse(path, FORMAT, e))?;
+    let units = raw.chunks_exact(2);
+    let units = units.map(|b| u16::from_be_bytes([b[0], b[1]]));
+    metric(path, (width, height), units, sensor, options)
+}
+
+/// The depth image, in metres, of rows of pixels in the sensor's unit; `path` is for the messages.
+///
+/// Depths outside the sensor's range count as not measured.
+///
+/// # Errors
+/// [`Error::Field`] for depths in another unit; [`Error::NoIntrinsics`]; [`Error::Config`].
+pub(super) fn metric(
+    path: &Path,
+    (width, height): (usize, usize),
+    units: impl Iterator<Item = u16>,
+    sensor: &Sensor,
+    options: &SensorOptions,
+) -> Result<DepthImage, Error> {
+    let scale = options.depth_scale_m.unwrap_or(sensor.depth_scale_m);
+    within(
+        "depth_scale_m",
+        scale,
+        1e-9,
+        1.0,
+        "must be in (0, 1] metres per unit",
+    )?;
     let (near, far) = (sensor.range_m.0 as f32, sensor.range_m.1 as f32);
-    let mut z_m: Vec<f32> = raw
-        .chunks_exact(2)
-        .map(|b| f32::from(u16::from_be_bytes([b[0], b[1]])) * scale as f32)
-        .collect();
+    let mut z_m: Vec<f32> = units.map(|unit| f32::from(unit) * scale as f32).collect();
     check_unit(path, &z_m, sensor, scale)?;
     for z in z_m.iter_mut().filter(|z| !(near..=far).contains(*z)) {
         *z = 0.0;

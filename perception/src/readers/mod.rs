@@ -67,14 +67,6 @@ pub fn read_scan(path: &Path, options: &SensorOptions) -> Result<Scan, Error> {
 /// [`Error::NoIntrinsics`] and [`Error::Config`] for bad options.
 pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<Scan, Error> {
     let sensor = Sensor::named(&options.sensor)?;
-    let eye = options.eye_m.unwrap_or([0.0; 3]);
-    if eye.iter().any(|c| !c.is_finite()) {
-        return Err(Error::Config {
-            key: "eye_m",
-            value: f64::NAN,
-            cause: "must be finite",
-        });
-    }
     let (cloud, depth, pose) = match format_of(path, bytes) {
         Some(Format::Png) => {
             let depth = depth_png::parse(path, bytes, sensor, options)?;
@@ -92,6 +84,46 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
             });
         }
     };
+    scan(path, cloud, depth, pose, sensor, options)
+}
+
+/// The scan of a depth image that is at hand: `size` is width and height, `units` its pixels row by row in
+/// the unit of the sensor, 0 where nothing was measured; `name` is for the messages.
+///
+/// # Errors
+/// [`Error::Field`] of another number of pixels or depths in another unit; else as [`parse_scan`].
+pub fn depth_scan(
+    name: &Path,
+    size: (usize, usize),
+    units: &[u16],
+    options: &SensorOptions,
+) -> Result<Scan, Error> {
+    let sensor = Sensor::named(&options.sensor)?;
+    if size.0.checked_mul(size.1) != Some(units.len()) {
+        let cause = format!("{} pixels, not {} x {}", units.len(), size.0, size.1);
+        return Err(Error::field(name, "size", cause));
+    }
+    let depth = depth_png::metric(name, size, units.iter().copied(), sensor, options)?;
+    let pose = Isometry3::identity();
+    scan(name, depth.to_cloud(), Some(depth), pose, sensor, options)
+}
+
+fn scan(
+    path: &Path,
+    cloud: PointCloud,
+    depth: Option<DepthImage>,
+    X_WV: Isometry3<f64>,
+    sensor: &Sensor,
+    options: &SensorOptions,
+) -> Result<Scan, Error> {
+    let eye = options.eye_m.unwrap_or([0.0; 3]);
+    if eye.iter().any(|c| !c.is_finite()) {
+        return Err(Error::Config {
+            key: "eye_m",
+            value: f64::NAN,
+            cause: "must be finite",
+        });
+    }
     if cloud.finite().next().is_none() {
         let total = cloud.points.len().max(cloud.invalid);
         return Err(Error::Empty {
@@ -102,7 +134,7 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
     Ok(Scan {
         cloud,
         depth,
-        X_WV: pose,
+        X_WV,
         eye_V: Vector3::from(eye),
         noise: sensor.noise,
     })

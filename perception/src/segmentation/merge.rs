@@ -1,5 +1,7 @@
 //! Merging of neighbouring regions that one plane explains.
 
+use std::collections::BTreeSet;
+
 use super::lattice::{Border, Lattice};
 use super::moments::Moments;
 use super::partition::{Partition, Region};
@@ -77,6 +79,18 @@ pub(super) fn merge<L: Lattice>(lattice: &L, partition: &mut Partition<L::Moment
         }
     }
     partition.replace(regions, &into);
+}
+
+/// The regions beside each other that no one plane explains, the smaller index first.
+pub(super) fn apart<L: Lattice>(
+    lattice: &L,
+    partition: &Partition<L::Moments>,
+) -> BTreeSet<(u16, u16)> {
+    let of = |k: u16| &partition.regions[usize::from(k)];
+    let borders = lattice.borders(partition).into_iter();
+    let apart =
+        borders.filter(|((i, j), border)| misfit(lattice, of(*i), of(*j), border).is_none());
+    apart.map(|(pair, _)| pair).collect()
 }
 
 /// Largest of both misfits to the joint plane and the step at the border, each in units of its

@@ -1,7 +1,7 @@
 //! Planar regions over cells of additive moments, whatever the cells are.
 //!
 //! ```text
-//! from the largest cells down:  grow ─ merge
+//! from the largest cells down:  grow ─ border refinement (images) ─ merge
 //! over the smallest:            thin faces ─ merge ─ border refinement ─ slivers ─ occlusion merge
 //! ```
 //!
@@ -42,6 +42,12 @@ pub(crate) fn segment<L: Lattice>(levels: &[&L]) -> Partition<L::Moments> {
             None => partition.owner = vec![NONE; level.cells().len()],
             Some(coarse) => {
                 partition.owner = level.inherit_owners(coarse, &partition.owner);
+                // A ramp takes a band of the floor along its foot, and what lies before that would be beside
+                // the ramp alone. Clouds gain nothing by it: as much is off the faces, and of nine tilted blocks
+                // of a real one eight are left.
+                if !L::RESUMES {
+                    border_refinement::refine(level, &mut partition);
+                }
                 merge::merge(level, &mut partition);
             }
         }

@@ -1,0 +1,40 @@
+//! Items of a batch, planned and written as `scandent batch` does.
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use pyo3::prelude::*;
+use scandent::batch::item::Item;
+use scandent::batch::{self, Extras, index};
+
+use crate::{error, work};
+
+/// What came of the item of a line, as JSON; one that was done before is not done again.
+#[pyfunction]
+pub fn batch_item(
+    py: Python<'_>,
+    line: &str,
+    number: usize,
+    folder: PathBuf,
+    npz: bool,
+    view: bool,
+) -> PyResult<String> {
+    let item = Item::new(line, number);
+    let cancel = AtomicBool::new(false);
+    let extras = Extras { npz, view };
+    let row = work::long(py, &cancel, None, |_| {
+        if let Some(record) = batch::done(&folder, &item) {
+            return Ok(Some(record.row));
+        }
+        batch::run(&item, &folder, extras, &cancel)
+    })?;
+    let row = row.map_err(|e| error::input(e, Some("folder")))?;
+    serde_json::to_string(&row).map_err(error::of)
+}
+
+/// Writes the index of the items of a manifest.
+#[pyfunction]
+pub fn batch_index(py: Python<'_>, manifest: PathBuf, folder: PathBuf) -> PyResult<()> {
+    let written = work::briefly(py, || index::write(&manifest, &folder))?;
+    written.map_err(|e| error::input(e, Some("folder")))
+}

@@ -1,0 +1,41 @@
+//! The native half of the Python package `scandent`; `python/scandent/` holds what users meet.
+//!
+//! | module | what it gives |
+//! |---|---|
+//! | `robot` | a robot, read |
+//! | `terrain` | what may be touched, and the bytes that it is planned from |
+//! | `planned` | plans, made and read: as the command line makes and reads them |
+//! | `batch` | items of a batch |
+//! | `solved` | postures: one, or a file of problems |
+//! | `work` | long work: without the interpreter's lock, ended by Ctrl-C, panics told as exceptions |
+//!
+//! It holds no algorithm and no default: arguments become the command line's flags, so that results are
+//! the same bytes.
+
+mod batch;
+mod error;
+mod planned;
+mod robot;
+mod solved;
+mod terrain;
+mod work;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _scandent(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    m.add_class::<robot::Robot>()?;
+    m.add_class::<terrain::Terrain>()?;
+    m.add_class::<planned::Plan>()?;
+    m.add_class::<solved::Postures>()?;
+    m.add_function(wrap_pyfunction!(terrain::perceive, m)?)?;
+    m.add_function(wrap_pyfunction!(planned::from_flags, m)?)?;
+    m.add_function(wrap_pyfunction!(planned::of_scene, m)?)?;
+    m.add_function(wrap_pyfunction!(planned::check, m)?)?;
+    m.add_function(wrap_pyfunction!(solved::solve, m)?)?;
+    m.add_function(wrap_pyfunction!(solved::solve_all, m)?)?;
+    m.add_function(wrap_pyfunction!(batch::batch_item, m)?)?;
+    m.add_function(wrap_pyfunction!(batch::batch_index, m)?)?;
+    m.add_function(wrap_pyfunction!(solved::draw, m)?)
+}
