@@ -19,8 +19,9 @@ const LOOK_M: f64 = 0.15;
 /// Bodies of the environment farther than this from the robot are not looked at until it has moved, m.
 const AROUND_M: f64 = 0.5;
 /// By how much a distance may fall short, m. The postures at the ends may be on their bounds, and a
-/// C² curve cannot follow a bound and leave it: 5 % of the margin to the environment.
-const TOLERANCE_M: f64 = 5e-4;
+/// C² curve cannot follow a bound and leave it: 5 % of the margin to the environment, less what it
+/// may stray between two samples.
+const TOLERANCE_M: f64 = 4e-4;
 
 /// A ball around a shape.
 struct Ball {

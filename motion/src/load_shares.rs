@@ -81,9 +81,9 @@ impl LoadShares {
         })
     }
 
-    /// How much of what is needed beyond rest each point takes.
-    pub fn weights(&self, at_rest: &[Vector3<f64>]) -> Vec<f64> {
-        let mut weights = self.loads(at_rest);
+    /// How much of what is needed beyond rest each point takes, by how hard it presses at rest.
+    pub fn weights(&self, loads: &[f64]) -> Vec<f64> {
+        let mut weights = loads.to_vec();
         let mut sums = vec![0.0; self.normals.len()];
         for (load, p) in weights.iter().zip(&self.points) {
             sums[p.contact] += load;
@@ -156,7 +156,7 @@ impl LoadShares {
     }
 
     /// How hard each point presses, N; nothing where it pulls.
-    fn loads(&self, forces_W: &[Vector3<f64>]) -> Vec<f64> {
+    pub fn loads(&self, forces_W: &[Vector3<f64>]) -> Vec<f64> {
         let loads = forces_W.iter().zip(&self.points);
         let loads = loads.map(|(f, p)| f.dot(&self.normals[p.contact]).max(0.0));
         loads.collect()

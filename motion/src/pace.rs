@@ -29,6 +29,8 @@ const PIECES_MAX: usize = 160;
 const FARTHER: f64 = 1.5;
 /// Part of the weight below which what is needed has no direction.
 const SLIGHT: f64 = 0.01;
+/// A point that bears less at rest takes nothing, N.
+const UNLOADED_N: f64 = 1e-3;
 /// A law that exceeds its limits by no more than this part is kept: of a contact that keeps a tenth of its
 /// load, ten times as much of its friction.
 const OVER: f64 = 2e-4;
@@ -53,8 +55,12 @@ struct Place {
     com_W: Vector3<f64>,
     /// Force and moment about the centre of mass that are needed, N and N·m.
     needs: Parts<Vector6<f64>>,
-    /// How much each point takes of what is needed beyond rest.
-    weights: Vec<f64>,
+    /// Force at each point at rest as the postures have it, N, and how hard it presses there.
+    at_rest: Vec<Vector3<f64>>,
+    loads: Vec<f64>,
+    /// Torque that each joint would exert if nothing were touched, N·m or N, its axis and its origin.
+    bare: Parts<Vec<f64>>,
+    joints_W: Vec<[Vector3<f64>; 2]>,
     /// Force at each point, N.
     forces_W: Parts<Vec<Vector3<f64>>>,
     /// Torque of each joint, N·m or N.
@@ -65,8 +71,8 @@ struct Place {
     landing: Option<(f64, f64)>,
 }
 
-/// Forces of the points without a resultant, linear in what is needed beyond rest, so that contacts bear
-/// it better than by their shares alone.
+/// Forces of the points without a resultant, linear in what is needed beyond rest and over what each point
+/// bears at rest, so that contacts bear it better than by their shares alone.
 type Lean = Vec<Matrix3x6<f64>>;
 
 /// The dynamics of one phase.
@@ -95,9 +101,9 @@ impl<'a> Pace<'a> {
     }
 
     /// The dynamics at equally spaced places of the path, both ends included.
-    fn places(&mut self, leans: &[Lean]) -> Vec<Place> {
+    fn places(&mut self) -> Vec<Place> {
         let n = (self.phase.samples.len() - 1).min(PIECES_MAX);
-        let places = (0..=n).map(|i| self.place(i as f64 / n as f64, leans));
+        let places = (0..=n).map(|i| self.place(i as f64 / n as f64, &Lean::new()));
         places.collect()
     }
 
@@ -107,7 +113,8 @@ impl<'a> Pace<'a> {
         let w = a * bend + b * rate * rate;
         let still = &place.forces_W[0];
         let leaning = self.shares.leaning(still, &place.com_W, rest + w * FARTHER);
-        let plain = self.shares.shared(&place.weights, &place.com_W, [w]);
+        let weights = self.shares.weights(&place.loads);
+        let plain = self.shares.shared(&weights, &place.com_W, [w]);
         let [plain] = plain;
         let leaning = leaning
             .iter()
@@ -126,7 +133,8 @@ impl<'a> Pace<'a> {
         let better = used(&leaning) < used(&plain);
         let part = if better { 1.0 } else { 0.0 };
         let along = w.transpose() * (part / square);
-        let off = leaning.iter().zip(&plain).map(|(f, g)| (f - g) * along);
+        let off = leaning.iter().zip(&plain).zip(&place.loads);
+        let off = off.map(|((f, g), load)| (f - g) * along / load.max(UNLOADED_N));
         off.collect()
     }
 

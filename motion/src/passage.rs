@@ -25,6 +25,8 @@ use crate::spline::Ends;
 
 /// The part w of a phase that is bent.
 const BENT: f64 = 0.25;
+/// The parts of the direction that are tried.
+const LESS: [f64; 3] = [1.0, 0.6, 0.3];
 /// Residual that closing leaves at most, m and rad.
 const CLOSED: f64 = 1e-6;
 
@@ -83,9 +85,13 @@ fn passage(
     } else {
         None
     }?;
-    let last = bent(context, before, &back, (End::Last, &one), &T)?;
-    let first = bent(context, after, &on, (End::First, &one), &T)?;
-    Some([last, first])
+    // Where the whole of it is beyond a limit, less of it may do.
+    LESS.iter().find_map(|part| {
+        let T = &T * *part;
+        let last = bent(context, before, &back, (End::Last, &one), &T)?;
+        let first = bent(context, after, &on, (End::First, &one), &T)?;
+        Some([last, first])
+    })
 }
 
 fn curve(phase: &PhaseTrajectory) -> Curve {

@@ -3,19 +3,17 @@ use robot_model::Robot;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::config::{Config, Controller};
+use crate::config::Config;
+use crate::control::{Control, servo};
 use crate::criteria::Criterion;
-use crate::footing::Footing;
 use crate::monitor::Monitor;
 use crate::perturbation::Perturbation;
-use crate::physics::{Physics, Servo};
+use crate::physics::Physics;
 use crate::plant::Plant;
 use crate::reference::{Reference, ReferenceContact, ReferenceState};
 use crate::run::Run;
 use crate::schedule::closures;
-use crate::touching::Touching;
 use crate::verdict::{CONTACT_DELAY_S, CONTACT_N, cause, judge};
-use crate::whole_body::{PERIOD_S, WholeBodyController};
 use crate::world::WorldBody;
 
 /// Time held at the end of the motion, s.
@@ -91,77 +89,42 @@ pub fn execute(
     observer: &mut impl Observer,
 ) -> Result<Executed, Error> {
     let physics = Physics::from(config);
-    let servo = match config.controller {
-        Controller::Servo => Servo::STIFF,
-        Controller::WholeBody => Servo::SOFT,
-    };
+    let kind = config.controller;
     let world = perturbation.applied(world);
-    let plant = Plant::new(robot, &world, &physics, servo, &perturbation.scales())?;
-    let mut controller = WholeBodyController::new(robot, &physics)?;
-    let mut footing = Footing::new(robot);
+    let plant = Plant::new(robot, &world, &physics, servo(kind), &perturbation.scales())?;
 
     let mut wanted = ReferenceState::at_rest(robot.neutral());
     reference.at(0.0, &mut wanted);
     let closed = closures(reference, &wanted, CONTACT_N);
     let monitor = Monitor::new(robot, &world, closed, CONTACT_DELAY_S, CONTACT_N);
     let mut run = Run::new(robot, plant, monitor, &wanted);
-    let mut touching = Touching::new(robot, &wanted);
-    let mut torques = vec![0.0; robot.nj()];
-    let (mut joints, mut rates) = (torques.clone(), torques.clone());
-    let period = ((PERIOD_S / physics.dt_s).round() as usize).max(1);
+    let mut control = Control::new(robot, &physics, kind, &wanted)?;
     let duration_s = reference.duration_s() + REST_S;
     let steps = (duration_s / physics.dt_s).round() as usize;
     let mut fell_s = None;
 
     for step in 0..steps {
         let t_s = step as f64 * physics.dt_s;
-        if step % period == 0 {
+        if step.is_multiple_of(control.period) {
             reference.at(t_s, &mut wanted);
-            let (found, followed) = match config.controller {
-                Controller::WholeBody => {
-                    let dt_s = period as f64 * physics.dt_s;
-                    let followed = footing.followed(&run.state, &wanted, touching.now(), dt_s);
-                    let found =
-                        controller.torques(&run.state, &run.v, &followed, touching.now())?;
-                    (found, followed)
-                }
-                Controller::Servo => {
-                    let (q, v) = (&wanted.configuration, &wanted.v);
-                    let found = controller.torques(q, v, &wanted, touching.all())?;
-                    (found, wanted.clone())
-                }
-            };
-            torques.copy_from_slice(found);
-            joints.copy_from_slice(followed.configuration.joints.as_slice());
-            rates.copy_from_slice(&followed.v.as_slice()[6..]);
-            if config.controller == Controller::WholeBody {
-                // A limb that searches for its place beyond the reference is not held back.
-                let searching = |c: &&ReferenceContact| touching.searches(c.patch);
-                for contact in wanted.contacts.iter().filter(searching) {
-                    let body = robot.patches[contact.patch].body;
-                    for j in (0..joints.len()).filter(|j| robot.supports(j + 1, body)) {
-                        (joints[j], rates[j]) = (run.state.joints[j], run.v[6 + j]);
-                    }
-                }
-            }
-            run.plant.command(&joints, &rates, &torques);
+            control.command(&mut run, &wanted)?;
         }
         run.plant.push(&perturbation.force_W(t_s));
         let stable = run.step(t_s, &wanted);
+        control.feel(&run, &wanted);
         let monitor = &run.monitor;
-        let lands = monitor.nears_landing(&wanted);
-        touching.update(&monitor.normal_n, &wanted, lands, physics.dt_s);
         if !stable || monitor.com_error_m.is_nan() || monitor.com_error_m > FALL_M {
             fell_s = Some(t_s);
             break;
         }
-        if step % period == 0 {
+        if step.is_multiple_of(control.period) {
             let row = trace_row(robot, &run, t_s);
             observer.see(&mut run.plant, &row)?;
         }
     }
     let simulated_s = fell_s.unwrap_or(duration_s);
-    let criteria = judge(robot, &run.monitor, fell_s, simulated_s);
+    let pushed = !perturbation.pushes.is_empty();
+    let criteria = judge(robot, &run.monitor, pushed, fell_s, simulated_s);
     Ok(Executed {
         pass: criteria.iter().all(|c| c.pass),
         stands: fell_s.is_none() && stands(&wanted, &run.monitor),

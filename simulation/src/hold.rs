@@ -1,4 +1,4 @@
-//! Whether a stance holds: the robot is put there and held by its servos.
+//! Whether a stance holds: the robot is put there and held by what executes motions.
 
 use nalgebra::Vector3;
 use robot_model::{GRAVITY_M_S2, Robot};
@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::Config;
+use crate::control::{Control, servo};
 use crate::criteria::{Criterion, Unit};
 use crate::monitor::Monitor;
-use crate::physics::{Physics, Scales, Servo};
+use crate::physics::{Physics, Scales};
 use crate::plant::Plant;
 use crate::reference::ReferenceState;
 use crate::run::Run;
 use crate::schedule::Closure;
-use crate::statics::holding_torques;
 use crate::verdict::{COM_ERROR_FINAL_MAX_M, CONTACT_N, PENETRATION_MAX_M, TILT_MAX_RAD};
 use crate::world::WorldBody;
 
@@ -54,13 +54,11 @@ pub struct Held {
 
 /// Holds a stance, pushed by `push_W` (in W, N) where there is one.
 ///
-///   τ = g(q) − Σ Jᵀ f,  f the stance's own forces
-///
 /// What settling, drift, tilt and speed at the end may be is asked of the plain run; a pushed one
 /// has to come back from where it was pushed to.
 ///
 /// # Errors
-/// As [`Plant::new`].
+/// As [`Plant::new`] and [`WholeBodyController::torques`](crate::whole_body::WholeBodyController::torques).
 pub fn hold(
     robot: &Robot,
     world: &[WorldBody],
@@ -69,25 +67,34 @@ pub fn hold(
     push_W: Option<Vector3<f64>>,
 ) -> Result<Held, Error> {
     let physics = Physics::from(config);
-    let plant = Plant::new(robot, world, &physics, Servo::STIFF, &Scales::default())?;
+    let kind = config.controller;
+    let plant = Plant::new(robot, world, &physics, servo(kind), &Scales::default())?;
     let closed = wanted.contacts.iter().map(|contact| Closure {
         loaded_from_s: (contact.normal_n() > CONTACT_N).then_some(0.0),
         ..Closure::new(contact, 0.0)
     });
     let monitor = Monitor::new(robot, world, closed.collect(), 0.0, CONTACT_N);
     let mut run = Run::new(robot, plant, monitor, wanted);
-    let torques = holding_torques(robot, wanted);
-    let still = vec![0.0; robot.nj()];
-    let joints = wanted.configuration.joints.as_slice();
-    run.plant.command(joints, &still, &torques);
+    // What bears nothing is held where it is, and has nothing to search for.
+    let mut bearing = wanted.clone();
+    bearing.contacts.retain(|c| c.normal_n() > CONTACT_N);
+    let mut control = Control::new(robot, &physics, kind, &bearing)?;
+    let mut next = |run: &mut Run, step: usize| -> Result<bool, Error> {
+        if step.is_multiple_of(control.period) {
+            control.command(run, &bearing)?;
+        }
+        let stable = run.step(step as f64 * physics.dt_s, wanted);
+        control.feel(run, &bearing);
+        Ok(stable)
+    };
 
     // Settle on the world as it is.
-    let steps = |duration_s: f64| 1..=(duration_s / physics.dt_s).round() as usize;
+    let steps = |duration_s: f64| (duration_s / physics.dt_s).round() as usize;
     let settling = steps(SETTLE_S);
-    let settled_s = *settling.end() as f64 * physics.dt_s;
-    let mut stable = settling
-        .into_iter()
-        .all(|step| run.step(step as f64 * physics.dt_s, wanted));
+    let mut stable = true;
+    for step in 0..settling {
+        stable = stable && next(&mut run, step)?;
+    }
     let mut drift = Drift {
         settled_com_m: run.monitor.com_error_m,
         settled_tilt_rad: run.monitor.tilt_rad,
@@ -101,9 +108,11 @@ pub fn hold(
     // Hold, pushed at first where so wished.
     let mut com_before_last = com_home;
     let last_from = config.hold_s - 1.0;
-    for step in steps(config.hold_s) {
+    for step in 0..steps(config.hold_s) {
         let since = step as f64 * physics.dt_s;
-        stable = stable && run.step(settled_s + since, wanted);
+        let pushing = push_W.filter(|_| since < PUSH_S);
+        run.plant.push(&pushing.unwrap_or_else(Vector3::zeros));
+        stable = stable && next(&mut run, settling + step)?;
         if !stable {
             break;
         }
@@ -116,8 +125,6 @@ pub fn hold(
         } else {
             drift.last = drift.last.max((com - com_before_last).norm());
         }
-        let pushing = push_W.filter(|_| since < PUSH_S);
-        run.plant.push(&pushing.unwrap_or_else(Vector3::zeros));
     }
     drift.speed = Monitor::joint_speed(&run.v);
     Ok(judge(robot, wanted, &run.monitor, &drift))

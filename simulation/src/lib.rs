@@ -4,7 +4,6 @@
 //! |---|---|
 //! | what is simulated: the parsed robot and convex bodies as model text | [`mjcf`], [`world`], [`physics`] |
 //! | what is wanted at which time | [`mod@reference`], [`schedule`] |
-//! | τ = g − Σ Jᵀ f | [`statics`] |
 //! | M v̇ + h = (0, τ) + Σ Jᵀ f | [`dynamics`] |
 //! | torques from one quadratic program | [`whole_body`] |
 //! | what robust runs change | [`perturbation`]; the faces that it moves: [`used_faces`] |
@@ -41,11 +40,12 @@ pub mod playback;
 mod qp;
 pub mod reference;
 pub mod schedule;
-pub mod statics;
 pub mod used_faces;
 pub mod whole_body;
 pub mod world;
 
+#[cfg(feature = "mujoco")]
+mod control;
 #[cfg(feature = "mujoco")]
 pub mod execution;
 #[cfg(feature = "mujoco")]

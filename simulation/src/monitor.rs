@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use motion::time_scaling::quintic;
 use nalgebra::{DVector, Point2, Vector3};
 use robot_model::{Configuration, ContactPatch, Kinematics, Robot};
 use surfaces::ConvexPolygon;
@@ -11,6 +12,7 @@ use crate::observed::{ClosureObserved, Peaks, Unplanned};
 use crate::plant::{Side, Touch};
 use crate::reference::ReferenceState;
 use crate::schedule::Closure;
+use crate::whole_body::FADE_S;
 use crate::world::WorldBody;
 
 /// A touched point is the patch's where it is this near to its plane and polygon, m.
@@ -48,6 +50,8 @@ pub(crate) struct Monitor<'a> {
     observed: Vec<ClosureObserved>,
     /// Largest values since the last [`Self::forget`].
     pub peaks: Peaks,
+    /// The patch in the air, how far it was off its way when it left, and when.
+    left: Option<(usize, Vector3<f64>, f64)>,
     /// Contacts that nothing asked for, by the names of the two.
     unplanned: BTreeMap<(String, String), Unplanned>,
     /// Normal force of each patch now, N.
@@ -86,6 +90,7 @@ impl<'a> Monitor<'a> {
             grace_s,
             load_n,
             peaks: Peaks::default(),
+            left: None,
             unplanned: BTreeMap::new(),
             vertical_n: 0.0,
             com_W: Vector3::zeros(),
@@ -239,7 +244,16 @@ impl<'a> Monitor<'a> {
             let there = self.kinematics.X_WC(patch).translation.vector;
             let wanted = self.reference.X_WC(patch).translation.vector;
             let at = || format!("{} at {:.2} s", patch.name, seen.t_s);
-            self.peaks.swing_error_m.see((there - wanted).norm(), at);
+            // It leaves from where it stands: what that is off is gone after a while.
+            let off = there - wanted;
+            let left = self.left.filter(|left| left.0 == swing);
+            let (_, first, from_s) = left.unwrap_or((swing, off, seen.t_s));
+            self.left = Some((swing, first, from_s));
+            let kept = 1.0 - quintic((seen.t_s - from_s) / FADE_S);
+            let error = (off - first * kept).norm();
+            self.peaks.swing_error_m.see(error, at);
+        } else {
+            self.left = None;
         }
     }
 
@@ -271,11 +285,10 @@ impl<'a> Monitor<'a> {
         Criterion::at_most("unplanned contacts", count, 0.0, Unit::Plain("")).on(words)
     }
 
-    /// The criterion that no contact slips by more than `bound_m`; `said` names a closure.
+    /// The criterion that no contact that is to bear slips by more than `bound_m`; `said` names a closure.
     pub fn slip(&self, bound_m: f64, said: impl Fn(&Closure) -> String) -> Criterion {
-        let most = self
-            .pairs()
-            .max_by(|a, b| a.1.slip_m.total_cmp(&b.1.slip_m));
+        let bear = self.pairs().filter(|(c, _)| c.loaded_from_s.is_some());
+        let most = bear.max_by(|a, b| a.1.slip_m.total_cmp(&b.1.slip_m));
         let slip_m = most.map_or(0.0, |(_, observed)| observed.slip_m);
         let said = most.map(|(closure, _)| said(closure));
         Criterion::at_most("slip", slip_m, bound_m, Unit::Millimetre).on(said)

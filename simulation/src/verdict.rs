@@ -6,8 +6,10 @@ use crate::criteria::{Criterion, Unit};
 use crate::monitor::Monitor;
 use crate::schedule::Closure;
 
-/// Largest deviation of the centre of mass from its reference, m; and at the end.
+/// Largest deviation of the centre of mass from its reference, m: half of what plans keep to the edge of
+/// support, where the robot is pushed all of it; and at the end.
 const COM_ERROR_MAX_M: f64 = 0.020;
+const COM_ERROR_PUSHED_MAX_M: f64 = 0.040;
 pub(crate) const COM_ERROR_FINAL_MAX_M: f64 = 0.010;
 /// Largest slip of a contact, m.
 const SLIP_MAX_M: f64 = 0.010;
@@ -28,6 +30,7 @@ pub(crate) const CONTACT_N: f64 = 5.0;
 pub(crate) fn judge(
     robot: &Robot,
     monitor: &Monitor,
+    pushed: bool,
     fell_s: Option<f64>,
     simulated_s: f64,
 ) -> Vec<Criterion> {
@@ -43,10 +46,11 @@ pub(crate) fn judge(
     let (delay_s, delayed) = late.max_by(|a, b| a.0.total_cmp(&b.0)).unzip();
     let (delay_s, second) = (delay_s.unwrap_or(0.0), Unit::Plain("s"));
     let (com_end, com_end_max) = (monitor.com_error_m, COM_ERROR_FINAL_MAX_M);
+    let com_max = [COM_ERROR_MAX_M, COM_ERROR_PUSHED_MAX_M][usize::from(pushed)];
     let fallen = f64::from(u8::from(fell_s.is_some()));
     vec![
         Criterion::at_most("falls", fallen, 0.0, plain).on(fell_s.map(|t| format!("at {t:.2} s"))),
-        peaks.com_error_m.at_most("com error", COM_ERROR_MAX_M, mm),
+        peaks.com_error_m.at_most("com error", com_max, mm),
         Criterion::at_most("com error at the end", com_end, com_end_max, mm),
         monitor.slip(SLIP_MAX_M, at),
         peaks.tilt_rad.at_most("tilt", TILT_MAX_RAD, Unit::Degree),

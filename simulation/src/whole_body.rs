@@ -20,12 +20,15 @@ use crate::dynamics::Dynamics;
 use crate::physics::Physics;
 use crate::qp::{RowSet, Solver};
 use crate::reference::{ReferenceContact, ReferenceState};
+#[cfg(feature = "mujoco")]
+pub(crate) use tasks::FADE_S;
 use tasks::{Offset, contact_axes};
 
 /// Time between two solutions, s.
 pub(crate) const PERIOD_S: f64 = 0.002;
-/// Part of the coefficients of friction that the controller counts on: what motions use.
-const FRICTION_USE: f64 = 0.9;
+/// Part of the coefficients of friction that the controller counts on: less than three quarters, which is
+/// what a floor that is wet or dusty keeps of its own.
+const FRICTION_USE: f64 = 0.7;
 /// Sides of the cone that it keeps to, whose edges are on it.
 const SIDES: usize = 8;
 /// Distance by which the corners, at which forces act, lie inside the patch, m.

@@ -33,8 +33,8 @@ pub struct Report {
     pub execution: Option<Executed>,
     /// The motion perturbed, run by run.
     pub robust: Vec<Executed>,
-    /// How many of those end standing.
-    pub standing: Option<Criterion>,
+    /// How many of those meet every criterion, and how many end standing; empty where there are none.
+    pub robustness: Vec<Criterion>,
     /// Whether every criterion holds.
     pub pass: bool,
 }

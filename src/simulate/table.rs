@@ -83,15 +83,23 @@ pub fn of_robust(runs: &[Executed]) -> String {
     text
 }
 
-/// Part of the perturbed runs that must end with the robot standing.
-const STANDING_MIN: f64 = 0.9;
+/// Part of the perturbed runs that must meet every criterion.
+const MET_MIN: f64 = 0.9;
 
-/// Whether enough of the perturbed runs end standing.
-pub fn standing(runs: &[Executed]) -> Criterion {
-    let stand = runs.iter().filter(|run| run.stands).count();
-    let part = stand as f64 / runs.len().max(1) as f64;
-    let name = "runs that end standing";
-    Criterion::at_least(name, part, STANDING_MIN, Unit::Plain(""))
+/// Whether enough of the perturbed runs meet every criterion, and all of them end standing.
+pub fn robust(runs: &[Executed]) -> [Criterion; 2] {
+    let part = |is: fn(&Executed) -> bool| {
+        runs.iter().filter(|run| is(run)).count() as f64 / runs.len().max(1) as f64
+    };
+    [
+        (
+            "runs that meet every criterion",
+            part(|run| run.pass),
+            MET_MIN,
+        ),
+        ("runs that end standing", part(|run| run.stands), 1.0),
+    ]
+    .map(|(name, part, least)| Criterion::at_least(name, part, least, Unit::Plain("")))
 }
 
 /// The criteria of one run.

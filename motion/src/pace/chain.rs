@@ -5,11 +5,14 @@
 
 use rayon::prelude::*;
 
-use super::smoothing::{Grid, excess, smooth};
-use super::{Lean, OVER, Pace, Paced};
+use super::dynamics::between;
+use super::smoothing::{Excess, Grid, excess, smooth};
+use super::{Lean, OVER, Pace, Paced, Place};
+use crate::config::Config;
 use crate::load_shares::LoadShares;
 use crate::problem::MotionContext;
 use crate::segment::PhaseTrajectory;
+use crate::time_law::TimeLaw;
 use crate::time_scaling::quintic;
 
 /// How often the forces are suited to the law that came of the last ones, and the part of the time from
@@ -20,14 +23,19 @@ const WORTH: f64 = 0.98;
 /// suited to it, and in the end.
 const ROUGHLY: usize = 3;
 const FINALLY: usize = 8;
-/// How often a law is made slower until every sample is within its limits.
-const STRETCHES: usize = 10;
+/// How often the limits are drawn in where samples exceed them, and how often all is made slower then, each
+/// time farther than what the last samples say: others meet sharp places of the path elsewhere.
+const DRAWN_IN: usize = 6;
+const STRETCHED: usize = 24;
+/// Largest difference of velocities from those of the samples, over what the largest acceleration of a joint
+/// makes of it between two of them: more is a kink.
+const KINK: f64 = 0.08;
 
 /// The least time for a phase from rest to rest, s: before forces suit its law.
 pub(crate) fn least_s(context: &MotionContext, phase: &PhaseTrajectory) -> f64 {
     let mut pace = Pace::new(context, phase);
-    let rows = pace.places(&[]);
-    let rows = rows.iter().map(|place| pace.rows(place)).collect();
+    let places = pace.places();
+    let rows = places.iter().map(|place| pace.rows(place)).collect();
     let law = smooth(&Grid::new(vec![rows]), context.config, ROUGHLY);
     law.map_or(0.0, |(law, over)| law.duration_s() * over.max(1.0))
 }
@@ -38,22 +46,50 @@ pub(crate) fn samples(
     context: &MotionContext,
     phases: &[&PhaseTrajectory],
 ) -> Vec<(LoadShares, Vec<Paced>)> {
-    let config = context.config;
     let paces = phases.iter().map(|phase| Pace::new(context, phase));
     let mut paces: Vec<Pace> = paces.collect();
-    // The fastest law, by forces that suit the one before it.
+    let Some((mut grid, leans)) = suited(&mut paces, context.config) else {
+        return Vec::new();
+    };
+    let (mut slower, mut samples, mut settled) = (1.0, Vec::new(), false);
+    for tried in 0..DRAWN_IN + STRETCHED {
+        let Some((law, over)) = smooth(&grid, context.config, FINALLY) else {
+            break;
+        };
+        let law = law.slower(over.max(1.0) * slower);
+        let used;
+        (samples, used) = sampled(&mut paces, &leans, &law, context.config);
+        let over = used.iter().fold(0.0, |a: f64, (_, over)| a.max(*over));
+        settled = over <= 1.0 + OVER;
+        if settled {
+            break;
+        }
+        if tried < DRAWN_IN {
+            grid.draw_in(&used);
+        } else {
+            slower *= 1.0 + (over - 1.0) * (tried - DRAWN_IN + 1) as f64;
+        }
+    }
+    // What stays outside the limits is no law for several phases, which may stop instead.
+    if !settled && phases.len() > 1 {
+        return Vec::new();
+    }
+    let shares = paces.into_iter().map(|pace| pace.shares);
+    shares.zip(samples).collect()
+}
+
+/// The limits of the phases, and how forces lean that suit the fastest law within them.
+fn suited(paces: &mut [Pace], config: &Config) -> Option<(Grid, Vec<Vec<Lean>>)> {
+    let places = paces.par_iter_mut().map(Pace::places);
+    let mut places: Vec<Vec<Place>> = places.collect();
     let mut best: Option<(f64, Grid, Vec<Vec<Lean>>)> = None;
-    let mut leans = vec![Vec::new(); paces.len()];
+    let mut leans: Vec<Vec<Lean>> = vec![Vec::new(); paces.len()];
+    let paces = &*paces;
     for _ in 0..PASSES {
-        let places = paces.par_iter_mut().zip(&leans).map(|(pace, leans)| {
-            let places = pace.places(leans);
-            let rows = places.iter().map(|place| pace.rows(place));
-            let rows = rows.collect();
-            (places, rows)
-        });
-        let (places, rows): (Vec<_>, Vec<_>) = places.collect::<Vec<_>>().into_iter().unzip();
+        let rows = paces.par_iter().zip(&places);
+        let rows = rows.map(|(pace, places)| places.iter().map(|p| pace.rows(p)).collect());
         // At rest every row has room, so there is one.
-        let grid = Grid::new(rows);
+        let grid = Grid::new(rows.collect());
         let Some((law, _)) = smooth(&grid, config, ROUGHLY) else {
             break;
         };
@@ -62,12 +98,14 @@ pub(crate) fn samples(
         if before.is_some_and(|before| time >= before) {
             break;
         }
-        let next = paces.par_iter().zip(&places).enumerate();
+        let next = paces.par_iter().zip(&mut places).enumerate();
         let next = next.map(|(k, (pace, places))| {
             let pieces = (places.len() - 1) as f64;
-            let lean = places.iter().enumerate().map(|(i, place)| {
+            let lean = places.iter_mut().enumerate().map(|(i, place)| {
                 let [_, rate, bend] = law.at(law.time_s(k as f64 + i as f64 / pieces));
-                pace.lean(place, rate, bend)
+                let lean = pace.lean(place, rate, bend);
+                pace.bear(place, &lean);
+                lean
             });
             lean.collect()
         });
@@ -77,48 +115,56 @@ pub(crate) fn samples(
             break;
         }
     }
-    let last = best.and_then(|(_, grid, leans)| Some((smooth(&grid, config, FINALLY)?, leans)));
-    let Some(((mut law, mut over), leans)) = last else {
-        return Vec::new();
+    best.map(|(_, grid, leans)| (grid, leans))
+}
+
+/// The samples of every phase by a law, and by how much each of them exceeds what is allowed.
+fn sampled(
+    paces: &mut [Pace],
+    leans: &[Vec<Lean>],
+    law: &TimeLaw,
+    config: &Config,
+) -> (Vec<Vec<Paced>>, Vec<Excess>) {
+    let count = paces.len();
+    let time = |k: usize| match k {
+        0 => 0.0,
+        k if k == count => law.duration_s(),
+        k => law.time_s(k as f64),
     };
-    let mut samples = Vec::new();
-    for tried in 0..STRETCHES {
-        // Samples of other times meet sharp places of the path elsewhere: every try goes farther than what
-        // the last one's samples say.
-        law = law.slower(1.0 + (over - 1.0).max(0.0) * tried.max(1) as f64);
-        let time = |k: usize| match k {
-            0 => 0.0,
-            k if k == phases.len() => law.duration_s(),
-            k => law.time_s(k as f64),
-        };
-        let borders: Vec<f64> = (0..=phases.len()).map(time).collect();
-        let all = paces.par_iter_mut().zip(&leans).enumerate();
-        let all = all.map(|(k, (pace, leans))| {
-            let mut over = 0.0_f64;
-            let states = stepped([borders[k], borders[k + 1]], config.dt_s);
-            let paced = states.iter().map(|[tau, slower, change]| {
-                let [s, rate, bend] = law.at(*tau);
-                let (rate, bend) = (rate * slower, bend * slower * slower + rate * change);
-                let place = pace.place((s - k as f64).clamp(0.0, 1.0), leans);
-                over = over.max(excess(pace.rows(&place).iter().copied(), rate, bend));
-                pace.paced(&place, rate, bend)
-            });
-            (paced.collect(), over)
-        });
-        let (paced, overs): (Vec<Vec<Paced>>, Vec<f64>) =
-            all.collect::<Vec<_>>().into_iter().unzip();
-        samples = paced;
-        over = overs.into_iter().fold(0.0, f64::max);
-        if over <= 1.0 + OVER {
-            break;
+    let borders: Vec<f64> = (0..=count).map(time).collect();
+    let all = paces.par_iter_mut().zip(leans).enumerate();
+    let all = all.map(|(k, (pace, leans))| {
+        let states = stepped([borders[k], borders[k + 1]], config.dt_s);
+        let mut used = Vec::with_capacity(2 * states.len());
+        let mut all: Vec<Paced> = Vec::with_capacity(states.len());
+        for [tau, slower, change] in states {
+            let [s, rate, bend] = law.at(tau);
+            let (rate, bend) = (rate * slower, bend * slower * slower + rate * change);
+            let s = (s - k as f64).clamp(0.0, 1.0);
+            let place = pace.place(s, &between(leans, s));
+            let now = pace.paced(&place, rate, bend);
+            let mut over = excess(&pace.rows(&place), rate, bend);
+            if let Some(before) = all.last() {
+                over = over.max(kink(before, &now, config));
+            }
+            used.push((law.span(tau), over));
+            all.push(now);
         }
-    }
-    // What stays outside the limits is no law for several phases; of one alone it is written, and refused.
-    if over > 1.0 + OVER && phases.len() > 1 {
-        return Vec::new();
-    }
-    let shares = paces.into_iter().map(|pace| pace.shares);
-    shares.zip(samples).collect()
+        (all, used)
+    });
+    let (samples, used): (Vec<_>, Vec<_>) = all.collect::<Vec<_>>().into_iter().unzip();
+    (samples, used.concat())
+}
+
+/// How much slower a step has to be for velocities and accelerations that agree with where it leads:
+///
+///   Δq = h (v + v')/2 − h² (a' − a)/12
+fn kink(before: &Paced, now: &Paced, config: &Config) -> f64 {
+    let h = config.dt_s;
+    let moved = before.q.difference(&now.q) / h;
+    let meant = (&before.v + &now.v) / 2.0 - (&now.a - &before.a) * (h / 12.0);
+    let most = KINK * config.joint_acceleration_rad_s2 * h;
+    ((moved - meant).amax() / most).sqrt()
 }
 
 /// Times τ at whole steps from one time to another, with their first and second derivatives: with as many

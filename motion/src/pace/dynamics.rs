@@ -1,15 +1,15 @@
 //! The dynamics of a phase at one place of its path.
 
 use nalgebra::{Vector3, Vector6};
-use robot_model::GRAVITY_M_S2;
+use robot_model::{GRAVITY_M_S2, JointKind};
 
 use super::{Lean, Pace, Parts, Place};
 use crate::inverse_dynamics::{BodyForces, joint_torques};
 use crate::sampling::Instance;
 
 impl Pace<'_> {
-    /// The dynamics at `s`, where forces lean as at the places of the grid, or not at all.
-    pub(super) fn place(&mut self, s: f64, leans: &[Lean]) -> Place {
+    /// The dynamics at `s`, where forces lean like this.
+    pub(super) fn place(&mut self, s: f64, lean: &Lean) -> Place {
         let robot = self.context.robot;
         let path = self.curve.at(s);
         let at_rest = self.shares.at_rest(&self.blended(s));
@@ -42,51 +42,77 @@ impl Pace<'_> {
             let away = lands.map(|c| (p - c.X_WC.translation.vector).norm());
             (moves, away.unwrap_or(f64::INFINITY))
         });
-        // What the contacts bear: at rest as the postures have it, and their shares of the rest.
+        // What the joints would exert if nothing were touched, and what is needed altogether.
         let com_W = kinematics.com_W;
-        let resultants = [0, 1, 2].map(|k| {
-            let each = needs[k].iter().zip(&kinematics.origin_W);
-            each.fold(Vector6::zeros(), |sum: Vector6<f64>, ((f, m), o)| {
-                let moment = m + (o - com_W).cross(f);
-                sum + Vector6::new(f.x, f.y, f.z, moment.x, moment.y, moment.z)
-            })
-        });
-        let [rest, a, b] = resultants;
-        let weights = self.shares.weights(&at_rest);
-        // What leans has no resultant, and the shares make up for what it has.
-        let lean = between(leans, s);
-        let leaning = [a, b].map(|w| lean.iter().map(|part| part * w).collect::<Vec<_>>());
-        let left = [0, 1].map(|k| self.shares.resultant(&com_W, &leaning[k]));
-        let unborne = rest - self.shares.resultant(&com_W, &at_rest);
-        let shared = [unborne, a - left[0], b - left[1]];
-        let mut forces_W = self.shares.shared(&weights, &com_W, shared);
-        for (forces, off) in forces_W
-            .iter_mut()
-            .zip([&at_rest, &leaning[0], &leaning[1]])
-        {
-            forces.iter_mut().zip(off).for_each(|(f, off)| *f += off);
-        }
-        // What the joints exert for it.
-        let tau = [0, 1, 2].map(|k| {
-            let needs = &mut needs[k];
-            for (p, f) in self.shares.points.iter().zip(&forces_W[k]) {
-                let body = robot.patches[self.phase.task.closed[p.contact].patch].body;
-                needs[body].0 -= f;
-                needs[body].1 -= (p.p_W - kinematics.origin_W[body]).cross(f);
-            }
+        let bare = [0, 1, 2].map(|k| {
             let mut tau = vec![0.0; robot.nj()];
-            joint_torques(robot, kinematics, needs, &mut tau);
+            joint_torques(robot, kinematics, &mut needs[k], &mut tau);
             tau
         });
-        Place {
+        let resultants = [0, 1, 2].map(|k| {
+            let (f, m) = needs[k][0];
+            let m = m + (kinematics.origin_W[0] - com_W).cross(&f);
+            Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z)
+        });
+        let joints_W =
+            (1..robot.bodies.len()).map(|b| [kinematics.axis_W[b], kinematics.origin_W[b]]);
+        let mut place = Place {
             path,
             com_W,
             needs: resultants,
-            weights,
-            forces_W,
-            tau,
+            loads: self.shares.loads(&at_rest),
+            at_rest,
+            joints_W: joints_W.collect(),
+            forces_W: Default::default(),
+            tau: bare.clone(),
+            bare,
             speeds,
             landing,
+        };
+        self.bear(&mut place, lean);
+        place
+    }
+
+    /// Lets the forces at a place lean like this.
+    pub(super) fn bear(&self, place: &mut Place, lean: &Lean) {
+        let (robot, shares, com_W) = (self.context.robot, &self.shares, &place.com_W);
+        let [rest, a, b] = place.needs;
+        // What leans has no resultant, and the shares make up for what it has.
+        let leaning = [a, b].map(|w| {
+            let parts = lean.iter().zip(&place.loads);
+            parts
+                .map(|(part, load)| part * w * *load)
+                .collect::<Vec<_>>()
+        });
+        let left = [0, 1].map(|k| shares.resultant(com_W, &leaning[k]));
+        let unborne = rest - shares.resultant(com_W, &place.at_rest);
+        let needed = [unborne, a - left[0], b - left[1]];
+        let weights = shares.weights(&place.loads);
+        place.forces_W = shares.shared(&weights, com_W, needed);
+        let off = [&place.at_rest, &leaning[0], &leaning[1]];
+        for (forces, off) in place.forces_W.iter_mut().zip(off) {
+            forces.iter_mut().zip(off).for_each(|(f, off)| *f += off);
+        }
+        // What the joints exert for it.
+        for (k, tau) in place.tau.iter_mut().enumerate() {
+            tau.copy_from_slice(&place.bare[k]);
+            for (number, closed) in self.phase.task.closed.iter().enumerate() {
+                let forces = place.forces_W[k].iter().zip(&shares.points);
+                let own = forces.filter(|(_, p)| p.contact == number);
+                let (force, moment) = own
+                    .fold((Vector3::zeros(), Vector3::zeros()), |sum, (f, p)| {
+                        (sum.0 + f, sum.1 + p.p_W.cross(f))
+                    });
+                let mut body = robot.patches[closed.patch].body;
+                while let Some(parent) = robot.bodies[body].parent {
+                    let [axis, origin] = &place.joints_W[body - 1];
+                    tau[body - 1] -= match robot.bodies[body].kind {
+                        JointKind::Prismatic => axis.dot(&force),
+                        _ => axis.dot(&(moment - origin.cross(&force))),
+                    };
+                    body = parent;
+                }
+            }
         }
     }
 
@@ -106,7 +132,7 @@ impl Pace<'_> {
 }
 
 /// That at `s`, between those of the grid; none where there is no grid.
-fn between(grid: &[Lean], s: f64) -> Lean {
+pub(super) fn between(grid: &[Lean], s: f64) -> Lean {
     let at = s * (grid.len().max(2) - 1) as f64;
     let low = (at as usize).min(grid.len().saturating_sub(2));
     let part = at - low as f64;

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use posture::Contact;
 use robot_model::pyramid_axes_W;
 
-use super::{Pace, Parts, Place};
+use super::{Lean, Pace, Parts, Place, UNLOADED_N};
 use crate::problem::MotionContext;
 use crate::time_law::Row;
 
@@ -16,6 +16,9 @@ const STEP_PART: f64 = 0.9;
 const LANDING_M: f64 = 0.015;
 /// Part of what a point bears at rest that it bears in motion at least.
 const LOAD_KEPT: f64 = 0.1;
+/// Part of the friction that motions use, and what they may use over what it takes to rest where that is more.
+const USUAL: f64 = 0.7;
+const TO_MOVE: f64 = 1.25;
 /// Smallest room that a limit has, part of it: postures may be on their limits.
 const ROOM: f64 = 1e-3;
 /// How a patch slows down on its way to its landing, m/s².
@@ -26,8 +29,6 @@ const FREE: Row = Row {
     b: 0.0,
     c: 1.0,
 };
-/// A point that bears less at rest takes nothing, N.
-const UNLOADED_N: f64 = 1e-3;
 
 /// Normals of the eight sides of a friction cone, and the part of its width that is inside of them.
 const CONE_SIDES: [[f64; 2]; 8] = {
@@ -104,7 +105,7 @@ impl Pace<'_> {
 
     /// Whether contacts and joints can hold the body at rest at `s`.
     pub fn stands(&mut self, s: f64) -> bool {
-        let place = self.place(s, &[]);
+        let place = self.place(s, &Lean::new());
         let (friction_use, torque_use) = self.uses();
         let bodies = self.context.robot.joint_bodies().iter();
         let mut torques = place.tau[0].iter().zip(bodies);
@@ -142,7 +143,10 @@ impl Pace<'_> {
             let axes = axes(self.context, contact);
             let parts = [0, 1, 2].map(|k| axes.tr_mul(&forces_W[k][i]));
             let n = parts.map(|f| f.z);
-            let mu = contact.friction * friction_use;
+            // No more than floors keep that are wet or dusty, unless rest takes nearly as much.
+            let rest = parts[0].xy().norm() / (contact.friction * n[0].max(UNLOADED_N));
+            let most = (rest * TO_MOVE).clamp(USUAL.min(friction_use), friction_use);
+            let mu = contact.friction * most;
             let mut least = |along: [f64; 3], kept: f64| {
                 let c = along[0] - kept;
                 let row = Row {

@@ -4,87 +4,123 @@ use super::OVER;
 use crate::config::Config;
 use crate::time_law::{Row, TimeLaw};
 
-/// The limits at equally spaced places of phases that are gone through one after the other: phase k from
-/// s = k to k + 1.
+/// The limits that bind at places of phases that are gone through one after the other: phase k from s = k to
+/// k + 1, its places equally spaced; a law keeps those of both phases at a border.
+#[derive(Clone)]
 pub(super) struct Grid {
-    rows: Vec<Vec<Vec<Row>>>,
-    /// Number of each phase's first place, where the last one's last one is the same place.
+    at: Vec<f64>,
+    /// Drawn in where a law's mean over time would exceed them else.
+    limits: Vec<Vec<Row>>,
+    /// Those of each phase as they are.
+    own: Vec<Vec<Vec<Row>>>,
+    /// Number of each phase's first place; the last one's last place is the end.
     first: Vec<usize>,
 }
 
-impl Grid {
-    pub fn new(rows: Vec<Vec<Vec<Row>>>) -> Self {
-        let mut first = vec![0];
-        for phase in &rows {
-            first.push(first[first.len() - 1] + phase.len() - 1);
-        }
-        Self { rows, first }
-    }
+/// A little more than what an excess asks for.
+const DRAWN: f64 = 1.0005;
 
-    /// Every place, and its limits: at a border those of both phases.
-    fn merged(&self) -> (Vec<f64>, Vec<Vec<Row>>) {
-        let mut at = vec![0.0];
-        let mut all = vec![Vec::new()];
-        for (k, phase) in self.rows.iter().enumerate() {
-            let pieces = (phase.len() - 1) as f64;
-            all[self.first[k]].extend(&phase[0]);
-            for (i, rows) in phase.iter().enumerate().skip(1) {
-                at.push(k as f64 + i as f64 / pieces);
-                all.push(rows.clone());
-            }
+/// By how much the mean over a stretch of s exceeds a limit.
+pub(super) type Excess = ([f64; 2], f64);
+
+impl Grid {
+    pub fn new(mut own: Vec<Vec<Vec<Row>>>) -> Self {
+        own.iter_mut().flatten().for_each(keep_binding);
+        let mut grid = Self {
+            at: vec![0.0],
+            limits: vec![Vec::new()],
+            first: vec![0],
+            own: Vec::new(),
+        };
+        for (k, phase) in own.iter().enumerate() {
+            let pieces = phase.len() - 1;
+            let border = grid.limits.len() - 1;
+            grid.limits[border].extend(&phase[0]);
+            grid.limits.extend(phase[1..].iter().cloned());
+            grid.at
+                .extend((1..=pieces).map(|i| k as f64 + i as f64 / pieces as f64));
+            grid.first.push(border + pieces);
         }
-        (at, all)
+        grid.own = own;
+        grid
     }
 
     /// The phase of a parameter, and how far along its places that is.
     fn along(&self, s: f64) -> (usize, f64) {
-        let k = (s.max(0.0) as usize).min(self.rows.len() - 1);
-        let pieces = self.rows[k].len() - 1;
+        let k = (s.max(0.0) as usize).min(self.own.len() - 1);
+        let pieces = self.own[k].len() - 1;
         (k, (s - k as f64).clamp(0.0, 1.0) * pieces as f64)
     }
 
-    /// The excess at every sample of a law, by limits between those of the grid, and the first and last
-    /// places of the grid from which the mean comes.
-    fn excesses(&self, law: &TimeLaw, dt_s: f64) -> Vec<([usize; 2], f64)> {
+    /// The excess at every sample of a law, between those of the places beside it.
+    fn excesses(&self, law: &TimeLaw, dt_s: f64) -> Vec<Excess> {
         let steps = (law.duration_s() / dt_s).ceil() as usize;
         let over = (0..=steps).map(|i| {
             let t = i as f64 * dt_s;
             let [s, rate, bend] = law.at(t);
             let (k, at) = self.along(s);
-            let grid = &self.rows[k];
-            let low = (at as usize).min(grid.len() - 2);
-            let part = at - low as f64;
+            let low = (at as usize).min(self.own[k].len() - 2);
+            let [a, b] = [low, low + 1].map(|i| excess(&self.own[k][i], rate, bend));
+            (law.span(t), a + (at - low as f64) * (b - a))
+        });
+        over.collect()
+    }
+
+    /// Draws in the limits from which excesses come.
+    pub fn draw_in(&mut self, used: &[Excess]) {
+        let mut drawn = vec![1.0_f64; self.limits.len()];
+        for ([from, to], over) in used {
             let number = |s: f64, round: fn(f64) -> f64| {
                 let (k, at) = self.along(s);
                 self.first[k] + round(at) as usize
             };
-            let [from, to] = law.span(t);
-            let span = [number(from, f64::floor), number(to, f64::ceil)];
-            let mix = |a: f64, b: f64| a + part * (b - a);
-            let rows = grid[low].iter().zip(&grid[low + 1]).map(|(r, n)| Row {
-                a: mix(r.a, n.a),
-                b: mix(r.b, n.b),
-                c: mix(r.c, n.c),
-            });
-            (span, excess(rows, rate, bend))
-        });
-        over.collect()
+            for k in &mut drawn[number(*from, f64::floor)..=number(*to, f64::ceil)] {
+                *k = k.max(over * over * DRAWN);
+            }
+        }
+        for (rows, k) in self.limits.iter_mut().zip(drawn) {
+            rows.iter_mut().for_each(|row| row.c /= k);
+        }
     }
 }
 
+/// Keeps what binds at some s̈ and ṡ² ≥ 0: of the points (a, b)/c the upper hull.
+fn keep_binding(rows: &mut Vec<Row>) {
+    for row in rows.iter_mut() {
+        *row = Row {
+            a: row.a / row.c,
+            b: row.b / row.c,
+            c: 1.0,
+        };
+    }
+    rows.sort_by(|p, q| p.a.total_cmp(&q.a).then(p.b.total_cmp(&q.b)));
+    let mut hull: Vec<Row> = Vec::new();
+    for row in rows.iter() {
+        let below = |p: &Row, q: &Row| (q.a - p.a) * (row.b - p.b) >= (q.b - p.b) * (row.a - p.a);
+        while matches!(hull.as_slice(), [.., p, q] if below(p, q)) {
+            hull.pop();
+        }
+        if hull.len() == 1 && hull[0].a == row.a {
+            hull.clear();
+        }
+        hull.push(*row);
+    }
+    *rows = hull;
+}
+
 /// How much slower a law has to be for its limits: an acceleration falls with the square of that.
-pub(super) fn excess(rows: impl Iterator<Item = Row>, rate: f64, bend: f64) -> f64 {
-    let used = rows.map(|r| (r.a * bend + r.b * rate * rate) / r.c);
+pub(super) fn excess(rows: &[Row], rate: f64, bend: f64) -> f64 {
+    let used = rows.iter().map(|r| (r.a * bend + r.b * rate * rate) / r.c);
     used.fold(0.0, f64::max).sqrt()
 }
 
 /// The fastest smooth law, and how much slower it has still to be: where the mean over time exceeds a
 /// limit, the limits from which it came are drawn in, and the law is sought again, `tries` times in all.
 pub(super) fn smooth(grid: &Grid, config: &Config, tries: usize) -> Option<(TimeLaw, f64)> {
-    let (at, mut limits) = grid.merged();
+    let mut grid = grid.clone();
     let mut best: Option<(TimeLaw, f64)> = None;
     for _ in 0..tries {
-        let Some(law) = TimeLaw::fastest(&at, &limits, config.smooth_s) else {
+        let Some(law) = TimeLaw::fastest(&grid.at, &grid.limits, config.smooth_s) else {
             break;
         };
         let used = grid.excesses(&law, config.dt_s);
@@ -99,15 +135,29 @@ pub(super) fn smooth(grid: &Grid, config: &Config, tries: usize) -> Option<(Time
         if over <= 1.0 + OVER {
             break;
         }
-        let mut drawn = vec![1.0_f64; limits.len()];
-        for ([from, to], over) in used {
-            for k in drawn[from..=to].iter_mut() {
-                *k = k.max(over * over);
-            }
-        }
-        for (rows, k) in limits.iter_mut().zip(drawn) {
-            rows.iter_mut().for_each(|row| row.c /= k);
-        }
+        grid.draw_in(&used);
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_out_never_binds() {
+        let row = |k: i32| {
+            let [a, b, c] = [1.0, 2.3, 3.1].map(|f| (f64::from(k) * f).sin());
+            Row { a, b, c: 1.1 + c }
+        };
+        let all: Vec<Row> = (0..200).map(row).collect();
+        let mut kept = all.clone();
+        keep_binding(&mut kept);
+        assert!(kept.len() < 30, "{}", kept.len());
+        for k in 0..100 {
+            let (bend, rate) = (f64::from(k - 50), f64::from(k % 7));
+            let [one, other] = [&all, &kept].map(|rows| excess(rows, rate, bend));
+            assert!((one - other).abs() < 1e-12 * (1.0 + one), "{one} {other}");
+        }
+    }
 }

@@ -8,9 +8,9 @@ use super::{FORCE_UNIT_N, PERIOD_S, WholeBodyController};
 use crate::reference::{ReferenceContact, ReferenceState};
 
 /// The centre of mass follows its reference.
-const COM: Task = task(20.0, 60.0, 15.0);
+const COM: Task = task(400.0, 100.0, 20.0);
 /// The base keeps its orientation.
-const BASE: Task = task(10.0, 80.0, 18.0);
+const BASE: Task = task(100.0, 80.0, 18.0);
 /// The patch in the air follows its reference, position and orientation.
 const SWING: Task = task(200.0, 300.0, 35.0);
 /// The joints follow their reference.
@@ -22,9 +22,9 @@ const ALOFT_WEIGHT: f64 = 20.0;
 const CONTACT_WEIGHT: f64 = 1e4;
 const CONTACT_DAMPING: f64 = 20.0;
 /// Weight of the distance of the corner forces from those of the plan, 1/N².
-const FORCE_WEIGHT: f64 = 1e-4;
+const FORCE_WEIGHT: f64 = 1e-5;
 /// Speed at which a patch that should touch and does not is moved on toward its place, m/s.
-const SEARCH_SPEED_M_S: f64 = 0.08;
+const SEARCH_SPEED_M_S: f64 = 0.15;
 /// Weight that keeps the base's accelerations definite: they follow from the tasks.
 const BASE_WEIGHT: f64 = 1e-3;
 

@@ -9,7 +9,7 @@ use crate::dynamics::Dynamics;
 use crate::reference::ReferenceContact;
 
 /// Time over which a patch in the air comes from where it was to where it was planned to be, s.
-const FADE_S: f64 = 0.8;
+pub(crate) const FADE_S: f64 = 0.3;
 
 /// A second-order task: a* = a_ref + kp·e + kd·ė.
 #[derive(Clone, Copy, Debug)]

@@ -1,10 +1,10 @@
 //! The controller on the humanoid: at rest and drifting.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
+use robot_model::{Kinematics, Robot};
 use simulation::Config;
 use simulation::physics::Physics;
 use simulation::reference::ReferenceState;
-use simulation::statics::holding_torques;
 use simulation::whole_body::WholeBodyController;
 
 use crate::robot::{half_sitting, hrp2, standing};
@@ -43,4 +43,20 @@ fn a_robot_that_drifts_is_pulled_back() {
         let joint = robot.joint_index(name).unwrap();
         assert!(drifting[joint] > at_rest[joint] + 1.0, "{name}");
     }
+}
+
+/// τ = g(q) − Σ Jᵀ f of the joints; nj.
+fn holding_torques(robot: &Robot, wanted: &ReferenceState) -> Vec<f64> {
+    let kinematics = Kinematics::new(robot, &wanted.configuration);
+    let mut whole = DVector::zeros(robot.nv());
+    kinematics.gravity_torques(robot, &mut whole);
+    let mut J = DMatrix::zeros(3, robot.nv());
+    for contact in &wanted.contacts {
+        let body = robot.patches[contact.patch].body;
+        kinematics.point_jacobian(robot, body, &contact.X_WC.translation.vector, &mut J);
+        whole -= J.tr_mul(&contact.force_W);
+        kinematics.angular_jacobian(robot, body, &mut J);
+        whole -= J.tr_mul(&contact.moment_W);
+    }
+    whole.as_slice()[6..].to_vec()
 }

@@ -1,0 +1,96 @@
+//! What moves the joints: the whole-body controller beside a soft servo, or a stiff servo alone.
+
+use robot_model::Robot;
+
+use crate::Error;
+use crate::config::Controller;
+use crate::footing::Footing;
+use crate::physics::{Physics, Servo};
+use crate::reference::{ReferenceContact, ReferenceState};
+use crate::run::Run;
+use crate::touching::Touching;
+use crate::whole_body::{PERIOD_S, WholeBodyController};
+
+/// A controller with its memory.
+pub(crate) struct Control<'a> {
+    robot: &'a Robot,
+    kind: Controller,
+    controller: WholeBodyController<'a>,
+    footing: Footing<'a>,
+    touching: Touching,
+    dt_s: f64,
+    /// Steps of the physics between two commands.
+    pub period: usize,
+}
+
+/// The joint servo beside a controller.
+pub(crate) fn servo(kind: Controller) -> Servo {
+    match kind {
+        Controller::Servo => Servo::STIFF,
+        Controller::WholeBody => Servo::SOFT,
+    }
+}
+
+impl<'a> Control<'a> {
+    /// A controller of a robot that is where it is wanted.
+    ///
+    /// # Errors
+    /// As [`WholeBodyController::new`].
+    pub fn new(
+        robot: &'a Robot,
+        physics: &Physics,
+        kind: Controller,
+        wanted: &ReferenceState,
+    ) -> Result<Self, Error> {
+        Ok(Self {
+            robot,
+            kind,
+            controller: WholeBodyController::new(robot, physics)?,
+            footing: Footing::new(robot),
+            touching: Touching::new(robot, wanted),
+            dt_s: physics.dt_s,
+            period: ((PERIOD_S / physics.dt_s).round() as usize).max(1),
+        })
+    }
+
+    /// Commands the joints from the state of the run.
+    ///
+    /// # Errors
+    /// As [`WholeBodyController::torques`].
+    pub fn command(&mut self, run: &mut Run, wanted: &ReferenceState) -> Result<(), Error> {
+        let touching = &self.touching;
+        if self.kind == Controller::Servo {
+            let (q, v) = (&wanted.configuration, &wanted.v);
+            let torques = self.controller.torques(q, v, wanted, touching.all())?;
+            let rates = &v.as_slice()[6..];
+            run.plant.command(q.joints.as_slice(), rates, torques);
+            return Ok(());
+        }
+        let dt_s = self.period as f64 * self.dt_s;
+        let now = touching.now();
+        let followed = self.footing.followed(&run.state, wanted, now, dt_s);
+        let torques = self
+            .controller
+            .torques(&run.state, &run.v, &followed, now)?;
+        let mut joints = followed.configuration.joints;
+        let mut rates = followed.v.as_slice()[6..].to_vec();
+        // A limb that searches for its place beyond the reference is not held back.
+        let searching = |c: &&ReferenceContact| touching.searches(c.patch);
+        for contact in wanted.contacts.iter().filter(searching) {
+            let body = self.robot.patches[contact.patch].body;
+            for j in (0..joints.len()).filter(|j| self.robot.supports(j + 1, body)) {
+                (joints[j], rates[j]) = (run.state.joints[j], run.v[6 + j]);
+            }
+        }
+        run.plant.command(joints.as_slice(), &rates, torques);
+        Ok(())
+    }
+
+    /// Takes in what the feet and hands feel after a step.
+    pub fn feel(&mut self, run: &Run, wanted: &ReferenceState) {
+        let monitor = &run.monitor;
+        let lands = monitor.nears_landing(wanted);
+        self.touching
+            .update(&monitor.normal_n, wanted, lands, self.dt_s);
+    }
+}
