@@ -23,6 +23,8 @@ pub fn unsolved(
     certificate: &Certificate,
     config: &Config,
 ) -> Option<Unsolved> {
+    // The search names a gap of the way without contacts.
+    let gap = blocked.iter().any(|one| one.held.is_empty());
     let (status, sentence) = match status {
         Status::Found if certificate.pass => return None,
         Status::Found => ("refused", "a plan was found, and the verifier refuses it"),
@@ -30,6 +32,10 @@ pub fn unsolved(
         Status::Exhausted => (
             "exhausted",
             "no plan was found where everything was tried, and none is excluded",
+        ),
+        Status::BudgetSpent if gap => (
+            "budget_spent",
+            "no way is known to the goal, and a short search found none",
         ),
         Status::BudgetSpent => ("budget_spent", "the budget is spent"),
         Status::Interrupted => ("interrupted", "interrupted"),
@@ -56,6 +62,11 @@ pub fn unsolved(
             format!("--set posture.restarts={restarts}: more attempts at each posture"),
             "--guide X,Y,Z: places that the base should pass".to_owned(),
             "--goal-tolerance-m: a goal that need not be met as exactly".to_owned(),
+        ],
+        "budget_spent" if gap => vec![
+            "another goal, or --goal-tolerance-m: a goal that need not be met as exactly"
+                .to_owned(),
+            "--guide X,Y,Z: places that the base should pass".to_owned(),
         ],
         _ => vec![
             format!("{budget}: {MORE} times the budget"),

@@ -11,6 +11,10 @@ use robot_model::PatchId;
 
 use crate::context::SearchContext;
 
+/// Distance of neighbouring places of the base, and levels nearer than which are one, m.
+pub(crate) const PLACES_M: f64 = 0.1;
+pub(crate) const LEVELS_M: f64 = 0.15;
+
 /// Something by tile of the level plane, 1 m wide.
 pub(crate) type Tiles<T> = BTreeMap<(i64, i64), T>;
 

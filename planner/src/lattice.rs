@@ -8,13 +8,10 @@ use crate::ground::Ground;
 use crate::reach::Leg;
 use crate::room::{OVER_LEGS, Room, Rooms};
 
-/// Distance of neighbouring places, m, and number of headings.
-pub(crate) const CELL_M: f64 = 0.1;
+/// Number of headings.
 pub(crate) const HEADINGS: i64 = 8;
 /// Directions in which the base is held over its feet.
 const AROUND: usize = 8;
-/// Levels nearer than this are one, m.
-pub(crate) const LEVEL_M: f64 = 0.15;
 /// A metre sideways or backward costs as much as this many ahead.
 const ASIDE: f64 = 2.0;
 /// What a metre of a foot's distance from its usual place adds to the price of a metre.

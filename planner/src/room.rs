@@ -10,14 +10,13 @@ use robot_model::collision::{ShapeGeometry, closest};
 
 use crate::context::SearchContext;
 use crate::crouch::deepest_m;
-use crate::ground::{Tiles, tiles_about};
-use crate::lattice;
+use crate::ground::{LEVELS_M, PLACES_M, Tiles, tiles_about};
 
 /// What stands no higher over the ground than this part of the legs' height is stepped over.
 pub(crate) const OVER_LEGS: f64 = 0.4;
 /// Places nearer than this along the level plane, and levels nearer than this, have the same room, m.
-const CELL_M: f64 = 0.5 * lattice::CELL_M;
-const LEVEL_M: f64 = 0.3 * lattice::LEVEL_M;
+const CELL_M: f64 = 0.5 * PLACES_M;
+const LEVEL_M: f64 = 0.3 * LEVELS_M;
 /// Depths to which the base is lowered, from nothing to the deepest.
 const DEPTHS: usize = 8;
 

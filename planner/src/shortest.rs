@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::lattice::{CELL_M, Footed, HEADINGS, LEVEL_M, Lattice};
+use crate::ground::{LEVELS_M, PLACES_M};
+use crate::lattice::{Footed, HEADINGS, Lattice};
 use crate::route::{Pose, wrap};
 
 /// States that are looked at before the search for a way ends without one.
@@ -44,8 +45,8 @@ impl Lattice<'_> {
         let angle = |h: i64| h as f64 * TAU / HEADINGS as f64;
         let nearest = |heading: f64| (heading / angle(1)).round() as i64;
         let origin = from.p.xy();
-        let at = |s: &State| origin + Vector2::new(s.0 as f64, s.1 as f64) * CELL_M;
-        let level = |ground_m: f64| (ground_m / LEVEL_M).round() as i64;
+        let at = |s: &State| origin + Vector2::new(s.0 as f64, s.1 as f64) * PLACES_M;
+        let level = |ground_m: f64| (ground_m / LEVELS_M).round() as i64;
         let Some(footed) = self.founded(&origin, from.heading, level_m) else {
             return Found::Unknown;
         };
@@ -53,7 +54,7 @@ impl Lattice<'_> {
         let first: State = (0, 0, h0, level(footed.ground_m));
         let wanted_heading = heading.map(|h| nearest(h).rem_euclid(HEADINGS));
         let is_there = |s: &State, f: &Footed| {
-            (at(s) - to.xy()).norm() <= beside_m.max(0.75 * CELL_M)
+            (at(s) - to.xy()).norm() <= beside_m.max(0.75 * PLACES_M)
                 && wanted_heading.is_none_or(|h| h == s.2)
                 && to_level_m.is_none_or(|l| (f.ground_m - l).abs() <= self.steps.climb_m)
         };
@@ -102,7 +103,7 @@ impl Lattice<'_> {
                     continue;
                 };
                 next.3 = level(there.ground_m);
-                let step = Vector2::new(dx as f64, dy as f64) * CELL_M;
+                let step = Vector2::new(dx as f64, dy as f64) * PLACES_M;
                 let turn = dh as f64 * angle(1);
                 let price = price + self.price(&step, angle(h), turn, &footed, &there);
                 if known.get(&next).is_none_or(|(best, _, _)| price < *best) {

@@ -12,7 +12,8 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::context::SearchContext;
 use crate::gap::gap;
-use crate::lattice::{CELL_M, Footed, HEADINGS, Lattice, Steps};
+use crate::ground::PLACES_M;
+use crate::lattice::{Footed, HEADINGS, Lattice, Steps};
 use crate::route::{Pose, Route, wrap};
 use crate::shortest::Found;
 
@@ -143,7 +144,7 @@ impl Lattice<'_> {
         let mut facing = from.heading;
         if length > 1e-6 {
             facing = turn_to(facing, step.y.atan2(step.x), from.p.xy(), &mut go)?;
-            let parts = (length / CELL_M).ceil();
+            let parts = (length / PLACES_M).ceil();
             for k in 1..=parts as usize {
                 go(from.p.xy() + step * (k as f64 / parts), facing)?;
             }

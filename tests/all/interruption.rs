@@ -13,7 +13,7 @@ fn an_interrupted_search_writes_the_way_so_far() {
     // Beside the stairs there is nothing to stand on, which no length proves; the budget is far beyond
     // what can be searched.
     let budget = "--set planner.nodes_max=1000000 --set planner.candidates_max=10000000";
-    let line = format!("plan irregular-stairs --goal 1.5,0.8 -o @ {budget}");
+    let line = format!("plan irregular-stairs --goal 1.5,0.72 -o @ {budget}");
     let mut program = command(&line, &[&out]);
     let program = program.stdout(Stdio::piped()).stderr(Stdio::piped());
     let child = program.spawn().expect("the program starts");

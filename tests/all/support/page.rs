@@ -87,6 +87,13 @@ fn use_page(page: &mut Page, stances: usize) -> Result<()> {
         "JSON.parse(document.querySelector('#scandent-data').textContent).motion !== null",
     )?;
     if moves == true {
+        // Of the robot alone: forces and words of the moment would hide that it stands still.
+        page.evaluate(
+            "globalThis.off = [...document.querySelectorAll('#layers input:checked')]
+                 .filter((box) => box.id !== 'layer-robot');
+             off.forEach((box) => box.click());
+             document.querySelector('#caption').style.opacity = 0; null",
+        )?;
         let mut moment = |time: &str| -> Result<String> {
             page.evaluate(&format!("location.hash = '#time={time}'"))?;
             settle(page)?;
@@ -99,6 +106,10 @@ fn use_page(page: &mut Page, stances: usize) -> Result<()> {
             picture(page)
         };
         ensure!(moment("1.3")? != moment("1.7")?, "the motion stands still");
+        page.evaluate(
+            "off.forEach((box) => box.click());
+             document.querySelector('#caption').style.opacity = ''; null",
+        )?;
         quiet(page, "showing the motion")?;
     }
 
