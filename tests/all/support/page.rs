@@ -37,7 +37,9 @@ fn use_page(page: &mut Page, stances: usize) -> Result<()> {
     page.evaluate("document.querySelector('#stance').focus()")?;
     page.press(&Key::HOME)?;
     // The names over the picture change too: only the picture itself shall tell.
-    page.evaluate("document.querySelector('#labels').style.visibility = 'hidden'")?;
+    page.evaluate(
+        "for (const over of document.querySelectorAll('#labels, #caption')) over.style.opacity = 0",
+    )?;
     let mut before = None;
     for stance in 0..stances {
         if stance > 0 {
@@ -87,12 +89,11 @@ fn use_page(page: &mut Page, stances: usize) -> Result<()> {
         "JSON.parse(document.querySelector('#scandent-data').textContent).motion !== null",
     )?;
     if moves == true {
-        // Of the robot alone: forces and words of the moment would hide that it stands still.
+        // Of the robot alone: forces of the moment would hide that it stands still.
         page.evaluate(
             "globalThis.off = [...document.querySelectorAll('#layers input:checked')]
                  .filter((box) => box.id !== 'layer-robot');
-             off.forEach((box) => box.click());
-             document.querySelector('#caption').style.opacity = 0; null",
+             off.forEach((box) => box.click())",
         )?;
         let mut moment = |time: &str| -> Result<String> {
             page.evaluate(&format!("location.hash = '#time={time}'"))?;
@@ -106,10 +107,7 @@ fn use_page(page: &mut Page, stances: usize) -> Result<()> {
             picture(page)
         };
         ensure!(moment("1.3")? != moment("1.7")?, "the motion stands still");
-        page.evaluate(
-            "off.forEach((box) => box.click());
-             document.querySelector('#caption').style.opacity = ''; null",
-        )?;
+        page.evaluate("off.forEach((box) => box.click())")?;
         quiet(page, "showing the motion")?;
     }
 
