@@ -16,8 +16,6 @@ const STEP_PART: f64 = 0.9;
 const LANDING_M: f64 = 0.015;
 /// Part of what a point bears at rest that it bears in motion at least.
 const LOAD_KEPT: f64 = 0.1;
-/// What motions may use of the friction over what it takes to rest, where that is more than postures may.
-const TO_MOVE: f64 = 1.25;
 /// Smallest room that a limit has, part of it: postures may be on their limits.
 const ROOM: f64 = 1e-3;
 /// How a patch slows down on its way to its landing, m/s².
@@ -142,10 +140,7 @@ impl Pace<'_> {
             let axes = axes(self.context, contact);
             let parts = [0, 1, 2].map(|k| axes.tr_mul(&forces_W[k][i]));
             let n = parts.map(|f| f.z);
-            // No more than postures may, unless rest takes nearly as much.
-            let rest = parts[0].xy().norm() / (contact.friction * n[0].max(UNLOADED_N));
-            let most = (rest * TO_MOVE).clamp(self.context.posture.friction_use, friction_use);
-            let mu = contact.friction * most;
+            let mu = contact.friction * friction_use;
             let mut least = |along: [f64; 3], kept: f64| {
                 let c = along[0] - kept;
                 let row = Row {
