@@ -16,6 +16,10 @@ const STEP_PART: f64 = 0.9;
 const LANDING_M: f64 = 0.015;
 /// Part of what a point bears at rest that it bears in motion at least.
 const LOAD_KEPT: f64 = 0.1;
+/// Part of the friction that motions use, as much as a controller counts on, and what they may use over what it
+/// takes to rest where that is more.
+const USUAL: f64 = 0.7;
+const TO_MOVE: f64 = 1.25;
 /// Smallest room that a limit has, part of it: postures may be on their limits.
 const ROOM: f64 = 1e-3;
 /// How a patch slows down on its way to its landing, m/s².
@@ -140,7 +144,10 @@ impl Pace<'_> {
             let axes = axes(self.context, contact);
             let parts = [0, 1, 2].map(|k| axes.tr_mul(&forces_W[k][i]));
             let n = parts.map(|f| f.z);
-            let mu = contact.friction * friction_use;
+            // No more than floors keep that are wet or dusty, unless rest takes nearly as much.
+            let rest = parts[0].xy().norm() / (contact.friction * n[0].max(UNLOADED_N));
+            let most = (rest * TO_MOVE).clamp(USUAL.min(friction_use), friction_use);
+            let mu = contact.friction * most;
             let mut least = |along: [f64; 3], kept: f64| {
                 let c = along[0] - kept;
                 let row = Row {
