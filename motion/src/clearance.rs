@@ -21,7 +21,7 @@ const AROUND_M: f64 = 0.5;
 /// By how much a distance may fall short, m. The postures at the ends may be on their bounds, and a
 /// C² curve cannot follow a bound and leave it: 5 % of the margin to the environment, less what it
 /// may stray between two samples.
-const TOLERANCE_M: f64 = 4e-4;
+pub(crate) const TOLERANCE_M: f64 = 4e-4;
 
 /// A ball around a shape.
 struct Ball {

@@ -7,9 +7,10 @@ use posture::{Constraint, Contact, Outcome, Problem};
 
 use crate::Error;
 use crate::airborne::Airborne;
+use crate::clearance::TOLERANCE_M;
 use crate::failure::{Failure, Reason};
 use crate::problem::{Keyframe, MotionContext, Swing, Task};
-use crate::route::Router;
+use crate::route::{Router, extra_m};
 use crate::sampling::{SampledTrajectory, sample};
 use crate::sweep::{self, Hit, Shortfall};
 use crate::swing_path::{self, SwingPath};
@@ -92,14 +93,15 @@ pub(crate) fn solve(
     Ok(Err(nearest.unwrap_or(none)))
 }
 
-/// Bends a path away from what the link comes too near to; what is left of that.
+/// Bends a path away from what the link comes too near to; what is left of that beyond what the samples of
+/// the whole body may lack.
 fn bend(context: &MotionContext, task: &Task, path: &mut SwingPath) -> Option<Shortfall> {
     let mut bends = 0;
     loop {
         let short = sweep::shortfall(context, task, path)?;
         let offset = short.away_W * (short.short_m + BEND_FURTHER_M);
         if bends == BENDS_MAX || short.short_m > BEND_MAX_M || !path.bend(short.at, &offset) {
-            return Some(short);
+            return Some(short).filter(|s| s.short_m > TOLERANCE_M + extra_m(s.at));
         }
         bends += 1;
     }

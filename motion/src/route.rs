@@ -34,9 +34,11 @@ const EXTRA_TILT_RAD: f64 = 1e-3;
 const EASE: f64 = 0.1;
 /// Residual that the projection may leave at a knot, m and rad: samples are closed once more.
 const LEFT: f64 = 1e-3;
-/// Largest difference between the last knot and the posture that the phase ends with, m and rad: less
-/// than a sample's step.
+/// Largest difference between a knot at an end and the posture there, m and rad, below what it is none, and
+/// the part of the path over which it is taken out: left there, it is a jump from one phase to the next.
 const ARRIVED: f64 = 0.01;
+const THERE: f64 = 1e-6;
+const ARRIVING: f64 = 0.25;
 
 /// Configurations along a path.
 pub(crate) struct Route<'a> {
@@ -112,7 +114,9 @@ impl<'a> Router<'a> {
             }
             deltas.extend(reference.difference(&q).iter());
         }
-        self.arrives(&deltas[PIECES * n..])?;
+        for (first, last) in [(PIECES, 0), (0, PIECES)] {
+            self.arrives(&mut deltas, first, last)?;
+        }
         Ok(Route {
             blend,
             delta: Spline::new(n, 1.0 / PIECES as f64, deltas, Ends::Free),
@@ -126,11 +130,13 @@ impl<'a> Router<'a> {
         })
     }
 
-    /// Whether the last knot, `delta` away from its reference, is the posture that the phase ends with:
-    /// a body that moved out of the way of something may reach the same contacts in another posture.
-    fn arrives(&self, delta: &[f64]) -> Result<(), Failure> {
+    /// Ends the path, which comes from the knot `first`, at its knot `last` with the posture there. A body
+    /// that moved out of the way of something may reach the same contacts in another posture: that is refused.
+    fn arrives(&self, deltas: &mut [f64], first: usize, last: usize) -> Result<(), Failure> {
         let context = self.context;
-        let farthest = delta.iter().map(|off| off.abs()).enumerate();
+        let n = context.robot.nv();
+        let left = deltas[last * n..][..n].to_vec();
+        let farthest = left.iter().map(|off| off.abs()).enumerate();
         match farthest.reduce(|a, b| if b.1 > a.1 { b } else { a }) {
             Some((k, off)) if off > ARRIVED => {
                 let bodies = context.robot.joint_bodies();
@@ -138,10 +144,20 @@ impl<'a> Router<'a> {
                     Some(j) => bodies[j].joint.clone(),
                     None => "the base".to_owned(),
                 };
-                Err(context.failure(self.task, Reason::Discontinuity { joint }, off, 1.0))
+                let u = last as f64 / PIECES as f64;
+                return Err(context.failure(self.task, Reason::Discontinuity { joint }, off, u));
             }
-            _ => Ok(()),
+            Some((_, off)) if off > THERE => {}
+            _ => return Ok(()),
         }
+        for (k, delta) in deltas.chunks_exact_mut(n).enumerate() {
+            let near = k.abs_diff(first) as f64 / PIECES as f64;
+            let part = quintic(1.0 - (1.0 - near) / ARRIVING);
+            for (delta, left) in delta.iter_mut().zip(&left) {
+                *delta -= part * left;
+            }
+        }
+        Ok(())
     }
 
     /// Pose of every closed patch at both ends: the postures close them to their tolerance.
