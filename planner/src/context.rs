@@ -19,6 +19,10 @@ use crate::{Config, Error};
 pub(crate) const LEANING_MIN: usize = 3;
 /// Angle by which a foot turns in one stride, rad.
 const TURN_RAD: f64 = 0.5;
+/// A foot may be over or under the route by this part of the legs' height; a metre more counts as so many
+/// beside it: from a floor beside a bridge no foot steps onto it.
+pub(crate) const LEVEL_LEGS: f64 = 0.25;
+const OFF_LEVEL: f64 = 4.0;
 /// Strides of the way that the budgets are meant for; longer ways get more in proportion.
 const BUDGET_STRIDES: f64 = 10.0;
 
@@ -40,6 +44,8 @@ pub(crate) struct SearchContext<'a> {
     pub stride_m: f64,
     /// The way of the base.
     pub route: Route,
+    /// Whether the route follows the ground.
+    pub is_founded: bool,
     /// Where no way over the terrain was found: what is too wide, too high or too narrow.
     pub gap: Option<String>,
     /// Length that a turn by one radian counts for on the route, m.
@@ -124,6 +130,7 @@ impl<'a> SearchContext<'a> {
             upright,
             offset,
             route,
+            is_founded: false,
             gap: None,
             turn_m,
             self_clearance_m: posture.self_clearance_m,
@@ -195,8 +202,8 @@ impl<'a> SearchContext<'a> {
     }
 
     /// Where on the route a patch stands that touches at a place, with a heading where it has one;
-    /// about `near_m` where that is known. Sideways counts what is beyond half its usual offset, and
-    /// height beside the route is the faces' business, not a detour.
+    /// about `near_m` where that is known. Sideways counts what is beyond half its usual offset; height
+    /// counts for feet on a route that follows the ground, beyond what the other foot makes up.
     pub fn footing(
         &self,
         patch: PatchId,
@@ -207,7 +214,11 @@ impl<'a> SearchContext<'a> {
         let (route, offset) = (&self.route, self.offset(patch));
         let along_m = route.progress(offset, place_W, yaw, near_m);
         let usual = route.foot_at(along_m, offset);
-        let lateral_m = ((place_W - usual).xy().norm() - 0.5 * offset.y.abs()).max(0.0);
+        let mut lateral_m = ((place_W - usual).xy().norm() - 0.5 * offset.y.abs()).max(0.0);
+        if self.is_founded && self.foot(patch).is_some() {
+            let level_m = (place_W.z - usual.z).abs() + LEVEL_LEGS * offset.z;
+            lateral_m += OFF_LEVEL * level_m.max(0.0);
+        }
         Footing {
             along_m,
             lateral_m,

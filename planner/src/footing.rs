@@ -5,7 +5,7 @@
 pub(crate) struct Footing {
     /// Progress along the route, m.
     pub along_m: f64,
-    /// Distance beside it, m.
+    /// Distance beside it, and what its height counts for, m.
     pub lateral_m: f64,
     /// Whether it is in the air, and this is where it stood last.
     pub in_air: bool,

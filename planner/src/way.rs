@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::context::SearchContext;
+use crate::context::{LEVEL_LEGS, SearchContext};
 use crate::gap::gap;
 use crate::ground::PLACES_M;
 use crate::lattice::{Footed, HEADINGS, Lattice, Steps};
@@ -25,8 +25,9 @@ const DOWN: f64 = 1.0;
 
 /// What came of looking for a way.
 enum Way {
-    /// Straight from each point of the guide to the next, or not known to be otherwise.
-    Straight,
+    /// Straight from each point of the guide to the next, or not known to be otherwise; whether that is known
+    /// to follow the ground.
+    Straight(bool),
     /// Through these poses.
     Round(Vec<Pose>),
     /// None on the lattice, and why.
@@ -42,8 +43,11 @@ pub(crate) fn laid(mut context: SearchContext) -> SearchContext {
         found => found,
     };
     match way {
-        Way::Straight => {}
-        Way::Round(poses) => context.route = Route::through(&poses, context.turn_m),
+        Way::Straight(is_founded) => context.is_founded = is_founded,
+        Way::Round(poses) => {
+            context.route = Route::through(&poses, context.turn_m);
+            context.is_founded = true;
+        }
         Way::None(gap) => context.gap = Some(gap),
     }
     context
@@ -52,17 +56,17 @@ pub(crate) fn laid(mut context: SearchContext) -> SearchContext {
 /// The way of the base from the start through the guide's points.
 fn find(context: &SearchContext, steps: fn(&SearchContext, f64) -> Steps) -> Way {
     let Some(lattice) = Lattice::new(context, steps) else {
-        return Way::Straight;
+        return Way::Straight(false);
     };
     let goal_heading = context.request.goal.base.yaw_rad;
     let points = context.request.guide.points();
     let first = context.route.at(0.0);
     let ground_m = first.p.z - lattice.legs_m;
     let Some(start) = lattice.founded(&first.p.xy(), first.heading, ground_m) else {
-        return Way::Straight;
+        return Way::Straight(false);
     };
     let mut poses = vec![(first, start)];
-    let mut straight = true;
+    let (mut straight, mut off_m) = (true, 0.0_f64);
     for (i, to) in points.iter().enumerate().skip(1) {
         let last = i + 1 == points.len();
         let (from, footed) = poses[poses.len() - 1];
@@ -70,6 +74,7 @@ fn find(context: &SearchContext, steps: fn(&SearchContext, f64) -> Steps) -> Way
         let level = (to - from.p).z.abs() > 1e-6;
         let leg = lattice.straight(&from, footed.ground_m, to, heading);
         if let Some(leg) = leg {
+            off_m = off_m.max(off_line_m(&leg, &points[i - 1], to));
             poses.extend(leg);
             continue;
         }
@@ -83,15 +88,25 @@ fn find(context: &SearchContext, steps: fn(&SearchContext, f64) -> Steps) -> Way
         let leg = match leg {
             Found::Way(leg) => leg,
             Found::Reached(here) => return Way::None(gap(&lattice, &here, to)),
-            Found::Unknown => return Way::Straight,
+            Found::Unknown => return Way::Straight(false),
         };
         poses.extend(lattice.drawn_straight(&poses[poses.len() - 1], leg));
     }
     if straight {
-        return Way::Straight;
+        return Way::Straight(off_m < 0.5 * LEVEL_LEGS * lattice.legs_m);
     }
     let poses = poses.into_iter().map(|(pose, _)| pose).collect();
     Way::Round(smooth(poses))
+}
+
+/// How far poses are over or under the straight line between two points, m.
+fn off_line_m(poses: &[(Pose, Footed)], from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
+    let length_m = (to - from).xy().norm().max(1e-6);
+    let off_m = poses.iter().map(|(pose, _)| {
+        let part = (pose.p - from).xy().norm() / length_m;
+        (pose.p.z - from.z - part * (to.z - from.z)).abs()
+    });
+    off_m.fold(0.0, f64::max)
 }
 
 impl Lattice<'_> {
