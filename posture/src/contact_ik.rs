@@ -6,7 +6,7 @@
 //! it. A step costs a tenth of one of the SQP's, which then begins where the contacts nearly hold.
 //! Joints at a limit are held there (projected Gauss–Newton).
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Point2, Vector3};
 
 use crate::constraint;
 use crate::iterate::{Context, Iterate};
@@ -20,6 +20,10 @@ const NEAR_M: f64 = 1e-3;
 const PROGRESS: f64 = 0.7;
 /// Weight of the centre of mass against a contact's error.
 const WEIGHT_COM: f64 = 0.05;
+/// Weight of the place that is wanted, how far from it a contact is drawn there, m, and in how many steps.
+const WEIGHT_TOWARD: f64 = 0.3;
+const TOWARD_M: f64 = 0.1;
+const TOWARD_STEPS: usize = 6;
 /// Damping of a step against an error of one metre per radian, and its growth with the error.
 const DAMPING: f64 = 1e-4;
 /// Pull of the joints toward the reference, as a part of the damping.
@@ -59,6 +63,17 @@ impl ContactIk {
         let support = support(ctx, it);
         let mut trial = it.clone();
         let mut error = self.evaluate(ctx, it);
+        // First toward the places that are wanted on their faces: between them and where patches are may be
+        // what no descent gets past, another foot above all.
+        for _ in 0..TOWARD_STEPS {
+            if off_place_m(ctx, it) < TOWARD_M {
+                break;
+            }
+            self.step(ctx, it, error, support, true);
+            ctx.step(it, &self.step, &mut trial);
+            std::mem::swap(it, &mut trial);
+            error = self.evaluate(ctx, it);
+        }
         let mut checkpoint = f64::INFINITY;
         for k in 0..STEPS_MAX {
             if error < NEAR_M {
@@ -70,7 +85,7 @@ impl ContactIk {
                 }
                 checkpoint = error;
             }
-            self.step(ctx, it, error, support);
+            self.step(ctx, it, error, support, false);
             ctx.step(it, &self.step, &mut trial);
             std::mem::swap(it, &mut trial);
             error = self.evaluate(ctx, it);
@@ -86,7 +101,15 @@ impl ContactIk {
     }
 
     /// Solves (JᵀJ + w_c J_cᵀJ_c + D) δ = −Jᵀe − …, joints at their limits held.
-    fn step(&mut self, ctx: &Context, it: &Iterate, error: f64, support: Option<Vector3<f64>>) {
+    /// With the contacts that may move drawn toward their places where that is asked for.
+    fn step(
+        &mut self,
+        ctx: &Context,
+        it: &Iterate,
+        error: f64,
+        support: Option<Vector3<f64>>,
+        toward: bool,
+    ) {
         let nq = ctx.layout.nq;
         let damping = DAMPING * (1.0 + 30.0 * error);
         self.normal.fill(0.0);
@@ -109,6 +132,17 @@ impl ContactIk {
                 self.rows.a = row;
             }
         }
+        let drawn = self.rows.len();
+        for (i, place) in places(ctx).filter(|_| toward) {
+            let is = ctx.patch_point_W(it, i, &Point2::origin());
+            let n = self.rows.n;
+            for k in 0..3 {
+                self.rows.push(Tag::Closure(i), is[k] - place[k], 0.0, 0.0);
+                let start = self.rows.a.len() - n;
+                let row = &mut self.rows.a[start..];
+                ctx.add_point_gradient(it, ctx.contacts[i].body, &is, &Vector3::ith(k, 1.0), row);
+            }
+        }
         for i in 0..self.rows.len() {
             let e = (self.rows.value[i] - self.rows.upper[i]).max(0.0)
                 - (self.rows.lower[i] - self.rows.value[i]).max(0.0);
@@ -117,7 +151,11 @@ impl ContactIk {
                 continue;
             }
             let is_com = self.rows.tag[i] == Tag::Balance;
-            let weight = if is_com { WEIGHT_COM } else { 1.0 };
+            let weight = match is_com {
+                true => WEIGHT_COM,
+                false if i >= drawn => WEIGHT_TOWARD,
+                false => 1.0,
+            };
             let row = &self.rows.a[i * self.rows.n..i * self.rows.n + nq];
             self.used.clear();
             self.used.extend((0..nq).filter(|&c| row[c] != 0.0));
@@ -183,6 +221,21 @@ impl ContactIk {
         }
         more
     }
+}
+
+/// The contacts that may move and whose heading is wanted, with the places where they are, in W: of others
+/// the posture decides.
+fn places<'a>(ctx: &'a Context) -> impl Iterator<Item = (usize, Vector3<f64>)> + 'a {
+    let contacts = ctx.problem.contacts.iter().enumerate();
+    let areas = contacts.filter_map(|(i, contact)| Some((i, contact.area()?)));
+    let headed = areas.filter(|(_, area)| area.yaw_rad.is_some());
+    headed.filter_map(|(i, area)| Some((i, area.toward?.coords)))
+}
+
+/// The farthest that a contact is from where it is wanted, m.
+fn off_place_m(ctx: &Context, it: &Iterate) -> f64 {
+    let off = places(ctx).map(|(i, to)| (ctx.patch_point_W(it, i, &Point2::origin()) - to).norm());
+    off.fold(0.0, f64::max)
 }
 
 /// Where the centre of mass should be: the middle of the contacts whose normals point up.
