@@ -11,7 +11,10 @@ use super::StartState;
 
 /// Farthest that a foot's corners are moved, m: what rounded joint values and measured places err by.
 pub const MOVED_MAX_M: f64 = 0.010;
-/// A foot whose corners are this near to what is under it stands on it, m.
+/// A foot whose corners are this near to what is under it is there, m: a sole that leans by more is turned to
+/// lie flat, since the part of the friction that it uses follows from where the face's normal points.
+const THERE_M: f64 = 1e-5;
+/// Below this nothing is said of it, and a posture that cannot do it stands as it is, m.
 const STANDS_M: f64 = 3e-4;
 /// Farthest that a sole is turned to lie flat, rad.
 const TURNED_MAX_RAD: f64 = 0.03;
@@ -46,23 +49,26 @@ pub fn settle(
         moved_m = moved_m.max(off_m);
         contacts.push(Contact::at(robot, id, X_WS));
     }
-    if moved_m <= STANDS_M {
+    if moved_m <= THERE_M {
         return Ok(None);
     }
+    let is_told = moved_m > STANDS_M;
     let nothing = Environment::default();
     let problem = Problem::new(robot, &nothing, contacts, &stand.configuration);
     match posture::solve(&problem, config)? {
         Outcome::Feasible(posture) => {
             let change = (&posture.q.joints - &stand.configuration.joints).amax();
             stand.configuration = posture.q;
-            Ok(Some(format!(
+            let words = format!(
                 "the start posture was put onto what is under it: feet by up to {:.1} mm (at most {:.0} \
                  mm), joints by up to {:.1}°",
                 1e3 * moved_m,
                 1e3 * MOVED_MAX_M,
                 change.to_degrees()
-            )))
+            );
+            Ok(is_told.then_some(words))
         }
+        _ if !is_told => Ok(None),
         other => {
             let why = other.violation().map(|v| v.describe(&problem));
             bail!(
