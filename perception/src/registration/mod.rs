@@ -122,7 +122,7 @@ pub fn register(
         X_W: pose.X_W,
         about_W: pose.about_W,
         misfit: solved.misfit,
-        open: solve::open(&solved.covariance, &pose.given),
+        open: solve::open(&solved.covariance, config),
         offset_rms_m: (before, solve::offset_rms_m(&pairs, &solved.X_W)),
         covariance: solved.covariance,
         pairs: pairs.iter().map(names).collect(),

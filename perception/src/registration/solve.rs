@@ -120,15 +120,17 @@ fn coordinates(X_W: &Isometry3<f64>, about_W: &Point3<f64>) -> Vector6<f64> {
     Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z)
 }
 
-/// What planes leave open, in words: directions of which hardly more is known than the pose that was
-/// given says.
-pub(super) fn open(covariance: &Matrix6<f64>, given: &Matrix6<f64>) -> Vec<String> {
+/// What planes leave open, in words: directions of which hardly more is known than of a pose that is given.
+pub(super) fn open(covariance: &Matrix6<f64>, config: &RegistrationConfig) -> Vec<String> {
     let mut open = Vec::new();
-    for (what, at) in [("turn about", 0), ("shift along", 3)] {
-        let [left, given] = [covariance, given].map(|all| all.fixed_view::<3, 3>(at, at));
-        let eigen = SymmetricEigen::new(left.into_owned());
+    for (what, at, sigma) in [
+        ("turn about", 0, config.direction_sigma_rad),
+        ("shift along", 3, config.position_sigma_m),
+    ] {
+        let block = covariance.fixed_view::<3, 3>(at, at).into_owned();
+        let eigen = SymmetricEigen::new(block);
         for (axis, variance) in eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues) {
-            if *variance > 0.25 * (axis.transpose() * given * axis)[(0, 0)] {
+            if *variance > (0.5 * sigma).powi(2) {
                 open.push(format!("the {what} {}", named(&axis.into_owned())));
             }
         }
