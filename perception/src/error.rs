@@ -124,9 +124,6 @@ pub enum Error {
         /// Points that were looked at.
         points: usize,
     },
-    /// No plane of a scan is a known one that could tell from where it was taken.
-    #[error("no plane of the scan matches a known one")]
-    FewPlanes,
     /// A parameter is outside its range.
     #[error("{key} = {value}: {cause}")]
     Config {

@@ -126,13 +126,6 @@ pub enum Notice {
     },
     /// A scan was moved onto those before it.
     Registered(Box<Registration>),
-    /// A scan stays at the pose given, and why.
-    Unregistered {
-        /// The scan.
-        scan: String,
-        /// Why.
-        cause: String,
-    },
     /// What became of a face as views were fused.
     Fused(fuse::Change),
 }
@@ -197,9 +190,6 @@ impl fmt::Display for Notice {
                     false => write!(f, "; as given stay {}", found.open.join(", ")),
                 }
             }
-            Self::Unregistered { scan, cause } => {
-                write!(f, "{scan}: stays at the pose given: {cause}")
-            }
             Self::Fused(change) => change.fmt(f),
         }
     }
@@ -212,8 +202,8 @@ const LIDAR_SIGMA_M: f64 = 0.015;
 
 /// Faces and obstacles of scans, later ones after earlier ones in time.
 ///
-/// Each scan is extracted; faces that may be level are taken to be; where [`Config::registration`] asks
-/// for it, a scan is moved onto those before it; faces that more than one scan shows are made one, and
+/// Each scan is extracted; where [`Config::registration`] asks for it, it is moved onto those before it; faces that
+/// may be level are taken to be; faces that more than one scan shows are made one, and
 /// what a later scan looks through is taken off; where nothing was seen things go on.
 ///
 /// # Errors
@@ -225,17 +215,16 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
     let several = scans.len() > 1;
     for (number, scan) in scans.iter().enumerate() {
         // 1. What the scan shows by itself.
-        let (name, mut view) = match scan {
+        let mut view = match scan {
             PosedScan::Scan { name, scan, X_WV } => {
                 let mut view = of_scan(name, scan, X_WV, config, &mut found.notices)?;
                 if several {
                     view.free_space = free_space(scan, X_WV, config.range_max_m);
                 }
-                (name, view)
+                view
             }
             PosedScan::Lidar { name, cloud, mount } => {
-                let view = of_sweep(name, cloud, mount, config, &mut found.notices)?;
-                (name, view)
+                of_sweep(name, cloud, mount, config, &mut found.notices)?
             }
         };
         // 2. In its place among those before it.
@@ -244,29 +233,24 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         }
         let mut moved_W = Isometry3::identity();
         if number > 0 && config.registration.refine {
-            let faces: Vec<Face> = (views.iter())
-                .flat_map(|view| &view.faces)
-                .cloned()
-                .collect();
-            match register(&faces, &view.faces, &config.registration) {
-                Ok(registration) => {
-                    view.move_by(&registration.X_W);
-                    view.doubt(&registration.covariance, &registration.about_W);
-                    moved_W = registration.X_W;
-                    found
-                        .notices
-                        .push(Notice::Registered(Box::new(registration)));
-                }
-                Err(cause) => found.notices.push(Notice::Unregistered {
-                    scan: (*name).to_owned(),
-                    cause: cause.to_string(),
-                }),
-            }
+            let known = views.iter().flat_map(|view: &View| &view.faces);
+            let faces: Vec<Face> = known.cloned().collect();
+            let eye_W = &view.free_space.eye_W;
+            let registration = register(&faces, &view.faces, eye_W, &config.registration)?;
+            view.move_by(&registration.X_W);
+            view.doubt(&registration.covariance, &registration.about_W);
+            moved_W = registration.X_W;
+            let notice = Notice::Registered(Box::new(registration));
+            found.notices.push(notice);
         }
         found.moved_W.push(moved_W);
+        // 3. Level as the scan's pose has it by now: with the one given its tilt would go into the faces.
+        if config.assume_level && matches!(scan, PosedScan::Scan { .. }) {
+            view.faces.iter_mut().for_each(apply_level_prior);
+        }
         views.push(view);
     }
-    // 3. Faces that more than one scan shows are one.
+    // 4. Faces that more than one scan shows are one.
     let looked: Vec<FreeSpace> = (views.iter())
         .filter(|_| several)
         .map(|view| view.free_space.clone())
@@ -280,7 +264,7 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         .notices
         .extend(fused.changes.into_iter().map(Notice::Fused));
     found.terrain = fused.terrain;
-    // 4. Where things may go on that no view showed.
+    // 5. Where things may go on that no view showed.
     let (depth_m, reach_m) = (config.unseen_depth_m, config.unseen_reach_m);
     let unseen = fill_unseen(&mut found.terrain.faces, &looked, depth_m, reach_m);
     found.terrain.obstacles.extend(unseen);
@@ -314,7 +298,7 @@ fn of_scan(
     config: &Config,
     notices: &mut Vec<Notice>,
 ) -> Result<View, Error> {
-    let mut extraction = extract(scan, X_WV, config)?;
+    let extraction = extract(scan, X_WV, config)?;
     let Statistics { valid, used, .. } = extraction.statistics;
     if (used as f64) < IN_RANGE_MIN * valid as f64 {
         let away = |p: &[f32; 3]| (Vector3::from(p.map(f64::from)) - scan.eye_V).norm();
@@ -331,9 +315,6 @@ fn of_scan(
     if let Some(cause) = scan.depth.as_ref().and_then(off_centre) {
         let scan = name.to_owned();
         notices.push(Notice::Doubt { scan, cause });
-    }
-    if config.assume_level {
-        extraction.faces.iter_mut().for_each(apply_level_prior);
     }
     notices.push(Notice::Extracted {
         scan: name.to_owned(),

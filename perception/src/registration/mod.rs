@@ -13,9 +13,9 @@
 mod matching;
 mod solve;
 
-use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Point3, Vector3};
 use serde::{Deserialize, Serialize};
-use solve::Pose;
+use solve::{Pose, Solved};
 use surfaces::{Face, FaceId};
 
 use crate::Error;
@@ -61,8 +61,6 @@ impl RegistrationConfig {
 
 /// Times that planes are matched anew after the pose has moved.
 const ROUNDS: usize = 3;
-/// After the first round, pairs that disagree by more standard deviations than this are left out.
-const GATE_SIGMAS: f64 = 4.5;
 
 /// How a scan has to be moved, and how well that is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,7 +70,7 @@ pub struct Registration {
     /// Covariance of (turn, shift) of that motion in W about `about_W`: rad, m.
     pub covariance: Matrix6<f64>,
     /// The point that the turn is about, m.
-    pub about_W: nalgebra::Point3<f64>,
+    pub about_W: Point3<f64>,
     /// Pairs of (known, scanned) faces that were used, by id.
     pub pairs: Vec<(FaceId, FaceId)>,
     /// dᵀS⁻¹d over the degrees of freedom that are left: about 1 where covariances are right.
@@ -83,53 +81,48 @@ pub struct Registration {
     pub offset_rms_m: (f64, f64),
 }
 
-/// Registers the faces of a scan (in W by the pose that is given) with known ones.
+/// Registers the faces of a scan that was taken from `eye_W` (both in W by the pose that is given) with known
+/// ones. Where none is a known one all stays as it was given, and as uncertain.
 ///
 /// # Errors
-/// [`Error::Config`]; [`Error::FewPlanes`] where no face is a known one.
+/// [`Error::Config`].
 pub fn register(
     known: &[Face],
     scanned: &[Face],
+    eye_W: &Point3<f64>,
     config: &RegistrationConfig,
 ) -> Result<Registration, Error> {
     config.check()?;
-    let sigmas = [config.direction_sigma_rad, config.position_sigma_m];
-    let [turn, shift] = sigmas.map(|sigma| sigma.powi(-2));
-    let prior = Vector6::new(turn, turn, turn, shift, shift, shift);
-    let mut pose: Option<Pose> = None;
-    let mut before = 0.0;
-    let mut result = None;
+    // Turns are about the middle of what the scan shows; those of the pose given are about the sensor.
+    let places = scanned.iter().map(|face| face.X_WF.translation.vector);
+    let middle = places.sum::<Vector3<f64>>() / scanned.len().max(1) as f64;
+    let mut pose = Pose::given(eye_W, middle.into(), config);
+    let mut solved = Solved {
+        X_W: Isometry3::identity(),
+        covariance: pose.given,
+        misfit: 0.0,
+    };
+    let (mut pairs, mut before) = (Vec::new(), 0.0);
     for round in 0..ROUNDS {
-        let X_W = pose.as_ref().map_or_else(Isometry3::identity, |p| p.X_W);
-        let gate = (round > 0).then_some(GATE_SIGMAS);
-        let pairs = matching::pairs(known, scanned, &X_W, gate);
-        if pairs.is_empty() {
-            return Err(Error::FewPlanes);
-        }
-        // Turns are about the middle of what is shared first.
-        let pose = pose.get_or_insert_with(|| {
+        pairs = matching::pairs(known, scanned, &pose);
+        if round == 0 {
             before = solve::offset_rms_m(&pairs, &Isometry3::identity());
-            let places = pairs.iter().map(|pair| pair.X_WC.translation.vector);
-            Pose {
-                X_W,
-                about_W: (places.sum::<Vector3<f64>>() / pairs.len() as f64).into(),
-                prior: Matrix6::from_diagonal(&prior),
-            }
-        });
-        let solved = solve::solve(&pairs, pose).ok_or(Error::FewPlanes)?;
-        pose.X_W = solved.X_W * pose.X_W;
-        result = Some((solved, pairs, pose.X_W, pose.about_W));
+        }
+        let Some(next) = solve::solve(&pairs, &pose) else {
+            break;
+        };
+        pose.X_W = next.X_W * pose.X_W;
+        solved = next;
     }
-    let (solved, pairs, X_W, about_W) = result.ok_or(Error::FewPlanes)?;
     let names = |pair: &matching::Pair| {
         let (a, b) = (&known[pair.known].id, &scanned[pair.scanned].id);
         (a.clone(), b.clone())
     };
     Ok(Registration {
-        X_W,
-        about_W,
+        X_W: pose.X_W,
+        about_W: pose.about_W,
         misfit: solved.misfit,
-        open: solve::open(&solved.covariance, sigmas),
+        open: solve::open(&solved.covariance, config),
         offset_rms_m: (before, solve::offset_rms_m(&pairs, &solved.X_W)),
         covariance: solved.covariance,
         pairs: pairs.iter().map(names).collect(),

@@ -54,7 +54,7 @@ fn what_planes_leave_open_stays_as_it_was_given() {
     let config = RegistrationConfig::default();
     let seen = |keep: &[usize]| {
         let some: Vec<Face> = keep.iter().map(|&i| room[i].clone()).collect();
-        let found = register(&room, &moved(&some, &off), &config).unwrap();
+        let found = register(&room, &moved(&some, &off), &Point3::origin(), &config).unwrap();
         let left = found.X_W * off;
         let shift = left * found.about_W - found.about_W;
         (found.open.join(", "), shift, left.rotation.scaled_axis())
@@ -92,7 +92,7 @@ fn planes_that_are_no_pairs_are_left_out() {
     let mut others = known.clone();
     others.push(square("table", [-1.2, 0.0, 0.7], [0.0; 3]));
     seen.push(square("table", [-1.2, 0.0, 0.68], [0.0; 3]));
-    let found = register(&others, &seen, &unknown()).unwrap();
+    let found = register(&others, &seen, &Point3::origin(), &unknown()).unwrap();
     assert_eq!(found.pairs.len(), known.len());
     let off = found.X_W.translation.vector + shift.translation.vector;
     assert!(off.norm() < 1e-6, "{off:?}");
@@ -106,7 +106,7 @@ proptest! {
     ) {
         let known = room();
         let off = Isometry3::new(Vector3::from(shift), Vector3::from(turn));
-        let found = register(&known, &moved(&known, &off), &unknown()).unwrap();
+        let found = register(&known, &moved(&known, &off), &Point3::origin(), &unknown()).unwrap();
         let left = found.X_W * off;
         prop_assert!(left.translation.vector.norm() < 1e-6, "{}", left.translation);
         prop_assert!(left.rotation.angle() < 1e-6);
@@ -125,7 +125,7 @@ proptest! {
             let turn = Vector3::new(0.004 * e[0], 0.004 * e[1], 0.0);
             s.X_WF *= Isometry3::new(Vector3::z() * (0.003 * e[2]), turn);
         }
-        let found = register(&known, &seen, &unknown()).unwrap();
+        let found = register(&known, &seen, &Point3::origin(), &unknown()).unwrap();
         let left = found.X_W * off;
         let about = found.about_W;
         let turn = left.rotation.scaled_axis();

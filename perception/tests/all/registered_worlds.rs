@@ -1,11 +1,11 @@
 //! Three views of drawn worlds with poses that are off by 3 cm and 1.5°.
 //!
-//! Pass criteria: shifts that the planes determine well are back to 5 mm, and every top that a view with its
-//! true pose shows is there once they are merged, where it is. `--nocapture` prints the table, and how many of
-//! the turns are back to 0.2°: what one frame's planes share of its distortion turns them all alike.
+//! Pass criteria: directions that the planes determine well are back to 5 mm and 0.2°, what is left of all of them
+//! is what their covariances say, and every top that a view with its true pose shows is there once they are
+//! merged, where it is. `--nocapture` prints the table.
 
 use crate::support::{Block, Random, against, block, camera, floor, on_face, scan, top, whole};
-use nalgebra::{Isometry3, SymmetricEigen, Vector3};
+use nalgebra::{Isometry3, SymmetricEigen, Vector3, Vector6};
 use perception::{Config, Notice, PosedScan, Scan, extract, perceive};
 use surfaces::Face;
 
@@ -76,7 +76,8 @@ fn drawn(random: &mut Random, length: f64) -> Vector3<f64> {
 #[test]
 fn what_planes_determine_is_corrected_and_no_face_is_lost() {
     let mut lost = Vec::new();
-    let (mut worst_m, mut turns, mut determined) = (0.0_f64, Vec::new(), 0);
+    let (mut worst_m, mut worst_rad) = (Vec::new(), Vec::new());
+    let mut squares = Vec::new();
     for seed in WORLDS {
         let mut random = Random(seed);
         let (blocks, tops) = world(&mut random);
@@ -120,19 +121,18 @@ fn what_planes_determine_is_corrected_and_no_face_is_lost() {
             let left = registration.X_W * off;
             let about = registration.about_W;
             let (turn, shift) = (left.rotation.scaled_axis(), left * about - about);
-            for (at, error, sigma) in [(0, turn, SIGMA_RAD), (3, shift, SIGMA_M)] {
+            let error = Vector6::from_iterator(turn.iter().chain(&shift).copied());
+            let weight = registration.covariance.try_inverse().unwrap();
+            squares.push(error.dot(&(weight * error)) / 6.0);
+            for (at, error, sigma, worst) in [
+                (0, turn, SIGMA_RAD, &mut worst_rad),
+                (3, shift, SIGMA_M, &mut worst_m),
+            ] {
                 let block = registration.covariance.fixed_view::<3, 3>(at, at);
                 let eigen = SymmetricEigen::new(block.into_owned());
                 for k in 0..3 {
-                    if eigen.eigenvalues[k].sqrt() > sigma {
-                        continue;
-                    }
-                    determined += 1;
-                    let along = eigen.eigenvectors.column(k).dot(&error).abs();
-                    if at == 0 {
-                        turns.push(along.to_degrees());
-                    } else {
-                        worst_m = worst_m.max(along);
+                    if eigen.eigenvalues[k].sqrt() <= sigma {
+                        worst.push(eigen.eigenvectors.column(k).dot(&error).abs());
                     }
                 }
             }
@@ -167,14 +167,17 @@ fn what_planes_determine_is_corrected_and_no_face_is_lost() {
         }
         println!("{seed}: {}; {}", said.join("; "), kept.join(", "));
     }
+    let worst = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
+    let nees = squares.iter().sum::<f64>() / squares.len() as f64;
     println!(
-        "{determined} directions determined well: shifts {:.1} mm off at most, {} of {} turns by less than \
-         0.2°; lost: {lost:?}",
-        1e3 * worst_m,
-        turns.iter().filter(|off| **off <= 0.2).count(),
-        turns.len(),
+        "determined well: {} shifts, {:.1} mm off at most, and {} turns, {:.2}°; NEES/6 {nees:.2}; lost: {lost:?}",
+        worst_m.len(),
+        1e3 * worst(&worst_m),
+        worst_rad.len(),
+        worst(&worst_rad).to_degrees(),
     );
-    assert!(determined > turns.len(), "no shift is determined well");
-    assert!(worst_m <= 0.005, "{worst_m} m");
+    assert!(worst_m.len() >= 20 && !worst_rad.is_empty());
+    assert!(worst(&worst_m) <= 0.005 && worst(&worst_rad) <= 0.2_f64.to_radians());
+    assert!((0.4..1.4).contains(&nees), "{nees}");
     assert!(lost.is_empty(), "{lost:?}");
 }

@@ -7,7 +7,7 @@
 use crate::support::{
     Block, against, block, camera, floor, on_face, scan, top, unorganised, whole,
 };
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{
     Config, Notice, Perception, PosedScan, RegistrationConfig, Scan, extract, perceive, register,
 };
@@ -232,8 +232,13 @@ fn poses_that_are_off_are_found_again_by_the_planes() {
                 Vector3::new(0.03, -0.02, 0.025),
                 Vector3::new(0.01, -0.015, 0.02),
             );
-            let seen = extract(scan, &(off * scan.X_WV), &Config::default()).unwrap();
-            let found = register(&known, &seen.faces, &RegistrationConfig::default()).unwrap();
+            let X_WV = off * scan.X_WV;
+            let (seen, eye_W) = (
+                extract(scan, &X_WV, &Config::default()).unwrap(),
+                X_WV * Point3::origin(),
+            );
+            let config = RegistrationConfig::default();
+            let found = register(&known, &seen.faces, &eye_W, &config).unwrap();
             let left = found.X_W * off;
             let about = found.about_W;
             let shift = (left * about - about).norm();
