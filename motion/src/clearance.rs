@@ -22,6 +22,9 @@ const AROUND_M: f64 = 0.5;
 /// C² curve cannot follow a bound and leave it: 5 % of the margin to the environment, less what it
 /// may stray between two samples.
 pub(crate) const TOLERANCE_M: f64 = 4e-4;
+/// By how much less two parts of the robot may be apart between two samples, m: passing each other s in one
+/// step at a distance d, they come nearer by s² / 8 d.
+const BETWEEN_M: f64 = 2e-4;
 
 /// A ball around a shape.
 struct Ball {
@@ -34,6 +37,9 @@ struct Ball {
 struct Placed {
     X_WG: Isometry3<f64>,
     centre: Point3<f64>,
+    /// How far its centre moved since the last sample, and how far its points turned about it at most, m.
+    step: Vector3<f64>,
+    turned_m: f64,
 }
 
 /// Checks the distances of one phase, sample by sample.
@@ -54,6 +60,8 @@ pub(crate) struct ClearanceMonitor<'a> {
     /// By how much each shape may still move beside each of the near bodies, by shape.
     world: Vec<f64>,
     fresh: bool,
+    /// How much shorter steps have to be for parts of the robot that pass each other.
+    pub coarse: f64,
 }
 
 impl<'a> ClearanceMonitor<'a> {
@@ -68,6 +76,8 @@ impl<'a> ClearanceMonitor<'a> {
         let at = Placed {
             X_WG: Isometry3::identity(),
             centre: Point3::origin(),
+            step: Vector3::zeros(),
+            turned_m: 0.0,
         };
         let swing = task.swing.as_ref();
         Self {
@@ -82,6 +92,7 @@ impl<'a> ClearanceMonitor<'a> {
             world: Vec::new(),
             balls,
             fresh: true,
+            coarse: 0.0,
         }
     }
 
@@ -103,11 +114,18 @@ impl<'a> ClearanceMonitor<'a> {
             let X_WG = kinematics.X_WB[shape.body] * shape.X_BG;
             let centre = X_WG * ball.centre_G;
             let before = &self.placed[i];
+            let (mut step, mut turned_m) = (Vector3::zeros(), 0.0);
             if !self.fresh {
-                let turn = chord(&before.X_WG.rotation, &X_WG.rotation);
-                self.moved[i] = (centre - before.centre).norm() + turn * ball.radius;
+                step = centre - before.centre;
+                turned_m = chord(&before.X_WG.rotation, &X_WG.rotation) * ball.radius;
+                self.moved[i] = step.norm() + turned_m;
             }
-            self.placed[i] = Placed { X_WG, centre };
+            self.placed[i] = Placed {
+                X_WG,
+                centre,
+                step,
+                turned_m,
+            };
         }
     }
 
@@ -128,7 +146,12 @@ impl<'a> ClearanceMonitor<'a> {
             }
             let [one, other] = [i, j].map(|k| &shapes[k].geometry);
             let found = closest(one, &a.X_WG, other, &b.X_WG, LOOK_M);
-            *left = found.map_or(LOOK_M, |f| f.distance) - required;
+            let distance = found.map_or(LOOK_M, |f| f.distance);
+            *left = distance - required;
+            let passed_m = (a.step - b.step).norm() + a.turned_m + b.turned_m;
+            let nearer_m = passed_m * passed_m / (8.0 * distance.max(TOLERANCE_M));
+            let room_m = (*left + TOLERANCE_M).max(0.0) + BETWEEN_M;
+            self.coarse = self.coarse.max((nearer_m / room_m).sqrt());
             if *left < -TOLERANCE_M {
                 let reason = Reason::SelfClearance {
                     link: shapes[i].link.clone(),

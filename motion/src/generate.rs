@@ -198,7 +198,7 @@ fn attempt(
         let trajectory = sample(context, task, path, &mut route, steps)?;
         // Bodies are clear between two samples too where they move less than their clearance.
         let (over, at) = trajectory.longest_step();
-        let over = over / (STEP_PART * context.posture.clearance_m);
+        let over = (over / (STEP_PART * context.posture.clearance_m)).max(trajectory.coarse);
         if over <= 1.0 {
             return Ok(trajectory);
         }

@@ -187,9 +187,13 @@ fn bent(
             forces_W,
         });
     }
-    let trajectory = SampledTrajectory { samples, places_W };
+    let trajectory = SampledTrajectory {
+        samples,
+        places_W,
+        coarse: clearances.coarse,
+    };
     let (step, _) = trajectory.longest_step();
-    let near = step <= STEP_PART * context.posture.clearance_m;
+    let near = step <= STEP_PART * context.posture.clearance_m && trajectory.coarse <= 1.0;
     // What rests bear at the new places, the contacts can.
     let mut whole = phase.clone();
     let begin = if end == End::First { 0 } else { n - count };

@@ -37,6 +37,8 @@ pub(crate) struct SampledTrajectory {
     pub samples: Vec<Instance>,
     /// Centre of mass of every body at every sample, m.
     pub places_W: Vec<Vec<Point3<f64>>>,
+    /// How much shorter steps have to be for parts of the robot that pass each other.
+    pub coarse: f64,
 }
 
 impl SampledTrajectory {
@@ -92,7 +94,11 @@ pub(crate) fn sample(
     }
     match worst {
         Some(failure) => Err(failure),
-        None => Ok(SampledTrajectory { samples, places_W }),
+        None => Ok(SampledTrajectory {
+            samples,
+            places_W,
+            coarse: clearances.coarse,
+        }),
     }
 }
 

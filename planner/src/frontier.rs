@@ -56,6 +56,17 @@ impl Frontier {
         Some(waiting)
     }
 
+    /// Takes the candidate that is best by another price.
+    pub fn pop_by(
+        &mut self,
+        price: impl Fn(&Candidate) -> f64,
+    ) -> Option<(Candidate, Option<Outcome>)> {
+        let waiting = self.waiting.iter();
+        let prices = waiting.map(|(rank, (candidate, _))| (*rank, price(candidate)));
+        let (rank, _) = prices.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        self.waiting.remove(&rank)
+    }
+
     /// Leaves out the candidates that do not fit.
     pub fn retain(&mut self, fits: impl Fn(&Candidate) -> bool) {
         self.waiting.retain(|_, (candidate, _)| fits(candidate));

@@ -47,6 +47,10 @@ const FAILED_PRICE: f64 = 1.5;
 /// Price of a metre by which the base is lower than legs go down as usual, in contacts: what reaches so far
 /// rarely goes on, and the motion to there mostly fails.
 const CROUCH_PRICE: f64 = 40.0;
+/// Tries without coming nearer to the goal after which every other candidate is chosen by a smaller weight of
+/// what is estimated to follow.
+const PATIENCE: usize = 40;
+const STUCK_WEIGHT: f64 = 1.0;
 /// Nodes and posture problems that are spent at most where even the longest steps lead nowhere: the base's
 /// way is no proof, but it is rarely wrong.
 const GAP_NODES: usize = 40;
@@ -61,6 +65,8 @@ pub(crate) struct Search<'a> {
     pub dead: BTreeSet<usize>,
     pub frontier: Frontier,
     staleness: Staleness,
+    /// The least estimate to the goal of a node, in contacts, and the tries since it was reached.
+    nearest: (f64, usize),
     /// The least number of changes to every contact set that was reached, to the cell.
     pub seen: BTreeMap<Key, usize>,
     /// The best plan so far.
@@ -109,6 +115,7 @@ pub fn search(
         dead: BTreeSet::new(),
         frontier: Frontier::default(),
         staleness: Staleness::new(),
+        nearest: (f64::INFINITY, 0),
         seen: BTreeMap::new(),
         best: None,
         improve_to: [0; 2],
@@ -188,6 +195,10 @@ pub fn search(
         let reached = child.as_ref().ok().filter(|_| is_node);
         let rest = reached.map(|node| estimate(&search.context, &node.feet(&search.context)));
         let begins = search.staleness.count(candidate.node, rest);
+        match rest {
+            Some(rest) if rest < search.nearest.0 => search.nearest = (rest, 0),
+            _ => search.nearest.1 += 1,
+        }
         match (child, blocked) {
             (Ok(node), Some(reason)) => {
                 search.block(candidate.node, node.change.clone(), reason);
@@ -241,6 +252,15 @@ impl<'a> Search<'a> {
     /// Where motions failed, and where much was tried already, others come first: a candidate is solved
     /// when its turn has come at the price that it has by then.
     fn next(&mut self) -> Option<(Candidate, Outcome)> {
+        if self.nearest.1 > PATIENCE && self.solved.is_multiple_of(2) {
+            let less = self.context.weight - STUCK_WEIGHT;
+            let (candidate, outcome) = self.frontier.pop_by(|c| c.priority - less * c.rest)?;
+            let (context, motion) = (&self.context, &self.motions.context);
+            let solve =
+                || candidate::solve(context, motion, &self.nodes[candidate.node], &candidate);
+            let outcome = outcome.unwrap_or_else(solve);
+            return Some((candidate, outcome));
+        }
         loop {
             let (first, is_solved) = self.frontier.first()?;
             let charge = self.charge(first);
