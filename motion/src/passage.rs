@@ -25,6 +25,9 @@ use crate::spline::Ends;
 
 /// The part w of a phase that is bent.
 const BENT: f64 = 0.25;
+/// Phases that are gone through without a stop at most: the law of all of them is sought at once, and a stop
+/// in half a minute costs little.
+const PHASES_MAX: usize = 40;
 /// The parts of the direction that are tried.
 const LESS: [f64; 3] = [1.0, 0.6, 0.3];
 /// Residual that closing leaves at most, m and rad.
@@ -51,8 +54,8 @@ pub(crate) fn through(
     for (k, phase) in phases.iter().enumerate() {
         let mut phase = (*phase).clone();
         let way = k.checked_sub(1).and_then(|k| ways[k].as_ref());
-        if let (Some([last, first]), Some((_, before))) =
-            (way, runs.last_mut().and_then(|run| run.last_mut()))
+        let run = runs.last_mut().filter(|run| run.len() < PHASES_MAX);
+        if let (Some([last, first]), Some((_, before))) = (way, run.and_then(|run| run.last_mut()))
         {
             let begin = before.samples.len() - last.len();
             before.samples[begin..].clone_from_slice(last);

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::dynamics::between;
-use super::smoothing::{Excess, Grid, excess, smooth};
+use super::smoothing::{Excess, Grid, binding, excess, smooth};
 use super::{Lean, OVER, Pace, Paced, Place};
 use crate::config::Config;
 use crate::load_shares::LoadShares;
@@ -35,7 +35,8 @@ const KINK: f64 = 0.08;
 pub(crate) fn least_s(context: &MotionContext, phase: &PhaseTrajectory) -> f64 {
     let mut pace = Pace::new(context, phase);
     let places = pace.places();
-    let rows = places.iter().map(|place| pace.rows(place)).collect();
+    let rows = places.iter().map(|place| binding(pace.rows(place)));
+    let rows = rows.collect();
     let law = smooth(&Grid::new(vec![rows]), context.config, ROUGHLY);
     law.map_or(0.0, |(law, over)| law.duration_s() * over.max(1.0))
 }
@@ -87,7 +88,10 @@ fn suited(paces: &mut [Pace], config: &Config) -> Option<(Grid, Vec<Vec<Lean>>)>
     let paces = &*paces;
     for _ in 0..PASSES {
         let rows = paces.par_iter().zip(&places);
-        let rows = rows.map(|(pace, places)| places.iter().map(|p| pace.rows(p)).collect());
+        let rows = rows.map(|(pace, places)| {
+            let rows = places.iter().map(|place| binding(pace.rows(place)));
+            rows.collect()
+        });
         // At rest every row has room, so there is one.
         let grid = Grid::new(rows.collect());
         let Some((law, _)) = smooth(&grid, config, ROUGHLY) else {

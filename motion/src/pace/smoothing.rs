@@ -24,8 +24,8 @@ const DRAWN: f64 = 1.0005;
 pub(super) type Excess = ([f64; 2], f64);
 
 impl Grid {
-    pub fn new(mut own: Vec<Vec<Vec<Row>>>) -> Self {
-        own.iter_mut().flatten().for_each(keep_binding);
+    /// Of the limits of every phase, all of which bind.
+    pub fn new(own: Vec<Vec<Vec<Row>>>) -> Self {
         let mut grid = Self {
             at: vec![0.0],
             limits: vec![Vec::new()],
@@ -84,20 +84,33 @@ impl Grid {
     }
 }
 
-/// Keeps what binds at some s̈ and ṡ² ≥ 0: of the points (a, b)/c the upper hull.
-fn keep_binding(rows: &mut Vec<Row>) {
-    for row in rows.iter_mut() {
+/// What binds at some s̈ and ṡ² ≥ 0, over what is allowed: of the points (a, b)/c the upper hull.
+pub(super) fn binding(mut rows: Vec<Row>) -> Vec<Row> {
+    for row in &mut rows {
         *row = Row {
             a: row.a / row.c,
             b: row.b / row.c,
             c: 1.0,
         };
     }
+    // How far a point is over the line from p on to q, by its sign.
+    let over =
+        |p: &Row, q: &Row, row: &Row| (q.a - p.a) * (row.b - p.b) - (q.b - p.b) * (row.a - p.a);
+    // Most points are under the lines from the leftmost to the topmost and on to the rightmost.
+    let most = |of: fn(&Row) -> f64| {
+        let rows = rows.iter().copied();
+        rows.reduce(|most, row| if of(&row) > of(&most) { row } else { most })
+    };
+    if let (Some(left), Some(top), Some(right)) = (most(|r| -r.a), most(|r| r.b), most(|r| r.a)) {
+        rows.retain(|row| match row.a <= top.a {
+            true => over(&left, &top, row) >= 0.0,
+            false => over(&top, &right, row) >= 0.0,
+        });
+    }
     rows.sort_by(|p, q| p.a.total_cmp(&q.a).then(p.b.total_cmp(&q.b)));
     let mut hull: Vec<Row> = Vec::new();
-    for row in rows.iter() {
-        let below = |p: &Row, q: &Row| (q.a - p.a) * (row.b - p.b) >= (q.b - p.b) * (row.a - p.a);
-        while matches!(hull.as_slice(), [.., p, q] if below(p, q)) {
+    for row in &rows {
+        while matches!(hull.as_slice(), [.., p, q] if over(p, q, row) >= 0.0) {
             hull.pop();
         }
         if hull.len() == 1 && hull[0].a == row.a {
@@ -105,7 +118,7 @@ fn keep_binding(rows: &mut Vec<Row>) {
         }
         hull.push(*row);
     }
-    *rows = hull;
+    hull
 }
 
 /// How much slower a law has to be for its limits: an acceleration falls with the square of that.
@@ -151,8 +164,7 @@ mod tests {
             Row { a, b, c: 1.1 + c }
         };
         let all: Vec<Row> = (0..200).map(row).collect();
-        let mut kept = all.clone();
-        keep_binding(&mut kept);
+        let kept = binding(all.clone());
         assert!(kept.len() < 30, "{}", kept.len());
         for k in 0..100 {
             let (bend, rate) = (f64::from(k - 50), f64::from(k % 7));
