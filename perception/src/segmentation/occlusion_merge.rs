@@ -16,6 +16,9 @@ const HIDDEN_RATIO: f64 = 0.7;
 
 /// Merges regions that do not touch, the best pair first, where both keep a misfit below √((k σ)² + (m κ)²)
 /// and most rows and columns of the view that hold both have the plane hidden between them.
+///
+/// Two regions smaller than the error's waves come last: nearly any two such patches have a plane in common, a
+/// tread and a strip of the floor far behind it too.
 pub(super) fn merge<L: Lattice>(lattice: &L, partition: &mut Partition<L::Moments>) {
     let regions = partition.regions.iter().copied().map(Some);
     let mut regions: Vec<Option<Region<L::Moments>>> = regions.collect();
@@ -26,8 +29,10 @@ pub(super) fn merge<L: Lattice>(lattice: &L, partition: &mut Partition<L::Moment
                 .as_ref()
                 .filter(|r| lattice.tells_plane(&r.moments))
         };
-        let (score, plane) = misfit(lattice, large(i)?, large(j)?)?;
-        (score < 1.0).then_some((score, plane, (i, j)))
+        let (a, b) = (large(i)?, large(j)?);
+        let (score, plane) = misfit(lattice, a, b)?;
+        let last = [a, b].iter().all(|r| lattice.within_a_wave(&r.moments));
+        (score < 1.0).then_some((score + f64::from(u8::from(last)), plane, (i, j)))
     };
     let pairs = (0..regions.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
     let mut pairs: Vec<_> = pairs.filter_map(|pair| of_pair(&regions, pair)).collect();
