@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix3x6, Matrix6, Translation3, Vector3, Ve
 use surfaces::outline::Outline;
 use surfaces::{Face, covariance};
 
-use super::solve::Pose;
+use super::pose::Pose;
 
 /// Planes that lean against each other by more than this are not one however little is known, rad.
 const TILT_MAX_RAD: f64 = 0.2;
@@ -96,7 +96,7 @@ pub(super) fn pairs(known: &[Face], scanned: &[Face], pose: &Pose) -> Vec<Pair> 
     let told: Vec<Told> = (candidates.iter())
         .filter_map(|pair| {
             let (d, S) = pair.difference(&Isometry3::identity())?;
-            let J = pose.jacobian(pair);
+            let J = pose.jacobian(&pair.X_WC);
             Some(Told { pair, J, d, S })
         })
         .collect();

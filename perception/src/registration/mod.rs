@@ -11,11 +11,13 @@
 #![allow(non_snake_case)]
 
 mod matching;
+mod pose;
 mod solve;
 
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3};
+use pose::Pose;
 use serde::{Deserialize, Serialize};
-use solve::{Pose, Solved};
+use solve::Solved;
 use surfaces::{Face, FaceId};
 
 use crate::Error;
