@@ -223,11 +223,12 @@ impl ContactIk {
     }
 }
 
-/// The contacts that may move and whose heading is wanted, with the places where they are, in W: of others
-/// the posture decides.
+/// The soles that may move and whose heading is wanted, with the places where they are, in W: hands go where
+/// the posture wants them, and balls get past each other.
 fn places<'a>(ctx: &'a Context) -> impl Iterator<Item = (usize, Vector3<f64>)> + 'a {
-    let contacts = ctx.problem.contacts.iter().enumerate();
-    let areas = contacts.filter_map(|(i, contact)| Some((i, contact.area()?)));
+    let contacts = ctx.problem.contacts.iter().zip(&ctx.contacts).enumerate();
+    let soles = contacts.filter(|(_, (_, model))| model.radius.is_none());
+    let areas = soles.filter_map(|(i, (contact, _))| Some((i, contact.area()?)));
     let headed = areas.filter(|(_, area)| area.yaw_rad.is_some());
     headed.filter_map(|(i, area)| Some((i, area.toward?.coords)))
 }

@@ -65,6 +65,8 @@ fn leaves(value: &Value, path: &str, pattern: &str, found: &mut Vec<(String, Str
 fn others(leaf: &Value, pattern: &str) -> Vec<Value> {
     let least = match pattern {
         _ if pattern.contains("forces_W") || pattern.contains(".tau.") => 5.0,
+        // A point that bears nothing may be anywhere on its patch.
+        _ if pattern.contains("force_points_W") => 0.3,
         "samples.*.a.*" => 30.0,
         "samples.*.v.*" => 0.1,
         _ => 0.05,
