@@ -13,6 +13,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use scandent::config::Config;
 use scandent::pipeline::{self, PlanOutcome, RunOptions};
 use scandent::provenance::Inputs;
+use scandent::robot_files::Robots;
 use scandent::scene::Scene;
 
 /// Scene, and the paper's seconds of perception and planning for its counterpart.
@@ -32,6 +33,7 @@ fn plan(name: &str) -> PlanOutcome {
         stage: &|_| {},
         progress: &|_| {},
         cancel: &cancel,
+        robots: &Robots::default(),
     };
     pipeline::plan(&scene, &config, &manner, inputs).expect("a plan")
 }

@@ -16,6 +16,7 @@ use crate::plan_file::{PlanRobotFlags, located};
 use crate::posed;
 use crate::provenance::{FLAGS, Inputs};
 use crate::report::Stages;
+use crate::robot_files::Robots;
 use crate::scene::{Environment, Scene};
 use crate::threads;
 
@@ -57,7 +58,7 @@ pub fn find(
         Some((robot, found)) if !flags.any() => (robot, found),
         found => {
             let mut world = found.map_or(world, |(_, found)| found);
-            let (robot, other) = flags.load_noted(plan)?;
+            let (robot, other) = flags.load_noted(plan, &Robots::default())?;
             for file in other {
                 world.leaves_open(format!("if the robot is that of {file}: not the plan's"));
             }
@@ -132,7 +133,8 @@ fn again(
     let config = serde_json::from_value(plan.config.clone());
     let config: Config = config.context("the plan's settings")?;
     let pool = threads::pool(global.threads)?;
-    let posed = posed::pose(scene, &config, &pool, &mut Stages::default(), &mut inputs)?;
+    let (mut stages, robots) = (Stages::default(), Robots::default());
+    let posed = posed::pose(scene, &config, &pool, &mut stages, &mut inputs, &robots)?;
     let mut world = posed.world(&config, &scene.name)?;
     world.rests_on(inputs.into_list());
     let own = Config::layered(Some((&scene.name, &scene.settings)), &Global::default())?;

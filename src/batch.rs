@@ -13,13 +13,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
-use crate::bench::{self, Row};
+use crate::bench::{self, Ended, Row};
+use crate::cli::Global;
+use crate::command::simulate::{self, Simulated};
 use crate::config::Config;
 use crate::export::{self, Format};
 use crate::output::{self, Folder};
 use crate::pipeline::{self, PlanOutcome, RunOptions};
 use crate::provenance::sha256;
 use crate::results;
+use crate::robot_files::Robots;
 
 use item::{Asked, Item};
 
@@ -27,25 +30,10 @@ use item::{Asked, Item};
 pub const ITEMS: &str = "items";
 /// What came of an item, in its folder.
 pub const RECORD: &str = "item.json";
-/// The motion as arrays, in its folder.
+/// The plan with its motion as arrays, in its folder.
 const ARRAYS: &str = "motion.npz";
-/// What an item's folder may hold: the results of a run, and these.
-const NAMES: &[&str] = &[
-    "surfaces.json",
-    "plan.json",
-    pipeline::MOTION_FILE,
-    "contacts.yaml",
-    "plan.csv",
-    "partial_plan.json",
-    "rejected_plan.json",
-    "certificate.json",
-    "view.html",
-    "report.json",
-    RECORD,
-    ARRAYS,
-    item::SCENE,
-    item::MESH,
-];
+/// What an item's folder may hold beside the results of a run.
+const NAMES: &[&str] = &[RECORD, ARRAYS, item::SCENE, item::MESH];
 
 /// What is written of an item beside its results.
 #[derive(Clone, Copy, Debug, Default)]
@@ -75,62 +63,106 @@ pub fn done(folder: &Path, item: &Item) -> Option<Record> {
     (same && record.program == crate::program()).then_some(record)
 }
 
-/// Plans an item on one thread and writes its folder; nothing where `cancel` was raised before it ended.
+/// What an item came to, before it is written.
+enum Came {
+    Plan(Box<PlanOutcome>, Option<item::World>),
+    Simulation(Simulated),
+}
+
+/// Plans or simulates an item on one thread and writes its folder; nothing where `cancel` was raised before it
+/// ended. `robots` are those that items before it read.
 ///
 /// # Errors
 /// A folder that cannot be written. What goes wrong with the item is in the row.
-pub fn run(item: &Item, folder: &Path, extras: Extras, cancel: &AtomicBool) -> Result<Option<Row>> {
+pub fn run(
+    item: &Item,
+    folder: &Path,
+    extras: Extras,
+    robots: &Robots,
+    cancel: &AtomicBool,
+) -> Result<Option<Row>> {
     let begin = std::time::Instant::now();
-    let planned = planned(item, cancel);
+    let came = came(item, robots, cancel);
     if cancel.load(Ordering::Relaxed) {
         return Ok(None);
     }
     let total_ms = begin.elapsed().as_secs_f64() * 1e3;
     let of_item = item.row();
-    let (row, planned) = match planned {
-        Ok((asked, planned)) => (bench::of_outcome(of_item, &planned), Some((asked, planned))),
-        Err(error) => (
-            Row {
-                reason: Some(format!("{error:#}")),
-                ..of_item
+    let row = match &came {
+        Ok(Came::Plan(planned, _)) => bench::of_outcome(of_item, planned),
+        Ok(Came::Simulation(simulated)) => Row {
+            robot: simulated.robot.clone(),
+            ended: match simulated.failures.is_empty() {
+                true => Ended::Executed,
+                false => Ended::NotExecuted,
             },
-            None,
-        ),
+            reason: simulated.failures.first().cloned(),
+            ..of_item
+        },
+        Err(error) => Row {
+            reason: Some(format!("{error:#}")),
+            ..of_item
+        },
     };
     let record = Record {
         program: crate::program(),
         line_sha256: sha256(item.line.as_bytes()),
         row: Row { total_ms, ..row },
     };
-    let place = Folder::new(&folder.join(ITEMS).join(&item.name), NAMES)?;
-    if let Some((asked, planned)) = &planned {
-        results::write_all(&place, planned, extras.view)?;
-        for (name, bytes) in asked.world.iter().flatten() {
-            place.write(name, bytes)?;
+    let names = [results::NAMES, NAMES].concat();
+    let place = Folder::new(&folder.join(ITEMS).join(&item.name), names)?;
+    match &came {
+        Ok(Came::Plan(planned, world)) => {
+            results::write_all(&place, planned, extras.view)?;
+            for (name, bytes) in world.iter().flatten() {
+                place.write(name, bytes)?;
+            }
+            if let (true, true, Some(motion)) = (extras.npz, planned.verified(), &planned.motion) {
+                let config = &planned.config.export;
+                let (plan, robot) = (&planned.plan, &planned.robot);
+                let bytes = export::export(plan, Some(motion), robot, Format::Npz, config)?;
+                place.write(ARRAYS, &bytes)?;
+            }
         }
-        if let (true, true, Some(motion)) = (extras.npz, planned.verified(), &planned.motion) {
-            let config = &planned.config.export;
-            let (plan, robot) = (&planned.plan, &planned.robot);
-            let bytes = export::export(plan, Some(motion), robot, Format::Npz, config)?;
-            place.write(ARRAYS, &bytes)?;
+        Ok(Came::Simulation(simulated)) => {
+            place.write(results::SIMULATION, &simulated.json)?;
+            if let Some(trace) = &simulated.trace {
+                place.write(results::TRACE, trace.as_bytes())?;
+            }
         }
+        Err(_) => {}
     }
     place.write(RECORD, &output::json(&record)?)?;
     place.publish()?;
     Ok(Some(record.row))
 }
 
-fn planned(item: &Item, cancel: &AtomicBool) -> Result<(Asked, PlanOutcome)> {
-    let mut asked = item.asked()?;
-    let (scene, global) = (&asked.scene, &asked.global);
-    let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
+fn came(item: &Item, robots: &Robots, cancel: &AtomicBool) -> Result<Came> {
+    let (scene, global, inputs, world) = match item.asked(robots)? {
+        Asked::Plan {
+            scene,
+            global,
+            inputs,
+            world,
+        } => (scene, global, inputs, world),
+        Asked::Simulation(args, global) => {
+            let one = Global {
+                threads: Some(NonZeroUsize::MIN),
+                ..global
+            };
+            let said = &mut std::io::sink();
+            let simulated = simulate::simulate(&args, &one, cancel, robots, said)?;
+            return Ok(Came::Simulation(simulated));
+        }
+    };
+    let config = Config::layered(Some((&scene.name, &scene.settings)), &global)?;
     let options = RunOptions {
         threads: Some(NonZeroUsize::MIN),
         stage: &|_| {},
         progress: &|_| {},
         cancel,
+        robots,
     };
-    let inputs = std::mem::take(&mut asked.inputs);
-    let planned = pipeline::plan(scene, &config, &options, inputs)?;
-    Ok((asked, planned))
+    let planned = pipeline::plan(&scene, &config, &options, inputs)?;
+    Ok(Came::Plan(Box::new(planned), world))
 }

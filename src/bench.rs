@@ -13,6 +13,7 @@ use crate::config::Config;
 use crate::interrupt;
 use crate::pipeline::{self, PlanOutcome, RunOptions};
 use crate::provenance::Inputs;
+use crate::robot_files::Robots;
 use crate::scene::Scene;
 
 /// A world to plan in.
@@ -46,6 +47,10 @@ pub enum Ended {
     Exhausted,
     /// The budget ran out, or the user stopped it.
     BudgetSpent,
+    /// Simulated, and every criterion holds.
+    Executed,
+    /// Simulated, and a criterion does not hold.
+    NotExecuted,
     /// The scene could not be used.
     Error,
 }
@@ -59,6 +64,8 @@ impl Ended {
             Self::NoPlan => "no-plan",
             Self::Exhausted => "exhausted",
             Self::BudgetSpent => "budget-spent",
+            Self::Executed => "executed",
+            Self::NotExecuted => "not-executed",
             Self::Error => "error",
         }
     }
@@ -129,9 +136,9 @@ impl Row {
 }
 
 /// Plans in a world.
-pub fn run(item: &Item, global: &Global) -> Row {
+pub fn run(item: &Item, global: &Global, robots: &Robots) -> Row {
     let begin = Instant::now();
-    let planned = plan(item, global);
+    let planned = plan(item, global, robots);
     let total_ms = begin.elapsed().as_secs_f64() * 1e3;
     let row = Row {
         seed: item.seed,
@@ -148,7 +155,7 @@ pub fn run(item: &Item, global: &Global) -> Row {
     }
 }
 
-fn plan(item: &Item, global: &Global) -> anyhow::Result<PlanOutcome> {
+fn plan(item: &Item, global: &Global, robots: &Robots) -> anyhow::Result<PlanOutcome> {
     let mut inputs = Inputs::default();
     let scene = Scene::open(&item.scene, &mut inputs)?;
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
@@ -157,6 +164,7 @@ fn plan(item: &Item, global: &Global) -> anyhow::Result<PlanOutcome> {
         stage: &|_| {},
         progress: &|_| {},
         cancel: interrupt::listen(),
+        robots,
     };
     pipeline::plan(&scene, &config, &options, inputs)
 }

@@ -14,6 +14,7 @@ use crate::config::Config;
 use crate::posed::{self, Posed};
 use crate::provenance::{self, Inputs};
 use crate::report::{Clock, Report, Stages, peak_memory_mb};
+use crate::robot_files::Robots;
 use crate::scene::Scene;
 use crate::{goal, roles, threads, unsolved};
 
@@ -30,6 +31,8 @@ pub struct RunOptions<'a> {
     pub progress: &'a (dyn Fn(&Progress) + Sync),
     /// Stops the search.
     pub cancel: &'a AtomicBool,
+    /// Robots that were read before.
+    pub robots: &'a Robots,
 }
 
 /// What came of a scene.
@@ -83,7 +86,14 @@ pub fn plan(
 
     (options.stage)("reading the surroundings and the robot");
     // Scan, robot, start, goal → what is to be planned.
-    let posed = posed::pose(scene, config, &pool, &mut stages, &mut inputs)?;
+    let posed = posed::pose(
+        scene,
+        config,
+        &pool,
+        &mut stages,
+        &mut inputs,
+        options.robots,
+    )?;
     let Posed {
         robot,
         environment,

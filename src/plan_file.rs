@@ -7,7 +7,7 @@ use plan::{Motion, PLAN_FORMAT, Plan};
 use robot_model::Robot;
 
 use crate::provenance::{Inputs, read, sha256};
-use crate::robot_files::{BesideUrdf, RobotFiles};
+use crate::robot_files::{BesideUrdf, RobotFiles, Robots};
 
 /// Reads a plan.
 ///
@@ -88,14 +88,14 @@ impl PlanRobotFlags {
     /// A plan that names no robot; files that changed since the plan was made; else as
     /// [`RobotFiles::load`].
     pub fn load(&self, plan: &Plan) -> Result<Robot> {
-        Ok(self.load_noted(plan)?.0)
+        Ok(self.load_noted(plan, &Robots::default())?.0)
     }
 
-    /// [`load`](Self::load), and the names of the files that are none of the plan's.
+    /// [`load`](Self::load), by way of `robots`, and the names of the files that are none of the plan's.
     ///
     /// # Errors
     /// As there.
-    pub fn load_noted(&self, plan: &Plan) -> Result<(Robot, Vec<String>)> {
+    pub fn load_noted(&self, plan: &Plan, robots: &Robots) -> Result<(Robot, Vec<String>)> {
         let named = |role: &str| plan.inputs.iter().find(|i| i.role == role).map(|i| &i.name);
         let path = |role: &str, flag: &Option<PathBuf>| {
             let named = named(role).filter(|name| !name.starts_with("builtin:"));
@@ -117,7 +117,7 @@ impl PlanRobotFlags {
             None => robot_model::Config::default(),
         };
         let mut inputs = Inputs::default();
-        let mut robot = files.load(&config, &mut inputs)?;
+        let mut robot = robots.load(&files, &config, &mut inputs)?;
         let mut other = Vec::new();
         for now in inputs.into_list() {
             let (name, role) = (&now.name, &now.role);

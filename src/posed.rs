@@ -14,6 +14,7 @@ use crate::environment::{self, Perceived, levelled};
 use crate::goal;
 use crate::provenance::Inputs;
 use crate::report::Stages;
+use crate::robot_files::Robots;
 use crate::scene::{self, Scene};
 use crate::start::{self, StartState, agreement, assumed, ground};
 
@@ -49,6 +50,7 @@ pub fn pose(
     pool: &rayon::ThreadPool,
     stages: &mut Stages,
     inputs: &mut Inputs,
+    robots: &Robots,
 ) -> Result<Posed> {
     // Scan → surfaces.
     let files = &scene.files;
@@ -68,7 +70,7 @@ pub fn pose(
 
     // URDF, SRDF, contacts → robot.
     let robot = stages.measure("robot", || {
-        let mut robot = scene.robot.load(&config.robot_model, inputs)?;
+        let mut robot = robots.load(&scene.robot, &config.robot_model, inputs)?;
         apply_friction(&mut robot, scene)?;
         anyhow::Ok(robot)
     })?;

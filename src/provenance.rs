@@ -23,11 +23,23 @@ pub struct Inputs {
 impl Inputs {
     /// Notes an input of which the bytes are at hand.
     pub fn note(&mut self, role: &str, name: &str, bytes: &[u8]) {
-        let input = Input {
+        self.push(Input {
             role: role.to_owned(),
             name: name.to_owned(),
             sha256: sha256(bytes),
-        };
+        });
+    }
+
+    /// Notes what was read before.
+    pub fn add(&mut self, others: &Self) {
+        others
+            .list
+            .iter()
+            .cloned()
+            .for_each(|input| self.push(input));
+    }
+
+    fn push(&mut self, input: Input) {
         if !self.list.contains(&input) {
             self.list.push(input);
         }

@@ -12,6 +12,10 @@ use crate::view::{self, ViewInput};
 const PARTIAL: &str = "partial_plan.json";
 /// A plan that the verifier does not pass.
 const REJECTED: &str = "rejected_plan.json";
+/// What a simulation showed.
+pub const SIMULATION: &str = "simulation.json";
+/// The trace of the motion that it executed.
+pub const TRACE: &str = "simulation.csv";
 /// Names of what a run writes, and of what a simulation writes of it: nothing of an earlier run may
 /// pass for this one's.
 pub const NAMES: &[&str] = &[
@@ -25,8 +29,8 @@ pub const NAMES: &[&str] = &[
     "certificate.json",
     "view.html",
     "report.json",
-    "simulation.json",
-    "simulation.csv",
+    SIMULATION,
+    TRACE,
 ];
 
 /// Writes everything that came of a scene; a plan under the name of one only if it was found and

@@ -12,6 +12,17 @@ Metres, radians, newtons, seconds; W is z up; a pose X_WC is that of C in W. Eve
 ``scandent.Error``.
 """
 
+import os as _os
+import sys as _sys
+
+# MuJoCo's functions are looked up when they are first called: its library is another wheel's.
+_flags = _sys.getdlopenflags()
+_sys.setdlopenflags(_flags & ~_os.RTLD_NOW | _os.RTLD_LAZY)
+try:
+    from . import _scandent
+finally:
+    _sys.setdlopenflags(_flags)
+
 from . import datasets, pinocchio
 from ._batch import batch
 from ._errors import Error, InputError, NoPlan, Refused, Undecided, Unsolved
@@ -19,6 +30,7 @@ from ._plan import Certificate, Contact, Motion, Page, Plan, Stance, plan, run, 
 from ._posture import Posture, Postures, Touch, draw_postures, solve_posture, solve_postures
 from ._robot import Patch, Robot
 from ._scandent import __version__
+from ._simulation import Simulation, mjcf, simulate
 from ._terrain import Face, Terrain, perceive
 
 __all__ = [
@@ -36,6 +48,7 @@ __all__ = [
     "Postures",
     "Refused",
     "Robot",
+    "Simulation",
     "Stance",
     "Terrain",
     "Touch",
@@ -46,9 +59,11 @@ __all__ = [
     "datasets",
     "draw_postures",
     "perceive",
+    "mjcf",
     "pinocchio",
     "plan",
     "run",
+    "simulate",
     "solve_posture",
     "solve_postures",
     "verify",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Iterable, List, Mapping, Optional, Sequence, Tuple, Type, TypeVar, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -14,25 +14,72 @@ from ._errors import InputError
 Array = npt.NDArray[np.float64]
 PathLike = Union[str, "os.PathLike[str]"]
 Config = Mapping[str, Any]
+_Kind = TypeVar("_Kind")
 
 #: How far a written rotation may be from one, and a written quaternion from length 1.
 _ROTATION_TOLERANCE = 1e-4
 _UNIT_TOLERANCE = 1e-3
 
 
+def of(value: Any, kind: Type[_Kind], argument: str) -> _Kind:
+    """A value of that kind."""
+    if not isinstance(value, kind):
+        raise InputError(f"{argument} is no {kind.__name__} but a {type(value).__name__}", argument)
+    return value
+
+
+def mapping(value: Any, argument: str) -> Mapping[Any, Any]:
+    """A mapping; of nothing an empty one."""
+    if value is not None and not isinstance(value, Mapping):
+        raise InputError(f"{argument} is no mapping but a {type(value).__name__}", argument)
+    return value or {}
+
+
+def text(value: Any, argument: str) -> str:
+    """A text that can be written."""
+    said = of(value, str, argument)
+    if "\0" in said or any("\ud800" <= c <= "\udfff" for c in said):
+        raise InputError(f"{argument} = {said!r} holds what is no letter", argument)
+    return said
+
+
 def path(value: PathLike, argument: str) -> str:
     """A path as text."""
     try:
-        return os.fsdecode(value)
+        return text(os.fsdecode(value), argument)
     except TypeError:
         raise InputError(f"{argument} is no path but a {type(value).__name__}", argument) from None
+
+
+def each(value: Any, argument: str) -> List[Any]:
+    """What a list, or whatever else can be gone through, holds; a text is none."""
+    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
+        raise InputError(f"{argument} is no list but a {type(value).__name__}", argument)
+    try:
+        return list(value)
+    except TypeError as error:
+        raise InputError(f"{argument} is no list: {error}", argument) from None
+
+
+def as_json(value: Any, argument: str) -> str:
+    """A value as JSON; numpy's numbers are numbers."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.generic):
+            return value.item()
+        raise TypeError(f"it holds a {type(value).__name__}")
+
+    try:
+        return json.dumps(value, allow_nan=False, default=plain)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise InputError(f"{argument} cannot be written as JSON: {error}", argument) from None
 
 
 def numbers(value: Any, argument: str, *shape: Optional[int]) -> Array:
     """Finite numbers in a shape; ``None`` stands for any length."""
     try:
         array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{argument} holds what are no numbers", argument) from None
     fits = array.ndim == len(shape) and all(n in (None, m) for n, m in zip(shape, array.shape))
     if not fits:
@@ -41,6 +88,14 @@ def numbers(value: Any, argument: str, *shape: Optional[int]) -> Array:
     if not np.isfinite(array).all():
         raise InputError(f"{argument} holds a number that is not finite", argument)
     return array
+
+
+def dimensions(value: Any, argument: str) -> int:
+    """How many dimensions an array has."""
+    try:
+        return np.ndim(value)
+    except ValueError:
+        raise InputError(f"{argument} holds rows that are not equally long", argument) from None
 
 
 def number(value: Any, argument: str) -> float:
@@ -60,7 +115,7 @@ def whole(value: Optional[int], argument: str, least: int = 0) -> Optional[int]:
 
 def pose(value: Any, argument: str) -> Tuple[float, ...]:
     """A pose as x, y, z, qx, qy, qz, qw: those seven, or a matrix of 4 x 4 that moves points."""
-    if np.ndim(value) == 1:
+    if dimensions(value, argument) == 1:
         seven = numbers(value, argument, 7)
         length = float(np.linalg.norm(seven[3:]))
         if abs(length - 1.0) > _UNIT_TOLERANCE:
@@ -109,27 +164,40 @@ def matrix(pose_record: Mapping[str, Sequence[float]]) -> Array:
 
 def settings(config: Optional[Config], argument: str = "config") -> List[str]:
     """Settings as ``--set`` takes them: ``{"planner": {"nodes_max": 200}}`` or ``{"planner.nodes_max": 200}``."""
-    if config is None:
-        return []
-    if not isinstance(config, Mapping):
-        raise InputError(f"{argument} is no mapping but a {type(config).__name__}", argument)
     found: List[str] = []
 
     def walk(table: Mapping[str, Any], above: str) -> None:
         for key, value in table.items():
-            if not isinstance(key, str):
-                raise InputError(f"{argument} has the key {key!r}, which is no text", argument)
+            name = above + text(key, argument)
             if isinstance(value, Mapping):
-                walk(value, f"{above}{key}.")
-                continue
-            try:
-                text = json.dumps(value.item() if isinstance(value, np.generic) else value, allow_nan=False)
-            except (TypeError, ValueError):
-                raise InputError(f"{argument}: {above}{key} = {value!r} is no setting", argument) from None
-            found.append(f"{above}{key}={text}")
+                walk(value, f"{name}.")
+            else:
+                found.append(f"{name}={as_json(value, argument)}")
 
-    walk(config, "")
+    walk(mapping(config, argument), "")
     return found
+
+
+def write(file: PathLike, said: str) -> None:
+    """Writes a text. Raises ``InputError`` where it cannot be."""
+    try:
+        with open(path(file, "file"), "w", encoding="utf-8") as out:
+            out.write(said)
+    except OSError as error:
+        raise InputError(f"file cannot be written: {error}", "file") from None
+
+
+def options(
+    config: Optional[Config], seed: Optional[int], improve: Optional[int], threads: Optional[int]
+) -> List[str]:
+    """What every command has, as its flags."""
+    counts = {
+        "seed": whole(seed, "seed"),
+        "improve": whole(improve, "improve"),
+        "threads": whole(threads, "threads", 1),
+    }
+    flags = [flag for one in settings(config) for flag in ("--set", one)]
+    return flags + [f"--{name}={count}" for name, count in counts.items() if count is not None]
 
 
 def listed(values: Iterable[float]) -> str:

@@ -1,20 +1,27 @@
-"""Items planned by the thousand: on threads, processes, or Ray."""
+"""Items planned and simulated by the thousand: on threads, processes, or Ray."""
 
 from __future__ import annotations
 
 import json
 import os
+import uuid
+from collections import deque
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Set, Tuple, Union
+from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, Mapping, Optional, Set, Tuple, Union
 
 from . import _scandent
-from ._arguments import PathLike, path
+from ._arguments import PathLike, as_json, each, mapping, of, path
 from ._errors import InputError
+from ._plan import _callable
+from ._simulation import load_mujoco
 
 Row = Dict[str, Any]
 #: A line, its number, the folder, and what to write beside the results.
 _Job = Tuple[str, int, str, bool, bool]
+
+#: The worker of this process and the run that it is of: it keeps the robots that it read.
+_worker: Tuple[str, Optional[_scandent.Worker]] = ("", None)
 
 
 def batch(
@@ -30,21 +37,26 @@ def batch(
 
     ``items`` are mappings as the lines of its manifest (docs/python.md), each with a name of its own, ``item``.
     ``folder`` gets the manifest, ``items/NAME/`` and ``index.csv``. ``executor`` is one of
-    ``concurrent.futures``; ``None`` for threads, one a processor; ``"ray"``, which starts Ray where it is, or
-    the address of its cluster, ``"ray://…"`` (there ``folder`` is one that all nodes see). ``npz`` also writes
-    every verified motion as arrays, ``view`` every page. ``progress`` is told each row as it comes.
+    ``concurrent.futures``; ``None`` for threads, one a processor; ``"ray"``, which starts Ray here, or the address
+    of its cluster, ``"ray://HOST:PORT"`` (there ``folder`` is one that all nodes see): an actor a processor, which
+    is started again where it dies. Every process reads a robot once. ``npz`` also writes every verified motion as
+    arrays, ``view`` every page. ``progress`` is told each row as it comes.
 
     An item that fails is a row, ``"ended": "error"``; an item does not depend on where or in what order it
     ran. Raises ``InputError``.
     """
     place = Path(path(folder, "folder"))
     lines = _lines(items)
-    place.mkdir(parents=True, exist_ok=True)
+    _callable(progress)
     manifest = place / "manifest.jsonl"
     unfinished = manifest.with_name(f".manifest-{os.getpid()}")
-    unfinished.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
-    os.replace(unfinished, manifest)
-    jobs: List[_Job] = [(line, n + 1, str(place), npz, view) for n, line in enumerate(lines)]
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        unfinished.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+        os.replace(unfinished, manifest)
+    except OSError as error:
+        raise InputError(f"folder cannot be written: {error}", "folder") from None
+    jobs: List[_Job] = [(line, n + 1, str(place.absolute()), npz, view) for n, line in enumerate(lines)]
     rows: Dict[int, Row] = {}
     for number, row in _run(jobs, executor):
         rows[number] = row
@@ -57,23 +69,25 @@ def batch(
 def _lines(items: Iterable[Mapping[str, Any]]) -> List[str]:
     lines: List[str] = []
     names: Set[str] = set()
-    for number, item in enumerate(items):
+    for number, item in enumerate(each(items, "items")):
         argument = f"items[{number}]"
-        if not isinstance(item, Mapping):
-            raise InputError(f"{argument} is no mapping but a {type(item).__name__}", "items")
-        name = item.get("item")
+        name = mapping(item, argument).get("item")
         if not isinstance(name, str) or name in names:
             raise InputError(f"{argument} has no name of its own: item = {name!r}", "items")
         names.add(name)
-        try:
-            lines.append(json.dumps(item, allow_nan=False))
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{argument} cannot be written as JSON: {error}", "items") from None
+        lines.append(as_json(item, argument))
     return lines
 
 
-def _work(job: _Job) -> Tuple[int, Row]:
-    row: Row = json.loads(_scandent.batch_item(*job))
+def _work(run: str, job: _Job) -> Tuple[int, Row]:
+    global _worker
+    if _worker[0] != run:
+        _worker = (run, _scandent.Worker())
+    worker = _worker[1]
+    assert worker is not None
+    if "plan" in json.loads(job[0]):
+        load_mujoco()
+    row: Row = json.loads(worker.item(*job))
     return job[1], row
 
 
@@ -87,18 +101,18 @@ def _run(jobs: List[_Job], executor: Union[None, str, Executor]) -> Iterator[Tup
         with ThreadPoolExecutor(os.cpu_count()) as threads:
             yield from _on_executor(jobs, threads)
     else:
-        yield from _on_executor(jobs, executor)
+        yield from _on_executor(jobs, of(executor, Executor, "executor"))
 
 
 def _on_executor(jobs: List[_Job], executor: Executor) -> Iterator[Tuple[int, Row]]:
-    waiting = iter(jobs)
+    waiting, run = iter(jobs), uuid.uuid4().hex
     # Few at a time are handed over: memory stays flat, and Ctrl-C does not wait for all.
     running: Set[Future[Tuple[int, Row]]] = set()
     ahead = 2 * (os.cpu_count() or 1)
     try:
         while True:
             while len(running) < ahead and (job := next(waiting, None)) is not None:
-                running.add(executor.submit(_work, job))
+                running.add(executor.submit(_work, run, job))
             if not running:
                 return
             done, running = wait(running, return_when=FIRST_COMPLETED)
@@ -116,14 +130,29 @@ def _on_ray(jobs: List[_Job], address: Optional[str]) -> Iterator[Tuple[int, Row
         raise InputError("executor: Ray is not installed: pip install 'scandent[ray]'", "executor") from None
     if not ray.is_initialized():
         ray.init(address=address, log_to_driver=False)
-    task = ray.remote(num_cpus=1)(_work)
+    count = min(len(jobs), int(ray.cluster_resources().get("CPU", 1)))
+    # What an actor had in hand when it died is done again by the one that takes its place.
+    actor = ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=-1)(_Actor)
+    idle: Deque[Any] = deque(actor.remote() for _ in range(count))
     waiting = iter(jobs)
-    ahead = 2 * int(ray.cluster_resources().get("CPU", 1))
-    running: List[Any] = []
+    running: Dict[Any, Any] = {}
     while True:
-        while len(running) < ahead and (job := next(waiting, None)) is not None:
-            running.append(task.remote(job))
+        while idle and (job := next(waiting, None)) is not None:
+            free = idle.popleft()
+            running[free.work.remote(job)] = free
         if not running:
             return
-        done, running = ray.wait(running, num_returns=1)
-        yield from ray.get(done)
+        (done, *_), _ = ray.wait(list(running), num_returns=1)
+        idle.append(running.pop(done))
+        yield ray.get(done)
+
+
+class _Actor:
+    """A process of Ray's that does items one after the other."""
+
+    def __init__(self) -> None:
+        self.run = uuid.uuid4().hex
+
+    def work(self, job: _Job) -> Tuple[int, Row]:
+        """What came of an item."""
+        return _work(self.run, job)

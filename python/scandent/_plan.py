@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import IO, TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _scandent
-from ._arguments import Array, Config, PathLike, listed, matrix, number, numbers, path, pose, settings, whole
+from ._arguments import (
+    Array, Config, PathLike, each, listed, mapping, matrix, number, numbers, of, options, path, pose, text, whole, write
+)
 from ._errors import InputError, NoPlan, Refused, Undecided, Unsolved
 from ._robot import Robot
 from ._terrain import Terrain
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 #: Told ``(nodes, solved, best_distance_m, stage)``; the search stops where it returns ``False``.
 Progress = Callable[[int, int, float, str], Optional[bool]]
@@ -92,6 +98,12 @@ class Motion:
     #: What is done when: ``kind``, ``t_start_s``, ``t_end_s``, ``from_stance``, ``to_stance``, ``contacts``, ``swing``.
     phases: List[Dict[str, Any]]
 
+    @classmethod
+    def of_arrays(cls, arrays: Mapping[str, Any], phases: List[Dict[str, Any]], **more: Any) -> Self:
+        """The motion of the arrays of an ``.npz`` of ``export`` and the phases of its card."""
+        own = {name: arrays[name] for name in ("t", "q", "v", "a", "tau", "com_W", "wrenches")}
+        return cls(**own, patches=arrays["patches"].tolist(), phases=phases, **more)
+
     @property
     def dt_s(self) -> float:
         """Time between two samples, s."""
@@ -149,10 +161,10 @@ class Plan:
     @cached_property
     def motion(self) -> Optional[Motion]:
         """The motion; none of a plan of one stance, or where the search did not get to it."""
-        arrays = self._native.motion()
-        if arrays is None:
+        if not self._native.moves():
             return None
-        return Motion(**{**arrays, "phases": json.loads(arrays["phases"])})
+        arrays, card = read_arrays(io.BytesIO(self.export("npz")))
+        return Motion.of_arrays(arrays, card["phases"])
 
     @cached_property
     def certificate(self) -> Optional[Certificate]:
@@ -181,14 +193,13 @@ class Plan:
 
     def export(self, format: str) -> bytes:
         """The plan as ``scandent export --format`` writes it: mcc-yaml, json, csv, motion-csv or npz."""
-        return self._native.export(format)
+        return self._native.export(text(format, "format"))
 
     def view(self, file: Optional[PathLike] = None) -> Page:
         """The page that shows the plan, offline: written to ``file`` where there is one; a notebook shows it."""
         page = Page(self._native.page())
         if file is not None:
-            with open(path(file, "file"), "w", encoding="utf-8") as out:
-                out.write(page.html)
+            write(file, page.html)
         return page
 
     def __repr__(self) -> str:
@@ -206,6 +217,14 @@ class Page:
     def _repr_html_(self) -> str:
         inside = self.html.replace("&", "&amp;").replace('"', "&quot;")
         return f'<iframe srcdoc="{inside}" style="width:100%;height:640px;border:0"></iframe>'
+
+
+def read_arrays(file: Union[str, IO[bytes]]) -> Tuple[Dict[str, Any], Dict[str, Any]]:
+    """The arrays of an ``.npz`` of ``export``, and its card. Raises ``ValueError``, ``KeyError``, ``OSError``."""
+    with np.load(file, allow_pickle=False) as read:
+        arrays = dict(read)
+    card: Dict[str, Any] = json.loads(arrays.pop("card").item())
+    return arrays, card
 
 
 def _stance(record: Mapping[str, Any]) -> Stance:
@@ -267,10 +286,8 @@ def plan(
     Other threads of Python run meanwhile; Ctrl-C stops it. Raises ``NoPlan``, ``Undecided`` or ``Refused`` with
     the reasons, and ``InputError`` that names the argument.
     """
-    if not isinstance(terrain, Terrain):
-        raise InputError(f"terrain is no Terrain but a {type(terrain).__name__}", "terrain")
-    if not isinstance(robot, Robot):
-        raise InputError(f"robot is no Robot but a {type(robot).__name__}", "robot")
+    of(terrain, Terrain, "terrain")
+    of(robot, Robot, "robot")
     if not robot.patches:
         raise InputError(
             f"robot {robot.name} has no contact patches, and none could be proposed: give contacts= to Robot.load",
@@ -278,19 +295,18 @@ def plan(
         )
     flags = ["plan", *robot._native.flags()]
     flags += _start(start, robot)
-    if start_contacts:
-        if isinstance(start_contacts, str):
-            raise InputError("start_contacts is a text, not a sequence of patches", "start_contacts")
-        flags += ["--start-contacts", ",".join(_patch(name, robot, "start_contacts") for name in start_contacts)]
-    if goal is None and not goal_contacts:
+    touching = [_patch(name, robot, "start_contacts") for name in each(start_contacts, "start_contacts")]
+    flags += ["--start-contacts", ",".join(touching)] if touching else []
+    wanted = mapping(goal_contacts, "goal_contacts")
+    if goal is None and not wanted:
         raise InputError("goal, or goal_contacts, is missing", "goal")
     if goal is not None:
         place = numbers(goal, "goal", None)
         if len(place) not in (2, 3, 4):
             raise InputError(f"goal holds {len(place)} numbers, not x, y[, z[, yaw]]", "goal")
         flags += [f"--goal={listed(place)}"]
-    for patch, where in (goal_contacts or {}).items():
-        at = where if isinstance(where, str) else listed(numbers(where, "goal_contacts", 3))
+    for patch, where in wanted.items():
+        at = text(where, "goal_contacts") if isinstance(where, str) else listed(numbers(where, "goal_contacts", 3))
         flags += [f"--goal-contact={_patch(patch, robot, 'goal_contacts')}={at}"]
     for name, value in [("goal_tolerance_m", goal_tolerance_m), ("friction", friction)]:
         if value is not None:
@@ -299,11 +315,7 @@ def plan(
             flags += [f"--{name.replace('_', '-')}={float(value)!r}"]
     if guide is not None:
         flags += [f"--guide={listed(place)}" for place in numbers(guide, "guide", None, 3)]
-    flags += [flag for one in settings(config) for flag in ("--set", one)]
-    for name, count in [("seed", whole(seed, "seed")), ("improve", whole(improve, "improve"))]:
-        flags += [] if count is None else [f"--{name}={count}"]
-    count = whole(threads, "threads", 1)
-    flags += [] if count is None else [f"--threads={count}"]
+    flags += options(config, seed, improve, threads)
     return _solved(_scandent.from_flags(terrain._native, flags, _callable(progress)))
 
 
@@ -317,15 +329,8 @@ def run(
     progress: Optional[Progress] = None,
 ) -> Plan:
     """Plans for a scene that ships or a ``scene.toml``, as ``scandent run`` does; else as ``plan``."""
-    made = _scandent.of_scene(
-        path(scene, "scene"),
-        settings(config),
-        whole(seed, "seed"),
-        whole(improve, "improve"),
-        whole(threads, "threads", 1),
-        _callable(progress),
-    )
-    return _solved(made)
+    flags = ["plan", *options(config, seed, improve, threads)]
+    return _solved(_scandent.of_scene(path(scene, "scene"), flags, _callable(progress)))
 
 
 def verify(plan: PathLike, *, against: Optional[PathLike] = None, threads: Optional[int] = None) -> Certificate:
@@ -348,14 +353,14 @@ def _solved(native: _scandent.Plan) -> Plan:
     raise kinds.get(status, Undecided)(words, status, reasons, to_try, made)
 
 
-def _callable(progress: Optional[Progress]) -> Optional[Progress]:
+def _callable(progress: Any) -> Any:
     if progress is not None and not callable(progress):
         raise InputError(f"progress is not callable but a {type(progress).__name__}", "progress")
     return progress
 
 
 def _patch(name: Any, robot: Robot, argument: str) -> str:
-    if name not in robot.patches:
+    if not isinstance(name, str) or name not in robot.patches:
         known = ", ".join(robot.patches)
         raise InputError(f"{argument}: {robot.name} has no patch {name!r}; there are {known}", argument)
     return str(name)

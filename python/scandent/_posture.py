@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _scandent
-from ._arguments import Array, Config, PathLike, number, numbers, path, pose, settings, whole
+from ._arguments import Array, Config, PathLike, as_json, each, number, numbers, of, path, pose, settings, text, whole
 from ._errors import InputError
 from ._plan import _patch
 from ._robot import Robot
@@ -128,16 +128,14 @@ def solve_posture(
     ``base_tolerance_m``, and ``yaw_rad`` its heading. ``explain`` finds the constraints that cannot hold
     together. That there is no posture is an answer; ``InputError`` names an argument that makes no sense.
     """
-    if not isinstance(robot, Robot):
-        raise InputError(f"robot is no Robot but a {type(robot).__name__}", "robot")
-    if not isinstance(terrain, Terrain):
-        raise InputError(f"terrain is no Terrain but a {type(terrain).__name__}", "terrain")
+    of(robot, Robot, "robot")
+    of(terrain, Terrain, "terrain")
     if isinstance(contacts, Mapping):
         contacts = [
             Touch(patch, face=where) if isinstance(where, str) else Touch(patch, pose=where)
             for patch, where in contacts.items()
         ]
-    wanted = [_wanted(touch, robot, f"contacts[{i}]") for i, touch in enumerate(contacts)]
+    wanted = [_wanted(touch, robot, f"contacts[{i}]") for i, touch in enumerate(each(contacts, "contacts"))]
     if not wanted:
         raise InputError("contacts is empty: nothing would hold the robot", "contacts")
     near = None
@@ -145,24 +143,25 @@ def solve_posture(
         near = numbers(reference, "reference", 7 + len(robot.joint_names)).tolist()
     base = None
     if base_goal is not None or yaw_rad is not None:
-        place = list(base_goal) if base_goal is not None else [None, None, None]
+        place = [None, None, None] if base_goal is None else each(base_goal, "base_goal")
         if len(place) != 3:
             raise InputError(f"base_goal holds {len(place)} values, not 3", "base_goal")
         at = [None if x is None else number(x, "base_goal") for x in place]
         yaw = None if yaw_rad is None else number(yaw_rad, "yaw_rad")
         base = (at, number(base_tolerance_m, "base_tolerance_m"), yaw, number(yaw_tolerance_rad, "yaw_tolerance_rad"))
-    text = _scandent.solve(robot._native, terrain._native, wanted, near, base, bool(explain), settings(config))
-    return Posture._of(json.loads(text))
+    solved = _scandent.solve(robot._native, terrain._native, wanted, near, base, bool(explain), settings(config))
+    return Posture._of(json.loads(solved))
 
 
 def _wanted(touch: Any, robot: Robot, argument: str) -> _scandent.Wanted:
-    if not isinstance(touch, Touch):
-        raise InputError(f"{argument} is no Touch but a {type(touch).__name__}", "contacts")
+    of(touch, Touch, argument)
+    face = None if touch.face is None else text(touch.face, argument)
     at = None if touch.pose is None else pose(touch.pose, argument)
     if at is None and touch.face is None:
         raise InputError(f"{argument} has neither a face nor a pose", "contacts")
     friction = None if touch.friction is None else number(touch.friction, argument)
-    return (_patch(touch.patch, robot, argument), touch.face, at, touch.yaw_free, touch.loaded, friction)
+    patch = _patch(touch.patch, robot, argument)
+    return (patch, face, at, bool(touch.yaw_free), bool(touch.loaded), friction)
 
 
 def solve_postures(
@@ -178,22 +177,21 @@ def solve_postures(
     ``problems`` are a file, its bytes, or what it holds (docs/formats.md). ``reference`` names the posture to
     stay near to. Ctrl-C stops it. Raises ``InputError``.
     """
+    of(robot, Robot, "robot")
+    near = None if reference is None else text(reference, "reference")
     if isinstance(problems, (Mapping, list, tuple)):
-        try:
-            text = json.dumps(problems, allow_nan=False).encode()
-        except (TypeError, ValueError) as error:
-            raise InputError(f"problems cannot be written as JSON: {error}", "problems") from None
+        data = as_json(problems, "problems").encode()
     elif isinstance(problems, bytes):
-        text = problems
+        data = problems
     else:
         file = path(problems, "problems")  # type: ignore[arg-type]
         try:
             with open(file, "rb") as read:
-                text = read.read()
+                data = read.read()
         except OSError as error:
             raise InputError(f"problems: {error}", "problems") from None
     count = whole(threads, "threads", 1)
-    return Postures(_scandent.solve_all(robot._native, text, reference, settings(config), count))
+    return Postures(_scandent.solve_all(robot._native, data, near, settings(config), count))
 
 
 def draw_postures(robot: Robot, family: str, count: int, *, seed: int = 0, config: Optional[Config] = None) -> bytes:
@@ -201,6 +199,7 @@ def draw_postures(robot: Robot, family: str, count: int, *, seed: int = 0, confi
 
     ``family`` is easy, free, steep, one-foot, chimney, spread, infeasible, or hard. Raises ``InputError``.
     """
+    of(robot, Robot, "robot")
     number_of = whole(count, "count", 1) or 1
-    text = _scandent.draw(robot._native, str(family), number_of, whole(seed, "seed") or 0, settings(config))
-    return text.encode()
+    drawn = _scandent.draw(robot._native, text(family, "family"), number_of, whole(seed, "seed") or 0, settings(config))
+    return drawn.encode()

@@ -8,7 +8,7 @@ from typing import Dict, List, Optional, Sequence
 import numpy as np
 
 from . import _scandent
-from ._arguments import Array, Config, PathLike, path, settings
+from ._arguments import Array, Config, PathLike, each, path, settings
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Robot:
                 path(urdf, "urdf"),
                 None if srdf is None else path(srdf, "srdf"),
                 None if contacts is None else path(contacts, "contacts"),
-                [path(folder, "packages") for folder in packages],
+                [path(folder, "packages") for folder in each(packages, "packages")],
                 settings(config),
             )
         )
@@ -59,6 +59,11 @@ class Robot:
     def name(self) -> str:
         """Its name in the URDF."""
         return self._native.name
+
+    @property
+    def urdf(self) -> str:
+        """The text of its URDF, as for ``pinocchio.buildModelFromXML``."""
+        return self._native.urdf()
 
     @property
     def mass_kg(self) -> float:

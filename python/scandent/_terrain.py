@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _scandent
-from ._arguments import Array, Config, PathLike, matrix, number, numbers, path, pose, settings, whole
+from ._arguments import (
+    Array, Config, PathLike, dimensions, each, mapping, matrix, number, numbers, path, pose, settings, text, whole, write
+)
 from ._errors import InputError
 
 #: No coordinate of a world is greater, m.
@@ -66,7 +68,7 @@ class Terrain:
         if triangles is None:
             return Terrain(_scandent.Terrain.mesh_file(path(mesh, "mesh"), settings(config)))  # type: ignore[arg-type]
         vertices = numbers(mesh, "mesh", None, 3)
-        corners = np.asarray(triangles)
+        corners = np.asarray(triangles) if dimensions(triangles, "triangles") else np.empty(0)
         if corners.ndim != 2 or corners.shape[1] != 3 or not np.issubdtype(corners.dtype, np.integer):
             raise InputError(
                 f"triangles are {corners.dtype} of the shape {corners.shape}, not whole numbers of n x 3", "triangles"
@@ -86,14 +88,18 @@ class Terrain:
         bodies to avoid, the hulls of points (n, 3) in W, m. Raises ``InputError``.
         """
         if not isinstance(polygons, Mapping):
-            polygons = {f"face{i}": polygon for i, polygon in enumerate(polygons)}
+            polygons = {f"face{i}": polygon for i, polygon in enumerate(each(polygons, "polygons"))}
         faces = [_face(name, polygon) for name, polygon in polygons.items()]
         bodies = [
-            {"id": name, "points_W": numbers(points, f"obstacles[{name!r}]", None, 3).tolist()}
-            for name, points in (obstacles or {}).items()
+            {"id": text(name, "obstacles"), "points_W": numbers(points, f"obstacles[{name!r}]", None, 3).tolist()}
+            for name, points in mapping(obstacles, "obstacles").items()
         ]
-        record = {"format": "scandent-surfaces/2", "faces": faces, "obstacles": bodies}
-        return Terrain(_scandent.Terrain.json(json.dumps(record), "polygons"))
+        return Terrain._of({"faces": faces, "obstacles": bodies}, "polygons")
+
+    @staticmethod
+    def _of(record: Mapping[str, Any], argument: str) -> Terrain:
+        file = {"format": "scandent-surfaces/2", "faces": record["faces"], "obstacles": record["obstacles"]}
+        return Terrain(_scandent.Terrain.json(json.dumps(file), argument))
 
     @property
     def faces(self) -> List[Face]:
@@ -129,8 +135,7 @@ class Terrain:
 
     def save(self, file: PathLike) -> None:
         """Writes a ``surfaces.json``."""
-        with open(path(file, "file"), "w", encoding="utf-8") as out:
-            out.write(self.to_json())
+        write(file, self.to_json())
 
     def __len__(self) -> int:
         return len(self._native)
@@ -167,7 +172,7 @@ def _face(name: str, polygon: npt.ArrayLike) -> Dict[str, Any]:
     seven = pose(T, argument)
     inside = (corners - middle) @ T[:3, :2]
     return {
-        "id": str(name),
+        "id": text(name, "polygons"),
         "X_WF": {"p": list(seven[:3]), "quat_xyzw": list(seven[3:])},
         "polygon": inside.tolist(),
     }
@@ -200,12 +205,12 @@ def perceive(
         raise InputError("depth holds no image", "depth")
     if T_WV is None:
         raise InputError("T_WV, the sensor's pose in the world, is missing", "T_WV")
-    poses: List[Any] = list(T_WV) if several else [T_WV]  # type: ignore[arg-type]
+    poses: List[Any] = each(T_WV, "T_WV") if several else [T_WV]
     if len(poses) != len(images):
         raise InputError(f"T_WV holds {len(poses)} poses for {len(images)} images", "T_WV")
     pinhole = _pinhole(K)
-    if sensor is not None and not isinstance(sensor, str):
-        raise InputError(f"sensor is no name but a {type(sensor).__name__}", "sensor")
+    if sensor is not None:
+        text(sensor, "sensor")
     scale = None if depth_scale_m is None else number(depth_scale_m, "depth_scale_m")
     shots = [(image, pose(at, "T_WV"), pinhole, sensor, scale) for image, at in zip(images, poses)]
     return Terrain(_scandent.perceive(shots, settings(config), whole(threads, "threads", 1)))
@@ -225,7 +230,7 @@ def _image(depth: Any) -> npt.NDArray[np.uint16]:
 def _pinhole(K: Optional[npt.ArrayLike]) -> Optional[List[float]]:
     if K is None:
         return None
-    if np.ndim(K) == 1:
+    if dimensions(K, "K") == 1:
         four = numbers(K, "K", 4)
     else:
         k = numbers(K, "K", 3, 3)

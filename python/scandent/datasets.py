@@ -1,13 +1,13 @@
 """Data sets: plans as arrays with a card, one file each, or the folder of a batch.
 
-An episode's file is an ``.npz`` that numpy reads alone. Its ``card`` is a JSON text that says what the arrays
-are, and holds robot, scene, seed, settings, goal, terrain, route, phases and outcome.
+An episode's file is an ``.npz`` that numpy reads alone, the same that ``scandent export --format npz`` and
+``scandent batch --export npz`` write. Its ``card`` is a text of JSON that holds the whole plan.
 """
 
 from __future__ import annotations
 
 import csv
-import json
+import io
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,116 +18,50 @@ import numpy.typing as npt
 
 from ._arguments import Array, PathLike, path
 from ._errors import InputError
-from ._plan import Plan
+from ._plan import Motion, Plan, read_arrays
 from ._terrain import Terrain
 
-FORMAT = "scandent-episode/1"
-
-#: What the arrays are.
-ARRAYS = {
-    "t": "time (n,), s",
-    "q": "base position, quaternion x y z w, joints (n, 7 + joints), m and rad",
-    "v": "velocity of the base's origin and its angular velocity in W, joints (n, 6 + joints), m/s and rad/s",
-    "a": "derivative of v (n, 6 + joints)",
-    "tau": "torques of the joints (n, joints), N·m",
-    "com_W": "centre of mass in W (n, 3), m",
-    "wrenches": "force and moment about the origin of each patch in W (n, patches, 6), N and N·m; NaN in the air",
-    "stances_q": "postures of the stances (stances, 7 + joints)",
-    "stances_at": "sample at which each stance is reached (stances,)",
-}
+FORMAT = "scandent-episode/2"
 
 
 @dataclass(frozen=True)
-class Episode:
-    """A plan as arrays; see ``ARRAYS``."""
+class Episode(Motion):
+    """A motion with the plan that it is of."""
 
-    t: Array
-    q: Array
-    v: Array
-    a: Array
-    tau: Array
-    com_W: Array
-    wrenches: Array
+    #: Postures of the stances (stances, 7 + joints).
     stances_q: Array
+    #: Sample at which each stance is reached (stances,).
     stances_at: npt.NDArray[np.int64]
-    #: What they are of: ``robot``, ``joint_names``, ``patches``, ``scene``, ``seed``, ``config``, ``goal``,
-    #: ``terrain``, ``route``, ``phases``, ``outcome``, ``margins``.
+    #: ``plan``, all that ``plan.json`` says: robot, scene, seed, settings, inputs, goal, terrain, stances with
+    #: their contacts and margins, what the search did; and ``phases``.
     card: Dict[str, Any]
 
     @property
     def joint_names(self) -> List[str]:
         """The joints in the order of q."""
-        return list(self.card["joint_names"])
-
-    @property
-    def patches(self) -> List[str]:
-        """The patches of ``wrenches``."""
-        return list(self.card["patches"])
-
-    @property
-    def closed(self) -> npt.NDArray[np.bool_]:
-        """The contact schedule: which patch touches when (n, patches)."""
-        return ~np.isnan(self.wrenches[:, :, 0])
+        return list(self.card["plan"]["robot"]["joint_names"])
 
     @property
     def terrain(self) -> Terrain:
         """What was planned on, the ground under the start included."""
-        from . import _scandent
-
-        return Terrain(_scandent.Terrain.json(json.dumps(self.card["terrain"]), "card"))
+        return Terrain._of(self.card["plan"], "card")
 
 
 def of_plan(plan: Plan) -> Episode:
     """The episode of a plan with a motion. Raises ``InputError`` where there is none."""
-    record, motion = plan.record, plan.motion
-    if motion is None:
+    if plan.motion is None:
         raise InputError("plan has no motion", "plan")
-    arrives = [0.0] * len(plan.stances)
-    for phase in motion.phases:
-        arrives[phase["to_stance"]] = phase["t_end_s"]
-    card = {
-        "format": FORMAT,
-        "arrays": ARRAYS,
-        "program": record["program"],
-        "scene": record["scene"],
-        "seed": record["seed"],
-        "robot": record["robot"]["name"],
-        "joint_names": record["robot"]["joint_names"],
-        "patches": motion.patches,
-        "inputs": record["inputs"],
-        "config": record["config"],
-        "goal": record["goal"],
-        "required": record["required"],
-        "terrain": {"format": "scandent-surfaces/2", "faces": record["faces"], "obstacles": record["obstacles"]},
-        "route": record["search"].get("route", []),
-        "phases": motion.phases,
-        "changes": [stance.change for stance in plan.stances],
-        "margins": [stance.margins for stance in plan.stances],
-        "outcome": record["search"].get("unsolved", {"status": "verified"})["status"],
-    }
-    return Episode(
-        t=motion.t,
-        q=motion.q,
-        v=motion.v,
-        a=motion.a,
-        tau=motion.tau,
-        com_W=motion.com_W,
-        wrenches=motion.wrenches,
-        stances_q=np.array([stance.q for stance in plan.stances]),
-        stances_at=np.searchsorted(motion.t, np.array(arrives) - 0.5 * motion.dt_s),
-        card=card,
-    )
+    return _read(plan.export("npz"), "plan")
 
 
-def save(episode: Episode, file: PathLike) -> None:
-    """Writes an episode in one step: a reader meets the old file or the whole new one."""
+def save(plan: Plan, file: PathLike) -> None:
+    """Writes the episode of a plan in one step: a reader meets the old file or the whole new one."""
     place = Path(path(file, "file"))
     if place.suffix != ".npz":
         raise InputError(f"file {place} does not end in .npz", "file")
-    unfinished = place.with_name(f".{place.name}-{os.getpid()}.npz")
-    arrays: Dict[str, Any] = {name: getattr(episode, name) for name in ARRAYS}
+    unfinished = place.with_name(f".{place.name}-{os.getpid()}")
     try:
-        np.savez_compressed(unfinished, card=np.array(json.dumps(episode.card)), **arrays)
+        unfinished.write_bytes(plan.export("npz"))
         os.replace(unfinished, place)
     finally:
         unfinished.unlink(missing_ok=True)
@@ -143,9 +77,7 @@ class Episodes(Sequence[Episode]):
         solved = [row["item"] for row in self.rows if row["ended"] == "solved"]
         places = [folder / "items" / name for name in solved]
         #: The folders of the items that have a motion.
-        self.folders: List[Path] = [
-            place for place in places if (place / "motion.json").exists()
-        ]
+        self.folders: List[Path] = [place for place in places if (place / "motion.json").exists()]
 
     def __len__(self) -> int:
         return len(self.folders)
@@ -153,29 +85,58 @@ class Episodes(Sequence[Episode]):
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
             return [self[i] for i in range(*index.indices(len(self)))]
-        return of_plan(Plan.load(self.folders[index] / "plan.json"))
+        folder = self.folders[index]
+        arrays = folder / "motion.npz"
+        return load(arrays) if arrays.exists() else of_plan(Plan.load(folder / "plan.json"))
 
 
 def load(file: PathLike) -> Any:
     """An ``Episode`` of an ``.npz``, or the ``Episodes`` of the folder of ``scandent batch``. Raises ``InputError``."""
     place = Path(path(file, "file"))
-    if not place.exists():
-        raise InputError(f"file {place} does not exist", "file")
-    if place.is_dir():
-        if not (place / "index.csv").exists():
-            raise InputError(f"file {place} holds no index.csv: it is not the folder of a batch", "file")
-        return Episodes(place)
-    return _read(place)
-
-
-def _read(place: Path) -> Episode:
+    if os.path.isdir(place):
+        return Episodes(_batch(place, "file"))
     try:
-        with np.load(place, allow_pickle=False) as read:
-            card = json.loads(str(read["card"]))
-            if card.get("format") != FORMAT:
-                raise InputError(f"file {place}: the format is {card.get('format')!r}, not {FORMAT!r}", "file")
-            return Episode(card=card, **{name: read[name] for name in ARRAYS})
-    except (OSError, ValueError, KeyError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"file {place} is no episode: {error}", "file") from None
+        return _read(place.read_bytes(), f"file {place}")
+    except OSError as error:
+        raise InputError(f"file cannot be read: {error}", "file") from None
+
+
+def _batch(folder: Path, argument: str) -> Path:
+    if not os.path.exists(folder / "index.csv"):
+        words = f"{argument} {folder} holds no index.csv: it is not the folder of a batch"
+        raise InputError(words, argument)
+    return folder
+
+
+def _read(data: bytes, what: str) -> Episode:
+    try:
+        arrays, card = read_arrays(io.BytesIO(data))
+        if card.get("format") != FORMAT:
+            raise InputError(f"{what}: the format is {card.get('format')!r}, not {FORMAT!r}", "file")
+        more = {name: arrays[name] for name in ("stances_q", "stances_at")}
+        return Episode.of_arrays(arrays, card["phases"], card=card, **more)
+    except InputError:
+        raise
+    # An archive can be broken in as many ways as its readers have exceptions.
+    except Exception as error:
+        raise InputError(f"{what} is no episode: {error}", "file") from None
+
+
+def parquet(folder: PathLike) -> Path:
+    """Writes the index of a batch as ``index.parquet`` beside the CSV (needs ``pyarrow``). Raises ``InputError``."""
+    here = _batch(Path(path(folder, "folder")), "folder")
+    try:
+        import pyarrow as pa
+        from pyarrow import csv as table, parquet as file
+    except ImportError:
+        raise InputError("folder: pyarrow is not installed: pip install 'scandent[parquet]'", "folder") from None
+    # A column that is empty so far has its type, too.
+    texts = dict.fromkeys(("item", "ended", "family", "robot", "reason"), pa.string())
+    numbers = dict.fromkeys(("motion_s", "clearance_m", "torque_use", "friction_use"), pa.float64())
+    types = table.ConvertOptions(column_types={**texts, **numbers, "seed": pa.int64()})
+    place = here / "index.parquet"
+    unfinished = place.with_name(f".{place.name}-{os.getpid()}")
+    lines = table.ParseOptions(newlines_in_values=True)
+    file.write_table(table.read_csv(here / "index.csv", None, lines, types), unfinished)
+    os.replace(unfinished, place)
+    return place

@@ -6,30 +6,43 @@ use std::sync::atomic::AtomicBool;
 use pyo3::prelude::*;
 use scandent::batch::item::Item;
 use scandent::batch::{self, Extras, index};
+use scandent::robot_files::Robots;
 
 use crate::{error, work};
 
-/// What came of the item of a line, as JSON; one that was done before is not done again.
-#[pyfunction]
-pub fn batch_item(
-    py: Python<'_>,
-    line: &str,
-    number: usize,
-    folder: PathBuf,
-    npz: bool,
-    view: bool,
-) -> PyResult<String> {
-    let item = Item::new(line, number);
-    let cancel = AtomicBool::new(false);
-    let extras = Extras { npz, view };
-    let row = work::long(py, &cancel, None, |_| {
-        if let Some(record) = batch::done(&folder, &item) {
-            return Ok(Some(record.row));
-        }
-        batch::run(&item, &folder, extras, &cancel)
-    })?;
-    let row = row.map_err(|e| error::input(e, Some("folder")))?;
-    serde_json::to_string(&row).map_err(error::of)
+/// Does items one after the other, or several at a time; reads each of their robots once.
+#[pyclass(frozen)]
+pub struct Worker(Robots);
+
+#[pymethods]
+impl Worker {
+    #[new]
+    fn new() -> Self {
+        Self(Robots::default())
+    }
+
+    /// What came of the item of a line, as JSON; one that was done before is not done again.
+    fn item(
+        &self,
+        py: Python<'_>,
+        line: &str,
+        number: usize,
+        folder: PathBuf,
+        npz: bool,
+        view: bool,
+    ) -> PyResult<String> {
+        let item = Item::new(line, number);
+        let cancel = AtomicBool::new(false);
+        let extras = Extras { npz, view };
+        let row = work::long(py, &cancel, None, |_| {
+            if let Some(record) = batch::done(&folder, &item) {
+                return Ok(Some(record.row));
+            }
+            batch::run(&item, &folder, extras, &self.0, &cancel)
+        })?;
+        let row = row.map_err(|e| error::input(e, Some("folder")))?;
+        serde_json::to_string(&row).map_err(error::of)
+    }
 }
 
 /// Writes the index of the items of a manifest.

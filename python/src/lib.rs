@@ -6,6 +6,7 @@
 //! | `terrain` | what may be touched, and the bytes that it is planned from |
 //! | `planned` | plans, made and read: as the command line makes and reads them |
 //! | `batch` | items of a batch |
+//! | `simulated` | plans in MuJoCo |
 //! | `solved` | postures: one, or a file of problems |
 //! | `work` | long work: without the interpreter's lock, ended by Ctrl-C, panics told as exceptions |
 //!
@@ -16,15 +17,18 @@ mod batch;
 mod error;
 mod planned;
 mod robot;
+mod simulated;
 mod solved;
 mod terrain;
 mod work;
 
 use pyo3::prelude::*;
+use scandent::command::simulate;
 
 #[pymodule]
 fn _scandent(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    m.add("MUJOCO_VERSION", simulate::MUJOCO_VERSION)?;
     m.add_class::<robot::Robot>()?;
     m.add_class::<terrain::Terrain>()?;
     m.add_class::<planned::Plan>()?;
@@ -35,7 +39,9 @@ fn _scandent(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(planned::check, m)?)?;
     m.add_function(wrap_pyfunction!(solved::solve, m)?)?;
     m.add_function(wrap_pyfunction!(solved::solve_all, m)?)?;
-    m.add_function(wrap_pyfunction!(batch::batch_item, m)?)?;
+    m.add_class::<batch::Worker>()?;
+    m.add_function(wrap_pyfunction!(simulated::simulate, m)?)?;
+    m.add_function(wrap_pyfunction!(simulated::mjcf, m)?)?;
     m.add_function(wrap_pyfunction!(batch::batch_index, m)?)?;
     m.add_function(wrap_pyfunction!(solved::draw, m)?)
 }

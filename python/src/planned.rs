@@ -3,20 +3,19 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use numpy::ndarray::{Array2, Array3};
-use numpy::{PyArray2, PyArray3};
 use plan::Motion;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyBytes;
 use robot_model::Robot as Model;
 use scandent::cli::Global;
 use scandent::command::verify::certificate;
 use scandent::config::Config;
-use scandent::export::{self, Format, frames};
+use scandent::export::{self, Format};
 use scandent::output::{self, Folder};
 use scandent::pipeline::{self, PlanOutcome, RunOptions};
 use scandent::plan_file::{self, PlanRobotFlags};
 use scandent::provenance::{Inputs, reading_results};
+use scandent::robot_files::Robots;
 use scandent::scene::Scene;
 use scandent::view::{self, ViewInput};
 use scandent::{command, results};
@@ -67,6 +66,11 @@ impl Plan {
     fn json(&self) -> PyResult<String> {
         let bytes = output::json(self.parts().0).map_err(error::of)?;
         String::from_utf8(bytes).map_err(error::of)
+    }
+
+    /// Whether it has a motion.
+    fn moves(&self) -> bool {
+        self.parts().1.is_some()
     }
 
     /// How the search ended, why, and what to try; nothing of a verified plan.
@@ -145,36 +149,6 @@ impl Plan {
         let bytes = work::briefly(py, write)?.map_err(error::of)?;
         Ok(PyBytes::new(py, &bytes))
     }
-
-    /// The motion's arrays by name and its phases as JSON; nothing where there is no motion.
-    fn motion<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let (_, Some(motion), robot) = self.parts() else {
-            return Ok(None);
-        };
-        let rows = |of: fn(&plan::Sample) -> &[f64]| {
-            let width = motion.samples.first().map_or(0, |s| of(s).len());
-            let all = motion.samples.iter().flat_map(of).copied().collect();
-            let rows = Array2::from_shape_vec((motion.samples.len(), width), all);
-            Ok::<_, PyErr>(PyArray2::from_owned_array(py, rows.map_err(error::of)?))
-        };
-        let arrays = PyDict::new(py);
-        arrays.set_item("q", rows(|s| &s.q)?)?;
-        arrays.set_item("v", rows(|s| &s.v)?)?;
-        arrays.set_item("a", rows(|s| &s.a)?)?;
-        arrays.set_item("tau", rows(|s| &s.tau)?)?;
-        arrays.set_item("com_W", rows(|s| &s.com_W)?)?;
-        let shape = (motion.samples.len(), robot.patches.len(), 6);
-        let wrenches = frames::wrenches(motion, robot).collect();
-        let wrenches = Array3::from_shape_vec(shape, wrenches).map_err(error::of)?;
-        arrays.set_item("wrenches", PyArray3::from_owned_array(py, wrenches))?;
-        let t: Vec<f64> = motion.samples.iter().map(|s| s.t_s).collect();
-        arrays.set_item("t", numpy::PyArray1::from_vec(py, t))?;
-        let phases = serde_json::to_string(&motion.phases).map_err(error::of)?;
-        arrays.set_item("phases", phases)?;
-        let patches: Vec<&str> = robot.patches.iter().map(|p| p.name.as_str()).collect();
-        arrays.set_item("patches", patches)?;
-        Ok(Some(arrays))
-    }
 }
 
 /// Plans as `scandent plan FLAGS` does; the terrain, where there is one, is that of the flags.
@@ -202,24 +176,15 @@ pub fn from_flags(
     Ok(made)
 }
 
-/// Plans as `scandent run SCENE` does.
+/// Plans as `scandent run SCENE FLAGS` does.
 #[pyfunction]
 pub fn of_scene(
     py: Python<'_>,
     scene: &str,
-    set: Vec<String>,
-    seed: Option<u64>,
-    improve: Option<usize>,
-    threads: Option<usize>,
+    flags: Vec<String>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Plan> {
-    let global = Global {
-        set,
-        seed,
-        improve,
-        threads: threads.and_then(std::num::NonZeroUsize::new),
-        ..Global::default()
-    };
+    let global = command::plan::global_of(&flags).map_err(error::of)?;
     let mut inputs = Inputs::default();
     let asked = command::run::asked(scene, None, &global, &mut inputs);
     let scene = asked.map_err(|e| error::input(e, Some("scene")))?;
@@ -248,6 +213,7 @@ fn search(
                 }
             },
             cancel: &cancel,
+            robots: &Robots::default(),
         };
         pipeline::plan(scene, &config, &options, inputs)
     })?;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use anyhow::Context;
 use pyo3::prelude::*;
 use scandent::config::Config;
 use scandent::provenance::Inputs;
@@ -44,9 +45,17 @@ impl Robot {
         Ok(Self { files, robot })
     }
 
-    #[getter]
-    fn urdf(&self) -> &str {
-        &self.files.urdf
+    /// The text of its URDF.
+    fn urdf(&self) -> PyResult<String> {
+        let named = &self.files.urdf;
+        let ships = named
+            .strip_prefix("builtin:")
+            .and_then(scenes::builtin_robot);
+        let text = match ships {
+            Some(robot) => Ok(robot.urdf.to_owned()),
+            None => std::fs::read_to_string(named).with_context(|| named.clone()),
+        };
+        text.map_err(|e| error::input(e, Some("urdf")))
     }
 
     /// The flags of `plan` that name the robot.

@@ -43,8 +43,8 @@ mod slow {
         let program = built.join("scandent");
         for (folder, what) in [
             // Python looks for modules where it runs: not beside the sources, which have no library.
-            ("tests", "pytest -q -p no:cacheprovider"),
-            (".", "mypy --cache-dir=/dev/null scandent tests examples"),
+            ("tests", "pytest -q -rs -p no:cacheprovider"),
+            (".", "mypy --cache-dir=/dev/null scandent tests"),
         ] {
             let mut command = Command::new(&python);
             command

@@ -8,10 +8,10 @@ use serde_json::{Map, Value};
 
 use crate::bench::{Ended, Row, world};
 use crate::cli::Global;
-use crate::command;
+use crate::command::{self, simulate};
 use crate::config::Config;
 use crate::provenance::Inputs;
-use crate::robot_files::RobotFiles;
+use crate::robot_files::{RobotFiles, Robots};
 use crate::scene::Scene;
 
 /// The files of a drawn world in its item's folder.
@@ -20,7 +20,7 @@ pub const SCENE: &str = "world.toml";
 pub const MESH: &str = "world.obj";
 
 /// Keys that are no flags.
-const OWN: [&str; 4] = ["item", "family", "world_seed", "scene"];
+const OWN: [&str; 5] = ["item", "family", "world_seed", "scene", "plan"];
 /// Keys of drawn worlds.
 const OF_WORLDS: [&str; 9] = [
     "item",
@@ -44,16 +44,24 @@ pub struct Item {
     said: Result<Map<String, Value>, String>,
 }
 
+/// The files of a drawn world by name.
+pub type World = Vec<(&'static str, Vec<u8>)>;
+
 /// What an item asks for.
-pub struct Asked {
-    /// The scene.
-    pub scene: Scene,
-    /// The settings.
-    pub global: Global,
-    /// What was read so far.
-    pub inputs: Inputs,
-    /// The files of a world that was drawn.
-    pub world: Option<Vec<(&'static str, Vec<u8>)>>,
+pub enum Asked {
+    /// A plan.
+    Plan {
+        /// The scene.
+        scene: Box<Scene>,
+        /// The settings.
+        global: Global,
+        /// What was read so far.
+        inputs: Inputs,
+        /// The world, where it was drawn.
+        world: Option<World>,
+    },
+    /// A plan, simulated.
+    Simulation(Box<simulate::Args>, Global),
 }
 
 impl Item {
@@ -80,31 +88,32 @@ impl Item {
     ///
     /// # Errors
     /// A line that is no item, an unknown key, family or robot; files that cannot be read.
-    pub fn asked(&self) -> Result<Asked> {
+    pub fn asked(&self, robots: &Robots) -> Result<Asked> {
         let said = self.said.as_ref().map_err(|why| anyhow!("{why}"))?;
-        for key in ["output", "threads"] {
+        for key in ["output", "threads", "frames", "video"] {
             if said.contains_key(key) {
                 bail!("{key} belongs to the batch, not to an item");
             }
         }
-        match said.get("family") {
-            Some(family) => self.drawn(family.as_str().context("family is no name")?, said),
-            None => {
-                let flags = flags(said)?;
-                let mut inputs = Inputs::default();
-                let (scene, global) = command::plan::asked_by(&flags, &mut inputs)?;
-                let world = None;
-                Ok(Asked {
-                    scene,
-                    global,
-                    inputs,
-                    world,
-                })
-            }
+        if let Some(family) = said.get("family") {
+            return self.drawn(family.as_str().context("family is no name")?, said, robots);
         }
+        if said.contains_key("plan") {
+            let (args, global) = simulate::asked_by(&flags("simulate", "plan", said)?)?;
+            return Ok(Asked::Simulation(args, global));
+        }
+        let mut inputs = Inputs::default();
+        let flags = flags("plan", "scene", said)?;
+        let (scene, global) = command::plan::asked_by(&flags, &mut inputs)?;
+        Ok(Asked::Plan {
+            scene: Box::new(scene),
+            global,
+            inputs,
+            world: None,
+        })
     }
 
-    fn drawn(&self, family: &str, said: &Map<String, Value>) -> Result<Asked> {
+    fn drawn(&self, family: &str, said: &Map<String, Value>, robots: &Robots) -> Result<Asked> {
         if let Some(key) = said.keys().find(|key| !OF_WORLDS.contains(&key.as_str())) {
             bail!(
                 "{key} does not go with family; what does: {}",
@@ -123,9 +132,9 @@ impl Item {
             contacts: text("contacts").map(Into::into),
             ..RobotFiles::named(text("robot").unwrap_or("builtin:hrp2"))
         };
-        let global = command::plan::global_of(&flags(said)?)?;
+        let global = command::plan::global_of(&flags("plan", "scene", said)?)?;
         let config = Config::layered(None, &global)?;
-        let robot = files.load(&config.robot_model, &mut Inputs::default())?;
+        let robot = robots.load(&files, &config.robot_model, &mut Inputs::default())?;
         let build = world::build(&robot, &config.posture)?;
         if family.hands > build.hands {
             let (wants, has) = (family.hands, build.hands);
@@ -145,8 +154,8 @@ impl Item {
             .iter()
             .map(|(name, bytes)| ((*name).to_owned(), bytes.clone()));
         let scene = Scene::at_hand(SCENE, at_hand.collect::<BTreeMap<_, _>>(), &mut inputs)?;
-        Ok(Asked {
-            scene,
+        Ok(Asked::Plan {
+            scene: Box::new(scene),
             global,
             inputs,
             world: Some(world),
@@ -158,10 +167,11 @@ impl Item {
         let said = self.said.as_ref().ok();
         let get = |key: &str| said.and_then(|said| said.get(key));
         let text = |key: &str| get(key).and_then(Value::as_str).unwrap_or("").to_owned();
-        let family = match get("family") {
-            Some(_) => text("family"),
-            None => text("scene"),
-        };
+        let of = ["family", "scene", "plan"].map(text);
+        let family = of
+            .into_iter()
+            .find(|name| !name.is_empty())
+            .unwrap_or_default();
         Row {
             likely: Family::named(&family).map(|f| f.likely),
             seed: get("world_seed").and_then(Value::as_u64),
@@ -176,12 +186,17 @@ fn is_name(name: &str) -> bool {
     !name.is_empty() && !name.starts_with('.') && name.len() <= 200 && name.chars().all(fits)
 }
 
-/// The item as flags of `plan`: lists of numbers are joined by commas, other lists repeat the flag, and `set`
+/// The item as flags of a command, which takes the value of `first` without a flag: lists of numbers are joined by commas, other lists repeat the flag, and `set`
 /// holds settings by name.
-fn flags(said: &Map<String, Value>) -> Result<Vec<String>> {
-    let mut flags = vec!["plan".to_owned()];
-    if let Some(scene) = said.get("scene") {
-        flags.push(scene.as_str().context("scene is no name")?.to_owned());
+fn flags(command: &str, first: &str, said: &Map<String, Value>) -> Result<Vec<String>> {
+    let mut flags = vec![command.to_owned()];
+    if let Some(named) = said.get(first) {
+        let named = named.as_str();
+        flags.push(
+            named
+                .with_context(|| format!("{first} is no name"))?
+                .to_owned(),
+        );
     }
     for (key, value) in said.iter().filter(|(key, _)| !OWN.contains(&key.as_str())) {
         if key == "set" {
@@ -229,7 +244,9 @@ mod tests {
             "item": "a", "scene": "s.toml", "goal": [2.0, -0.5], "guide": [[1, 0, 0.6], [2, 0, 0.6]],
             "scan": ["a.png", "b.png"], "level": true, "set": {"planner.nodes_max": 20}, "seed": 3
         });
-        let flags = flags(said.as_object().unwrap()).unwrap().join(" ");
+        let flags = flags("plan", "scene", said.as_object().unwrap())
+            .unwrap()
+            .join(" ");
         assert_eq!(
             flags,
             "plan s.toml --goal=2.0,-0.5 --guide=1,0,0.6 --guide=2,0,0.6 --level --scan=a.png \
@@ -250,10 +267,15 @@ mod tests {
             ),
             (r#"{"output": "elsewhere"}"#, "belongs to the batch"),
             (r#"{"gaol": [1, 0]}"#, "--gaol"),
+            (r#"{"plan": "plan.json", "goal": [1, 0]}"#, "--goal"),
+            (
+                r#"{"plan": "plan.json", "video": "a.mp4"}"#,
+                "belongs to the batch",
+            ),
         ] {
             let item = Item::new(line, 7);
             assert_eq!(item.name, "line-000007");
-            let said = format!("{:#}", item.asked().err().unwrap());
+            let said = format!("{:#}", item.asked(&Robots::default()).err().unwrap());
             assert!(said.contains(word), "{line}: {said}");
         }
     }

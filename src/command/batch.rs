@@ -17,6 +17,7 @@ use crate::bench::{Ended, Row};
 use crate::cli::Global;
 use crate::interrupt;
 use crate::output;
+use crate::robot_files::Robots;
 use crate::status::Status;
 
 /// Flags of `batch`.
@@ -24,7 +25,8 @@ use crate::status::Status;
 pub struct Args {
     /// The items, a line of JSON each: the flags of `plan` by name, such as {"item": "a", "scene":
     /// "stairs.toml", "robot": "builtin:hrp2", "goal": [2, 0], "set": {"planner.nodes_max": 900}, "seed": 1},
-    /// or a drawn world, {"item": "b", "family": "stairs-up", "world_seed": 4, "robot": "builtin:hrp2"}
+    /// or a drawn world, {"item": "b", "family": "stairs-up", "world_seed": 4, "robot": "builtin:hrp2"},
+    /// or the flags of `simulate` with a plan, {"item": "c", "plan": "DIR/items/a/plan.json", "perturb": "all"}
     #[arg(value_name = "MANIFEST.jsonl")]
     manifest: PathBuf,
     /// Folder of the results: items/NAME/ and index.csv
@@ -83,6 +85,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         npz: args.export.is_some(),
         view: args.view,
     };
+    let robots = Robots::default();
     let next = || {
         anyhow::Ok(
             waiting
@@ -99,7 +102,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
             let before = done(&args.output, &item).map(|record| record.row);
             let row = match before {
                 Some(row) => Some(row),
-                None => batch::run(&item, &args.output, extras, cancel)?,
+                None => batch::run(&item, &args.output, extras, &robots, cancel)?,
             };
             // The receiver is there until all workers have ended.
             if let Some(row) = row {

@@ -13,7 +13,7 @@ use crate::config::Config;
 use crate::interrupt;
 use crate::output;
 use crate::provenance::Inputs;
-use crate::robot_files::RobotFiles;
+use crate::robot_files::{RobotFiles, Robots};
 use crate::status::Status;
 
 /// Robots of the drawn worlds where none is named.
@@ -67,10 +67,11 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     };
     let (first, of) = args.shard;
     let items: Vec<Item> = items.into_iter().skip(first - 1).step_by(of).collect();
+    let robots = Robots::default();
     let mut rows: Vec<Row> = Vec::new();
     let mut lines = Vec::new();
     for (number, item) in items.iter().enumerate() {
-        let row = bench::run(item, global);
+        let row = bench::run(item, global, &robots);
         if interrupt::listen().load(Ordering::Relaxed) {
             bail!("interrupted at {}; no results are written", item.name);
         }
@@ -99,6 +100,8 @@ pub(super) fn sentence(row: &Row) -> String {
         Ended::NoPlan => "no plan".to_owned(),
         Ended::Exhausted => "given up, all was tried".to_owned(),
         Ended::BudgetSpent => "given up, the budget is spent".to_owned(),
+        Ended::Executed => "executed".to_owned(),
+        Ended::NotExecuted => "not executed".to_owned(),
         Ended::Error => "error".to_owned(),
     };
     let reason = row

@@ -13,6 +13,7 @@ use crate::output::Folder;
 use crate::pipeline::{self, PlanOutcome, RunOptions};
 use crate::progress::ProgressLine;
 use crate::provenance::Inputs;
+use crate::robot_files::Robots;
 use crate::scene::Scene;
 use crate::status::Status;
 use crate::{interrupt, results, summary};
@@ -86,6 +87,7 @@ pub fn plan_with_progress(
         stage: &|stage| line.stage(stage),
         progress: &|progress| line.show(progress),
         cancel: interrupt::listen(),
+        robots: &Robots::default(),
     };
     plan_and_write(asked, &manner, out)
 }

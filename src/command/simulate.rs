@@ -1,13 +1,19 @@
 //! `scandent simulate PLAN.json`: stances held and the motion executed in MuJoCo.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
+use clap::Parser;
+pub use simulation::MUJOCO_VERSION;
 
-use crate::cli::Global;
+use crate::cli::{Cli, Command, Global};
 use crate::plan_file::PlanRobotFlags;
+use crate::provenance::will_read;
+use crate::robot_files::Robots;
 use crate::status::Status;
+use crate::{interrupt, output, results};
 
 /// Flags of `simulate`.
 #[derive(Debug, clap::Args)]
@@ -74,65 +80,137 @@ pub enum Perturb {
     Pushes,
 }
 
-/// Simulates and prints the table of criteria; ends with [`Status::NotExecuted`] where one does
-/// not hold.
+/// What a simulation showed.
+#[derive(Debug)]
+pub struct Simulated {
+    /// The bytes of its `simulation.json`.
+    pub json: Vec<u8>,
+    /// The trace of the executed motion; nothing where none was.
+    pub trace: Option<String>,
+    /// The robot's name.
+    pub robot: String,
+    /// The criteria that do not hold, in words.
+    pub failures: Vec<String>,
+}
+
+/// Simulates, prints the table of criteria and writes the results; ends with [`Status::NotExecuted`] where a
+/// criterion does not hold.
 ///
 /// # Errors
-/// A program without the feature `mujoco`; a plan, a motion or a robot that cannot be read or
-/// simulated; a file that cannot be written.
+/// As [`simulate`]; a file that cannot be written.
+pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    let beside = || args.plan.with_file_name(results::SIMULATION);
+    let output = args.output.clone().unwrap_or_else(beside);
+    will_read(&args.plan);
+    output::check(&output)?;
+    let simulated = simulate(args, global, interrupt::listen(), &Robots::default(), out)?;
+    if let Some(trace) = &simulated.trace {
+        output::write(&output.with_extension("csv"), trace.as_bytes())?;
+    }
+    output::write(&output, &simulated.json)?;
+    for failure in &simulated.failures {
+        eprintln!("fails: {failure}");
+    }
+    writeln!(out, "results: {}", output.display())?;
+    Ok(match simulated.failures.is_empty() {
+        true => Status::Done,
+        false => Status::NotExecuted,
+    })
+}
+
+/// The flags and the settings of a command line of `simulate`.
+///
+/// # Errors
+/// Flags that are none.
+pub fn asked_by(flags: &[String]) -> Result<(Box<Args>, Global)> {
+    let program = std::iter::once("scandent");
+    let cli = Cli::try_parse_from(program.chain(flags.iter().map(String::as_str)))?;
+    match cli.command {
+        Some(Command::Simulate(args)) => Ok((args, cli.global)),
+        _ => bail!("no flags of `simulate`"),
+    }
+}
+
+/// Simulates; Ctrl-C or whoever raises `cancel` stops it between two runs.
+///
+/// # Errors
+/// A program without the feature `mujoco`; a plan, a motion or a robot that cannot be read or simulated; that
+/// it was stopped.
 #[cfg(not(feature = "mujoco"))]
-pub fn run(_args: &Args, _global: &Global, _out: &mut dyn Write) -> Result<Status> {
-    anyhow::bail!(
+pub fn simulate(
+    _: &Args,
+    _: &Global,
+    _: &AtomicBool,
+    _: &Robots,
+    _: &mut dyn Write,
+) -> Result<Simulated> {
+    without()
+}
+
+/// The robot of a plan in its world as a model of MuJoCo's, with stiff servos at the joints.
+///
+/// # Errors
+/// A program without the feature `mujoco`; a plan or a robot that cannot be read or simulated.
+#[cfg(not(feature = "mujoco"))]
+pub fn model(_: &Path) -> Result<String> {
+    without()
+}
+
+#[cfg(not(feature = "mujoco"))]
+fn without<T>() -> Result<T> {
+    bail!(
         "this program was built without the physics simulation. In a checkout of the source:\n  \
          scripts/fetch-mujoco                        (fetches MuJoCo {} from PyPI, 10 MB)\n  \
          cargo build --release --features mujoco     (mujoco,render for pictures)",
-        simulation::MUJOCO_VERSION
+        MUJOCO_VERSION
     )
 }
 
-/// Simulates and prints the table of criteria; ends with [`Status::NotExecuted`] where one does
-/// not hold.
-///
-/// # Errors
-/// A plan, a motion or a robot that cannot be read or simulated; a file that cannot be written.
 #[cfg(feature = "mujoco")]
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
-    simulated::run(args, global, out)
-}
+pub use simulated::{model, simulate};
 
 #[cfg(feature = "mujoco")]
 mod simulated {
-    use std::path::Path;
-
-    use anyhow::{Context, bail};
+    use anyhow::Context;
     use plan::Motion;
     use robot_model::Robot;
     use simulation::execution::{Executed, execute};
+    use simulation::mjcf;
     use simulation::perturbation::{Kinds, Perturbation};
+    use simulation::physics::{Physics, Scales, Servo};
     use simulation::playback::Playback;
     use simulation::world::WorldBody;
 
     use super::*;
     use crate::config::Config;
+    use crate::pipeline::MOTION_FILE;
     use crate::simulate::report::{Report, SIMULATION_FORMAT};
     use crate::simulate::trace::Trace;
     use crate::simulate::{self, execute::robust_runs, hold::hold_all, table};
-    use crate::{output, plan_file, provenance, threads};
+    use crate::{plan_file, provenance, threads};
 
     /// Time between two rows of the trace, s.
     const TRACE_EVERY_S: f64 = 0.01;
     /// Time between two pictures, s.
     const FRAME_EVERY_S: f64 = 0.04;
 
-    pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+    /// Simulates; Ctrl-C or whoever raises `cancel` stops it between two runs.
+    ///
+    /// # Errors
+    /// A plan, a motion or a robot that cannot be read or simulated; that it was stopped.
+    pub fn simulate(
+        args: &Args,
+        global: &Global,
+        cancel: &AtomicBool,
+        robots: &Robots,
+        out: &mut dyn Write,
+    ) -> Result<Simulated> {
         if let Some(file) = &args.video {
             simulate::video::check(file).context("--video")?;
         }
         let plan = plan_file::open(&args.plan)?;
-        let mut robot = args.robot.load(&plan)?;
+        let (mut robot, _) = args.robot.load_noted(&plan, robots)?;
         simulate::stance::apply_friction(&mut robot, &plan)?;
-        let output = (args.output.clone()).unwrap_or_else(|| beside(&args.plan, "simulation.json"));
-        output::check(&output)?;
         let config = Config::layered(None, global)?;
         let (seed, config) = (config.seed, config.simulation);
         let (world, true_world) = simulate::world::world(&plan, args.world)?;
@@ -151,45 +229,67 @@ mod simulated {
             robustness: Vec::new(),
             pass: true,
         };
+        let (mut trace, mut failures) = (None, Vec::new());
         let which = ["as planned", "the true ones"][usize::from(true_world)];
         writeln!(out, "world: {} bodies, {which}", world.len())?;
         if !args.execute {
-            report.stances = pool.install(|| hold_all(&plan, &robot, &world, &config))?;
-            write!(out, "{}", table::of_stances(&report.stances))?;
-            report.pass &= report.stances.iter().all(|held| held.pass());
-            for held in report.stances.iter().filter(|held| !held.pass()) {
-                eprintln!("fails: {}", table::failures_of_stance(held));
-            }
+            let held = pool.install(|| hold_all(&plan, &robot, &world, &config, cancel))?;
+            write!(out, "{}", table::of_stances(&held))?;
+            let failed = held.iter().filter(|held| !held.pass());
+            failures.extend(failed.map(table::failures_of_stance));
+            report.stances = held;
         }
         if !args.hold
             && let Some((motion, sha256)) = motion(args)?
         {
             report.motion_sha256 = Some(sha256);
             let playback = Playback::new(&robot, motion)?;
-            let trace_file = output.with_extension("csv");
-            let executed = plain(&robot, &world, &playback, &config, args, &trace_file)?;
+            let mut rows = Trace::new(&robot, TRACE_EVERY_S);
+            let executed = plain(&robot, &world, &playback, &config, args, &mut rows)?;
+            trace = Some(rows.text().to_owned());
             let title = "executed as planned";
             write!(out, "{}", table::of_run(title, &executed.criteria))?;
-            report.pass &= executed.pass;
+            failures.extend(table::failures(&executed.criteria));
             report.execution = Some(executed);
             if !args.perturb.is_empty() {
                 let kinds = kinds(&args.perturb);
-                report.robust = pool.install(|| {
-                    robust_runs(&robot, &world, &playback, &config, kinds, args.runs, seed)
-                })?;
+                let (runs, asked) = (args.runs, (&config, kinds, seed));
+                report.robust =
+                    pool.install(|| robust_runs(&robot, &world, &playback, asked, runs, cancel))?;
                 write!(out, "{}", table::of_robust(&report.robust))?;
                 let robustness = table::robust(&report.robust);
                 write!(out, "{}", table::of_run("all of them", &robustness))?;
-                report.pass &= robustness.iter().all(|c| c.pass);
+                failures.extend(table::failures(&robustness));
                 report.robustness = robustness.into();
             }
         }
-        output::write_json(&output, &report)?;
-        writeln!(out, "results: {}", output.display())?;
-        Ok(match report.pass {
-            true => Status::Done,
-            false => Status::NotExecuted,
+        report.pass = failures.is_empty();
+        Ok(Simulated {
+            json: output::json(&report)?,
+            trace,
+            robot: robot.name,
+            failures,
         })
+    }
+
+    /// The robot of a plan in its world as a model of MuJoCo's, with stiff servos at the joints.
+    ///
+    /// # Errors
+    /// A plan or a robot that cannot be read or simulated.
+    pub fn model(plan: &Path) -> Result<String> {
+        let plan = plan_file::open(plan)?;
+        let mut robot = PlanRobotFlags::default().load(&plan)?;
+        simulate::stance::apply_friction(&mut robot, &plan)?;
+        let (world, _) = simulate::world::world(&plan, World::Known)?;
+        let physics = Physics::from(&simulation::Config::default());
+        let scales = Scales::default();
+        Ok(mjcf::model(
+            &robot,
+            &world,
+            &physics,
+            Servo::STIFF,
+            &scales,
+        )?)
     }
 
     /// The run as planned, with its trace and pictures.
@@ -199,9 +299,8 @@ mod simulated {
         playback: &Playback,
         config: &simulation::Config,
         args: &Args,
-        trace_file: &Path,
+        trace: &mut Trace,
     ) -> Result<Executed> {
-        let mut trace = Trace::new(robot, TRACE_EVERY_S);
         let undisturbed = Perturbation::default();
         // Pictures that only the video is made of are not kept.
         let passing = tempfile::tempdir()?;
@@ -211,14 +310,13 @@ mod simulated {
             (None, None) => None,
         };
         let executed = match folder {
-            None => execute(robot, world, playback, config, &undisturbed, &mut trace)?,
-            Some(folder) => drawn(robot, world, playback, config, folder, &mut trace)
+            None => execute(robot, world, playback, config, &undisturbed, trace)?,
+            Some(folder) => drawn(robot, world, playback, config, folder, trace)
                 .context("pictures of the motion")?,
         };
         if let (Some(file), Some(folder)) = (&args.video, folder) {
             simulate::video::encode(folder, FRAME_EVERY_S, file).context("--video")?;
         }
-        output::write(trace_file, trace.text().as_bytes())?;
         Ok(executed)
     }
 
@@ -250,15 +348,11 @@ mod simulated {
         bail!("this program was built without pictures: build it with --features render")
     }
 
-    fn beside(plan: &Path, name: &str) -> PathBuf {
-        plan.parent().unwrap_or(Path::new("")).join(name)
-    }
-
     /// The motion and its hash; `None` where none is named and none lies beside the plan.
     fn motion(args: &Args) -> Result<Option<(Motion, String)>> {
         let path = match &args.motion {
             Some(path) => path.clone(),
-            None => beside(&args.plan, "motion.json"),
+            None => args.plan.with_file_name(MOTION_FILE),
         };
         if args.motion.is_none() && !path.exists() {
             if args.execute || !args.perturb.is_empty() {

@@ -139,7 +139,7 @@ pub(super) fn check_motion(motion: &Motion, robot: &Robot) -> Result<()> {
 
 /// Force and moment about its frame's origin of every patch of the robot at every sample, in W, one after the
 /// other; NaN where the patch is in the air.
-pub fn wrenches(motion: &Motion, robot: &Robot) -> impl Iterator<Item = f64> {
+pub(super) fn wrenches(motion: &Motion, robot: &Robot) -> impl Iterator<Item = f64> {
     motion.samples.iter().flat_map(move |sample| {
         let phase = motion.phase_at(sample.t_s).map(|i| &motion.phases[i]);
         let contacts = phase.map_or(&[][..], |phase| &phase.contacts);

@@ -6,7 +6,7 @@
 //! | `json` | any controller: contacts with times, poses, wrenches; postures |
 //! | `csv` | spreadsheets and plots: one row a stance |
 //! | `motion-csv` | plots and players of trajectories: one row a sample of the motion |
-//! | `npz` | numpy: the motion as arrays |
+//! | `npz` | numpy: plan and motion as arrays |
 //!
 //! Times are those of the plan's motion; where there is none, the durations of [`Config`].
 
@@ -38,7 +38,7 @@ pub enum Format {
     Csv,
     /// One row a sample of the motion
     MotionCsv,
-    /// The motion as arrays of numpy
+    /// Plan and motion as arrays of numpy
     Npz,
 }
 
@@ -70,7 +70,7 @@ pub fn export(
         Format::Json => json::write(plan, motion, robot, config),
         Format::Csv => csv::write(plan, motion, robot, config),
         Format::MotionCsv => motion_csv::write(moves()?, robot),
-        Format::Npz => return npz::write(moves()?, robot),
+        Format::Npz => return npz::write(plan, moves()?, robot),
     };
     text.map(String::into_bytes)
 }

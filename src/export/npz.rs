@@ -1,10 +1,11 @@
-//! The motion as arrays, for numpy.
+//! A plan with its motion as arrays, for numpy: an episode of a data set.
 
 use std::io::{Cursor, Write as _};
 
 use anyhow::Result;
-use plan::{Motion, Sample};
+use plan::{Motion, Plan, Sample};
 use robot_model::Robot;
+use serde_json::json;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
@@ -16,13 +17,17 @@ struct Archive(ZipWriter<Cursor<Vec<u8>>>);
 /// What a row of an array is.
 type OfSample = fn(&Sample) -> &[f64];
 
-/// The motion as an archive of arrays, a row a sample: `t`, `q`, `v`, `a`, `tau`, `com_W`, `phase` (an index of
-/// the plan's), and `wrenches` (samples × patches × 6: force and moment about the patch's origin on the robot, in
-/// W; NaN in the air); `joint_names` and `patches` name columns.
+/// What a card says that it is of.
+const FORMAT: &str = "scandent-episode/2";
+
+/// An archive of arrays, a row a sample: `t`, `q`, `v`, `a`, `tau`, `com_W`, `phase` (an index of the card's), and
+/// `wrenches` (samples × patches × 6: force and moment about the patch's origin on the robot, in W; NaN in the
+/// air); `joint_names` and `patches` name columns. A row a stance are `stances_q` and `stances_at`, the sample at
+/// which it is reached. `card` is a text of JSON with the plan and the motion's phases.
 ///
 /// # Errors
 /// A motion that contradicts itself or is another robot's.
-pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<Vec<u8>> {
+pub(super) fn write(plan: &Plan, motion: &Motion, robot: &Robot) -> Result<Vec<u8>> {
     frames::check_motion(motion, robot)?;
     let samples = &motion.samples;
     let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
@@ -40,14 +45,23 @@ pub(super) fn write(motion: &Motion, robot: &Robot) -> Result<Vec<u8>> {
         archive.floats(name, &[samples.len(), width], values)?;
     }
     let phases = samples.iter().map(|s| motion.phase_at(s.t_s).unwrap_or(0));
-    let phases = phases.flat_map(|phase| (phase as i64).to_le_bytes());
-    archive.array("phase", "<i8", &[samples.len()], phases)?;
+    archive.indices("phase", phases)?;
     let shape = [samples.len(), robot.patches.len(), 6];
     archive.floats("wrenches", &shape, frames::wrenches(motion, robot))?;
     let joints: Vec<&str> = robot.joint_names().collect();
     archive.texts("joint_names", &joints)?;
     let patches: Vec<&str> = robot.patches.iter().map(|p| p.name.as_str()).collect();
     archive.texts("patches", &patches)?;
+    let stances = &plan.stances;
+    let postures = stances.iter().flat_map(|s| &s.q).copied();
+    archive.floats("stances_q", &[stances.len(), 7 + robot.nj()], postures)?;
+    let reached = |stance| {
+        let last = motion.phases.iter().rfind(|p| p.to_stance == stance);
+        last.map_or(0, |phase| (phase.t_end_s / motion.dt_s).round() as usize)
+    };
+    archive.indices("stances_at", (0..stances.len()).map(reached))?;
+    let card = json!({"format": FORMAT, "plan": plan, "phases": motion.phases}).to_string();
+    archive.array("card", &format!("|S{}", card.len()), &[], card.bytes())?;
     Ok(archive.0.finish()?.into_inner())
 }
 
@@ -59,6 +73,12 @@ impl Archive {
         values: impl Iterator<Item = f64>,
     ) -> Result<()> {
         self.array(name, "<f8", shape, values.flat_map(f64::to_le_bytes))
+    }
+
+    fn indices(&mut self, name: &str, all: impl ExactSizeIterator<Item = usize>) -> Result<()> {
+        let shape = [all.len()];
+        let bytes = all.flat_map(|index| (index as i64).to_le_bytes());
+        self.array(name, "<i8", &shape, bytes)
     }
 
     fn texts(&mut self, name: &str, texts: &[&str]) -> Result<()> {

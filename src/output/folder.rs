@@ -23,7 +23,7 @@ pub struct Folder {
     /// The same as the user wrote it.
     shown: PathBuf,
     /// Names of files that are results: an older one's are not kept.
-    ours: &'static [&'static str],
+    ours: Vec<&'static str>,
     fresh: TempDir,
     /// Tells other runs that `fresh` is no leftover.
     _lock: Option<File>,
@@ -35,13 +35,14 @@ impl Folder {
     /// # Errors
     /// What cannot be replaced whole: no folder, the one that the program runs in, a file system's
     /// root, one with an input under a result's name; what the operating system says.
-    pub fn new(path: &Path, ours: &'static [&'static str]) -> Result<Self> {
+    pub fn new(path: &Path, ours: impl Into<Vec<&'static str>>) -> Result<Self> {
+        let ours = ours.into();
         let shown = path.display();
         let place =
             place(path).with_context(|| format!("{shown}: cannot be a folder of results"))?;
-        check(&place, ours).with_context(|| shown.to_string())?;
+        check(&place, &ours).with_context(|| shown.to_string())?;
         let made = || -> IoResult<TempDir> {
-            take_up(&place, ours)?;
+            take_up(&place, &ours)?;
             let mut builder = tempfile::Builder::new();
             let prefix = unfinished(&place);
             builder.prefix(&prefix);
@@ -76,7 +77,7 @@ impl Folder {
     /// # Errors
     /// As [`Self::new`]; the older folder is then as it was.
     pub fn publish(self) -> Result<()> {
-        check(&self.place, self.ours).with_context(|| self.shown.display().to_string())?;
+        check(&self.place, &self.ours).with_context(|| self.shown.display().to_string())?;
         let shown = self.shown.clone();
         let done = self.replace();
         done.with_context(|| format!("{}: cannot be replaced", shown.display()))
@@ -87,7 +88,7 @@ impl Folder {
         let replaces = place.is_dir();
         if replaces {
             std::fs::set_permissions(fresh, place.metadata()?.permissions())?;
-            for name in others(place, self.ours)? {
+            for name in others(place, &self.ours)? {
                 // What has no second name here is moved afterwards.
                 let _ = std::fs::hard_link(place.join(&name), fresh.join(&name));
             }
@@ -99,7 +100,7 @@ impl Folder {
         }
         sync(parent(place))?;
         // From here on `fresh` is the older folder.
-        if replaces && let Err(error) = move_others(fresh, place, self.ours) {
+        if replaces && let Err(error) = move_others(fresh, place, &self.ours) {
             let kept = self.fresh.keep();
             let what = format!("{}: some of it could not be moved: {error}", kept.display());
             return Err(std::io::Error::new(error.kind(), what));

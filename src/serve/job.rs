@@ -18,6 +18,7 @@ use crate::command::run::{Asked, plan_and_write};
 use crate::output;
 use crate::pipeline::RunOptions;
 use crate::provenance::Inputs;
+use crate::robot_files::Robots;
 use crate::scene::Scene;
 use crate::status::Status;
 
@@ -160,6 +161,7 @@ impl Job {
                 stage.clone_into(&mut state.stage);
             },
             cancel: &self.cancel,
+            robots: &Robots::default(),
         };
         plan_and_write(asked, &manner, said)
     }

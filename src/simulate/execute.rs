@@ -1,6 +1,8 @@
 //! The motion of a plan, executed: as planned and perturbed.
 
-use anyhow::{Context, Result};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
 use robot_model::Robot;
 use simulation::execution::{Executed, Unobserved, execute};
@@ -13,20 +15,20 @@ use simulation::world::WorldBody;
 /// Runs of a seed: each disturbed in its own way, in the order of their numbers.
 ///
 /// # Errors
-/// A robot that cannot be simulated, a controller without a solution.
+/// A robot that cannot be simulated, a controller without a solution; that `cancel` was raised.
 pub fn robust_runs(
     robot: &Robot,
     world: &[WorldBody],
     playback: &Playback,
-    config: &simulation::Config,
-    kinds: Kinds,
+    (config, kinds, seed): (&simulation::Config, Kinds, u64),
     runs: u64,
-    seed: u64,
+    cancel: &AtomicBool,
 ) -> Result<Vec<Executed>> {
     let normals = touched_normals_W(robot, world, playback);
     (0..runs)
         .into_par_iter()
         .map(|run| {
+            ensure!(!cancel.load(Ordering::Relaxed), "interrupted");
             let duration_s = playback.duration_s();
             let push =
                 Perturbation::draw(seed, run, &config.perturbation, kinds, &normals, duration_s);

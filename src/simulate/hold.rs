@@ -1,6 +1,8 @@
 //! Every stance of a plan, held.
 
-use anyhow::{Context, Result};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
 use plan::{Change, Plan};
 use rayon::prelude::*;
@@ -34,12 +36,13 @@ impl HeldStance {
 /// Holds every stance, plain and pushed.
 ///
 /// # Errors
-/// A stance that does not fit the robot, a robot that cannot be simulated.
+/// A stance that does not fit the robot, a robot that cannot be simulated; that `cancel` was raised.
 pub fn hold_all(
     plan: &Plan,
     robot: &Robot,
     world: &[WorldBody],
     config: &simulation::Config,
+    cancel: &AtomicBool,
 ) -> Result<Vec<HeldStance>> {
     let (x, y) = (Vector3::x(), Vector3::y());
     let pushes = [x, -x, y, -y].map(|along| Some(along * config.hold_push_n));
@@ -47,6 +50,7 @@ pub fn hold_all(
     let runs: Vec<Held> = (0..plan.stances.len() * directions.len())
         .into_par_iter()
         .map(|run| {
+            ensure!(!cancel.load(Ordering::Relaxed), "interrupted");
             let (index, direction) = (run / directions.len(), run % directions.len());
             let standing = stance::standing(robot, &plan.stances[index])?;
             hold(robot, world, &standing, config, directions[direction])

@@ -35,13 +35,17 @@ pub fn failures_of_stance(held: &HeldStance) -> String {
     )];
     let runs = std::iter::once(&held.plain).chain(&held.pushed);
     for (how, run) in ["held", "+x", "-x", "+y", "-y"].into_iter().zip(runs) {
-        let failed = run.criteria.iter().filter(|c| !c.pass);
-        let failed: Vec<String> = failed.map(failure).collect();
-        if !failed.is_empty() {
-            words.push(format!("{how}: {}", failed.join(", ")));
-        }
+        let failed = failures(&run.criteria);
+        words.extend(failed.map(|failed| format!("{how}: {failed}")));
     }
     words.join("; ")
+}
+
+/// The criteria that do not hold, in words; nothing where all do.
+pub fn failures(criteria: &[Criterion]) -> Option<String> {
+    let failed = criteria.iter().filter(|c| !c.pass);
+    let failed: Vec<String> = failed.map(failure).collect();
+    (!failed.is_empty()).then(|| failed.join(", "))
 }
 
 fn failure(criterion: &Criterion) -> String {
