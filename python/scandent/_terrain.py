@@ -113,8 +113,9 @@ class Terrain:
 
     def face(self, name: str) -> Face:
         """The face of that name. Raises ``InputError``."""
+        wanted = text(name, "name")
         for face in self.faces:
-            if face.id == name:
+            if face.id == wanted:
                 return face
         known = ", ".join(face.id for face in self.faces)
         raise InputError(f"name: no face {name!r}; there are {known}", "name")

@@ -269,6 +269,13 @@ def test_noise_raises_and_never_ends_the_interpreter(step: scandent.Terrain, hrp
                 assert "mistake in scandent" not in str(error), error
 
 
+def test_the_simulation_is_of_the_wheel_that_is_asked_for() -> None:
+    from scandent import _scandent
+
+    for file in ("python/pyproject.toml", "python/requirements-test.txt"):
+        assert f"mujoco=={_scandent.MUJOCO_VERSION}" in (ROOT / file).read_text()
+
+
 def test_views_and_episodes(climb: scandent.Plan, tmp_path: Path) -> None:
     page = climb.view(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text() == page.html

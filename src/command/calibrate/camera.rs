@@ -90,7 +90,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let frames = frames(&args.frames, &rows).with_context(|| name.clone())?;
     let sensor = args.sensor.options(UNNAMED);
     frames.iter().for_each(|frame| provenance::will_read(frame));
-    let results = Folder::new(&args.output, &RESULTS)?;
+    let results = Folder::new(&args.output, RESULTS)?;
     let measured = identify::measure(
         &stances.poses,
         &frames,
