@@ -16,6 +16,7 @@ use crate::scene::{Environment, Files};
 use crate::slope::calibration_file;
 
 pub mod levelled;
+mod plausible;
 
 /// The environment, and the points that it was seen by.
 #[derive(Clone, Debug, Default)]
@@ -51,8 +52,10 @@ pub fn perceive(
             let bytes = files.read("surfaces", name, inputs)?;
             let text = std::str::from_utf8(&bytes);
             let text = text.with_context(|| format!("{name}: not a text file"))?;
+            let terrain = Terrain::from_json(text).with_context(|| name.clone())?;
             Ok(Perceived {
-                terrain: Terrain::from_json(text).with_context(|| name.clone())?,
+                notes: plausible::doubts(name, &terrain),
+                terrain,
                 ..Perceived::default()
             })
         }
@@ -200,8 +203,10 @@ fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
         report.triangles, report.faces, report.faces_dropped, report.solids
     )];
     let wound = "edges whose triangles are wound in opposite ways";
+    let inward = "closed parts that face inward: rooms seen from inside, or turned inside out";
     for (n, flaw) in [
         (report.open_edges, "open edges"),
+        (report.inward_parts, inward),
         (report.crowded_edges, "edges of more than two triangles"),
         (report.flipped_edges, wound),
         (report.faces_broken, "faces whose outline could not be used"),
@@ -214,6 +219,7 @@ fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
             notes.push(format!("{name}: {n} {flaw}"));
         }
     }
+    notes.extend(plausible::doubts(name, &terrain));
     Ok(Perceived {
         terrain,
         cloud_W: Vec::new(),

@@ -120,7 +120,11 @@ pub fn pose(
             said.collect::<Vec<_>>(),
         ))
     });
-    let (terrain, stand, ground, refuted, said) = begin?;
+    // What was doubted of the faces may be why.
+    let (terrain, stand, ground, refuted, said) = begin.map_err(|error| {
+        let doubts = notes.iter().filter(|note| note.starts_with("warning: "));
+        doubts.fold(error, |error, doubt| error.context(doubt.clone()))
+    })?;
     notes.extend(said);
     // The ground that is seen, against the one under the feet.
     if let scene::Environment::Scans(scans) = environment

@@ -27,6 +27,9 @@ pub enum Person {
     OnIt,
 }
 
+/// Errors of more than this many σ are listed.
+const FAR: f64 = 2.5;
+
 /// Uniform in a range, and normal, by number.
 struct Draw(Stream);
 
@@ -78,9 +81,14 @@ fn main() {
         total.print(&format!("all   {width} m 8+8 mm {name}"));
     }
     let mut called = 0;
+    let noises = [&usual, &even, &coarse];
     let cases: Vec<u64> = (first..first + 20.max(seeds)).collect();
-    for &seed in &cases {
-        let (riser, tread, scan) = stairs(seed, &usual);
+    let cases: Vec<_> = noises
+        .iter()
+        .flat_map(|noise| cases.iter().map(move |seed| (*seed, *noise)))
+        .collect();
+    for &(seed, noise) in &cases {
+        let (riser, tread, scan) = stairs(seed, noise);
         let slopes = scan.as_ref().map_or(&[][..], |scan| &scan.slopes);
         called += usize::from(!slopes.is_empty());
         for slope in slopes {
@@ -217,19 +225,28 @@ pub fn ramps(
             continue;
         };
         let error = slope.description.delta_rad.to_degrees() - angle_deg;
-        row.angles.push([error, slope.delta_sigma_rad.to_degrees()]);
+        let far = |what: &str, [error, sigma]: [f64; 2], unit: &str| {
+            if error.abs() > FAR * sigma {
+                eprintln!(
+                    "{angle_deg}° {width_m} m, seed {seed}: {what} {error:+.3} ± {sigma:.3} {unit}"
+                );
+            }
+            [error, sigma]
+        };
+        let sigma = slope.delta_sigma_rad.to_degrees();
+        row.angles.push(far("angle", [error, sigma], "°"));
         let d = &slope.description;
         let [left, right] = ramp.ends_m().map(Point3::from);
         // Outward.
         let l = X_WL * d.l_W;
         for (k, end, outward) in [(0, right, -l), (1, left, l)] {
             let p = X_WL * [d.p1_W, d.p2_W][k];
-            let of = if slope.hidden[k] {
-                &mut row.hidden
-            } else {
-                &mut row.ends
+            let (of, what) = match slope.hidden[k] {
+                true => (&mut row.hidden, "hidden end"),
+                false => (&mut row.ends, "end"),
             };
-            of.push([outward.dot(&(p - end)), slope.along_sigma_m[k]]);
+            let one = [outward.dot(&(p - end)), slope.along_sigma_m[k]];
+            of.push(far(what, one, "m"));
         }
     }
     row

@@ -46,6 +46,7 @@ pub mod lidar;
 mod organised;
 mod perceive;
 mod plane_covariance;
+mod plausible;
 mod readers;
 mod registration;
 mod scan;

@@ -12,7 +12,7 @@ use surfaces::{Face, Terrain, fill_unseen};
 use crate::extraction::Statistics;
 use crate::lidar::{LidarCalibration, LidarCloud, LidarCounts, segment_cloud};
 use crate::registration::{Registration, register};
-use crate::{Config, DepthImage, Error, Method, Scan, extract};
+use crate::{Config, Error, Method, Scan, extract, plausible};
 
 /// A scan and where it was taken from.
 pub enum PosedScan<'a> {
@@ -273,23 +273,6 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
 
 /// A scan with less than this part of its points in range shows nothing.
 const IN_RANGE_MIN: f64 = 0.01;
-/// Principal points are no farther from the middle of an image than this part of its size.
-const OFF_CENTRE_MAX: f64 = 0.1;
-
-/// Why an image's intrinsics are likely those of another size.
-fn off_centre(depth: &DepthImage) -> Option<String> {
-    let k = depth.intrinsics;
-    let (width, height) = (depth.width, depth.height);
-    let off = |c: f64, size: usize| ((c + 0.5) / size as f64 - 0.5).abs() > OFF_CENTRE_MAX;
-    (off(k.cx, width) || off(k.cy, height)).then(|| {
-        format!(
-            "the principal point ({}, {}) is far from the middle of {width}x{height} pixels: intrinsics of another \
-             image size?",
-            k.cx, k.cy
-        )
-    })
-}
-
 /// The view of a camera or a bare cloud.
 fn of_scan(
     name: &str,
@@ -312,7 +295,7 @@ fn of_scan(
             range_max_m: config.range_max_m,
         });
     }
-    if let Some(cause) = scan.depth.as_ref().and_then(off_centre) {
+    for cause in scan.depth.iter().flat_map(plausible::doubts) {
         let scan = name.to_owned();
         notices.push(Notice::Doubt { scan, cause });
     }

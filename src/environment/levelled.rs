@@ -6,13 +6,12 @@ use perception::{ground_pose, up_by_planes};
 use surfaces::Terrain;
 
 use super::ReadScan;
+use super::plausible::LevelArea;
 use crate::config::Config;
 use crate::provenance::Inputs;
 use crate::report::Stages;
 use crate::scene::{Environment, Files};
 
-/// Faces that lean by more than this carry no one, rad.
-const STEEPEST_RAD: f64 = 0.6;
 /// Part of all faces' area that must be level by another pose for the one given to be doubted.
 const LEVEL_PART: f64 = 0.3;
 /// With less than this part of all faces' area level, it may be other planes that are.
@@ -69,15 +68,11 @@ pub fn doubt(environment: &Environment, terrain: &Terrain) -> Option<String> {
     let [source] = &sources[..] else {
         return None;
     };
-    let planes = terrain.faces.iter();
-    let planes: Vec<_> = planes.map(|f| (f.normal_W(), f.region.area())).collect();
-    let carries = |normal: &Vector3<f64>| normal.z > STEEPEST_RAD.cos();
-    if planes.iter().any(|(normal, _)| carries(normal)) {
+    let level = LevelArea::of(terrain);
+    if level.up_m2 > 0.0 {
         return None;
     }
-    let all_m2: f64 = planes.iter().map(|(_, area)| area).sum();
-    let down = planes.iter().filter(|(normal, _)| carries(&-normal));
-    let down_m2: f64 = down.map(|(_, area)| area).sum();
+    let (all_m2, down_m2) = (level.all_m2, level.down_m2);
     if let (Some(name), None) = (&source.cloud, source.eye_m)
         && down_m2 > LEVEL_PART * all_m2
     {
@@ -87,7 +82,8 @@ pub fn doubt(environment: &Environment, terrain: &Terrain) -> Option<String> {
         ));
     }
     let R_VW = source.X_WV().rotation.inverse();
-    let in_V = planes.iter().map(|(normal, area)| (R_VW * normal, *area));
+    let faces = terrain.faces.iter();
+    let in_V = faces.map(|face| (R_VW * face.normal_W(), face.region.area()));
     let (up_V, level_m2) = up_by_planes(&in_V.collect::<Vec<_>>(), None)?;
     let tilt = (source.X_WV().rotation * up_V).angle(&Vector3::z());
     (level_m2 > LEVEL_PART * all_m2).then(|| {

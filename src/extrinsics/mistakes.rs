@@ -17,17 +17,19 @@ use super::stances_file::{Reading, StanceRow};
 const FITS: f64 = 2.5;
 /// A mistake explains a misfit that is less by this factor without it.
 const EXPLAINS: f64 = 3.0;
-/// Frames by which rows may be shifted.
+/// Frames by which rows may be shifted, and rows that tell where that begins.
 const SHIFT_MAX: isize = 3;
+const TOLD_BY: usize = 8;
 
 /// A table as it would be without a mistake.
 struct Mended {
     /// The mistake.
     what: String,
     rows: Vec<StanceRow>,
-    /// Rows by which the frames come later.
-    shift: isize,
 }
+
+/// A mistake without which the stances fit, and by how much they then disagree.
+type Explained = (f64, String);
 
 /// What is likely wrong with stances of which the feet do not fit the ground; the error as it is where
 /// nothing that is known explains it.
@@ -41,8 +43,7 @@ pub fn of_feet(robot: &Robot, feet: &Feet, rows: &[StanceRow], error: Error) -> 
             .fold(0.0, f64::max);
         // Legs that are mirrored fit as well, under a robot that lies on its back.
         let upright = |(X_GR, _): &(Isometry3<f64>, f64)| (X_GR * Vector3::z()).z > 0.0;
-        let stands = mended.shift == 0 && found.poses.iter().all(upright);
-        stands.then_some((worst, mended.what))
+        (found.poses.iter().all(upright)).then_some((worst, mended.what))
     };
     let best = (mended(rows).into_iter())
         .filter_map(missed_m)
@@ -70,18 +71,16 @@ pub fn of_stances(
     }
     let explains = |mended: Mended| {
         let found = stances(robot, feet, &mended.rows).ok()?;
-        let pair = |(i, (X_GR, _)): (usize, &(Isometry3<f64>, f64))| {
-            let frame = measured.get(usize::try_from(i as isize + mended.shift).ok()?)?;
-            Some(PlanePair {
-                robot: robot_plane(X_GR, config),
-                ..frame.pair.clone()
-            })
-        };
-        let left = misfit_of(found.poses.iter().enumerate().filter_map(pair))?;
-        (left * EXPLAINS < as_given).then_some((left, mended.what))
+        let pairs = (found.poses.iter().zip(measured)).map(|((X_GR, _), frame)| PlanePair {
+            robot: robot_plane(X_GR, config),
+            ..frame.pair.clone()
+        });
+        misfit_of(pairs).map(|left| (left, mended.what))
     };
     let best = (mended(rows).into_iter())
         .filter_map(explains)
+        .chain(shifted(measured))
+        .filter(|(left, _)| left * EXPLAINS < as_given)
         .min_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(left, what)| {
         format!(
@@ -89,6 +88,15 @@ pub fn of_stances(
              as they are by {as_given:.1} times"
         )
     })
+}
+
+/// What may be wrong where no mistake that is known explains why no mount fits.
+pub fn unexplained(measured: &[Measured]) -> String {
+    let off = misfit_of(measured.iter().map(|one| one.pair.clone())).unwrap_or(f64::INFINITY);
+    format!(
+        "stances and frames disagree by {off:.0} times the stated noise, and neither units, signs nor shifted rows \
+         explain it: are the frames those of their rows (by name, or in the rows' order), and is the sensor on --link?"
+    )
 }
 
 fn misfit_of(pairs: impl Iterator<Item = PlanePair>) -> Option<f64> {
@@ -103,11 +111,7 @@ fn mended(rows: &[StanceRow]) -> Vec<Mended> {
     let mut add = |what: String, change: &dyn Fn(&mut Reading)| {
         let mut rows = rows.to_vec();
         rows.iter_mut().for_each(|row| change(&mut row.reading));
-        all.push(Mended {
-            what,
-            rows,
-            shift: 0,
-        });
+        all.push(Mended { what, rows });
     };
     match rows.first().map(|row| &row.reading) {
         Some(Reading::Pose(_)) => {
@@ -169,18 +173,50 @@ fn mended(rows: &[StanceRow]) -> Vec<Mended> {
         }
         None => {}
     }
+    all
+}
+
+/// What is left where the frames of all rows, or of those from one on, stand some rows earlier or later.
+fn shifted(measured: &[Measured]) -> Vec<Explained> {
+    let count = measured.len();
+    let mut all = Vec::new();
     for shift in (-SHIFT_MAX..=SHIFT_MAX).filter(|shift| *shift != 0) {
-        let (rows_on, way) = (
-            shift.unsigned_abs(),
-            if shift > 0 { "later" } else { "earlier" },
-        );
-        all.push(Mended {
-            what: format!(
-                "the rows are shifted against the frames: the frame of each row stands {rows_on} {way}"
-            ),
-            rows: rows.to_vec(),
-            shift,
-        });
+        // As many rows before and after tell.
+        let starts = std::iter::once(0).chain(TOLD_BY..count.saturating_sub(TOLD_BY));
+        for from in starts {
+            // The frames of the first rows after it were lost.
+            let begins = match from {
+                0 => 0,
+                _ => from + shift.min(0).unsigned_abs(),
+            };
+            let pairs = measured.iter().enumerate().filter_map(|(i, row)| {
+                let by = match i {
+                    i if i < from => 0,
+                    i if i < begins => return None,
+                    _ => shift,
+                };
+                let frame = measured.get(usize::try_from(i as isize + by).ok()?)?;
+                Some(PlanePair {
+                    robot: row.pair.robot,
+                    ..frame.pair.clone()
+                })
+            });
+            let Some(left) = misfit_of(pairs) else {
+                continue;
+            };
+            let (rows_on, way) = (
+                shift.unsigned_abs(),
+                if shift > 0 { "later" } else { "earlier" },
+            );
+            let of = match from {
+                0 => "each row".to_owned(),
+                _ => format!("row {} and of each after it", begins + 1),
+            };
+            let what = format!(
+                "the rows are shifted against the frames: the frame of {of} stands {rows_on} {way}"
+            );
+            all.push((left, what));
+        }
     }
     all
 }

@@ -178,6 +178,23 @@ fn mistakes_are_named() {
     shifted.rotate_left(1);
     write(&table(&hexapod, &right, &shifted)).expect("written");
     assert_ended(&run(), 1, &["rows are shifted", "1 earlier"]);
+    // Of a frame that was lost all rows after it have the next one.
+    let more: Vec<[f64; 3]> = (stances.iter())
+        .map(|[beta, gamma, height]| [0.6 * beta + 3.0, 0.8 * gamma - 2.0, height + 0.005])
+        .collect();
+    let all = [&stances[..], &more[..]].concat();
+    let kept: Vec<String> = (0..all.len()).map(|i| format!("{i}.ply")).collect();
+    let both = tempfile::tempdir().expect("a temporary folder");
+    write_frames(both.path(), &all, |p| p);
+    let rows = &configurations("hexapod", &all)[..all.len() - 1];
+    let lost = [&kept[..14], &kept[15..]].concat();
+    let text = table(&hexapod, rows, &lost);
+    std::fs::write(both.path().join("poses.csv"), text).expect("written");
+    let words = ["row 16 and of each after it stands 1 earlier"];
+    assert_ended(&calibrate(both.path(), "builtin:hexapod"), 1, &words);
+    let backward: Vec<String> = plain.iter().rev().cloned().collect();
+    write(&table(&hexapod, &right, &backward)).expect("written");
+    assert_ended(&run(), 1, &["are the frames those of their rows"]);
     let mut swapped = plain.clone();
     swapped.swap(1, 3);
     write(&table(&hexapod, &right, &swapped)).expect("written");

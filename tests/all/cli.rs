@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::program::{ends_with, read, root, said, succeeds};
+use crate::support::program::{ends_with, read, root, said, scandent, succeeds};
 
 /// Command lines with their exit codes and what the message must say.
 #[rustfmt::skip]
@@ -119,6 +119,48 @@ fn several_scans_are_one_set_and_can_be_registered() {
     let refine = "--set perception.registration.refine=true";
     let (told, _) = run(&format!("@ @ {here} {off} {refine}"), &[scan; 2]);
     assert!(told.contains("as given stay the shift along"), "{told}");
+}
+
+/// Two squares of 1 m, one a step of 0.1 m over the other, in a unit of `scale` m, seen from above or below.
+fn step_obj(scale: f64, from_above: bool) -> String {
+    let square = |number: usize| {
+        let at = |x: f64, y: f64| {
+            let (x, z) = (x + number as f64, 0.1 * number as f64);
+            format!("v {} {} {}\n", x / scale, y / scale, z / scale)
+        };
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        let corners: String = corners.into_iter().map(|(x, y)| at(x, y)).collect();
+        let mut order = [1, 2, 3, 4].map(|corner| (corner + 4 * number).to_string());
+        if !from_above {
+            order.reverse();
+        }
+        format!("{corners}f {}\n", order.join(" "))
+    };
+    square(0) + &square(1)
+}
+
+#[test]
+fn a_mesh_that_is_almost_right_is_said_to_be_so() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mesh = folder.path().join("step.obj");
+    for (scale, from_above, words) in [
+        (1.0, true, ""),
+        (0.01, true, "is the file in m, not in mm or cm?"),
+        (0.001, true, "is the file in m, not in mm or cm?"),
+        (1.0, false, "face down: are its normals"),
+    ] {
+        std::fs::write(&mesh, step_obj(scale, from_above)).expect("writable");
+        let told = ends_with("surfaces --mesh @", &[&mesh], 0, &[words]);
+        assert_eq!(told.contains("warning"), !words.is_empty(), "{told}");
+        // The same as a file of surfaces.
+        let file = folder.path().join("surfaces.json");
+        succeeds("surfaces --mesh @ -o @", &[&mesh, &file]);
+        let out = folder.path().join("out");
+        let line = "plan --surfaces @ --goal 0.5,0.5 -o @ --set planner.nodes_max=1";
+        let told = said(&scandent(line, &[&file, &out]));
+        assert_eq!(told.contains("warning"), !words.is_empty(), "{told}");
+        assert!(told.contains(words), "{told}");
+    }
 }
 
 #[test]

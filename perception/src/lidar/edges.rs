@@ -4,6 +4,8 @@ use nalgebra::Vector3;
 
 use super::field::Field;
 use super::plane::Plane;
+use super::prosac::DISTANCE_M;
+use super::refine::CLEAR_M;
 use super::slopes::before;
 use super::surroundings::bounds;
 
@@ -49,10 +51,16 @@ struct RingEnd {
     hidden_to: f64,
     /// Whether the slope, would it reach there, had been seen there.
     told: bool,
+    /// Whether the ring comes so near to the ground there that it may leave the slope across its foot.
+    foot: bool,
 }
 
 /// Ends of rings that lie within this of the farthest but one are the edge's, m.
 const EDGE_M: f64 = 0.025;
+/// Standard deviation of what the ends of all rings have in common, in steps: a footprint is wider than one.
+const SHARED: f64 = 0.25;
+/// Ends of rings lower than this over the ground may be where they leave across the slope's foot, m.
+const FOOT_M: f64 = CLEAR_M + 0.02;
 /// Part of the points beyond the ends where there are no rings, on either side.
 const QUANTILE: f64 = 0.005;
 /// Points of a ring beyond its end among which one that hides the slope is looked for: those next to
@@ -143,6 +151,7 @@ impl Seen<'_> {
             hidden: false,
             hidden_to: high,
             told: false,
+            foot: self.ground.distance(&field.point(end as usize)).abs() < FOOT_M,
         };
         if let Some(begins) = beyond.iter().take(BEYOND).position(hides) {
             let hiding = beyond[begins..].iter().take_while(|i| hides(i)).count();
@@ -157,7 +166,10 @@ impl Seen<'_> {
                 let q = u * range;
                 let up = self.ahead.dot(&(q - self.origin));
                 found.hidden_to = q.dot(outward);
-                found.told = free.is_some() && (self.depth[0]..=self.depth[1]).contains(&up);
+                // Near the foot, what lies beside the slope is as near to its plane.
+                let off = |i| self.plane.distance(&field.point(i)).abs() > DISTANCE_M;
+                let reaches = (self.depth[0]..=self.depth[1]).contains(&up);
+                found.told = free.is_some_and(off) && reaches;
             }
         }
         found
@@ -166,15 +178,25 @@ impl Seen<'_> {
 
 /// The end of a slope from those of its rings.
 ///
+/// The edge is at the farthest end beside which another is; where a ring may leave across the foot counts
+/// only where no other ends.
 /// The slope ends beyond the farthest end that is hidden. Where ends that are seen are as far, they are
 /// the edge's; else the edge is anywhere behind what hides it, of which the root mean square distance
 /// from where the slope was last seen is told.
 fn edge(mut ends: Vec<RingEnd>) -> Option<End> {
     ends.sort_by(|a, b| b.at.total_cmp(&a.at));
     let hidden = ends.iter().find(|end| end.hidden);
-    let mut seen = ends.iter().filter(|end| !end.hidden);
-    let (first, second) = (seen.next(), seen.next());
-    let reference = second.or(first).map_or(f64::NEG_INFINITY, |end| end.at);
+    let seen: Vec<&RingEnd> = ends.iter().filter(|end| !end.hidden).collect();
+    let beside = |end: &RingEnd| {
+        let near = seen
+            .iter()
+            .filter(|other| (other.at - end.at).abs() <= EDGE_M);
+        near.count() > 1
+    };
+    let by_foot = seen.iter().all(|end| end.foot);
+    let own = || seen.iter().filter(|end| by_foot || !end.foot);
+    let first = own().find(|end| beside(end)).or(own().next());
+    let reference = first.map_or(f64::NEG_INFINITY, |end| end.at);
     if let Some(hidden) = hidden
         && hidden.at > reference + EDGE_M
     {
@@ -193,10 +215,15 @@ fn edge(mut ends: Vec<RingEnd>) -> Option<End> {
             middle: hidden.p,
         });
     }
-    let agreeing: Vec<&RingEnd> = ends
-        .iter()
-        .filter(|end| (end.at - reference).abs() <= EDGE_M && !end.hidden)
+    let agreeing: Vec<&&RingEnd> = own()
+        .filter(|end| (end.at - reference).abs() <= EDGE_M)
         .collect();
+    // One ring alone may have met something else there.
+    let next = seen.iter().find(|end| end.at < reference);
+    let alone = match first.is_some_and(|end| beside(end)) {
+        true => 0.0,
+        false => next.map_or(0.0, |end| (reference - end.at) / 3.0_f64.sqrt()),
+    };
     let n = agreeing.len() as f64;
     if agreeing.is_empty() {
         return None;
@@ -209,8 +236,9 @@ fn edge(mut ends: Vec<RingEnd>) -> Option<End> {
     let variance = squares.sum::<f64>() / n;
     Some(End {
         at: mean,
-        // Not less than that of a step's even spread.
-        sigma: (variance.max(step * step / 12.0) / n).sqrt(),
+        // Not less than that of a step's even spread; what a footprint on both sides gives, all rings share.
+        sigma: (variance.max(step * step / 12.0) / n + (SHARED * step).powi(2) + alone * alone)
+            .sqrt(),
         hidden: false,
         middle: agreeing.iter().map(|end| end.p).sum::<Vector3<f64>>() / n,
     })

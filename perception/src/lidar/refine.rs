@@ -3,6 +3,7 @@
 use nalgebra::{RowDVector, Vector3};
 
 use super::field::Field;
+use super::ground::on_plane;
 use super::joint_fit::{BiasPrior, JointFit, Observation, joint_fit};
 use super::plane::{Plane, RING_BIAS_SIGMA_M, variance};
 use super::prosac::DISTANCE_M;
@@ -108,7 +109,8 @@ pub(super) fn refined(
                 };
                 if !lines.iter().flatten().any(|line| line.holds(&q, -MARGIN_M)) {
                     on_ground.push(i as u32);
-                    if inner(field, &on, i) {
+                    // The foot of a wall is as near, and its ranges short by several times the noise.
+                    if inner(field, &on, i) && on_plane(field, i, &floor, DISTANCE_M) {
                         observe(0, i as u32);
                     }
                 }
@@ -199,11 +201,11 @@ fn inner(field: &Field, on: &[bool], i: usize) -> bool {
 }
 
 /// What a fit tells of the errors of ranges: the noise by the residuals, and the size of unknown ring
-/// errors by those that were found and what is not known of them, as much as 2 rings that are as
+/// errors by those that were found and what is not known of them, as much as half a ring that is as
 /// `first` says would have it.
 fn learnt(found: &JointFit, first: &BiasPrior, used: &BiasPrior) -> BiasPrior {
     let at = found.covariance.nrows() - found.bias_m.len();
-    let (mut sum, mut rings) = (2.0 * RING_BIAS_SIGMA_M.powi(2), 2.0);
+    let (mut sum, mut rings) = (0.5 * RING_BIAS_SIGMA_M.powi(2), 0.5);
     for (ring, bias) in found.bias_m.iter().enumerate() {
         sum += (bias - first.mean_m[ring]).powi(2) + found.covariance[(at + ring, at + ring)];
         rings += 1.0;

@@ -14,6 +14,9 @@ const POINTS_MIN: usize = 80;
 const RINGS_MIN: usize = 3;
 /// Least extent in every direction, m.
 const EXTENT_MIN_M: f64 = 0.35;
+/// The same across where most rings end at what hides the rest, and points beside such an end among which it is.
+const STRIP_MIN_M: f64 = 0.15;
+const BESIDE: u32 = 3;
 /// Points on a ring are of one patch over what hides it up to this far apart, m: a person 0.9 m away
 /// hides 2 m of what is 4 m away.
 const HIDDEN_MAX_M: f64 = 2.0;
@@ -229,12 +232,27 @@ fn qualifies(field: &Field, patch: &Patch, ground: &Plane) -> bool {
     if members.len() < POINTS_MIN {
         return false;
     }
+    let mut extent_m = EXTENT_MIN_M;
     // Seen by enough rings, and nothing but the slope between its edges on them.
     if !field.ring.is_empty() {
-        let (mut between, runs) = (0, field.runs(members));
+        let (mut between, mut cut, runs) = (0, 0, field.runs(members));
+        let hides = |i: &u32| before(field, *i as usize, &patch.plane, ground);
+        // Near its foot the slope is as near to the ground, and its points were taken for that.
+        let foot = |i: &u32| {
+            let p = field.point(*i as usize);
+            let off = [&patch.plane, ground].map(|plane| plane.distance(&p).abs());
+            off.iter().all(|off| *off <= DISTANCE_M) && members.binary_search(i).is_err()
+        };
         for run in &runs {
-            let hides = |i: &u32| before(field, *i as usize, &patch.plane, ground);
-            between += (run[0]..=run[run.len() - 1]).filter(|i| !hides(i)).count();
+            let (first, last) = (run[0], run[run.len() - 1]);
+            between += (first..=last).filter(|i| !hides(i) && !foot(i)).count();
+            let mut beside = (first.saturating_sub(BESIDE)..first)
+                .chain(last + 1..(last + 1 + BESIDE).min(field.len() as u32));
+            cut += usize::from(beside.any(|i| hides(&i)));
+        }
+        // Something that hides most of it leaves a strip.
+        if 2 * cut > runs.len() {
+            extent_m = STRIP_MIN_M;
         }
         let (filled, rings) = (members.len() as f64 / between as f64, runs.len());
         if rings < RINGS_MIN || filled < FILLED_MIN {
@@ -245,10 +263,10 @@ fn qualifies(field: &Field, patch: &Patch, ground: &Plane) -> bool {
     let all = with_edges(field, patch);
     let up = patch.plane.normal.cross(&ground.normal).normalize();
     let along = [up, patch.plane.normal.cross(&up)];
-    let wide = along.iter().all(|direction| {
+    let wide = (along.iter().zip([extent_m, EXTENT_MIN_M])).all(|(direction, least_m)| {
         let values = all.iter().map(|&i| direction.dot(&field.point(i as usize)));
         let (low, high) = spread(values.collect());
-        high - low >= EXTENT_MIN_M
+        high - low >= least_m
     });
     let heights = members
         .iter()

@@ -463,6 +463,16 @@ fn input_that_is_almost_right_is_said_to_be_so() {
         let rows: Vec<u8> = (0..480).flat_map(row).collect();
         png(640, 480, png::BitDepth::Sixteen, &rows)
     };
+    // Distances along the rays, in mm.
+    let distances = {
+        let of = |(v, u): (u32, u32)| {
+            let [x, y] = [(u, 319.5), (v, 239.5)].map(|(c, c0)| (f64::from(c) - c0) / 525.0);
+            (1e3 * floor(v) * (1.0 + x * x + y * y).sqrt()) as u16
+        };
+        let pixels = (0..480).flat_map(|v| (0..640).map(move |u| (v, u)));
+        let rows: Vec<u8> = pixels.flat_map(|at| of(at).to_be_bytes()).collect();
+        png(640, 480, png::BitDepth::Sixteen, &rows)
+    };
     let cloud = |unit_m: f64| {
         let points = (0..480)
             .step_by(8)
@@ -519,6 +529,15 @@ fn input_that_is_almost_right_is_said_to_be_so() {
         }),
         ..xtion.clone()
     };
+    let of_mm = SensorOptions {
+        intrinsics: Some(Intrinsics {
+            fx: 3.6,
+            fy: 3.6,
+            cx: 319.5,
+            cy: 239.5,
+        }),
+        ..xtion.clone()
+    };
     for (name, bytes, options, range_max_m, expected) in [
         ("mm.png", image(1e-3), &xtion, 5.0, ""),
         (
@@ -548,6 +567,14 @@ fn input_that_is_almost_right_is_said_to_be_so() {
             &of_half_size,
             5.0,
             "intrinsics of another image size?",
+        ),
+        ("focal.png", image(1e-3), &of_mm, 5.0, "in another unit"),
+        (
+            "distances.png",
+            distances,
+            &xtion,
+            5.0,
+            "distances along the rays",
         ),
         ("m.ply", cloud(1.0), &generic, 5.0, ""),
         (

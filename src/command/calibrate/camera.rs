@@ -105,7 +105,13 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     if let Some(mistake) = stages.measure("checks", mistake) {
         bail!("{name}: {mistake}");
     }
-    let checked = stages.measure("identification", || identify::mount(&measured, calibration))?;
+    let mount = stages.measure("identification", || identify::mount(&measured, calibration));
+    let checked = mount.map_err(|error| match error.downcast_ref() {
+        Some(calibration::Error::NotConverged { .. }) => {
+            error.context(mistakes::unexplained(&measured))
+        }
+        _ => error,
+    })?;
     let doubts = verdict::doubts(&checked, &measured);
     let found = checked.found;
     let footholds = stances.footholds.as_ref();

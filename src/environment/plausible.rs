@@ -1,0 +1,59 @@
+//! Files of faces that are likely in another unit or turned round.
+
+use surfaces::Terrain;
+
+/// Faces that lean by more than this carry no one, rad.
+const STEEPEST_RAD: f64 = 0.6;
+/// Worlds of faces are hardly smaller than the first and larger than the second, m.
+const SPAN_M: [f64; 2] = [0.3, 100.0];
+
+/// How much of a terrain could be walked on, m².
+pub struct LevelArea {
+    /// Of all faces.
+    pub all_m2: f64,
+    /// Of those that face up.
+    pub up_m2: f64,
+    /// Of those that would, turned round.
+    pub down_m2: f64,
+}
+
+impl LevelArea {
+    /// That of all faces.
+    pub fn of(terrain: &Terrain) -> Self {
+        let area = |sign: f64| {
+            let carries = move |z: f64| sign * z > STEEPEST_RAD.cos();
+            let faces = (terrain.faces.iter()).filter(move |face| carries(face.normal_W().z));
+            faces.map(|face| face.region.area()).sum()
+        };
+        Self {
+            all_m2: terrain.faces.iter().map(|face| face.region.area()).sum(),
+            up_m2: area(1.0),
+            down_m2: area(-1.0),
+        }
+    }
+}
+
+/// Warnings of a file of surfaces or a mesh.
+pub fn doubts(name: &str, terrain: &Terrain) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let points: Vec<_> = terrain.faces.iter().flat_map(|f| f.vertices_W()).collect();
+    let spans = (0..3).map(|axis| {
+        let values = points.iter().map(|p| p[axis]);
+        values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
+    });
+    let span_m = spans.fold(0.0, f64::max);
+    if !points.is_empty() && !(SPAN_M[0]..=SPAN_M[1]).contains(&span_m) {
+        doubts.push(format!(
+            "warning: {name}: its faces span {span_m:.3} m: is the file in m, not in mm or cm?"
+        ));
+    }
+    let level = LevelArea::of(terrain);
+    if level.up_m2 == 0.0 && level.down_m2 > 0.0 {
+        doubts.push(format!(
+            "warning: {name}: no face that could be walked on faces up, {:.2} of {:.2} m² face down: are its normals, \
+             or the order of its corners, turned round?",
+            level.down_m2, level.all_m2
+        ));
+    }
+    doubts
+}
