@@ -18,7 +18,7 @@ pub struct Config {
     #[schemars(range(min = 0.01, max = 10.0))]
     pub friction_elsewhere: f64,
     /// Time over which a stance is held, s.
-    #[schemars(range(min = 0.01, max = 60.0))]
+    #[schemars(range(min = 0.01, max = 10.0))]
     pub hold_s: f64,
     /// Force of the pushes on a held stance, N.
     #[schemars(range(min = 0.0, max = 10_000.0))]

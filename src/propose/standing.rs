@@ -110,11 +110,12 @@ pub fn stand(robot: &Robot, limbs: &[Limb], config: &posture::Config) -> Result<
     if good.is_empty() {
         return Err(anyhow!("its legs do not put all feet on level ground"));
     }
-    // 2. The first at which the whole robot stands.
-    let mut first = None;
+    // 2. The first at which the whole robot stands, and bears itself without any one of its feet.
+    let (mut first, mut stuck) = (None, None);
     for (height, outward, q, _) in good.into_iter().take(TRIES) {
         match whole(robot, limbs, &legs, &mirror, (height, outward, q), config) {
-            Ok(stands) => return Ok(stands),
+            Ok(stands) if lifts_each(robot, &legs, &stands, config) => return Ok(stands),
+            Ok(stands) => stuck = stuck.or(Some(stands)),
             Err(why) => {
                 tracing::debug!(
                     "no standing {height} of the legs high, {outward:.3} m outward: {why:#}"
@@ -123,7 +124,7 @@ pub fn stand(robot: &Robot, limbs: &[Limb], config: &posture::Config) -> Result<
             }
         }
     }
-    Err(first.unwrap_or_else(|| anyhow!("no place was found")))
+    stuck.ok_or_else(|| first.unwrap_or_else(|| anyhow!("no place was found")))
 }
 
 fn legs<'a>(robot: &Robot, limbs: &'a [Limb]) -> Vec<Leg<'a>> {
@@ -384,16 +385,12 @@ fn parts_m(
     least
 }
 
-/// The posture nearest to `q` that stands with all feet on level ground, where `q` has them.
-///
-/// # Errors
-/// The constraint that is in the way.
-pub fn solve(
+/// Level ground, and the feet on it where `q` has them.
+fn on_ground(
     robot: &Robot,
     feet: &[PatchId],
     q: &Configuration,
-    config: &posture::Config,
-) -> Result<(Environment, PathStance)> {
+) -> Result<(Environment, Vec<Contact>)> {
     let floor = Face::rectangle("ground", Isometry3::identity(), [10.0, 10.0])?;
     let environment = Environment::new(Terrain::new(vec![floor], Vec::new())?, 0.03, 0.0)?;
     let ground = environment.face("ground")?;
@@ -404,8 +401,37 @@ pub fn solve(
         let X_WC = Isometry3::from_parts(p.into(), UnitQuaternion::identity());
         Contact::at(robot, foot, X_WC).on(ground)
     });
+    let contacts = contacts.collect();
+    Ok((environment, contacts))
+}
+
+/// Whether the others bear the robot with any of its feet about to leave the ground.
+fn lifts_each(robot: &Robot, legs: &[Leg], q: &Configuration, config: &posture::Config) -> bool {
+    let feet: Vec<PatchId> = legs.iter().map(|l| l.patch).collect();
+    let Ok((environment, contacts)) = on_ground(robot, &feet, q) else {
+        return false;
+    };
+    (0..contacts.len()).all(|lifted| {
+        let mut contacts = contacts.clone();
+        contacts[lifted].loaded = false;
+        let problem = Problem::new(robot, &environment, contacts, q);
+        posture::solve(&problem, config).is_ok_and(|outcome| outcome.posture().is_some())
+    })
+}
+
+/// The posture nearest to `q` that stands with all feet on level ground, where `q` has them.
+///
+/// # Errors
+/// The constraint that is in the way.
+pub fn solve(
+    robot: &Robot,
+    feet: &[PatchId],
+    q: &Configuration,
+    config: &posture::Config,
+) -> Result<(Environment, PathStance)> {
+    let (environment, contacts) = on_ground(robot, feet, q)?;
     let problem = Problem {
-        contacts: contacts.collect(),
+        contacts,
         base_goal: Some(BaseGoal {
             position_m: [None, Some(0.0), Some(q.p_WB.z)],
             tolerance_m: 0.03 * q.p_WB.z.abs(),

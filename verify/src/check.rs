@@ -59,6 +59,8 @@ checks! {
     Quaternion = "quaternion", "", AtMost;
     /// A stance follows from the one before it by the one contact that it says.
     Sequence = "sequence", "", Holds;
+    /// Patches touch surfaces that their roles allow.
+    Role = "role", "", Holds;
     /// A contact that stays, stays where it was made.
     Kept = "kept", "m", AtMost;
     /// The last stance fulfils the goal.

@@ -10,6 +10,7 @@
 //! | `structure` | format, robot, the promised margins, the environment |
 //! | `world` | world and task are those of the plan's files, as far as these were found |
 //! | `sequence` | one contact a stance, kept contacts, the goal |
+//! | `roles` | which patches may touch which faces |
 //! | `well_formed` | lengths, numbers and names |
 //! | `stance` | joint limits, centre of mass, contacts on their faces |
 //! | `forces` | friction cones, balance, torques; equilibrium and support region by LP |
@@ -53,6 +54,7 @@ mod options;
 mod polygon;
 mod posture;
 mod region;
+mod roles;
 mod scene;
 mod sequence;
 mod simplex;
@@ -109,6 +111,7 @@ pub fn verify_in(
     let mut findings = Findings::default();
     let drawable = structure::check(plan, robot, options, &mut findings);
     sequence::check(plan, options, &mut findings);
+    roles::check(plan, robot, &mut findings);
     world::check(plan, motion, world, &mut findings);
     if drawable {
         let scene = scene(plan, robot, options);

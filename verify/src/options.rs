@@ -65,8 +65,7 @@ pub struct Options {
     /// Largest coordinate of anything, m: beyond it digits are lost.
     pub extent_m: f64,
     /// Edges of the polygonal cone in which forces are looked for, inscribed in the round one;
-    /// with 16 at most 2 % of the friction is given away, and both pyramids in use (edges along
-    /// the axes or along the diagonals) are inside it.
+    /// with 48 at most 0.2 % of the friction is given away.
     pub cone_edges: usize,
     /// Largest time between two samples of a motion, s.
     pub motion_step_s: f64,
@@ -118,7 +117,7 @@ impl Default for Options {
             edge_sigmas_max: 10.0,
             thin_body_m: [0.01, 2.0],
             extent_m: 1e4,
-            cone_edges: 16,
+            cone_edges: 48,
             motion_step_s: 0.02,
             motion_part: 0.01,
             motion_acceleration: 100.0,

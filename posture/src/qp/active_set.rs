@@ -134,8 +134,9 @@ fn fill(model: &mut QpModel, program: &Program) {
         }
     });
     compress(&mut model.matrix, m, n, |i, push| {
-        for (j, &value) in program.a[i * n..(i + 1) * n].iter().enumerate() {
-            push(j, value);
+        let [from, to] = program.span[i];
+        for j in from..to {
+            push(j, program.a[i * n + j]);
         }
     });
     model.gradient.clear();

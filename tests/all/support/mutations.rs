@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use plan::{Change, Contact, Plan, Stance};
 use robot_model::Robot;
+use serde_json::json;
 use surfaces::outline::Outline;
 use surfaces::{Face, Obstacle};
 use verify::{Check, Options, verify};
@@ -77,6 +78,10 @@ const MUTATIONS: &[Mutation] = table! {
     "foot over an edge that is taken back": edge_taken_back => Inclusion;
     "contact on a surface that is not there": |p| p.stances[0].contacts[0].face = "nowhere".into()
         => Names (Sequence);
+    "surfaces that nothing may touch": |p| p.faces.iter_mut().for_each(|f| f.roles = Some(Vec::new()))
+        => Role;
+    "surfaces that are too low for feet and hands": |p| p.config = json!({"surfaces": {"roles": {
+        "foot": {"height_min_m": 50.0}, "hand": {"height_min_m": 50.0}}}}) => Role;
     // Forces.
     "missing force": |p| *largest(p) = [0.0; 3] => BalanceForce (BalanceMoment Torque);
     "two feet squeeze": feet_squeeze => Friction (Torque Unilateral);
