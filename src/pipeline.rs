@@ -130,7 +130,8 @@ pub fn plan(
     let (planner, posture, motion) = (&config.planner, &config.posture, &config.motion);
     let cancel = options.cancel;
     let search = || planner::search(&request, planner, posture, motion, &progress, cancel);
-    let answer = pool.install(|| stages.measure("planning", search))?;
+    let answer = pool.install(|| stages.measure("planning", search));
+    let answer = answer.map_err(|error| posed::doubted(error.into(), &posed.notes))?;
     stages.split("planning", "motion", clock.motion_ms());
 
     // Motion → file, and the plan that names it.

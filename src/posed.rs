@@ -120,11 +120,7 @@ pub fn pose(
             said.collect::<Vec<_>>(),
         ))
     });
-    // What was doubted of the faces may be why.
-    let (terrain, stand, ground, refuted, said) = begin.map_err(|error| {
-        let doubts = notes.iter().filter(|note| note.starts_with("warning: "));
-        doubts.fold(error, |error, doubt| error.context(doubt.clone()))
-    })?;
+    let (terrain, stand, ground, refuted, said) = begin.map_err(|error| doubted(error, &notes))?;
     notes.extend(said);
     // The ground that is seen, against the one under the feet.
     if let scene::Environment::Scans(scans) = environment
@@ -158,6 +154,12 @@ pub fn pose(
         goal,
         notes,
     })
+}
+
+/// An error with what was doubted of the faces, which may be why.
+pub fn doubted(error: anyhow::Error, notes: &[String]) -> anyhow::Error {
+    let doubts = notes.iter().filter(|note| note.starts_with("warning: "));
+    doubts.fold(error, |error, doubt| error.context(doubt.clone()))
 }
 
 impl Posed {

@@ -6,7 +6,7 @@
 //! free to move, and the forces.
 #![allow(non_snake_case)]
 
-use std::f64::consts::TAU;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics, Robot};
@@ -16,13 +16,6 @@ use crate::layout::{ContactModel, Layout};
 use crate::least_load::on_balls_alone;
 use crate::problem::Problem;
 use crate::rows::{Constraint, Tag};
-
-/// Sides of the pyramids that stand for a friction cone: the one around it has tangential forces t with
-/// side·t ≤ μ n for every side, and with [`INSCRIBED`] of that μ it is inside, with 0.9 % less in the worst
-/// direction.
-const SIDES: usize = 24;
-/// cos(π / [`SIDES`]).
-pub(crate) const INSCRIBED: f64 = 0.991_444_861_373_810_4;
 
 /// An iterate: the variables and what follows from them.
 #[derive(Clone)]
@@ -62,9 +55,6 @@ pub(crate) struct Context<'a> {
     pub layout: Layout,
     /// Whether the centre of mass keeps its margin by what every ball bears.
     pub on_balls_alone: bool,
-    /// The outward directions of the sides of a friction cone's pyramids, in the contact's axes, x being on an
-    /// edge.
-    pub sides: [[f64; 2]; SIDES],
     /// The robot's weight, N.
     pub weight: f64,
     /// What is left out.
@@ -81,10 +71,6 @@ impl<'a> Context<'a> {
             layout: Layout::new(problem, &contacts),
             on_balls_alone: on_balls_alone(problem, &contacts, config),
             contacts,
-            sides: std::array::from_fn(|k| {
-                let (sin, cos) = (TAU * (k as f64 + 0.5) / SIDES as f64).sin_cos();
-                [cos, sin]
-            }),
             weight: problem.robot.mass_kg * GRAVITY_M_S2,
             relaxed,
         }
@@ -92,6 +78,13 @@ impl<'a> Context<'a> {
 
     pub fn robot(&self) -> &Robot {
         self.problem.robot
+    }
+
+    /// The sides of the pyramid inscribed in a contact's friction cone, edges along its axes' diagonals:
+    /// each as the tangential direction, in the contact's axes, of t·f_t ≤ μ_side f_z.
+    pub fn pyramid(&self, contact: usize) -> ([[f64; 2]; 4], f64) {
+        let sides = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]];
+        (sides, self.contacts[contact].mu * FRAC_1_SQRT_2)
     }
 
     /// By how much an upward force of one fulfils t·f_t ≤ μ f_z at a contact.

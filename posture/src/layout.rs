@@ -2,7 +2,7 @@
 
 #![allow(non_snake_case)]
 
-use nalgebra::{Matrix3, Point2};
+use nalgebra::{Matrix3, Point2, Vector3};
 use surfaces::ConvexPolygon;
 
 use crate::Config;
@@ -89,16 +89,30 @@ pub(crate) struct ContactModel {
     pub mu: f64,
 }
 
+/// Faces whose normals have a smaller upward part than this are pushed against, not stood on.
+const WALL: f64 = 0.5;
+
+/// The direction in which a contact is loaded, as far as the others tell: by the weight, and by what
+/// pushes off walls.
+fn load_W(problem: &Problem, index: usize) -> Vector3<f64> {
+    let others = problem.contacts.iter().enumerate();
+    let others = others.filter(|(i, other)| *i != index && other.loaded);
+    let normals = others.map(|(_, other)| other.normal_W());
+    let pushed: Vector3<f64> = normals.filter(|n| n.z < WALL).sum();
+    pushed - Vector3::z()
+}
+
 impl ContactModel {
     pub fn new(problem: &Problem, index: usize, config: &Config) -> Self {
         let contact = &problem.contacts[index];
         let patch = &problem.robot.patches[contact.patch];
+        let axes = contact.X_WC.rotation.to_rotation_matrix().into_inner();
         Self {
             body: patch.body,
             radius: patch.point_radius_m(),
             vertices: patch.polygon.clone(),
             force_points: force_points(&patch.polygon, config.com_margin_m),
-            axes: contact.X_WC.rotation.to_rotation_matrix().into_inner(),
+            axes: robot_model::pyramid_axes_W(&axes, &load_W(problem, index)),
             mu: contact.friction * config.friction_use,
         }
     }

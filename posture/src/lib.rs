@@ -6,7 +6,7 @@
 //!   s.t.  closure       every contact at its pose, or anywhere in the plane of its surface
 //!         inclusion     the patch inside the surface's polygon        [brossette2013] Algorithm 1
 //!         equilibrium   Σ f + m g = 0,  Σ (p − c) × f = 0
-//!         friction      f inside a pyramid inscribed in the cone
+//!         friction      f inside a pyramid inscribed in the cone, its edges along the load
 //!         torques       |g(q) − Jᵀ f| ≤ use · τ_max
 //!         limits        q inside the joint limits
 //!         clearances    d(body, body) ≥ margin, d(body, environment) ≥ margin

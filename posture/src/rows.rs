@@ -55,8 +55,6 @@ pub(crate) struct Rows {
     pub with_jacobian: bool,
     /// Coefficients, row-major, `len × n`; empty without the Jacobian.
     pub a: Vec<f64>,
-    /// Columns from which and up to which a row may differ from zero.
-    pub span: Vec<[usize; 2]>,
     /// Values at the iterate.
     pub value: Vec<f64>,
     /// Lower bounds of the values.
@@ -75,7 +73,6 @@ impl Rows {
             n,
             with_jacobian: true,
             a: Vec::new(),
-            span: Vec::new(),
             value: Vec::new(),
             lower: Vec::new(),
             upper: Vec::new(),
@@ -88,7 +85,6 @@ impl Rows {
     pub fn clear(&mut self, with_jacobian: bool) {
         self.with_jacobian = with_jacobian;
         self.a.clear();
-        self.span.clear();
         self.value.clear();
         self.lower.clear();
         self.upper.clear();
@@ -103,7 +99,6 @@ impl Rows {
     /// Adds a row and gives its coefficients to fill in, all zero; empty where only values are
     /// wanted.
     pub fn push(&mut self, tag: Tag, value: f64, lower: f64, upper: f64) -> &mut [f64] {
-        self.span.push([0, self.n]);
         self.value.push(value);
         self.lower.push(lower);
         self.upper.push(upper);
@@ -115,13 +110,6 @@ impl Rows {
         let start = self.a.len();
         self.a.resize(start + self.n, 0.0);
         &mut self.a[start..]
-    }
-
-    /// Says that the last row is zero but for these columns.
-    pub fn narrow_last(&mut self, span: [usize; 2]) {
-        if let Some(last) = self.span.last_mut() {
-            *last = span;
-        }
     }
 
     /// Marks the last row as one that is never relaxed.
@@ -138,9 +126,7 @@ impl Rows {
 
     /// How much the linear model changes row `i` by a step.
     pub fn change(&self, i: usize, delta: &[f64]) -> f64 {
-        let [from, to] = self.span[i];
-        let row = &self.row(i)[from..to];
-        row.iter().zip(&delta[from..to]).map(|(a, d)| a * d).sum()
+        self.row(i).iter().zip(delta).map(|(a, d)| a * d).sum()
     }
 
     /// By how much row `i` is violated at the iterate.

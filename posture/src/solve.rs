@@ -95,12 +95,6 @@ pub(crate) fn solve_relaxed(
         if matches!(outcome, Outcome::Feasible(_)) {
             return Ok(outcome);
         }
-        if nearest.is_none()
-            && whole
-            && let Some(violation) = proof::colliding(&ctx)
-        {
-            return Ok(Outcome::Infeasible(violation));
-        }
         let amount = |o: &Outcome| o.violation().map_or(0.0, |v| v.amount);
         if nearest
             .as_ref()

@@ -51,7 +51,7 @@ const TELLING: f64 = 0.1;
 /// Every so many iterations the violation must have fallen to [`PROGRESS`] of what it was.
 const PATIENCE: usize = 5;
 /// Part of the violation that may be left after [`PATIENCE`] iterations.
-const PROGRESS: f64 = 0.95;
+const PROGRESS: f64 = 0.8;
 
 /// The SQP with its working memory, for one problem.
 pub(crate) struct Sqp<'a> {

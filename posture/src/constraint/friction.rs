@@ -1,21 +1,22 @@
-//! A contact pushes, and inside the pyramid inscribed in its friction cone:
+//! A contact pushes, and inside the friction pyramid inscribed in the cone, whose edges are along the
+//! contact's load as far as that is known before (`layout`):
 //!
-//!   s·f_t ≤ μ cos(π/n) f_z      for the outward directions s of the n sides   (in the contact's axes)
+//!   f_z ≥ 0,   |f_x| ≤ μ/√2·f_z,   |f_y| ≤ μ/√2·f_z        (in the contact's axes)
 //!
 //! On balls alone the same holds of f less the load that gives the centre of mass its margin.
 
 use nalgebra::Point2;
 
-use crate::iterate::{Context, INSCRIBED, Iterate};
+use crate::iterate::{Context, Iterate};
 use crate::least_load::least_load;
 use crate::rows::{Rows, Tag};
 
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, load: &Load, rows: &mut Rows) {
-    let mu = INSCRIBED * ctx.contacts[contact].mu;
+    let (sides, mu) = ctx.pyramid(contact);
     for &column in &ctx.layout.force[contact] {
         let k = column - ctx.layout.nq;
-        // The sides imply f_z ≥ 0.
-        for side in ctx.sides {
+        // The four sides imply f_z ≥ 0.
+        for side in sides {
             let share = ctx.up_inside(contact, side, mu);
             let [x, y] = side;
             let along = x * it.force[k] + y * it.force[k + 1];
@@ -26,9 +27,6 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, load: &Load, row
                     *row -= share * slope;
                 }
                 row[column..column + 3].copy_from_slice(&[-x, -y, mu]);
-            }
-            if load.gradient.is_empty() {
-                rows.narrow_last([column, column + 3]);
             }
             rows.harden_last();
         }

@@ -134,9 +134,8 @@ fn fill(model: &mut QpModel, program: &Program) {
         }
     });
     compress(&mut model.matrix, m, n, |i, push| {
-        let [from, to] = program.span[i];
-        for j in from..to {
-            push(j, program.a[i * n + j]);
+        for (j, &value) in program.a[i * n..(i + 1) * n].iter().enumerate() {
+            push(j, value);
         }
     });
     model.gradient.clear();

@@ -27,8 +27,6 @@ pub(crate) struct Program<'a> {
     pub gradient: &'a [f64],
     /// A, row-major, m × n.
     pub a: &'a [f64],
-    /// Columns from which and up to which each row may differ from zero, m.
-    pub span: &'a [[usize; 2]],
     /// What each row speaks of: the same names in two programs are the same rows, m.
     pub names: &'a [Tag],
     /// l, m.

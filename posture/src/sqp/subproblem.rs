@@ -166,7 +166,6 @@ impl<'a> Subproblem<'a> {
             hessian: &self.hessian,
             gradient: &self.gradient,
             a: &rows.a,
-            span: &rows.span,
             names: &rows.tag,
             row_lower: &self.row_lower,
             row_upper: &self.row_upper,
