@@ -283,7 +283,9 @@ fn of_scan(
 ) -> Result<View, Error> {
     let extraction = extract(scan, X_WV, config)?;
     let Statistics { valid, used, .. } = extraction.statistics;
-    if (used as f64) < IN_RANGE_MIN * valid as f64 {
+    let doubts: Vec<String> = scan.depth.iter().flat_map(plausible::doubts).collect();
+    // Of a wrong model nothing may be in range either.
+    if (used as f64) < IN_RANGE_MIN * valid as f64 && doubts.is_empty() {
         let away = |p: &[f32; 3]| (Vector3::from(p.map(f64::from)) - scan.eye_V).norm();
         let mut away_m: Vec<f64> = scan.cloud.finite().map(away).collect();
         let middle = away_m.len() / 2;
@@ -295,7 +297,7 @@ fn of_scan(
             range_max_m: config.range_max_m,
         });
     }
-    for cause in scan.depth.iter().flat_map(plausible::doubts) {
+    for cause in doubts {
         let scan = name.to_owned();
         notices.push(Notice::Doubt { scan, cause });
     }
