@@ -252,7 +252,7 @@ impl<'a> Search<'a> {
     /// Where motions failed, and where much was tried already, others come first: a candidate is solved
     /// when its turn has come at the price that it has by then.
     fn next(&mut self) -> Option<(Candidate, Outcome)> {
-        if self.nearest.1 > PATIENCE && self.solved.is_multiple_of(2) {
+        if self.best.is_none() && self.nearest.1 > PATIENCE && self.solved.is_multiple_of(2) {
             let less = self.context.weight - STUCK_WEIGHT;
             let (candidate, outcome) = self.frontier.pop_by(|c| c.priority - less * c.rest)?;
             let (context, motion) = (&self.context, &self.motions.context);

@@ -1,9 +1,10 @@
 //! Inverse kinematics of all contacts at once, from a seed: damped Gauss–Newton.
 //!
-//!   min ‖E(q)‖²  +  w_c ‖c_xy − s_xy‖²  +  step damping,   q inside the joint limits
+//!   min ‖E(q)‖²  +  w_c ‖c_xy − s_xy‖²  +  w_t ‖p − p*‖²  +  step damping,   q inside the joint limits
 //!
 //! E: closure, inclusion, goal; c: the centre of mass, s: the middle of the contacts that can carry
-//! it. A step costs a tenth of one of the SQP's, which then begins where the contacts nearly hold.
+//! it; p: a sole that may move, p*: where it is wanted, in the first steps only. A step costs a tenth of one
+//! of the SQP's, which then begins where the contacts nearly hold.
 //! Joints at a limit are held there (projected Gauss–Newton).
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Point2, Vector3};
@@ -100,8 +101,8 @@ impl ContactIk {
         self.rows.total_violation()
     }
 
-    /// Solves (JᵀJ + w_c J_cᵀJ_c + D) δ = −Jᵀe − …, joints at their limits held.
-    /// With the contacts that may move drawn toward their places where that is asked for.
+    /// Solves (JᵀJ + w_c J_cᵀJ_c + D) δ = −Jᵀe − …, joints at their limits held; with `toward`, soles are
+    /// drawn to where they are wanted.
     fn step(
         &mut self,
         ctx: &Context,
@@ -151,10 +152,12 @@ impl ContactIk {
                 continue;
             }
             let is_com = self.rows.tag[i] == Tag::Balance;
-            let weight = match is_com {
-                true => WEIGHT_COM,
-                false if i >= drawn => WEIGHT_TOWARD,
-                false => 1.0,
+            let weight = if i >= drawn {
+                WEIGHT_TOWARD
+            } else if is_com {
+                WEIGHT_COM
+            } else {
+                1.0
             };
             let row = &self.rows.a[i * self.rows.n..i * self.rows.n + nq];
             self.used.clear();
