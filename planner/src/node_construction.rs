@@ -31,7 +31,7 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
             if robot.patches[patch].point_radius_m().is_some() {
                 X_WC.rotation = request.environment[face].X_WF.rotation;
             }
-            Contact::at(robot, patch, X_WC).on(face)
+            Contact::at(robot, patch, X_WC).on(face, request.environment)
         })
         .collect();
     contacts.sort_by_key(|c| c.patch);

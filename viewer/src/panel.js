@@ -159,7 +159,7 @@ function surfaceTable({ surfaces, kind }, point) {
     onmouseenter: () => point(surface.id), onmouseleave: () => point(null),
     onfocus: () => point(surface.id), onblur: () => point(null),
   },
-  el('th', { scope: 'row' }, surface.id, el('small', {}, surface.source)),
+  el('th', { scope: 'row' }, surface.id, el('small', {}, surface.friction ? `${surface.source}, μ ≤ ${surface.friction}` : surface.source)),
   el('td', { class: 'number' }, surface.X_WS[2].toFixed(3).replace('-', '\u2212')),
   el('td', { class: 'number' }, degrees(surface.tilt_rad)),
   el('td', { class: 'number' }, surface.area_m2.toFixed(3)),

@@ -194,6 +194,7 @@ impl Walked {
             bodies.map(|(number, points_W)| WorldBody {
                 name: format!("{}/{number}", face.id),
                 shape: WorldShape::Hull(points_W),
+                friction: face.friction,
             })
         });
         let world: Vec<WorldBody> = bodies.collect();
