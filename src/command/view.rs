@@ -14,7 +14,7 @@ use crate::plan_file::{self, PlanRobotFlags};
 use crate::scene::Files;
 use crate::status::Status;
 use crate::view::{self, SurfacesInput, ViewInput};
-use crate::{environment, output, provenance};
+use crate::{environment, output, provenance, search_file};
 
 /// Flags of `view`.
 #[derive(Debug, clap::Args)]
@@ -70,6 +70,7 @@ impl Args {
         view::page(&ViewInput {
             plan: &plan,
             motion: plan_file::open_motion(&self.file, &plan)?.as_ref(),
+            trace: search_file::beside(&self.file)?.as_ref(),
             robot: &self.robot.load(&plan)?,
             certificate: None,
             cloud_W,

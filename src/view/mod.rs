@@ -28,7 +28,7 @@ pub use robot_page::robot_page;
 pub use surfaces_page::{SurfacesInput, surfaces_page};
 
 use anyhow::{Context, Result};
-use plan::{Motion, Plan};
+use plan::{Motion, Plan, Trace};
 use robot_model::{GRAVITY_M_S2, Robot};
 use serde_json::{Value, json};
 use verify::Certificate;
@@ -55,6 +55,8 @@ pub struct ViewInput<'a> {
     pub robot: &'a Robot,
     /// The motion between its stances.
     pub motion: Option<&'a Motion>,
+    /// What the search tried for it, where that is known.
+    pub trace: Option<&'a Trace>,
     /// The verifier's word on it, where it was asked.
     pub certificate: Option<&'a Certificate>,
     /// The scan's points in W, m; thinned to [`CLOUD_POINTS_MAX`], points that are not finite are
@@ -134,6 +136,7 @@ fn data(kind: &str, input: &ViewInput<'_>) -> Result<Value> {
         "required": plan.required,
         "goal": plan.goal,
         "search": plan.search,
+        "trace": input.trace,
         "stances": stances,
         "motion": motion::record(input.motion, robot)?,
         "certificate": input.certificate.map(|certificate| json!({

@@ -39,6 +39,7 @@ fn page_with(motion: Option<&plan::Motion>) -> String {
     page(&ViewInput {
         plan: &plan,
         motion,
+        trace: Some(&fixture::trace()),
         robot: &robot,
         certificate: None,
         cloud_W: &cloud,
@@ -151,6 +152,7 @@ fn another_robot_or_a_stance_that_contradicts_itself_is_refused() {
         let refused = page(&ViewInput {
             plan: &plan,
             motion: None,
+            trace: None,
             robot: &robot,
             certificate: None,
             cloud_W: &[],

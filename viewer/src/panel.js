@@ -5,6 +5,7 @@ import { describeChange } from './data.js';
 import { el } from './dom.js';
 import { describePhase } from './motion.js';
 import { term } from './terms.js';
+import { choiceSection } from './why.js';
 import { count, degrees, metres, millimetres, newtons, percent } from './units.js';
 
 const STATES = {
@@ -33,6 +34,7 @@ export class Panel {
     this.stanceBox.replaceChildren(
       el('h2', {}, `Stance ${stance.index}`, el('small', {}, describeChange(stance.change))),
       section('Contacts', contactTable(stance)),
+      ...choiceSection(data.trace, stance, data.stances.length),
       section('Margins', marginTable(marginRows(stance, data.required))),
       section('Support region, from above', supportPlot(stance), supportNote(stance, data)),
     );

@@ -170,6 +170,7 @@ impl Walked {
         let page = scandent::view::page(&scandent::view::ViewInput {
             plan: &self.plan,
             motion: self.answer.motion.as_ref(),
+            trace: Some(&self.answer.trace),
             robot: &self.robot,
             certificate: None,
             cloud_W: &[],
