@@ -8,6 +8,7 @@
 //! | the faces | `face` |
 //! | the motion | `motion` |
 //! | the stances with their forces | `stance` |
+//! | plans side by side | `compare` |
 //! | surfaces alone, to look at and to edit | `surfaces_page` |
 //! | where the centre of mass may stand | `support` |
 //!
@@ -15,6 +16,7 @@
 
 mod base64;
 mod cloud;
+mod compare;
 mod face;
 mod motion;
 mod number;
@@ -24,6 +26,7 @@ mod stance;
 mod support;
 mod surfaces_page;
 
+pub use compare::{Compared, compare_page};
 pub use robot_page::robot_page;
 pub use surfaces_page::{SurfacesInput, surfaces_page};
 
