@@ -3,7 +3,8 @@
 //!   min Σ w ‖A v̇ + b − a*‖² + w_f ‖f − f_plan‖²         x = [v̇, f]
 //!   s.t.  M_b v̇ + h_b = J_bᵀ f                          floating base
 //!         |M_a v̇ + h_a − J_aᵀ f| ≤ τ_max                joints
-//!         f_x cos β + f_y sin β ≤ μ cos(π/8) f_z         friction at every corner, eight sides of the cone
+//!         f_x cos β + f_y sin β ≤ 0.7 μ cos(π/8) f_z + s  friction at every corner, eight sides of the cone
+//!         f_x cos β + f_y sin β ≤ 0.9 μ cos(π/8) f_z      what s may take, at the price w_s s²
 //!
 //! Forces act at the corners of each closed patch, drawn in by a margin: a corner outside the real
 //! patch fells the robot. Torques follow as τ = M_a v̇ + h_a − J_aᵀ f.
@@ -29,6 +30,10 @@ pub(crate) const PERIOD_S: f64 = 0.002;
 /// Part of the coefficients of friction that the controller counts on: less than three quarters, which is
 /// what a floor that is wet or dusty keeps of its own.
 const FRICTION_USE: f64 = 0.7;
+/// Part that it takes where it would be carried off otherwise, as by a push, at a price.
+const FRICTION_MOST: f64 = 0.9;
+/// The price: weight of the tangential force beyond the first part, squared, a contact, 1/N².
+const BEYOND_WEIGHT: f64 = 0.2;
 /// Sides of the cone that it keeps to, whose edges are on it.
 const SIDES: usize = 8;
 /// Distance by which the corners, at which forces act, lie inside the patch, m.
@@ -106,14 +111,14 @@ impl<'a> WholeBodyController<'a> {
         let contacts = wanted.contacts.iter().chain(&wanted.landing);
         let closed: Vec<&ReferenceContact> = contacts.filter(|c| touching[c.patch]).collect();
         let J = self.corner_jacobian(&closed);
-        let n = nv + J.nrows();
+        let n = nv + J.nrows() + closed.len();
         self.cost(configuration, v, wanted, &closed, n);
         self.constraints(&closed, &J);
         let x = self
             .solver
             .solve(&self.hessian, self.gradient.as_slice(), &self.rows)?;
         let v_dot = DVector::from_column_slice(&x[..nv]);
-        let f = DVector::from_column_slice(&x[nv..]) * FORCE_UNIT_N;
+        let f = DVector::from_column_slice(&x[nv..nv + J.nrows()]) * FORCE_UNIT_N;
         let whole = &self.now.M * v_dot + &self.now.h - J.tr_mul(&f);
         self.torques.copy_from_slice(&whole.as_slice()[6..]);
         Ok(&self.torques)
@@ -164,15 +169,22 @@ impl<'a> WholeBodyController<'a> {
             rows.end(lower, upper);
         }
         let mut at = nv;
-        for contact in closed {
-            let mu = contact.friction * FRICTION_USE;
+        for (number, contact) in closed.iter().enumerate() {
+            let beyond = nv + J.nrows() + number;
+            rows.entry(beyond, 1.0);
+            rows.end(0.0, f64::INFINITY);
             for _ in 0..self.corners[contact.patch].count() {
-                for side in 0..SIDES {
+                for side in 0..2 * SIDES {
                     let half = std::f64::consts::PI / SIDES as f64;
                     let (sin, cos) = (half * (2 * side + 1) as f64).sin_cos();
+                    let counted = side < SIDES;
+                    let part = if counted { FRICTION_USE } else { FRICTION_MOST };
                     rows.entry(at, -cos);
                     rows.entry(at + 1, -sin);
-                    rows.entry(at + 2, mu * half.cos());
+                    rows.entry(at + 2, contact.friction * part * half.cos());
+                    if counted {
+                        rows.entry(beyond, 1.0);
+                    }
                     rows.end(0.0, f64::INFINITY);
                 }
                 at += 3;
