@@ -11,9 +11,9 @@ use super::plot::{Chart, Series};
 use crate::template::render;
 
 /// Colours of the three axes and of what is measured and predicted.
-const AXES: [(&str, &str); 3] = [("a", "#c0392b"), ("b", "#1e8449"), ("c", "#2471a3")];
-const PREDICTED: &str = "#555";
-const MEASURED: &str = "#c0392b";
+const AXES: [(&str, &str); 3] = [("a", "#d35445"), ("b", "#2a9d5c"), ("c", "#3f8fc9")];
+const PREDICTED: &str = "#7b8794";
+const MEASURED: &str = "#d35445";
 
 /// What the templates in `report/` know.
 #[derive(Serialize)]

@@ -126,6 +126,8 @@ fn edit_save_and_plan(page: &mut Page, downloads: &Path) -> Result<()> {
         text(page, "#panel")?.contains("hand: its highest point"),
         "why not is not said"
     );
+    let nameless = page.nameless()?;
+    ensure!(nameless.is_empty(), "without a name or a key: {nameless:?}");
     // The step is for nothing; a face beside it is drawn.
     tab_to(page, "select[aria-label$=\"step\"]")?;
     page.press(&Key::DOWN)?;

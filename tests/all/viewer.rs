@@ -117,6 +117,10 @@ fn plans_stand_side_by_side_on_one_clock() {
         "{frames}.every(({{ contentDocument: shown }}) => shown.querySelector('#caption').textContent.includes('{end}'))"
     ))
     .unwrap();
+    assert_eq!(page.nameless().unwrap(), [""; 0]);
+    page.evaluate("document.body.append(document.createElement('button')), true")
+        .unwrap();
+    assert_eq!(page.nameless().unwrap(), ["\"button\""]);
     assert!(page.complaints().is_empty(), "{:?}", page.complaints());
 }
 

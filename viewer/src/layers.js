@@ -25,8 +25,10 @@ const KEYED = [
   ['inset', 'surely there'],
   ['obstacle', 'obstacle'],
   ['unseen', 'not seen, kept away from'],
+  ['behind', 'not seen, behind faces'],
   ['ghost', 'stance before'],
   ['place', 'a place touched some time'],
+  ['path', 'way of the centre of mass'],
   ['route', 'route of the base'],
   ['tree', 'the base at contact sets of the search'],
   ['goal', 'goal'],
@@ -48,6 +50,8 @@ export function colourKey(element, { data, range, scale, layers }) {
     el('span', {}, swatch('loaded'), 'loaded contact'),
     el('span', {}, swatch('unloaded'), 'no load'),
     el('span', {}, swatch('support'), 'where the centre of mass may be'),
+    el('span', {}, swatch('com'), 'centre of mass'),
+    el('span', {}, swatch('used'), 'touched face'),
   ] : [];
   const blocked = data.search.unsolved?.blocked?.length ? [el('span', {}, swatch('blocked'), 'contacts fail here')] : [];
   const refusals = barrierKey(data.trace);

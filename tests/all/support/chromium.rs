@@ -125,6 +125,41 @@ impl Page {
         Ok(answer["result"]["value"].clone())
     }
 
+    /// What of the page the browser has no name for, of all that can be used or scrolled: roles and elements.
+    pub fn nameless(&mut self) -> Result<Vec<String>> {
+        const NAMED: [&str; 9] = [
+            "button",
+            "checkbox",
+            "combobox",
+            "textbox",
+            "slider",
+            "link",
+            "region",
+            "Iframe",
+            "spinbutton",
+        ];
+        let tree = self.call("Accessibility.getFullAXTree", json!({}))?;
+        let nodes = tree["nodes"].as_array().context("no tree")?;
+        let bare = nodes.iter().filter(|node| {
+            let (role, name) = (&node["role"]["value"], &node["name"]["value"]);
+            let role = role.as_str().unwrap_or_default();
+            NAMED.contains(&role) && name.as_str().unwrap_or_default().trim().is_empty()
+        });
+        let mut found: Vec<String> = bare.map(|node| node["role"]["value"].to_string()).collect();
+        // What scrolls is reached by the keyboard: itself, or something in it.
+        let stuck = self.evaluate(
+            "[...document.querySelectorAll('body *')].filter((one) => {
+                 const { overflowX, overflowY } = getComputedStyle(one);
+                 const scrolls = (over, whole, part) => ['auto', 'scroll'].includes(over) && whole > part + 1;
+                 const focusable = 'a[href], button, input, select, textarea, summary, [tabindex=\"0\"]';
+                 return (scrolls(overflowX, one.scrollWidth, one.clientWidth) || scrolls(overflowY, one.scrollHeight, one.clientHeight))
+                     && !one.matches(focusable) && !one.querySelector(focusable);
+             }).map((one) => `${one.tagName} ${one.id} ${one.className}`)",
+        )?;
+        found.extend(stuck.as_array().into_iter().flatten().map(Value::to_string));
+        Ok(found)
+    }
+
     /// Has what is downloaded written to a folder.
     pub fn download_to(&mut self, folder: &Path) -> Result<()> {
         let wanted = json!({ "behavior": "allow", "downloadPath": folder });

@@ -32,6 +32,8 @@ fn use_page(page: &mut Page, stances: usize) -> Result<()> {
         "the page has {count} stances, the plan {stances}"
     );
     expect_stance(page, 1).context("opened at #stance=1")?;
+    let nameless = page.nameless()?;
+    ensure!(nameless.is_empty(), "without a name or a key: {nameless:?}");
 
     // Every stance by key, each with a picture of its own.
     page.evaluate("document.querySelector('#stance').focus()")?;
