@@ -5,12 +5,11 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use plan::{Input, Plan};
 use robot_model::Robot;
-use serde_json::Value;
 use verify::World;
 
 use crate::cli::Global;
 use crate::command;
-use crate::config::Config;
+use crate::config::{Config, differing};
 use crate::extrinsics::placement;
 use crate::plan_file::{PlanRobotFlags, located};
 use crate::posed;
@@ -163,18 +162,3 @@ const BEARS_ON_NOTHING: [&str; 5] = [
     "simulation.",
     "posture.restarts",
 ];
-
-/// The settings of which the values differ, with those that are stated.
-fn differing(stated: &Value, own: &Value, path: &str, found: &mut Vec<String>) {
-    match (stated, own) {
-        (Value::Object(stated), Value::Object(own)) => {
-            for (key, value) in stated {
-                let own = own.get(key).unwrap_or(&Value::Null);
-                let path = [path, key].join(if path.is_empty() { "" } else { "." });
-                differing(value, own, &path, found);
-            }
-        }
-        _ if stated != own => found.push(format!("{path} = {stated} instead of {own}")),
-        _ => {}
-    }
-}

@@ -2,6 +2,7 @@
 //!
 //!   defaults ← scene.toml ← --config FILE ← --set TABLE.KEY=VALUE
 
+mod differing;
 mod documented;
 mod ranges;
 mod schema;
@@ -17,6 +18,7 @@ use crate::cli::Global;
 use crate::provenance;
 use crate::status::UsageError;
 
+pub use differing::differing;
 pub use documented::documented;
 
 /// Every setting of the program, one table a crate.

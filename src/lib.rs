@@ -31,6 +31,7 @@ pub mod results;
 pub mod robot_files;
 pub mod roles;
 pub mod scene;
+mod search_file;
 pub mod serve;
 pub mod signature;
 #[cfg(feature = "mujoco")]

@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result};
-use plan::{Motion, MotionFile, PLAN_FORMAT, Plan, RequiredMargins};
+use plan::{Motion, MotionFile, PLAN_FORMAT, Plan, RequiredMargins, Trace};
 use planner::{Progress, Request, SearchResult, Status};
 use robot_model::Robot;
 use surfaces::Terrain;
@@ -45,6 +45,8 @@ pub struct PlanOutcome {
     pub motion: Option<Motion>,
     /// The motion as it is written: the bytes that the plan's hash is of.
     pub motion_json: Vec<u8>,
+    /// What the search tried for it.
+    pub trace: Trace,
     /// The verifier's verdict on it.
     pub certificate: Certificate,
     /// The terrain as it was extracted, without the ground under the start.
@@ -189,6 +191,7 @@ pub fn plan(
         status: answer.status,
         plan,
         motion: answer.motion,
+        trace: answer.trace,
         motion_json,
         certificate,
         extracted: posed.extracted,

@@ -6,6 +6,7 @@ use planner::Status;
 use crate::export::{self, Format};
 use crate::output::{self, Folder};
 use crate::pipeline::{MOTION_FILE, PlanOutcome};
+use crate::search_file::{self, SEARCH_FILE};
 use crate::view::{self, ViewInput};
 
 /// The way to the contact set nearest to the goal, where there is no plan.
@@ -26,6 +27,7 @@ pub const NAMES: &[&str] = &[
     "plan.csv",
     PARTIAL,
     REJECTED,
+    SEARCH_FILE,
     "certificate.json",
     "view.html",
     "report.json",
@@ -43,7 +45,8 @@ pub fn write(folder: Folder, planned: &PlanOutcome) -> Result<()> {
     folder.publish()
 }
 
-/// As [`write`], into a folder that is not whole with it; `page` says whether to draw the page.
+/// As [`write`], into a folder that is not whole with it; `page` says whether to draw the page
+/// and to tell what was tried.
 ///
 /// # Errors
 /// As there.
@@ -51,11 +54,12 @@ pub fn write_all(folder: &Folder, planned: &PlanOutcome, page: bool) -> Result<(
     folder.write("surfaces.json", planned.extracted.to_json()?.as_bytes())?;
     let plan = &planned.plan;
     let found = planned.status == Status::Found;
+    let plan_json = output::json(plan)?;
     if planned.verified() {
         if planned.motion.is_some() {
             folder.write(MOTION_FILE, &planned.motion_json)?;
         }
-        folder.write("plan.json", &output::json(plan)?)?;
+        folder.write("plan.json", &plan_json)?;
         for (name, format) in [
             ("contacts.yaml", Format::MccYaml),
             ("plan.csv", Format::Csv),
@@ -70,7 +74,7 @@ pub fn write_all(folder: &Folder, planned: &PlanOutcome, page: bool) -> Result<(
         }
     } else {
         let name = if found { REJECTED } else { PARTIAL };
-        folder.write(name, &output::json(plan)?)?;
+        folder.write(name, &plan_json)?;
     }
     if found {
         folder.write(
@@ -82,11 +86,13 @@ pub fn write_all(folder: &Folder, planned: &PlanOutcome, page: bool) -> Result<(
         let page = view::page(&ViewInput {
             plan,
             motion: planned.motion.as_ref(),
+            trace: Some(&planned.trace),
             robot: &planned.robot,
             certificate: found.then_some(&planned.certificate),
             cloud_W: &planned.cloud_W,
         })?;
         folder.write("view.html", page.as_bytes())?;
+        folder.write(SEARCH_FILE, &search_file::json(&planned.trace, &plan_json)?)?;
     }
     folder.write("report.json", &output::json(&planned.report)?)
 }

@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let on = |patch, face| Contact::anywhere_on(environment, face, robot, patch);
     let before = [on(right, floor)?, on(left, floor)?.loaded(false)];
     let standing = solve(&before)?;
-    let right = Contact::at(robot, right, standing.contacts[0].X_WC).on(floor);
+    let right = Contact::at(robot, right, standing.contacts[0].X_WC).on(floor, environment);
     let after = [right, on(left, step)?.loaded(false)];
     let stepped = solve(&after)?;
 

@@ -151,7 +151,7 @@ fn contacts(
             link: patch.link.clone(),
             face: face.unwrap_or_default(),
             X_WC: (&contact.X_WC).into(),
-            friction: patch.friction,
+            friction: contact.friction,
             loaded: true,
             vertices_W: Vec::new(),
             force_points_W: points.map(|p| p.p_W.into()).collect(),

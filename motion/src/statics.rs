@@ -70,8 +70,7 @@ impl<'a> Statics<'a> {
 
         // Friction, in the cone of which the postures use the inscribed pyramid.
         for (closed, forces) in self.task.closed.iter().zip(forces_W) {
-            let patch = &robot.patches[closed.patch];
-            let use_max = patch.friction * self.context.posture.friction_use;
+            let use_max = closed.friction * self.context.posture.friction_use;
             let n = closed.normal_W();
             for f in forces {
                 let normal = f.dot(&n);

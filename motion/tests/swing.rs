@@ -52,7 +52,7 @@ impl Pair {
         let fixed = |patch: PatchId, loaded: bool| Contact {
             friction: 0.6,
             ..Contact::at(robot, patch, sole(&start, &robot.patches[patch].name))
-                .on(floor)
+                .on(floor, environment)
                 .loaded(loaded)
         };
         let placed = Contact::anywhere_on(environment, step, robot, left).unwrap();

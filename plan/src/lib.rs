@@ -6,6 +6,7 @@
 //! | type | file |
 //! |---|---|
 //! | [`Plan`] | `plan.json`: where from, which robot, which faces, the [stances](Stance) |
+//! | [`Trace`] | `search.json`: the tree of the search, what it was refused and why it chose |
 //! | [`Motion`] | `motion.json`: [phases](Phase) and [samples](Sample) of the whole body in time |
 //!
 //! ```
@@ -23,6 +24,7 @@ mod motion;
 mod plan;
 mod pose;
 mod stance;
+mod trace;
 
 pub use contact::Contact;
 pub use error::Error;
@@ -33,3 +35,4 @@ pub use plan::{
 };
 pub use pose::Pose;
 pub use stance::{Change, Margins, Stance};
+pub use trace::{Alternative, Barrier, Choice, Refusal, Trace, TracedNode};

@@ -47,6 +47,11 @@ impl Candidate {
         }
     }
 
+    /// What it costs with what is estimated to follow at full weight, in contacts.
+    pub fn price(&self, weight: f64) -> f64 {
+        self.priority - (weight - 1.0) * self.rest
+    }
+
     /// Whether it leads to a contact set that was reached before, in another way that counts.
     pub fn is_variant(&self) -> bool {
         self.near.is_some() || self.then.is_some()

@@ -11,7 +11,7 @@ use crate::node::Node;
 use crate::result::{PathStance, Progress, SearchResult, Stage, Status};
 use crate::search::Search;
 use crate::shorten::shorten;
-use plan::Change;
+use plan::{Change, Trace};
 
 /// Posture problems that are solved for each node that a plan is improved by.
 const PROBLEMS_A_NODE: usize = 10;
@@ -35,6 +35,8 @@ impl Search<'_> {
         };
         let indices = self.way(index);
         let way: Vec<Node> = indices.iter().map(|&i| self.nodes[i].clone()).collect();
+        // A node's depth is its place on the way, whatever is left out of that.
+        let of_tree = |way: &[Node]| way.iter().map(|node| indices[node.depth]).collect();
 
         // The short way, if there are motions all along it.
         let config = self.posture_config;
@@ -44,7 +46,7 @@ impl Search<'_> {
         let short = path(&shorter, &goal);
         if self.motions.along(&short)?.is_none() {
             progress(self.progress(Stage::Search));
-            self.keep(short);
+            self.keep(short, of_tree(&shorter));
             return Ok(());
         }
 
@@ -61,13 +63,13 @@ impl Search<'_> {
         })?;
         self.solved += solved;
         progress(self.progress(Stage::Search));
-        self.keep(path(&shorter, &goal));
+        self.keep(path(&shorter, &goal), of_tree(&shorter));
         Ok(())
     }
 
-    /// Keeps a path with motions all along it if it is the best; after the first, the search goes on for
+    /// Keeps a path with motions all along it, and its nodes, if it is the best; after the first, the search goes on for
     /// shorter ones where it is asked to.
-    fn keep(&mut self, path: Vec<PathStance>) {
+    fn keep(&mut self, path: Vec<PathStance>, way: Vec<usize>) {
         // The goal's posture is on the last contact set.
         let stances = path.len() - 1;
         if !self.could_be_better(stances - 1) {
@@ -91,7 +93,9 @@ impl Search<'_> {
             motion: self.motions.assemble(&path),
             path,
             blocked: Vec::new(),
+            trace: Trace::default(),
         });
+        self.best_way = way;
     }
 
     /// Whether a way with so many contact changes is shorter than the best plan.
@@ -114,6 +118,7 @@ impl Search<'_> {
         };
         SearchResult {
             summary: self.summary(best.summary.path_stances),
+            trace: self.trace(&self.best_way, true),
             ..best
         }
     }
@@ -125,6 +130,7 @@ impl Search<'_> {
             .iter()
             .map(|&i| PathStance::from(&self.nodes[i]))
             .collect();
+        let trace = self.trace(&way, false);
         let mut blocked = std::mem::take(&mut self.blocked);
         blocked.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
         SearchResult {
@@ -133,6 +139,7 @@ impl Search<'_> {
             path,
             motion: None,
             blocked,
+            trace,
         }
     }
 
@@ -147,10 +154,8 @@ impl Search<'_> {
     /// Cuts the tree where a way has no motion to its stance number `stance`.
     fn forbid(&mut self, way: &[usize], stance: usize, failure: &Failure) {
         let parent = way[stance - 1];
-        let change = way
-            .get(stance)
-            .map_or(Change::Goal, |&i| self.nodes[i].change.clone());
-        self.block(parent, change, format!("no motion: {}", failure.describe()));
+        let child = way.get(stance).map(|&i| self.nodes[i].clone());
+        self.block(parent, child, format!("no motion: {}", failure.describe()));
         match way.get(stance) {
             Some(&node) => {
                 self.mend(node, failure);

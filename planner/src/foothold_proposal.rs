@@ -56,7 +56,7 @@ impl Foothold {
         Some(Contact {
             freedom: Freedom::Within(Box::new(area)),
             ..Contact::at(request.robot, self.patch, at)
-                .on(self.face)
+                .on(self.face, request.environment)
                 .loaded(false)
         })
     }

@@ -29,6 +29,11 @@ impl Frontier {
         self.waiting.insert(rank, (candidate, outcome));
     }
 
+    /// What waits, the best first.
+    pub fn candidates(&self) -> impl Iterator<Item = &Candidate> {
+        self.waiting.values().map(|(candidate, _)| candidate)
+    }
+
     /// The best candidate, and whether it is solved.
     pub fn first(&self) -> Option<(&Candidate, bool)> {
         let (_, (candidate, outcome)) = self.waiting.first_key_value()?;

@@ -72,6 +72,7 @@ pub(crate) fn try_goal(
             distance_m: node.distance_m(context),
             amount: None,
             proof: false,
+            tried: None,
         }),
     })
 }

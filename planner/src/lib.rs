@@ -27,6 +27,7 @@
 //! | which contacts the way can do without | `shorten` |
 //! | what is done with a way that reaches the goal, and when the search ends | `finalize` |
 //! | the motions between stances, and what becomes of edges without one | `motions`, `settle` |
+//! | why: the tree, what was refused, what else there was | `trace` |
 //! | what comes back, and as it is written | [`result`], [`record`] |
 //!
 //! `examples/three_boxes.rs` plans over three boxes. Settings that make no sense are refused by name:
@@ -79,6 +80,7 @@ mod shorten;
 mod shortest;
 mod staleness;
 mod steepness;
+mod trace;
 mod way;
 
 pub use config::Config;

@@ -1,7 +1,9 @@
 //! A node of the tree: a contact set with the posture that reached it.
+#![allow(non_snake_case)]
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
 use plan::Change;
 use posture::{Contact, FaceIndex, Posture};
 use robot_model::PatchId;
@@ -26,6 +28,8 @@ pub(crate) struct Node {
     pub footing: Vec<Option<Footing>>,
     /// The candidate that it came of.
     pub origin: Option<Candidate>,
+    /// What it cost when it was chosen, in contacts made and estimated to follow.
+    pub price: f64,
     /// How much lower the base is than legs go down as usual, m.
     pub crouch_m: f64,
     /// Motions from it that failed.
@@ -37,6 +41,32 @@ pub(crate) struct Node {
 impl Node {
     pub fn holds(&self, patch: PatchId) -> bool {
         self.contacts.iter().any(|c| c.patch == patch)
+    }
+
+    /// Where a patch touches, or touched until it left, in W.
+    fn place_W(&self, patch: PatchId) -> Option<Vector3<f64>> {
+        let mut touching = self.touching.iter();
+        let contact = touching.find(|c| c.patch == patch);
+        contact.map(|c| c.X_WC.translation.vector)
+    }
+
+    /// Where a change from it lands a patch, or lifts it off, in W.
+    pub fn place_of_W(&self, change: &Move) -> Vector3<f64> {
+        match change {
+            Move::Remove(patch) => self.place_W(*patch).unwrap_or_default(),
+            Move::Add(foothold) => foothold.place.coords,
+        }
+    }
+
+    /// Where the contact that was changed touches, or the base where none was, in W.
+    pub fn changed_W(&self, context: &SearchContext) -> Vector3<f64> {
+        let patch = match &self.change {
+            Change::Add { patch, .. } | Change::Remove { patch, .. } => Some(patch),
+            Change::Start | Change::Goal => None,
+        };
+        let patch = patch.and_then(|name| context.request.robot.patch_id(name).ok());
+        let place = patch.and_then(|patch| self.place_W(patch));
+        place.unwrap_or(self.posture.q.p_WB)
     }
 
     /// Distance along the route that the feet still have to go, on the mean, m.

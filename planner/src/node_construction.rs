@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use plan::Change;
-use posture::{Contact, Freedom, Outcome, Posture, Problem};
+use plan::{Barrier, Change};
+use posture::{Constraint, Contact, Freedom, Outcome, Posture, Problem};
 use robot_model::Kinematics;
 
 use crate::Error;
@@ -12,7 +12,7 @@ use crate::change::{Candidate, Move};
 use crate::context::SearchContext;
 use crate::node::Node;
 use crate::nominal_posture::nominal_posture;
-use crate::result::Blocked;
+use crate::result::{Blocked, Tried};
 
 /// Legs go down by this part of their height as usual.
 const CROUCHED: f64 = 0.25;
@@ -31,7 +31,7 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
             if robot.patches[patch].point_radius_m().is_some() {
                 X_WC.rotation = request.environment[face].X_WF.rotation;
             }
-            Contact::at(robot, patch, X_WC).on(face)
+            Contact::at(robot, patch, X_WC).on(face, request.environment)
         })
         .collect();
     contacts.sort_by_key(|c| c.patch);
@@ -56,6 +56,7 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
         posture,
         footing,
         origin: None,
+        price: 0.0,
         crouch_m: 0.0,
         failures: 0,
         settled: true,
@@ -106,6 +107,12 @@ pub(crate) fn child(
     let problem = context.problem(asked, reference, reference);
     let proof = matches!(outcome, Outcome::Infeasible(_));
     let amount = outcome.violation().map(|v| v.amount);
+    let tried = outcome.violation().map(|v| Tried {
+        node: candidate.node,
+        at_W: parent.place_of_W(&candidate.change),
+        price: candidate.price(context.weight),
+        by: barrier(&v.constraint),
+    });
     let posture = match feasible(outcome, &problem) {
         Ok(posture) => posture,
         Err(reason) => {
@@ -116,6 +123,7 @@ pub(crate) fn child(
                 distance_m: parent.distance_m(context),
                 amount,
                 proof,
+                tried,
             }));
         }
     };
@@ -156,6 +164,7 @@ pub(crate) fn child(
         posture,
         footing,
         origin: Some(candidate.clone()),
+        price: candidate.price(context.weight),
         crouch_m: 0.0,
         failures: 0,
         settled: false,
@@ -167,8 +176,23 @@ pub(crate) fn child(
     Ok(child)
 }
 
+/// What a constraint that fails stands for.
+fn barrier(constraint: &Constraint) -> Barrier {
+    match constraint {
+        Constraint::Closure(_) => Barrier::Reach,
+        Constraint::Inclusion(_) => Barrier::Room,
+        Constraint::Equilibrium | Constraint::Balance => Barrier::Balance,
+        Constraint::Friction(_) => Barrier::Friction,
+        Constraint::Torque(_) => Barrier::Torque,
+        Constraint::JointLimit(_) => Barrier::JointLimit,
+        Constraint::SelfClearance(..) | Constraint::Clearance(..) => Barrier::Collision,
+        Constraint::BaseGoal => Barrier::Goal,
+        Constraint::BaseTilt => Barrier::Tilt,
+    }
+}
+
 /// A move in the names of patch and face.
-fn describe(context: &SearchContext, parent: &Node, change: &Move) -> Change {
+pub(crate) fn describe(context: &SearchContext, parent: &Node, change: &Move) -> Change {
     let request = context.request;
     let patch = request.robot.patches[change.patch()].name.clone();
     let name = |face| request.environment[face].id.clone();

@@ -38,7 +38,7 @@ fn record(
         link: patch.link.clone(),
         face: face.unwrap_or_default(),
         X_WC: (&state.X_WC).into(),
-        friction: patch.friction,
+        friction: contact.friction,
         loaded: contact.loaded,
         vertices_W: triples(&state.vertices_W),
         force_points_W: triples(&state.force_points_W),

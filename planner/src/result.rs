@@ -1,11 +1,13 @@
 //! What the search gives back.
+#![allow(non_snake_case)]
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
 use posture::{Contact, Posture};
 
 use crate::node::Node;
-use plan::{Change, SearchSummary};
+use plan::{Barrier, Change, SearchSummary, Trace};
 
 /// How the search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +63,21 @@ pub struct Blocked {
     pub distance_m: f64,
     /// Whether it is proved that it cannot be made from there, at the place that was tried.
     pub proof: bool,
+    /// What refuses it, and where in the tree; nothing where no contact set was tried.
+    pub(crate) tried: Option<Tried>,
+}
+
+/// Where in the tree a change was tried.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Tried {
+    /// The node.
+    pub node: usize,
+    /// Where the contact was to be made, or was, in W, m.
+    pub at_W: Vector3<f64>,
+    /// The price of the change, in contacts.
+    pub price: f64,
+    /// What refuses it.
+    pub by: Barrier,
 }
 
 impl Blocked {
@@ -73,6 +90,7 @@ impl Blocked {
             amount: None,
             distance_m: 0.0,
             proof,
+            tried: None,
         }
     }
 }
@@ -101,6 +119,8 @@ pub struct SearchResult {
     pub summary: SearchSummary,
     /// What blocks the way, nearest to the goal first; empty where a plan was found.
     pub blocked: Vec<Blocked>,
+    /// The tree, what was refused, and why the contacts of the path were chosen.
+    pub trace: Trace,
 }
 
 impl From<&Node> for PathStance {

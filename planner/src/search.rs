@@ -25,12 +25,12 @@ use crate::node::{ChangeKey, Key, Node, change_key, key};
 use crate::node_construction;
 use crate::out_of_reach::out_of_reach;
 use crate::request::Request;
-use crate::result::{Blocked, Progress, SearchResult, Stage, Status};
+use crate::result::{Blocked, Progress, SearchResult, Stage, Status, Tried};
 use crate::staleness::Staleness;
 use crate::steepness::too_steep;
 use crate::way;
 use crate::{Config, Error};
-use plan::SearchSummary;
+use plan::{Barrier, SearchSummary};
 
 /// Price of another try at a candidate, from other seeds, in contacts, where the first came nowhere
 /// near; less where it fails by less than so much.
@@ -71,6 +71,8 @@ pub(crate) struct Search<'a> {
     pub seen: BTreeMap<Key, usize>,
     /// The best plan so far.
     pub best: Option<SearchResult>,
+    /// Its nodes.
+    pub best_way: Vec<usize>,
     /// Nodes and posture problems up to which it is improved.
     pub improve_to: [usize; 2],
     /// A number of contact changes that no plan falls short of.
@@ -118,6 +120,7 @@ pub fn search(
         nearest: (f64::INFINITY, 0),
         seen: BTreeMap::new(),
         best: None,
+        best_way: Vec::new(),
         improve_to: [0; 2],
         changes_min: 0,
         blocked: Vec::new(),
@@ -201,7 +204,7 @@ pub fn search(
         }
         match (child, blocked) {
             (Ok(node), Some(reason)) => {
-                search.block(candidate.node, node.change.clone(), reason);
+                search.block(candidate.node, Some(node), reason);
             }
             (Ok(node), None) if search.is_new(&node) || candidate.is_variant() => {
                 tracing::debug!(
@@ -356,7 +359,13 @@ impl<'a> Search<'a> {
             Attempt::Missed(blocked) => {
                 self.solved += 1;
                 tracing::debug!("node {index} misses the goal: {}", blocked.reason);
-                self.blocked.push(blocked);
+                let tried = Some(Tried {
+                    node: index,
+                    at_W: node.posture.q.p_WB,
+                    price: node.price,
+                    by: Barrier::Goal,
+                });
+                self.blocked.push(Blocked { tried, ..blocked });
             }
         }
         self.nodes.push(node);

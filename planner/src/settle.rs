@@ -2,12 +2,12 @@
 //! of those that have none.
 
 use motion::Failure;
-use plan::Change;
+use plan::{Barrier, Change};
 
 use crate::Error;
 use crate::change::Candidate;
-use crate::node::key;
-use crate::result::{Blocked, PathStance};
+use crate::node::{Node, key};
+use crate::result::{Blocked, PathStance, Tried};
 use crate::search::Search;
 
 /// Part of a motion up to which a failure is one of taking off.
@@ -17,9 +17,21 @@ const TAKE_OFF: f64 = 0.2;
 const SETTLED_BEHIND: usize = 2;
 
 impl Search<'_> {
-    /// Notes what cannot be done at a node, and why.
-    pub fn block(&mut self, node: usize, change: Change, reason: String) {
+    /// Notes what has a posture and no motion from a node, and why.
+    pub fn block(&mut self, node: usize, child: Option<Node>, reason: String) {
+        let change = child
+            .as_ref()
+            .map_or(Change::Goal, |child| child.change.clone());
         tracing::debug!("node {node}: {change:?}: {reason}");
+        let tried = Tried {
+            node,
+            at_W: child
+                .as_ref()
+                .unwrap_or(&self.nodes[node])
+                .changed_W(&self.context),
+            price: child.as_ref().unwrap_or(&self.nodes[node]).price,
+            by: Barrier::Motion,
+        };
         self.blocked.push(Blocked {
             change,
             held: self.nodes[node].describe(&self.context),
@@ -27,6 +39,7 @@ impl Search<'_> {
             distance_m: self.nodes[node].distance_m(&self.context),
             amount: None,
             proof: false,
+            tried: Some(tried),
         });
     }
 
@@ -42,8 +55,9 @@ impl Search<'_> {
             };
             let pair = [parent, index].map(|i| PathStance::from(&self.nodes[i]));
             if let Some((_, failure)) = self.motions.along(&pair)? {
-                let change = self.nodes[index].change.clone();
-                self.block(parent, change, format!("no motion: {}", failure.describe()));
+                let child = self.nodes[index].clone();
+                let reason = format!("no motion: {}", failure.describe());
+                self.block(parent, Some(child), reason);
                 self.mend(index, &failure);
                 self.cut(index);
                 return Ok(false);

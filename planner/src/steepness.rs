@@ -91,7 +91,7 @@ fn in_reach(
     let mut holds: BTreeMap<FaceIndex, Hold> = BTreeMap::new();
     let used = request.robot.patch_ids().filter(|p| context.is_used(*p));
     for patch in used {
-        let mu = request.robot.patches[patch].friction * friction_use;
+        let friction = request.robot.patches[patch].friction;
         let reach = Vector3::repeat(context.reach.base_m(patch));
         let (low, high) = (Point3::from(base - reach), Point3::from(base + reach));
         for face in environment.faces_near(&low, &high) {
@@ -103,6 +103,7 @@ fn in_reach(
             };
             if beside.hypot(over) <= context.reach.base_m(patch) {
                 let normal = environment[face].normal_W();
+                let mu = environment[face].friction_with(friction) * friction_use;
                 let hold = holds.entry(face).or_insert(Hold { normal, mu });
                 hold.mu = hold.mu.max(mu);
             }

@@ -74,7 +74,7 @@ impl Contact {
         }
     }
 
-    /// A contact of a patch anywhere on a face, with the friction of the patch: within a large
+    /// A contact of a patch anywhere on a face, with the friction of both: within a large
     /// convex part about the face's middle.
     ///
     /// # Errors
@@ -101,14 +101,15 @@ impl Contact {
         };
         Ok(Self {
             freedom: Freedom::Within(Box::new(area)),
-            ..Self::at(robot, patch, robot.patches[patch].touching(&at)).on(face)
+            ..Self::at(robot, patch, robot.patches[patch].touching(&at)).on(face, environment)
         })
     }
 
-    /// The same contact, resting on a face.
-    pub fn on(self, face: FaceIndex) -> Self {
+    /// The same contact, resting on a face, with no more friction than that has.
+    pub fn on(self, face: FaceIndex, environment: &Environment) -> Self {
         Self {
             face: Some(face),
+            friction: environment[face].friction_with(self.friction),
             ..self
         }
     }

@@ -5,8 +5,10 @@
 //! to their contacts, and sorted by what then still collides or gapes; the SQP takes the best of
 //! them, one after the other.
 
+use std::cell::OnceCell;
+
 use crate::contact_ik::ContactIk;
-use crate::iterate::{Context, Iterate, Relaxed};
+use crate::iterate::{Context, Iterate, Pyramid, Relaxed};
 use crate::outcome::Outcome;
 use crate::problem::Problem;
 use crate::seeding::seed;
@@ -53,7 +55,9 @@ pub(crate) fn solve_relaxed(
     if whole && let Some(violation) = proof::infeasible(&ctx) {
         return Ok(Outcome::Infeasible(violation));
     }
-    let mut sqp = Sqp::new(&ctx);
+    // The first attempt keeps inside coarse friction pyramids, which leaves friction over where there is enough.
+    let fine = OnceCell::new();
+    let mut sqp = Sqp::new(&ctx, 0);
     let mut contact_ik = ContactIk::new(&ctx);
     let mut draw = |k: usize| {
         let mut it = ctx.start(&seed(&ctx, k));
@@ -94,6 +98,13 @@ pub(crate) fn solve_relaxed(
         let outcome = sqp.descend(it);
         if matches!(outcome, Outcome::Feasible(_)) {
             return Ok(outcome);
+        }
+        if fine.get().is_none() {
+            let fine = fine.get_or_init(|| Context {
+                pyramid: Pyramid::fine(),
+                ..Context::new(problem, config, ctx.relaxed.clone())
+            });
+            sqp = Sqp::new(fine, sqp.iterations);
         }
         let amount = |o: &Outcome| o.violation().map_or(0.0, |v| v.amount);
         if nearest

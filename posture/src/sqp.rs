@@ -58,15 +58,16 @@ pub(crate) struct Sqp<'a> {
     ctx: &'a Context<'a>,
     subproblem: Subproblem<'a>,
     /// Iterations over all seeds.
-    iterations: usize,
+    pub iterations: usize,
 }
 
 impl<'a> Sqp<'a> {
-    pub fn new(ctx: &'a Context<'a>) -> Self {
+    /// One that counts on from the iterations of another.
+    pub fn new(ctx: &'a Context<'a>, iterations: usize) -> Self {
         Self {
             ctx,
             subproblem: Subproblem::new(ctx),
-            iterations: 0,
+            iterations,
         }
     }
 

@@ -119,14 +119,19 @@ impl Plan {
     /// The page.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let (plan, motion, robot) = self.parts();
-        let (certificate, cloud_W) = match &self.0 {
-            From::Pipeline(made) => (Some(&made.certificate), &made.cloud_W[..]),
-            From::File(_) => (None, &[][..]),
+        let (certificate, trace, cloud_W) = match &self.0 {
+            From::Pipeline(made) => (
+                Some(&made.certificate),
+                Some(&made.trace),
+                &made.cloud_W[..],
+            ),
+            From::File(_) => (None, None, &[][..]),
         };
         let input = ViewInput {
             plan,
             robot,
             motion,
+            trace,
             certificate,
             cloud_W,
         };

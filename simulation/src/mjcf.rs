@@ -62,6 +62,7 @@ pub fn model(
         "bodies": bodies,
         "open": open.len(),
         "pairs": robot.collision.pairs(),
+        "slippery": slippery(robot, world, physics, scales),
     });
     let said = minijinja::value::Serde(said);
     let text = minijinja::Environment::new().render_str(include_str!("mjcf.xml"), said);
@@ -82,6 +83,25 @@ fn meshes(robot: &Robot, world: &[WorldBody]) -> Vec<(String, Vec<f64>)> {
         WorldShape::Box { .. } => None,
     });
     shapes.chain(world).collect()
+}
+
+/// Shape, body of the world and friction of the pairs that have less of it than the robot's patches.
+fn slippery(
+    robot: &Robot,
+    world: &[WorldBody],
+    physics: &Physics,
+    scales: &Scales,
+) -> Vec<(usize, usize, f64)> {
+    let own = world.iter().enumerate();
+    let own = own.filter_map(|(w, body)| Some((w, body.friction?)));
+    let shapes = || robot.collision.shapes().iter().enumerate();
+    own.flat_map(|(w, most)| {
+        shapes().filter_map(move |(s, shape)| {
+            let robots = friction_of(robot, shape.body).unwrap_or(physics.friction_elsewhere);
+            (most < robots).then_some((s, w, most * scales.friction))
+        })
+    })
+    .collect()
 }
 
 fn world_form((k, body): (usize, &WorldBody)) -> String {

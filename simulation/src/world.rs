@@ -9,6 +9,8 @@ pub struct WorldBody {
     pub name: String,
     /// Its shape and place.
     pub shape: WorldShape,
+    /// Coefficient of friction that it has at most with the robot; without one the robot's count.
+    pub friction: Option<f64>,
 }
 
 /// The shape of a body of the world.

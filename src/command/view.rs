@@ -1,9 +1,11 @@
-//! `scandent view PLAN.json` and `scandent view SURFACES.json`: one HTML page to look at.
+//! `scandent view PLAN.json…` and `scandent view SURFACES.json`: one HTML page to look at.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use plan::{Motion, Plan, Trace};
+use robot_model::Robot;
 use serde_json::Value;
 use surfaces::Terrain;
 
@@ -13,16 +15,17 @@ use crate::environment_flags::ScanFlags;
 use crate::plan_file::{self, PlanRobotFlags};
 use crate::scene::Files;
 use crate::status::Status;
-use crate::view::{self, SurfacesInput, ViewInput};
-use crate::{environment, output, provenance};
+use crate::view::{self, Compared, SurfacesInput, ViewInput};
+use crate::{environment, output, provenance, search_file};
 
 /// Flags of `view`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A plan, or a file of surfaces
-    #[arg(value_name = "PLAN.json|SURFACES.json")]
-    file: PathBuf,
-    /// The page (default: view.html beside a plan, SURFACES.html beside surfaces)
+    /// A plan, several to compare, or a file of surfaces
+    #[arg(value_name = "PLAN.json…|SURFACES.json", required = true)]
+    files: Vec<PathBuf>,
+    /// The page (default: view.html beside a plan, compare.html beside the first of several, SURFACES.html
+    /// beside surfaces)
     #[arg(short, long, value_name = "PAGE.html")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -41,22 +44,19 @@ pub struct Args {
 pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
     let source = args.how.scans(&args.scan)?;
     let cloud_W = environment::points_W(&source, &Files::Folder(PathBuf::new()))?;
-    let (page, beside) = if is_plan(&args.file)? {
-        (
-            args.plan_page(&cloud_W)?,
-            args.file.with_file_name("view.html"),
-        )
-    } else {
-        let terrain = open_surfaces(&args.file)?;
-        let page = view::surfaces_page(&SurfacesInput {
-            name: &args.file.file_name().unwrap_or_default().to_string_lossy(),
-            terrain: &terrain,
-            cloud_W: &cloud_W,
-            config: &Config::layered(None, global)?,
-            asked: &Value::Null,
-            served: false,
-        })?;
-        (page, args.file.with_extension("html"))
+    let (page, beside) = match &args.files[..] {
+        [file] if !is_plan(file)? => (
+            args.surfaces_page(file, &cloud_W, global)?,
+            file.with_extension("html"),
+        ),
+        [file] => (
+            view::page(&args.plan(file)?.input(&cloud_W))?,
+            file.with_file_name("view.html"),
+        ),
+        files => (
+            args.compare_page(files, &cloud_W)?,
+            files[0].with_file_name("compare.html"),
+        ),
     };
     let path = args.output.clone().unwrap_or(beside);
     output::write(&path, page.as_bytes())?;
@@ -65,20 +65,66 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
 }
 
 impl Args {
-    fn plan_page(&self, cloud_W: &[[f32; 3]]) -> Result<String> {
-        let plan = plan_file::open(&self.file)?;
-        view::page(&ViewInput {
-            plan: &plan,
-            motion: plan_file::open_motion(&self.file, &plan)?.as_ref(),
-            robot: &self.robot.load(&plan)?,
-            certificate: None,
+    fn plan(&self, file: &Path) -> Result<PlanFiles> {
+        let plan = plan_file::open(file)?;
+        Ok(PlanFiles {
+            motion: plan_file::open_motion(file, &plan)?,
+            trace: search_file::beside(file)?,
+            robot: self.robot.load(&plan)?,
+            plan,
+        })
+    }
+
+    fn compare_page(&self, files: &[PathBuf], cloud_W: &[[f32; 3]]) -> Result<String> {
+        // A folder of results says enough.
+        let name = |file: &Path| match (file.ends_with("plan.json"), file.parent()) {
+            (true, Some(folder)) if !folder.as_os_str().is_empty() => folder.display().to_string(),
+            _ => file.display().to_string(),
+        };
+        let read = files.iter().map(|file| Ok((name(file), self.plan(file)?)));
+        let read = read.collect::<Result<Vec<_>>>()?;
+        let plans = read.iter().map(|(name, files)| Compared {
+            name,
+            input: files.input(cloud_W),
+        });
+        view::compare_page(&plans.collect::<Vec<_>>())
+    }
+
+    fn surfaces_page(&self, file: &Path, cloud_W: &[[f32; 3]], global: &Global) -> Result<String> {
+        view::surfaces_page(&SurfacesInput {
+            name: &file.file_name().unwrap_or_default().to_string_lossy(),
+            terrain: &open_surfaces(file)?,
             cloud_W,
+            config: &Config::layered(None, global)?,
+            asked: &Value::Null,
+            served: false,
         })
     }
 }
 
+/// A plan with what stands beside it.
+struct PlanFiles {
+    plan: Plan,
+    motion: Option<Motion>,
+    trace: Option<Trace>,
+    robot: Robot,
+}
+
+impl PlanFiles {
+    fn input<'a>(&'a self, cloud_W: &'a [[f32; 3]]) -> ViewInput<'a> {
+        ViewInput {
+            plan: &self.plan,
+            motion: self.motion.as_ref(),
+            trace: self.trace.as_ref(),
+            robot: &self.robot,
+            certificate: None,
+            cloud_W,
+        }
+    }
+}
+
 /// Whether a file says that it is a plan, or is nothing that says what it is.
-fn is_plan(path: &std::path::Path) -> Result<bool> {
+fn is_plan(path: &Path) -> Result<bool> {
     let bytes = provenance::read("plan or surfaces", path)?;
     let value: Option<Value> = serde_json::from_slice(&bytes).ok();
     let format = value.as_ref().and_then(|v| v["format"].as_str());
@@ -89,7 +135,7 @@ fn is_plan(path: &std::path::Path) -> Result<bool> {
 ///
 /// # Errors
 /// A file that cannot be read or is none.
-pub fn open_surfaces(path: &std::path::Path) -> Result<Terrain> {
+pub fn open_surfaces(path: &Path) -> Result<Terrain> {
     let name = path.display();
     let text = String::from_utf8(provenance::read("surfaces", path)?);
     let text = text.with_context(|| format!("{name}: not a text file"))?;

@@ -2,13 +2,13 @@
 
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::{ErrorKind, Result as IoResult};
+use std::io::{ErrorKind, Result as IoResult, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use tempfile::TempDir;
 
-use super::{abandoned, irregular, parent, sync, unfinished, write_beside};
+use super::{abandoned, irregular, parent, sync, unfinished};
 use crate::provenance;
 
 /// A folder of results in the making: it stands beside its place until it is whole.
@@ -68,8 +68,12 @@ impl Folder {
     /// What the operating system says, with the path.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
         debug_assert!(self.ours.contains(&name), "{name} is no result's name");
-        let written = write_beside(&self.fresh.path().join(name), bytes);
-        written.with_context(|| format!("{}: cannot be written", self.shown.join(name).display()))
+        let write = || -> IoResult<()> {
+            let mut file = File::create(self.fresh.path().join(name))?;
+            file.write_all(bytes)?;
+            file.sync_all()
+        };
+        write().with_context(|| format!("{}: cannot be written", self.shown.join(name).display()))
     }
 
     /// Puts it in its place.

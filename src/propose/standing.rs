@@ -399,7 +399,7 @@ fn on_ground(
         let mut p = middle(robot, &kinematics, foot);
         p.z = robot.patches[foot].point_radius_m().unwrap_or(0.0);
         let X_WC = Isometry3::from_parts(p.into(), UnitQuaternion::identity());
-        Contact::at(robot, foot, X_WC).on(ground)
+        Contact::at(robot, foot, X_WC).on(ground, &environment)
     });
     let contacts = contacts.collect();
     Ok((environment, contacts))

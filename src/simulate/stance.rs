@@ -32,14 +32,17 @@ pub fn standing(robot: &Robot, stance: &Stance) -> Result<ReferenceState> {
     Ok(ReferenceState::standing(configuration, contacts))
 }
 
-/// Puts the coefficients of friction that the plan was made with in the place of the robot's.
+/// Puts the coefficients of friction that the plan was made with in the place of the robot's: a patch has the
+/// greatest that it has on any face, which may have less of its own.
 ///
 /// # Errors
 /// A patch that is not the robot's.
 pub fn apply_friction(robot: &mut Robot, plan: &Plan) -> Result<()> {
-    for contact in plan.stances.iter().flat_map(|stance| &stance.contacts) {
+    let contacts = || plan.stances.iter().flat_map(|stance| &stance.contacts);
+    for contact in contacts() {
         let patch = robot.patch_index(&contact.patch)?;
-        robot.patches[patch].friction = contact.friction;
+        let own = contacts().filter(|other| other.patch == contact.patch);
+        robot.patches[patch].friction = own.map(|other| other.friction).fold(0.0, f64::max);
     }
     Ok(())
 }

@@ -34,6 +34,7 @@ fn body(solid: &scenes::OrientedBox) -> WorldBody {
             X_WO: solid.X_WO(),
             half_m: Vector3::from(solid.size_m) / 2.0,
         },
+        friction: None,
     }
 }
 
@@ -49,15 +50,23 @@ fn planned(plan: &Plan) -> Vec<WorldBody> {
             source: Source::File,
             ..face.clone()
         };
-        let bodies = face.bodies_W(plan.thin_body_m).into_iter();
+        let (bodies, friction) = (face.bodies_W(plan.thin_body_m).into_iter(), face.friction);
         bodies.map(move |points_W| WorldBody {
             name: face.id.to_string(),
             shape: WorldShape::Hull(points_W),
+            friction,
         })
     });
-    let obstacles = seen().map(|obstacle| WorldBody {
-        name: obstacle.id.clone(),
-        shape: WorldShape::Hull(obstacle.points_W.clone()),
+    let obstacles = seen().map(|obstacle| {
+        let face = plan
+            .faces
+            .iter()
+            .find(|face| Some(face.id.as_str()) == obstacle.surface.as_deref());
+        WorldBody {
+            name: obstacle.id.clone(),
+            shape: WorldShape::Hull(obstacle.points_W.clone()),
+            friction: face.and_then(|face| face.friction),
+        }
     });
     thin.chain(obstacles).collect()
 }

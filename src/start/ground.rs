@@ -85,14 +85,19 @@ pub fn add_ground(
         }
         let id = unique_id(terrain, number);
         let (mut X_WF, mut polygon) = hull(&soles, members, config.border_m)?;
+        // One floor is as slippery here as there.
+        let mut friction: Option<f64> = None;
         for floor in &mut terrain.faces[..given] {
             let (gap_m, notes) = (config.join_gap_m, &mut ground.notes);
-            join::join(&mut X_WF, &mut polygon, floor, gap_m, notes);
+            if join::join(&mut X_WF, &mut polygon, floor, gap_m, notes) {
+                friction = friction.into_iter().chain(floor.friction).reduce(f64::min);
+            }
         }
         let contacts = patches.map(|patch| (patch, FaceId::from(id.as_str())));
         ground.contacts.extend(contacts);
         terrain.faces.push(Face {
             source: Source::Robot,
+            friction,
             ..Face::new(id, X_WF, Region::from(&polygon))
         });
     }

@@ -100,7 +100,7 @@ fn ground(
     };
     Some(Contact {
         freedom: Freedom::Within(Box::new(area)),
-        ..Contact::at(robot, foot, patch.touching(&X_WS)).on(face)
+        ..Contact::at(robot, foot, patch.touching(&X_WS)).on(face, environment)
     })
 }
 

@@ -18,6 +18,7 @@ pub(super) fn record(face: &Face, edge_sigmas: f64) -> Value {
     json!({
         "id": face.id,
         "source": face.source,
+        "friction": face.friction,
         "X_WS": pose(&face.X_WF),
         "triangles": face.region.triangles().iter().map(triangle).collect::<Vec<_>>(),
         "effective": left.iter().flat_map(|r| r.rings()).map(points).collect::<Vec<_>>(),

@@ -8,6 +8,7 @@
 //! | the faces | `face` |
 //! | the motion | `motion` |
 //! | the stances with their forces | `stance` |
+//! | plans side by side | `compare` |
 //! | surfaces alone, to look at and to edit | `surfaces_page` |
 //! | where the centre of mass may stand | `support` |
 //!
@@ -15,6 +16,7 @@
 
 mod base64;
 mod cloud;
+mod compare;
 mod face;
 mod motion;
 mod number;
@@ -24,11 +26,12 @@ mod stance;
 mod support;
 mod surfaces_page;
 
+pub use compare::{Compared, compare_page};
 pub use robot_page::robot_page;
 pub use surfaces_page::{SurfacesInput, surfaces_page};
 
 use anyhow::{Context, Result};
-use plan::{Motion, Plan};
+use plan::{Motion, Plan, Trace};
 use robot_model::{GRAVITY_M_S2, Robot};
 use serde_json::{Value, json};
 use verify::Certificate;
@@ -55,6 +58,8 @@ pub struct ViewInput<'a> {
     pub robot: &'a Robot,
     /// The motion between its stances.
     pub motion: Option<&'a Motion>,
+    /// What the search tried for it, where that is known.
+    pub trace: Option<&'a Trace>,
     /// The verifier's word on it, where it was asked.
     pub certificate: Option<&'a Certificate>,
     /// The scan's points in W, m; thinned to [`CLOUD_POINTS_MAX`], points that are not finite are
@@ -134,6 +139,7 @@ fn data(kind: &str, input: &ViewInput<'_>) -> Result<Value> {
         "required": plan.required,
         "goal": plan.goal,
         "search": plan.search,
+        "trace": input.trace,
         "stances": stances,
         "motion": motion::record(input.motion, robot)?,
         "certificate": input.certificate.map(|certificate| json!({

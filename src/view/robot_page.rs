@@ -80,6 +80,7 @@ pub fn robot_page(robot: &Robot) -> Result<String> {
             plan: &plan,
             robot,
             motion: None,
+            trace: None,
             certificate: None,
             cloud_W: &cloud_W,
         },

@@ -108,6 +108,8 @@ pub struct Face {
     /// The roles whose patches may touch it, whatever its shape: none at all where the list is empty. Without a list
     /// its shape decides.
     pub roles: Option<Vec<String>>,
+    /// Coefficient of friction that it has at most with whatever touches it; without one the patches' own count.
+    pub friction: Option<f64>,
 }
 
 impl Face {
@@ -124,6 +126,7 @@ impl Face {
             depth_m: 0.0,
             source: Source::default(),
             roles: None,
+            friction: None,
         }
     }
 
@@ -141,6 +144,11 @@ impl Face {
         let corners = [[-a, -b], [a, -b], [a, b], [-a, b]];
         let region = Region::new([corners.map(Point2::from).to_vec()])?;
         Ok(Self::new(id, X_WF, region))
+    }
+
+    /// The coefficient of friction with a patch of this own one: the lesser of both.
+    pub fn friction_with(&self, patch: f64) -> f64 {
+        self.friction.map_or(patch, |own| own.min(patch))
     }
 
     /// The unit outward normal z_F, in W.
@@ -191,6 +199,10 @@ impl Face {
     fn check(&self) -> Result<(), Error> {
         Isometry3::try_from(PoseRecord::from(&self.X_WF))?;
         Error::check_not_negative("depth_m", self.depth_m)?;
+        if let Some(friction) = self.friction.filter(|own| !(own.is_finite() && *own > 0.0)) {
+            let expected = "a positive number; a face that nothing may touch has \"roles\": []";
+            return Err(Error::bad("friction", friction, expected));
+        }
         if let Some(fit) = &self.fit {
             Error::check_not_negative("rms_m", fit.rms_m)?;
         }

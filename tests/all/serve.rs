@@ -129,13 +129,20 @@ fn edit_save_and_plan(page: &mut Page, downloads: &Path) -> Result<()> {
     // The step is for nothing; a face beside it is drawn.
     tab_to(page, "select[aria-label$=\"step\"]")?;
     page.press(&Key::DOWN)?;
+    // The floor is slippery; what is no number is not saved.
+    for (friction, said) in [("ice", "friction of floor"), ("0.4", "goal")] {
+        page.evaluate("document.activeElement.blur()")?;
+        fill(page, "input[aria-label^=\"friction of floor\"]", friction)?;
+        tab_to(page, "#save-scene")?;
+        page.press(&Key::ENTER)?;
+        page.until(&format!(
+            "document.querySelector('#said').textContent.includes('{said}')"
+        ))?;
+    }
+    page.evaluate("document.activeElement.blur()")?;
     fill(page, "#corners", "2 2 0.1\n3 2 0.1\n3 3 0.1\n2 3 0.1")?;
     tab_to(page, "#add")?;
     page.press(&Key::ENTER)?;
-    // Without a goal there is no scene.
-    tab_to(page, "#save-scene")?;
-    page.press(&Key::ENTER)?;
-    page.until("document.querySelector('#said').textContent.includes('goal')")?;
     page.evaluate("document.activeElement.blur()")?;
     fill(page, "#friction", "0.5")?;
     fill(page, "#goal_x", "0.4")?;
@@ -161,6 +168,8 @@ fn edit_save_and_plan(page: &mut Page, downloads: &Path) -> Result<()> {
             ],
         "{roles:?}"
     );
+    let friction = terrain.faces.iter().map(|f| f.friction);
+    ensure!(friction.eq([Some(0.4), None, None]));
     let drawn = &terrain.faces[2];
     ensure!((drawn.region.area() - 1.0).abs() < 1e-9 && drawn.normal_W().z > 0.999_999);
     ensure!(page.complaints().is_empty(), "complaints while editing");

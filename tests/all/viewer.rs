@@ -7,11 +7,12 @@
 use std::path::{Path, PathBuf};
 
 use plan::Plan;
-use scandent::view::{ViewInput, page};
+use scandent::view::{Compared, ViewInput, compare_page, page};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use crate::support::biped::{ANKLE, COM_MARGIN, FOOT};
+use crate::support::chromium::{Key, Page};
 use crate::support::page::check_page;
 use crate::support::program::{number, root};
 use crate::support::{chromium, fixture};
@@ -39,6 +40,7 @@ fn page_with(motion: Option<&plan::Motion>) -> String {
     page(&ViewInput {
         plan: &plan,
         motion,
+        trace: Some(&fixture::trace()),
         robot: &robot,
         certificate: None,
         cloud_W: &cloud,
@@ -59,6 +61,63 @@ fn the_page_shows_every_stance_without_a_complaint() {
     let Some(chromium) = chromium() else { return };
     check(&chromium, &fixture_page()).unwrap();
     check(&chromium, &page_with(None)).unwrap();
+}
+
+#[test]
+fn plans_stand_side_by_side_on_one_clock() {
+    let Some(chromium) = chromium() else { return };
+    let (mut plans, robot) = ([fixture::plan(), fixture::plan()], fixture::robot());
+    plans[1].stances[2].margins.torque_use = 0.77;
+    plans[1].config = serde_json::json!({ "posture": { "torque_use": 0.77 } });
+    plans[0].config = serde_json::json!({ "posture": { "torque_use": 0.5 } });
+    let motion = fixture::motion();
+    let compared = plans
+        .iter()
+        .zip(["one", "<other>"])
+        .map(|(plan, name)| Compared {
+            name,
+            input: ViewInput {
+                plan,
+                motion: Some(&motion),
+                trace: None,
+                robot: &robot,
+                certificate: None,
+                cloud_W: &[],
+            },
+        });
+    let html = compare_page(&compared.collect::<Vec<_>>()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("compare.html");
+    std::fs::write(&file, html).unwrap();
+    let address = format!("file://{}", file.display());
+    let mut page = Page::open(&chromium, &address, (1000, 640)).unwrap();
+    let row =
+        "[...document.querySelectorAll('tr')].find((row) => row.textContent.includes('Torque'))";
+    let cells = format!("[...{row}.cells].map((cell) => [cell.textContent, cell.className])");
+    let cells = page.evaluate(&cells).unwrap();
+    assert_eq!(cells[2][0], "77.0\u{a0}%");
+    assert_eq!(
+        (&cells[1][1], &cells[2][1]),
+        (&"best".into(), &"".into()),
+        "{cells}"
+    );
+    let said = page
+        .evaluate("document.querySelector('header').textContent")
+        .unwrap();
+    let said = said.as_str().unwrap();
+    assert!(said.contains("posture.torque_use = 0.77 instead of 0.5") && said.contains("<other>"));
+    let frames = "[...document.querySelectorAll('iframe')]";
+    let ready = format!("{frames}.every((frame) => frame.contentWindow.scandent?.ready)");
+    page.until(&ready).unwrap();
+    page.evaluate("document.querySelector('#play').focus()")
+        .unwrap();
+    page.press(&Key::ENTER).unwrap();
+    let end = format!("{:.1} s of", motion.duration_s());
+    page.until(&format!(
+        "{frames}.every(({{ contentDocument: shown }}) => shown.querySelector('#caption').textContent.includes('{end}'))"
+    ))
+    .unwrap();
+    assert!(page.complaints().is_empty(), "{:?}", page.complaints());
 }
 
 /// The data as the page's script reads them.
@@ -151,6 +210,7 @@ fn another_robot_or_a_stance_that_contradicts_itself_is_refused() {
         let refused = page(&ViewInput {
             plan: &plan,
             motion: None,
+            trace: None,
             robot: &robot,
             certificate: None,
             cloud_W: &[],

@@ -22,14 +22,17 @@ fn judge(scene: &'static str) {
     for threads in [1, 4] {
         let line = format!("run {scene} --threads {threads} -o @");
         succeeds(&line, &[folder.path()]);
-        let same = read(folder.path().join(scene).join("plan.json")) == read(&plan);
-        assert!(same, "{scene}: {threads} threads change the plan");
+        for name in ["plan.json", "search.json"] {
+            let same = read(folder.path().join(scene).join(name)) == read(results.join(name));
+            assert!(same, "{scene}: {threads} threads change {name}");
+        }
     }
     let files = "surfaces.json contacts.yaml plan.csv certificate.json";
     for name in files.split(' ') {
         let text = read(results.join(name));
         assert!(!text.is_empty(), "{scene}: {name} is empty");
     }
+    judge_trace(results);
     let page = read(results.join("view.html"));
     assert!(page.contains("</html>") && page.contains(scene));
     let report = json(results.join("report.json"));
@@ -44,6 +47,38 @@ fn judge(scene: &'static str) {
     succeeds("verify @", &[&plan]);
     judge_times(results, &succeeds("export @ --format json", &[&plan]));
     succeeds("view @", &[&plan]);
+}
+
+/// Every change of the plan is told with its price and what else there was, from the tree that was counted.
+fn judge_trace(results: &Path) {
+    let (plan, search) = (
+        json(results.join("plan.json")),
+        json(results.join("search.json")),
+    );
+    let (nodes, stances) = (list(&search["nodes"]), list(&plan["stances"]));
+    assert_eq!(
+        number(&plan["search"]["nodes_generated"]),
+        nodes.len() as f64
+    );
+    let index = |value: &Value| value.as_u64().expect("a position") as usize;
+    for (k, node) in nodes.iter().enumerate().skip(1) {
+        assert!(index(&node["parent"]) < k);
+    }
+    let choices = list(&search["choices"]);
+    // The goal's posture changes no contact.
+    assert_eq!(choices.len() + 2, stances.len());
+    for (k, choice) in choices.iter().enumerate() {
+        assert_eq!(index(&choice["stance"]), k + 1);
+        let base = list(&nodes[index(&choice["node"])]["base_W"]);
+        if k == 0 {
+            let off = |axis: usize| number(&base[axis]) - number(&stances[0]["q"][axis]);
+            assert!((0..3).all(|axis| off(axis).abs() < 1e-3));
+        }
+        assert!(number(&choice["price"]) > 0.0);
+        let others = list(&choice["alternatives"]).iter();
+        let prices: Vec<f64> = others.map(|other| number(&other["price"])).collect();
+        assert!(prices.is_sorted());
+    }
 }
 
 /// What is exported lands when the motion lands: 1 s later, as long as `export.start_s` is by default.

@@ -65,9 +65,12 @@ fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut 
                 let (real, stated) = (&patch.link, &contact.link);
                 flaw(format!("is on link {real}, not on {stated}"));
             }
-            if patch.friction != contact.friction {
-                let (real, stated) = (patch.friction, contact.friction);
-                let name = &contact.patch;
+            let faces = scene.plan.faces.iter().filter(|f| f.id == contact.face);
+            let real = faces
+                .filter_map(|f| f.friction)
+                .fold(patch.friction, f64::min);
+            if real != contact.friction {
+                let (stated, name) = (contact.friction, &contact.patch);
                 findings.condition(format!(
                     "if {name} has friction {stated}: the robot's files say {real}"
                 ));
@@ -78,8 +81,14 @@ fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut 
             }
         }
     }
-    if !scene.plan.faces.iter().any(|s| s.id == contact.face) {
-        flaw(format!("there is no face {}", contact.face));
+    match scene.plan.faces.iter().find(|s| s.id == contact.face) {
+        None => flaw(format!("there is no face {}", contact.face)),
+        Some(face) => {
+            if let Some(own) = face.friction.filter(|own| *own < contact.friction) {
+                let (stated, id) = (contact.friction, &face.id);
+                flaw(format!("friction {stated}, but {id} has {own} at most"));
+            }
+        }
     }
     let before = &stance.contacts[..k];
     if before.iter().any(|other| other.patch == contact.patch) {

@@ -12,6 +12,7 @@ import { degrees } from './units.js';
 const ROUND = 1000;
 const number = (text) => (String(text).trim() === '' ? null : Number(text));
 const rounded = (x) => Math.round(ROUND * x) / ROUND;
+const isFriction = ({ friction }) => friction === undefined || (Number.isFinite(friction) && friction > 0);
 const radians = (degree) => (degree * Math.PI) / 180;
 
 export class Editor {
@@ -30,7 +31,7 @@ export class Editor {
       el('details', { open: true },
         el('summary', {}, `Faces (${data.surfaces.length})`),
         el('div', { class: 'faces', tabindex: 0, role: 'region', 'aria-label': 'Faces' }, el('table', {},
-          el('thead', {}, el('tr', {}, ['face', 'for', 'what its shape allows'].map((name) => el('th', { scope: 'col' }, name)))),
+          el('thead', {}, el('tr', {}, ['face', 'for, friction', 'what its shape allows'].map((name) => el('th', { scope: 'col' }, name)))),
           this.rows))),
       this.drawing(),
       this.group('Robot', 'urdf', 'srdf', 'contacts', 'friction'),
@@ -87,6 +88,13 @@ export class Editor {
       },
     }, [['shape', 'by shape'], ['nothing', 'nothing'], ...roles.map((role) => [role, role])]
       .map(([value, label]) => el('option', { value }, label)));
+    const friction = el('input', {
+      'aria-label': `friction of ${surface.id}, at most`, class: 'mu', inputmode: 'decimal', autocomplete: 'off', placeholder: 'patch’s', value: record.friction,
+      oninput: () => {
+        record.friction = number(friction.value) ?? undefined;
+        friction.setAttribute('aria-invalid', String(!isFriction(record)));
+      },
+    });
     choice.value = record.roles ? record.roles[0] ?? 'nothing' : 'shape';
     const verdict = ({ role, why_not: why }) => el('div', {}, el('b', {}, role), why ? `: ${why}` : ': yes');
     const point = (id) => () => this.picture.point(id);
@@ -94,7 +102,7 @@ export class Editor {
       onmouseenter: point(surface.id), onmouseleave: point(null), onfocusin: point(surface.id), onfocusout: point(null),
     },
     el('th', { scope: 'row' }, surface.id, el('small', {}, `${surface.area_m2.toFixed(2)} m², ${degrees(surface.tilt_rad, 0)}`)),
-    el('td', {}, choice),
+    el('td', {}, choice, el('label', { class: 'mu' }, 'μ ≤', friction)),
     el('td', { class: 'why' }, surface.serves?.map(verdict) ?? 'drawn'));
   }
 
@@ -178,6 +186,8 @@ export class Editor {
   /** The texts of scene.toml and surfaces.json. */
   files() {
     const { start: given = {}, goal: wanted = {}, friction = {}, settings = '' } = this.asked;
+    const slippery = this.edit.terrain.faces.find((face) => !isFriction(face));
+    if (slippery) throw new Error(`the friction of ${slippery.id} is no positive number`);
     const at = (what) => ['x', 'y'].map((axis) => number(this.value(`${what}_${axis}`)));
     const yaw = (what) => number(this.value(`${what}_yaw`));
     const [begin, end, name] = [at('start'), at('goal'), this.value('name')];

@@ -3,6 +3,7 @@ import { heightScale } from './cloud.js';
 import { el } from './dom.js';
 import { AXIS_M, EDGE_KINDS } from './surfaces.js';
 import { onTheme } from './theme.js';
+import { barrierKey } from './tree.js';
 import { count, metres, newtons } from './units.js';
 
 /** One switch for each `[name, label, object, there]`; what is not there has no switch. */
@@ -27,6 +28,7 @@ const KEYED = [
   ['ghost', 'stance before'],
   ['place', 'a place touched some time'],
   ['route', 'route of the base'],
+  ['tree', 'the base at contact sets of the search'],
   ['goal', 'goal'],
 ];
 
@@ -48,10 +50,13 @@ export function colourKey(element, { data, range, scale, layers }) {
     el('span', {}, swatch('support'), 'where the centre of mass may be'),
   ] : [];
   const blocked = data.search.unsolved?.blocked?.length ? [el('span', {}, swatch('blocked'), 'contacts fail here')] : [];
+  const refusals = barrierKey(data.trace);
+  if (refusals.length) refusals[0] = [refusals[0][0], `refused by: ${refusals[0][1]}`];
   element.append(
     ...blocked,
     ...stands,
     ...KEYED.flatMap(([name, label]) => (layers.some((l) => l[0] === name && l[3]) ? [el('span', {}, swatch(name), label)] : [])),
+    ...refusals.map(([name, says]) => el('span', {}, el('span', { class: `barrier ${name}` }), says)),
     ...edgeKey(surfaces),
     el('span', {}, ['x', 'y', 'z'].map((axis) => el('span', { class: `axis ${axis}` }, axis)), `frame, ${AXIS_M} m`),
   );

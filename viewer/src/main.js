@@ -58,6 +58,7 @@ function start() {
       transport.set(index);
       picture.draw();
     },
+    seek: (time) => transport.motion && transport.seek(time),
     picture: !picture.missing,
     ready: true,
   };

@@ -5,6 +5,7 @@ import { describeChange } from './data.js';
 import { el } from './dom.js';
 import { describePhase } from './motion.js';
 import { term } from './terms.js';
+import { choiceSection } from './why.js';
 import { count, degrees, metres, millimetres, newtons, percent } from './units.js';
 
 const STATES = {
@@ -33,6 +34,7 @@ export class Panel {
     this.stanceBox.replaceChildren(
       el('h2', {}, `Stance ${stance.index}`, el('small', {}, describeChange(stance.change))),
       section('Contacts', contactTable(stance)),
+      ...choiceSection(data.trace, stance, data.stances.length),
       section('Margins', marginTable(marginRows(stance, data.required))),
       section('Support region, from above', supportPlot(stance), supportNote(stance, data)),
     );
@@ -159,7 +161,7 @@ function surfaceTable({ surfaces, kind }, point) {
     onmouseenter: () => point(surface.id), onmouseleave: () => point(null),
     onfocus: () => point(surface.id), onblur: () => point(null),
   },
-  el('th', { scope: 'row' }, surface.id, el('small', {}, surface.source)),
+  el('th', { scope: 'row' }, surface.id, el('small', {}, surface.friction ? `${surface.source}, μ ≤ ${surface.friction}` : surface.source)),
   el('td', { class: 'number' }, surface.X_WS[2].toFixed(3).replace('-', '\u2212')),
   el('td', { class: 'number' }, degrees(surface.tilt_rad)),
   el('td', { class: 'number' }, surface.area_m2.toFixed(3)),

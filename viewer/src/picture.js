@@ -13,6 +13,7 @@ import { RobotLayer } from './robot.js';
 import { routeLayer } from './route.js';
 import { Stage } from './stage.js';
 import { SurfacesLayer } from './surfaces.js';
+import { treeLayer } from './tree.js';
 
 /** A stage narrower than this starts with its box of layers closed. */
 const ROOMY_PX = 800;
@@ -41,7 +42,8 @@ export class Picture {
     const balance = new BalanceLayer(stage, data.stances);
     const goal = goalLayer(stage, data.goal, extent.floor, data.stances.at(-1)?.poses[2] ?? extent.floor);
     const route = routeLayer(stage, data.search.route ?? []);
-    stage.scene.add(route, cloud, surfaces.fill, surfaces.inset, surfaces.frames, surfaces.names, obstacles, unseen, behind,
+    const tree = treeLayer(stage, data.trace);
+    stage.scene.add(route, tree, cloud, surfaces.fill, surfaces.inset, surfaces.frames, surfaces.names, obstacles, unseen, behind,
       robot.solid, ghost, contacts.patches, contacts.forces, contacts.places, balance.group, balance.path, goal);
     surfaces.setBlocked(data.search.unsolved?.blocked ?? []);
 
@@ -64,6 +66,7 @@ export class Picture {
       ['place', 'All footholds', contacts.places, moves],
       ['path', 'CoM path', balance.path, moves, false],
       ['route', 'Route of the base', route, route.children.length > 0],
+      ['tree', 'Search tree', tree, tree.children.length > 0, Boolean(data.search.unsolved)],
       ['goal', 'Goal', goal, goal.children.length > 0],
     ];
     layerSwitches($('layers'), this.layers, () => stage.invalidate());

@@ -15,6 +15,7 @@ const MEANINGS = {
   'Nodes expanded': 'Contact sets from which changes of one contact were tried.',
   'Posture problems solved': 'How often a posture was sought, found or not.',
   'Contact sets on the path': 'The sets of contacts that the plan goes through, one change after the other.',
+  Price: 'Contacts made so far and still to be made, as estimated, with what odd places and earlier failures are charged: the search takes the cheapest first.',
   Seed: 'The number that all that is random begins with: the same seed gives the same plan.',
   'Support region, from above': 'Where the centre of mass may be for the contacts to balance the weight.',
   'inset mm': 'How much is taken off at the edges of a face, because they are not known better.',

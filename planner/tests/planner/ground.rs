@@ -238,3 +238,31 @@ fn a_plan_that_is_improved_is_no_longer_and_no_shorter_than_lengths_allow() {
         best.summary
     );
 }
+
+#[test]
+fn a_face_holds_by_its_own_friction() {
+    let robot = humanoid();
+    let (sin, cos) = 10.0_f64.to_radians().sin_cos();
+    let planned = |friction: f64| {
+        let along = Vector3::new(cos, 0.0, sin);
+        let middle = Vector3::new(0.3, 0.0, 0.0) + 2.0 * along;
+        let ramp = Face {
+            friction: Some(friction),
+            ..face("ramp", middle, along, Vector3::y(), [2.0, 1.0])
+        };
+        let floor = level("floor", [-1.7, 0.0, 0.0], [2.0, 1.0]);
+        let environment = world(vec![floor, ramp], Vec::new());
+        let request = request(&robot, &environment, Vector3::new(0.9, 0.0, 0.0));
+        (plan(&request), environment.face("ramp").unwrap())
+    };
+    let (found, ramp) = planned(0.3);
+    assert_eq!(found.status, Status::Found, "{:?}", found.blocked.first());
+    let own = robot.patches.iter().map(|patch| patch.friction);
+    assert!(own.reduce(f64::min) > Some(0.3));
+    let contacts = || found.path.iter().flat_map(|stance| &stance.contacts);
+    assert!(contacts().any(|c| c.face == Some(ramp)));
+    assert!(contacts().all(|c| (c.friction == 0.3) == (c.face == Some(ramp))));
+    let (refused, _) = planned(0.15);
+    assert_eq!(refused.status, Status::NoPlan);
+    assert!(refused.blocked[0].reason.contains("ramp is too steep"));
+}

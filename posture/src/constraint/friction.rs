@@ -1,7 +1,7 @@
-//! A contact pushes, and inside the friction pyramid inscribed in the cone, whose edges are along the
-//! contact's load as far as that is known before (`layout`):
+//! A contact pushes, and inside a pyramid inscribed in its friction cone, of the axes that `layout` turns along
+//! the contact's load as far as that is known before:
 //!
-//!   f_z ≥ 0,   |f_x| ≤ μ/√2·f_z,   |f_y| ≤ μ/√2·f_z        (in the contact's axes)
+//!   t·f_t ≤ μ cos(π/n) f_z      for the outward directions t of the n sides   (in the contact's axes)
 //!
 //! On balls alone the same holds of f less the load that gives the centre of mass its margin.
 
@@ -12,11 +12,11 @@ use crate::least_load::least_load;
 use crate::rows::{Rows, Tag};
 
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, load: &Load, rows: &mut Rows) {
-    let (sides, mu) = ctx.pyramid(contact);
+    let mu = ctx.pyramid.part * ctx.contacts[contact].mu;
     for &column in &ctx.layout.force[contact] {
         let k = column - ctx.layout.nq;
-        // The four sides imply f_z ≥ 0.
-        for side in sides {
+        // The sides imply f_z ≥ 0.
+        for &side in &ctx.pyramid.sides {
             let share = ctx.up_inside(contact, side, mu);
             let [x, y] = side;
             let along = x * it.force[k] + y * it.force[k + 1];

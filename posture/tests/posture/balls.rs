@@ -41,7 +41,8 @@ impl Hexapod {
     fn fixed(&self, foot: &str) -> Contact {
         let patch = self.robot.patch_id(foot).unwrap();
         let at = Isometry3::from_parts(self.centre(foot).into(), UnitQuaternion::identity());
-        let contact = Contact::at(&self.robot, patch, at).on(self.world.face("floor").unwrap());
+        let contact =
+            Contact::at(&self.robot, patch, at).on(self.world.face("floor").unwrap(), &self.world);
         Contact {
             friction: FRICTION,
             ..contact

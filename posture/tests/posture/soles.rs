@@ -118,7 +118,7 @@ fn the_base_goal_is_kept_or_named() {
     let feet = FEET.map(|foot| {
         let patch = robot.patch_id(foot).unwrap();
         let X_WC = kinematics.X_WC(&robot.patches[patch]);
-        Contact::at(&robot, patch, X_WC).on(world.face("floor").unwrap())
+        Contact::at(&robot, patch, X_WC).on(world.face("floor").unwrap(), &world)
     });
     for (x, possible) in [(0.03, true), (0.6, false)] {
         let goal = BaseGoal {

@@ -22,6 +22,7 @@ const FEET: [&str; 2] = ["left_foot", "right_foot"];
 fn floor(end_x_m: f64) -> Vec<WorldBody> {
     let centre = Vector3::new(end_x_m - 10.0, 0.0, -0.25);
     vec![WorldBody {
+        friction: None,
         name: "floor".to_owned(),
         shape: WorldShape::Box {
             X_WO: centre.into(),

@@ -11,21 +11,21 @@ use super::centred;
 /// the error of a plane fitted to a scan.
 const JOIN_HEIGHT_M: f64 = 0.010;
 
-/// Reaches over to a scanned `floor` that continues the ground, and moves it into its plane.
+/// Reaches over to a scanned `floor` that continues the ground, and moves it into its plane; whether it does.
 pub(super) fn join(
     X_WF: &mut Isometry3<f64>,
     polygon: &mut ConvexPolygon,
     floor: &mut Face,
     gap_m: f64,
     notes: &mut Vec<String>,
-) {
+) -> bool {
     let normal = X_WF.rotation * Vector3::z();
     let in_ground = |p: &Point3<f64>| X_WF.inverse_transform_point(p);
     let vertices = floor.vertices_W().into_iter();
     let off_m = vertices.map(|v| in_ground(&v).z.abs()).fold(0.0, f64::max);
     let is_same = off_m <= JOIN_HEIGHT_M && normal.dot(&floor.normal_W()) > 0.0;
     if floor.source != Source::Scan || !is_same {
-        return;
+        return false;
     }
     // The convex part of the floor about its point nearest to the soles.
     let middle = polygon.centroid();
@@ -33,16 +33,16 @@ pub(super) fn join(
     let middle = floor.X_WF.inverse_transform_point(&middle).xy();
     let ahead = floor.region.nearest(&middle) - middle;
     let Some(part) = Outline::from(&floor.region).convex_around(&middle, &ahead) else {
-        return;
+        return false;
     };
     let corners = part.vertices().iter();
     let corners: Vec<Point2<f64>> = corners.map(|v| in_ground(&floor.point_W(v)).xy()).collect();
     let Ok(seen) = ConvexPolygon::hull(&corners) else {
-        return;
+        return false;
     };
     let reached = reach_over(polygon, &seen, gap_m);
     let Some(Ok(centred)) = reached.map(|reached| centred(X_WF, &reached)) else {
-        return;
+        return false;
     };
     (*X_WF, *polygon) = centred;
     into_plane(floor, X_WF);
@@ -51,6 +51,7 @@ pub(super) fn join(
         floor.id,
         1e3 * off_m
     ));
+    true
 }
 
 /// `polygon` grown over the gap to `seen` at its own width; unchanged where they overlap, `None`

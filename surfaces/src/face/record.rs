@@ -31,6 +31,8 @@ pub(super) struct FaceRecord {
     source: Source,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     roles: Option<Vec<String>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    friction: Option<f64>,
 }
 
 /// A ring; without edges all are real.
@@ -91,6 +93,7 @@ impl TryFrom<FaceRecord> for Face {
             depth_m: record.depth_m,
             source: record.source,
             roles: record.roles,
+            friction: record.friction,
         };
         face.validate()?;
         Ok(face)
@@ -111,6 +114,7 @@ impl From<Face> for FaceRecord {
             depth_m: face.depth_m,
             source: face.source,
             roles: face.roles,
+            friction: face.friction,
         }
     }
 }

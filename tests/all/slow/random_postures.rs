@@ -76,17 +76,16 @@ fn plan(
     let environment = Environment::new(terrain.clone(), body_m, 0.0).expect("an environment");
     let on = |(k, contact): (usize, &Contact)| {
         let under = || environment.face(&format!("under {k}")).expect("a face");
-        contact.clone().on(contact.face.unwrap_or_else(under))
+        contact
+            .clone()
+            .on(contact.face.unwrap_or_else(under), &environment)
     };
     let path = [PathStance {
         change: Change::Start,
         contacts: posed.contacts.iter().enumerate().map(on).collect(),
         posture: std::sync::Arc::new(found.clone()),
     }];
-    let mut stances = planner::record::stances(robot, &environment, &path);
-    for contact in &mut stances[0].contacts {
-        contact.friction = problem.mu;
-    }
+    let stances = planner::record::stances(robot, &environment, &path);
     Plan {
         required: RequiredMargins::from(config),
         ..record(robot, terrain, body_m, stances)

@@ -2,7 +2,10 @@
 //! a cloud.
 
 use nalgebra::Point3;
-use plan::{Change, Input, Limits, MOTION_FORMAT, Motion, Phase, PhaseKind, Plan, Sample};
+use plan::{
+    Alternative, Barrier, Change, Choice, Input, Limits, MOTION_FORMAT, Motion, Phase, PhaseKind,
+    Plan, Refusal, Sample, Trace, TracedNode,
+};
 use surfaces::Obstacle;
 
 use super::biped;
@@ -30,6 +33,38 @@ pub fn plan() -> Plan {
             assumed: false,
         }],
         ..serde_json::from_str(&named).expect("a plan")
+    }
+}
+
+/// A tree that is the way of the plan, where every foot was refused a nearer place.
+pub fn trace() -> Trace {
+    let plan = plan();
+    let stances = plan.stances.iter();
+    let nodes = stances.map(|stance| TracedNode {
+        parent: stance.index.checked_sub(1),
+        base_W: [stance.q[0], stance.q[1], stance.q[2]],
+        cut: false,
+    });
+    let choices = plan.stances.iter().skip(1).map(|stance| Choice {
+        stance: stance.index,
+        node: stance.index - 1,
+        price: Some(4.0),
+        alternatives: vec![Alternative {
+            change: stance.change.clone(),
+            price: 3.0,
+            by: Some(Barrier::Collision),
+            reason: "<the shin> is too near to the post by 3.0 mm".to_owned(),
+        }],
+        more: 2,
+    });
+    Trace {
+        nodes: nodes.collect(),
+        refused: vec![Refusal {
+            node: 0,
+            at_W: [0.2, 0.1, 0.0],
+            by: Barrier::Collision,
+        }],
+        choices: choices.collect(),
     }
 }
 

@@ -76,6 +76,7 @@ const MUTATIONS: &[Mutation] = table! {
         (Closure Inclusion Clearance ContactDepth Friction Unilateral);
     "foot half over the edge": surface_cut => Inclusion;
     "foot over an edge that is taken back": edge_taken_back => Inclusion;
+    "more friction than surfaces have": |p| p.faces.iter_mut().for_each(|f| f.friction = Some(0.1)) => Names;
     "contact on a surface that is not there": |p| p.stances[0].contacts[0].face = "nowhere".into()
         => Names (Sequence);
     "surfaces that nothing may touch": |p| p.faces.iter_mut().for_each(|f| f.roles = Some(Vec::new()))

@@ -56,6 +56,14 @@ fn use_page(page: &mut Page, stances: usize) -> Result<()> {
         let odd =
             page.evaluate("document.body.innerText.match(/.*(undefined|NaN|\\[object).*/)?.[0]")?;
         ensure!(odd.is_null(), "stance {stance} says {odd}");
+        let why = format!(
+            "JSON.parse(document.querySelector('#scandent-data').textContent).trace?.choices
+                 .filter((choice) => choice.stance === {stance})
+                 .every(({{ alternatives }}) => ['Why this contact', ...alternatives.map((one) => one.reason)]
+                     .every((words) => document.querySelector('#panel').textContent.includes(words)))"
+        );
+        let why = page.evaluate(&why)?;
+        ensure!(why != false, "stance {stance} does not say why");
         quiet(page, &format!("showing stance {stance}"))?;
     }
 

@@ -170,6 +170,7 @@ impl Walked {
         let page = scandent::view::page(&scandent::view::ViewInput {
             plan: &self.plan,
             motion: self.answer.motion.as_ref(),
+            trace: Some(&self.answer.trace),
             robot: &self.robot,
             certificate: None,
             cloud_W: &[],
@@ -194,6 +195,7 @@ impl Walked {
             bodies.map(|(number, points_W)| WorldBody {
                 name: format!("{}/{number}", face.id),
                 shape: WorldShape::Hull(points_W),
+                friction: face.friction,
             })
         });
         let world: Vec<WorldBody> = bodies.collect();
