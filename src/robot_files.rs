@@ -1,7 +1,7 @@
 //! A robot's files: URDF, SRDF and contacts, in the program or on disk.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use anyhow::{Context, Result, anyhow};
 use robot_model::Robot;
@@ -82,14 +82,17 @@ impl RobotFiles {
 
     /// Reads the files; what is not given of SRDF and contacts is proposed, and a note says so.
     fn load_files(&self, config: &robot_model::Config, inputs: &mut Inputs) -> Result<Robot> {
-        let urdf = PathBuf::from(&self.urdf);
-        inputs.read("urdf", &urdf)?;
+        inputs.read("urdf", Path::new(&self.urdf))?;
         for (role, path) in [("srdf", &self.srdf), ("contacts", &self.contacts)] {
             if let Some(path) = path {
                 inputs.read(role, path)?;
             }
         }
-        let files = self.of_model(config);
+        let files = self.of_model(config)?;
+        if let Some(document) = &files.document {
+            // What it includes counts, too.
+            inputs.note("urdf of the MJCF", &self.urdf, document.urdf.as_bytes());
+        }
         let bare = robot_model::load(&files)?;
         if self.srdf.is_some() && self.contacts.is_some() {
             return Ok(bare);
@@ -137,14 +140,18 @@ impl RobotFiles {
         propose::propose(bare, &rsdf, kinds, &posture::Config::default())
     }
 
-    /// The files for the loader: packages as flags and the environment name them.
-    pub fn of_model(&self, config: &robot_model::Config) -> robot_model::RobotFiles {
+    /// The files for the loader: packages as flags and the environment name them, MJCF read.
+    ///
+    /// # Errors
+    /// MJCF that MuJoCo refuses, or that holds no robot.
+    pub fn of_model(&self, config: &robot_model::Config) -> Result<robot_model::RobotFiles> {
         let listed = |variable: &str| std::env::var_os(variable).unwrap_or_default();
         let (ros, ament) = (listed("ROS_PACKAGE_PATH"), listed("AMENT_PREFIX_PATH"));
         let shared = std::env::split_paths(&ament).map(|prefix| prefix.join("share"));
         let packages = self.packages.iter().cloned();
-        robot_model::RobotFiles {
+        Ok(robot_model::RobotFiles {
             urdf: PathBuf::from(&self.urdf),
+            document: document(Path::new(&self.urdf))?,
             srdf: self.srdf.clone(),
             contacts: self.contacts.clone(),
             package_dirs: packages
@@ -153,7 +160,7 @@ impl RobotFiles {
                 .filter(|dir| !dir.as_os_str().is_empty())
                 .collect(),
             config: config.clone(),
-        }
+        })
     }
 
     fn load_builtin(
@@ -189,6 +196,27 @@ impl RobotFiles {
             config,
         )?)
     }
+}
+
+/// What makes MuJoCo's library callable, where that is loaded late.
+pub static LOADS_MUJOCO: OnceLock<fn() -> Result<()>> = OnceLock::new();
+
+/// What MuJoCo reads of a file, if that is MJCF; without MuJoCo the loader says what it is.
+#[cfg(feature = "mujoco")]
+fn document(path: &Path) -> Result<Option<robot_model::load::Document>> {
+    let is_mjcf = std::fs::read_to_string(path).is_ok_and(|text| robot_model::is_mjcf(&text));
+    if !is_mjcf {
+        return Ok(None);
+    }
+    if let Some(load) = LOADS_MUJOCO.get() {
+        load()?;
+    }
+    Ok(Some(simulation::from_mjcf::document(path)?))
+}
+
+#[cfg(not(feature = "mujoco"))]
+fn document(_: &Path) -> Result<Option<robot_model::load::Document>> {
+    Ok(None)
 }
 
 /// Robots that were read, for work that asks for the same again and again: each is read once.

@@ -31,7 +31,7 @@ def load_mujoco() -> None:
         if place.exists():
             ctypes.CDLL(str(place), mode=ctypes.RTLD_GLOBAL)
             return
-    raise InputError(f"simulation needs MuJoCo {version}: pip install mujoco=={version}")
+    raise InputError(f"simulation and MJCF need MuJoCo {version}: pip install mujoco=={version}")
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,20 @@ mod work;
 
 use pyo3::prelude::*;
 use scandent::command::simulate;
+use scandent::robot_files::LOADS_MUJOCO;
+
+/// Has Python load MuJoCo's library.
+fn load_mujoco() -> anyhow::Result<()> {
+    let load = |py: Python<'_>| {
+        let module = py.import("scandent._simulation")?;
+        module.call_method0("load_mujoco").map(drop)
+    };
+    Python::attach(load).map_err(|error: PyErr| anyhow::anyhow!("{error}"))
+}
 
 #[pymodule]
 fn _scandent(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    let _ = LOADS_MUJOCO.set(load_mujoco);
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add("MUJOCO_VERSION", simulate::MUJOCO_VERSION)?;
     m.add_class::<robot::Robot>()?;

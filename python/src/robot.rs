@@ -51,10 +51,16 @@ impl Robot {
         let ships = named
             .strip_prefix("builtin:")
             .and_then(scenes::builtin_robot);
-        let text = match ships {
-            Some(robot) => Ok(robot.urdf.to_owned()),
-            None => std::fs::read_to_string(named).with_context(|| named.clone()),
-        };
+        let text =
+            match ships {
+                Some(robot) => Ok(robot.urdf.to_owned()),
+                None => (self.files.of_model(&robot_model::Config::default())).and_then(|files| {
+                    match files.document {
+                        Some(document) => Ok(document.urdf),
+                        None => std::fs::read_to_string(named).with_context(|| named.clone()),
+                    }
+                }),
+            };
         text.map_err(|e| error::input(e, Some("urdf")))
     }
 

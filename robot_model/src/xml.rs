@@ -9,6 +9,14 @@ use crate::{Error, GREATEST_M};
 /// Attributes that hold lengths, m.
 const LENGTHS: [&str; 4] = ["xyz", "size", "radius", "length"];
 
+/// The root element of MuJoCo's format.
+const MJCF: &str = "mujoco";
+
+/// Whether a text is MuJoCo's format.
+pub fn is_mjcf(text: &str) -> bool {
+    document(text).is_ok_and(|document| document.root_element().tag_name().name() == MJCF)
+}
+
 /// An XML file (or embedded text) by the name it is complained about under.
 pub(crate) struct Source<'a> {
     pub name: &'a str,
@@ -40,6 +48,11 @@ impl<'a> Source<'a> {
             return Ok(root);
         }
         let found = root.tag_name().name();
+        if found == MJCF {
+            let cause = "this is MJCF, MuJoCo's format, which a program built with MuJoCo reads \
+                         (`cargo build --release --features mujoco`)";
+            return Err(self.refuse(root, cause));
+        }
         Err(self.refuse(
             root,
             format!("the root element is <{found}>, <robot> is wanted"),

@@ -7,12 +7,13 @@
 //! | M v̇ + h = (0, τ) + Σ Jᵀ f | [`dynamics`] |
 //! | torques from one quadratic program | [`whole_body`] |
 //! | what robust runs change | [`perturbation`]; the faces that it moves: [`used_faces`] |
+//! | a robot's MJCF as the URDF that stands for it | `from_mjcf` (feature `mujoco`) |
 //! | what was measured against what is allowed | [`criteria`] |
 //! | does a stance hold, is a motion executed | `hold`, `execution` (feature `mujoco`) |
 //! | pictures | `picture` (feature `render`) |
 //!
 //! The controllers know the robot as it was planned with; the simulated one may differ in mass,
-//! friction and surroundings. Only `plant.rs` and `picture.rs` know MuJoCo.
+//! friction and surroundings. Only `plant.rs`, `picture.rs` and `from_mjcf.rs` know MuJoCo.
 //!
 //! ```
 //! use simulation::mjcf::model;
@@ -50,6 +51,8 @@ mod control;
 pub mod execution;
 #[cfg(feature = "mujoco")]
 mod footing;
+#[cfg(feature = "mujoco")]
+pub mod from_mjcf;
 #[cfg(feature = "mujoco")]
 pub mod hold;
 #[cfg(feature = "mujoco")]

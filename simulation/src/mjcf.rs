@@ -12,7 +12,7 @@
 //!
 //! `mjcf.xml` is the template of the text.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use robot_model::collision::ShapeGeometry;
 use robot_model::{Body, GRAVITY_M_S2, JointKind, Robot};
 use serde_json::{Value, json};
@@ -21,10 +21,13 @@ use crate::Error;
 use crate::physics::{Physics, Scales, Servo};
 use crate::world::{WorldBody, WorldShape};
 
+/// Mass, kg, and moments, kg·m², of a body that has none: just more than MuJoCo takes for none.
+const MASSLESS: f64 = 1e-10;
+
 /// The model text of `robot` in `world` with position servos of these gains.
 ///
 /// # Errors
-/// [`Error::Robot`] where a moving body has no mass.
+/// [`Error::Robot`] where the template cannot be filled in.
 pub fn model(
     robot: &Robot,
     world: &[WorldBody],
@@ -39,7 +42,7 @@ pub fn model(
         let on = (open.iter()).rposition(|top| Some(*top) == body.parent);
         let stays = on.map_or(0, |k| k + 1);
         let friction = friction_of(robot, i).unwrap_or(physics.friction_elsewhere);
-        let mut said = link(body, scales.mass)?;
+        let mut said = link(body, scales.mass);
         said["closes"] = json!(open.len() - stays);
         said["friction"] = json!(friction * scales.friction);
         said["shapes"] = shapes(robot, i);
@@ -109,22 +112,22 @@ fn world_form((k, body): (usize, &WorldBody)) -> String {
 }
 
 /// Joint and inertia of a body; efforts without a bound are left out.
-fn link(body: &Body, mass_scale: f64) -> Result<Value, Error> {
-    if body.mass_kg <= 0.0 || body.mass_kg.is_nan() {
-        let cause = format!("body \"{}\" has no mass and moves", body.name);
-        return Err(Error::Robot(cause));
-    }
+fn link(body: &Body, mass_scale: f64) -> Value {
+    let inertia = match body.mass_kg > 0.0 {
+        true => body.inertia_B,
+        false => Matrix3::identity() * MASSLESS,
+    };
     let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-    Ok(json!({
+    json!({
         "pose": pose(&body.X_PJ),
         "slides": body.kind == JointKind::Prismatic,
         "axis": numbers(body.axis.as_slice()),
         "range": numbers(&[body.lower, body.upper]),
         "effort": body.effort,
         "com": numbers(body.com_B.as_slice()),
-        "mass_kg": body.mass_kg * mass_scale,
-        "inertia": numbers(&entries.map(|at| body.inertia_B[at] * mass_scale)),
-    }))
+        "mass_kg": body.mass_kg.max(MASSLESS) * mass_scale,
+        "inertia": numbers(&entries.map(|at| inertia[at] * mass_scale)),
+    })
 }
 
 /// Index and form of the collision shapes of a body.

@@ -48,7 +48,7 @@ impl<'a> Plant<'a> {
     /// Sets the robot up in its world, at its neutral configuration.
     ///
     /// # Errors
-    /// [`Error::Robot`] where a body has no mass; [`Error::MuJoCo`] where the model is refused or
+    /// As [`mjcf::model`]; [`Error::MuJoCo`] where the model is refused or
     /// does not come out with the robot's mass and number of velocities.
     pub fn new(
         robot: &'a Robot,

@@ -86,7 +86,7 @@ impl Args {
             knees: self.also.contains(&Part::Knees),
             elbows: self.also.contains(&Part::Elbows),
         };
-        let bare = robot_model::load(&files.of_model(&config.robot_model))?;
+        let bare = robot_model::load(&files.of_model(&config.robot_model)?)?;
         let Proposal {
             contacts,
             srdf,

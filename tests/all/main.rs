@@ -14,6 +14,7 @@ mod cli;
 mod export_formats;
 mod first_robot;
 mod interruption;
+mod mjcf_robot;
 mod mutual_imports;
 mod outputs;
 mod posture_problems;

@@ -90,7 +90,7 @@ pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Res
                 findings.list(what, link);
             }
         } else if body.mass_kg < MASSLESS_KG {
-            findings.note(format!("link \"{link}\" moves but has no mass of its own"));
+            findings.list("links that move have no mass of their own", link);
         }
         let mut moments = SymmetricEigen::new(body.inertia_B).eigenvalues;
         moments.as_mut_slice().sort_unstable_by(f64::total_cmp);

@@ -37,6 +37,21 @@ pub struct RobotFiles {
     pub package_dirs: Vec<PathBuf>,
     /// How strictly to read them.
     pub config: Config,
+    /// What stands for the file at `urdf` where that is of another format.
+    pub document: Option<Document>,
+}
+
+/// A robot that another format was read into.
+#[derive(Clone, Debug, Default)]
+pub struct Document {
+    /// Its URDF.
+    pub urdf: String,
+    /// Named postures and pairs that the format disables, to which an SRDF adds.
+    pub srdf: String,
+    /// The bytes of meshes by the names that the URDF has for them.
+    pub meshes: BTreeMap<String, Vec<u8>>,
+    /// What was approximated.
+    pub notes: Vec<String>,
 }
 
 impl RobotFiles {
@@ -83,19 +98,39 @@ pub fn load_with(
         (Some(path), _) => named(path).map(Some),
         (None, text) => Ok(text.map(|text| (format!("proposed {kind}"), text.to_owned()))),
     };
+    let document = files.document.as_ref();
+    let read_as = |text: &String| {
+        (
+            format!("{} (read as URDF)", files.urdf.display()),
+            text.clone(),
+        )
+    };
     let texts = Texts {
-        urdf: named(&files.urdf)?,
-        srdf: or(&files.srdf, srdf, "SRDF")?,
+        urdf: match document {
+            Some(document) => read_as(&document.urdf),
+            None => named(&files.urdf)?,
+        },
+        srdf: (document.map(|document| read_as(&document.srdf)).into_iter())
+            .chain(or(&files.srdf, srdf, "SRDF")?)
+            .collect(),
         contacts: or(&files.contacts, contacts, "contacts")?,
     };
     // An absolute folder has all of its parents to look for packages in.
     let urdf_path = std::path::absolute(&files.urdf).unwrap_or_else(|_| files.urdf.clone());
     let urdf_dir = urdf_path.parent().unwrap_or(Path::new(".")).to_owned();
     let meshes = |filename: &str| {
+        if let Some(bytes) = document.and_then(|document| document.meshes.get(filename)) {
+            return Ok(bytes.clone());
+        }
         let path = package::find(filename, &urdf_dir, &files.package_dirs)?;
         std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))
     };
-    assemble(&texts, &meshes, &files.config)
+    let mut robot = assemble(&texts, &meshes, &files.config)?;
+    let read = document
+        .iter()
+        .flat_map(|document| document.notes.iter().cloned());
+    robot.notes.splice(0..0, read);
+    Ok(robot)
 }
 
 /// Reads an embedded robot; errors call its texts `NAME.urdf`, `NAME.srdf` and `NAME contacts`.
@@ -112,7 +147,9 @@ pub fn load_from_strings(
 ) -> Result<Robot, Error> {
     let texts = Texts {
         urdf: (format!("{name}.urdf"), urdf.to_owned()),
-        srdf: srdf.map(|text| (format!("{name}.srdf"), text.to_owned())),
+        srdf: (srdf.iter())
+            .map(|text| (format!("{name}.srdf"), (*text).to_owned()))
+            .collect(),
         contacts: contacts.map(|text| (format!("{name} contacts"), text.to_owned())),
     };
     assemble(&texts, meshes, config)
@@ -121,7 +158,7 @@ pub fn load_from_strings(
 /// Each file's name and text.
 struct Texts {
     urdf: (String, String),
-    srdf: Option<(String, String)>,
+    srdf: Vec<(String, String)>,
     contacts: Option<(String, String)>,
 }
 
@@ -144,7 +181,7 @@ fn assemble(texts: &Texts, meshes: &MeshSource, config: &Config) -> Result<Robot
     let collision = CollisionModel::new(shapes, &lumped.bodies);
     let mut robot = Robot::new(urdf.robot.name, lumped.bodies, lumped.frames, collision)?;
     // What the other files add.
-    if let Some((file, text)) = &texts.srdf {
+    for (file, text) in &texts.srdf {
         srdf::apply(file, text, &mut robot, &mut findings)?;
     }
     if let Some((file, text)) = &texts.contacts {

@@ -3,6 +3,8 @@
 
 mod dynamics;
 #[cfg(feature = "mujoco")]
+mod from_mjcf;
+#[cfg(feature = "mujoco")]
 mod mujoco;
 mod robot;
 #[cfg(feature = "mujoco")]
