@@ -1,6 +1,6 @@
 //! The command line: flags, dispatch to a command, logging and the exit code.
 
-use std::io::Write;
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -88,6 +88,8 @@ pub enum Command {
     Config(command::config::Args),
     /// Print the completions for a shell
     Completions(command::completions::Args),
+    /// Write the manual pages
+    Man(command::man::Args),
 }
 
 /// Parses the command line, runs the command and reports how it ended.
@@ -96,13 +98,12 @@ pub fn main() -> ExitCode {
     tracing_subscriber::fmt()
         .with_env_filter(tracing_subscriber::EnvFilter::from_default_env())
         .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
         .init();
-    let mut out = std::io::stdout().lock();
+    let mut out = Words(Some(std::io::stdout().lock()));
     let ended = dispatch(&cli, &mut out).and_then(|status| Ok(out.flush().map(|()| status)?));
     match ended {
         Ok(status) => status.into(),
-        // The reader of our output has seen enough: `scandent scenes | head -1`.
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
             let usage = error.is::<UsageError>();
@@ -133,12 +134,39 @@ fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
         Some(Command::Robot(args)) => command::robot::run(args, global, out),
         Some(Command::Config(args)) => command::config::run(args, global, out),
         Some(Command::Completions(args)) => command::completions::run(args, out),
+        Some(Command::Man(args)) => command::man::run(args, out),
     }
 }
 
-fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    let mut causes = error.chain().filter_map(|cause| cause.downcast_ref());
-    causes.any(|cause: &std::io::Error| cause.kind() == std::io::ErrorKind::BrokenPipe)
+/// What is said to the user. Once the reader has seen enough, as of `scandent scenes | head -1`, it goes nowhere:
+/// results are still written.
+struct Words<W>(Option<W>);
+
+impl<W: Write> Words<W> {
+    fn say<T>(
+        &mut self,
+        said: impl FnOnce(&mut W) -> std::io::Result<T>,
+        unheard: T,
+    ) -> std::io::Result<T> {
+        match self.0.as_mut().map(said) {
+            None => Ok(unheard),
+            Some(Err(error)) if error.kind() == ErrorKind::BrokenPipe => {
+                self.0 = None;
+                Ok(unheard)
+            }
+            Some(ended) => ended,
+        }
+    }
+}
+
+impl<W: Write> Write for Words<W> {
+    fn write(&mut self, words: &[u8]) -> std::io::Result<usize> {
+        self.say(|out| out.write(words), words.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.say(W::flush, ())
+    }
 }
 
 #[cfg(test)]

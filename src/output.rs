@@ -29,9 +29,12 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 /// Refuses what cannot become a result, before anything is computed for it.
 ///
 /// # Errors
-/// A folder, a link, a device, or a file that was read as an input.
+/// The standard output, a folder, a link, a device, or a file that was read as an input.
 pub fn check(path: &Path) -> Result<()> {
     let name = path.display();
+    if path == Path::new("-") {
+        bail!("-: results go to a file, not to the standard output; a file of that name is ./-");
+    }
     let there = match path.symlink_metadata() {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
         found => found.with_context(|| format!("{name}: cannot be written"))?,

@@ -6,6 +6,7 @@ pub mod calibrate;
 pub mod completions;
 pub mod config;
 pub mod export;
+pub mod man;
 pub mod plan;
 pub mod posture;
 pub mod posture_sets;

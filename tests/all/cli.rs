@@ -164,6 +164,33 @@ fn a_mesh_that_is_almost_right_is_said_to_be_so() {
 }
 
 #[test]
+fn every_command_has_a_manual_page_with_its_flags() {
+    let folder = tempfile::tempdir().expect("a folder");
+    succeeds("man -o @", &[folder.path()]);
+    let help = succeeds("--help", &[]);
+    let commands = help
+        .lines()
+        .skip_while(|l| !l.starts_with("Commands:"))
+        .skip(1);
+    let commands = commands.take_while(|l| !l.is_empty());
+    let names = commands.filter_map(|l| l.split_whitespace().next());
+    let mut seen = 0;
+    for name in names.filter(|name| *name != "help") {
+        let page = read(folder.path().join(format!("scandent-{name}.1"))).replace('\\', "");
+        let flags = succeeds(&format!("{name} --help"), &[]);
+        for flag in flags
+            .split_whitespace()
+            .filter(|w| w.starts_with("--") && w.len() > 2)
+        {
+            let flag = flag.trim_end_matches(|c: char| !c.is_alphanumeric());
+            assert!(page.contains(flag), "{name} has no {flag} on its page");
+            seen += 1;
+        }
+    }
+    assert!(seen > 100, "{seen} flags");
+}
+
+#[test]
 fn completions_name_the_commands() {
     for shell in ["bash", "zsh", "fish"] {
         ends_with(&format!("completions {shell}"), &[], 0, &["surfaces"]);

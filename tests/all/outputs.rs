@@ -27,6 +27,7 @@ fn devices_links_folders_and_inputs_are_not_replaced() {
         (&at("link"), "a link is there"),
         (folder.path(), "a folder is there"),
         (Path::new("/dev/full"), "a device or pipe is there"),
+        (Path::new("-"), "results go to a file"),
         (&at("floor.obj/x.json"), "cannot be written"),
     ] {
         ends_with("surfaces --mesh @ -o @", &[&mesh, path], 1, &[why]);
@@ -53,6 +54,21 @@ fn devices_links_folders_and_inputs_are_not_replaced() {
     assert_eq!(read(&mesh), FLOOR);
     succeeds(&format!("{LINE} 0.2,0 -o @"), &[&mesh, &results]);
     assert!(results.join("pictures").is_dir() && results.join("plan.json").is_file());
+}
+
+#[test]
+fn results_are_written_though_nobody_reads_the_words() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mesh, results) = (
+        folder.path().join("floor.obj"),
+        folder.path().join("results"),
+    );
+    std::fs::write(&mesh, FLOOR).expect("writable");
+    let mut run = command(&format!("{LINE} 0.2,0 -o @"), &[&mesh, &results]);
+    let mut run = run.stdout(Stdio::piped()).spawn().expect("it starts");
+    drop(run.stdout.take());
+    assert!(run.wait().expect("it ends").success());
+    assert!(results.join("plan.json").is_file());
 }
 
 #[test]

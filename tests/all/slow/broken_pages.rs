@@ -30,7 +30,7 @@ fn a_broken_page_is_noticed() {
             "request for http://127.0.0.1:9/a.png"),
         ("a number that is none",
             replaced("\"nodes_expanded\":6", "\"nodes_expanded\":{}"), "[object"),
-        ("a slider that moves nothing", replaced("oninput:", "onnothing:"), "instead of"),
+        ("a slider that moves nothing", replaced("\"Stance\",oninput:", "\"Stance\",onnothing:"), "instead of"),
         ("a picture that stands still",
             replaced("this.renderer.render(this.scene,this.camera)",
                 "this.drawn||=(this.renderer.render(this.scene,this.camera),1)"),
