@@ -55,7 +55,8 @@ pub(crate) fn solve_relaxed(
     if whole && let Some(violation) = proof::infeasible(&ctx) {
         return Ok(Outcome::Infeasible(violation));
     }
-    // The first attempt keeps inside coarse friction pyramids, which leaves friction over where there is enough.
+    // The first attempt keeps inside coarse friction pyramids, which leaves friction over where there is enough;
+    // the others use all of it.
     let fine = OnceCell::new();
     let mut sqp = Sqp::new(&ctx, 0);
     let mut contact_ik = ContactIk::new(&ctx);
@@ -76,7 +77,14 @@ pub(crate) fn solve_relaxed(
     }
     let mut drawn = 1;
     let mut nearest: Option<Outcome> = None;
-    for _ in 0..=config.restarts {
+    for attempt in 0..=config.restarts {
+        if attempt == 1 {
+            let fine = fine.get_or_init(|| Context {
+                pyramid: Pyramid::fine(),
+                ..Context::new(problem, config, ctx.relaxed.clone())
+            });
+            sqp = Sqp::new(fine, sqp.iterations);
+        }
         let it = if let Some(guess) = first.take() {
             guess
         } else {
@@ -98,13 +106,6 @@ pub(crate) fn solve_relaxed(
         let outcome = sqp.descend(it);
         if matches!(outcome, Outcome::Feasible(_)) {
             return Ok(outcome);
-        }
-        if fine.get().is_none() {
-            let fine = fine.get_or_init(|| Context {
-                pyramid: Pyramid::fine(),
-                ..Context::new(problem, config, ctx.relaxed.clone())
-            });
-            sqp = Sqp::new(fine, sqp.iterations);
         }
         let amount = |o: &Outcome| o.violation().map_or(0.0, |v| v.amount);
         if nearest

@@ -10,7 +10,7 @@
 //! | geoms that collide, in general or in listed pairs | collision shapes |
 //! | excluded pairs of bodies, keyframes | disabled pairs and named postures |
 //!
-//! `from_mjcf.urdf` and `from_mjcf.srdf` are the templates of the texts.
+//! `from_mjcf/robot.urdf` and `from_mjcf/robot.srdf` are the templates of the texts.
 #![allow(non_snake_case)]
 
 mod drive;
