@@ -26,6 +26,8 @@ pub struct Report<'a> {
     next: Option<&'a str>,
     /// Why the mount is not to be trusted, if it is not.
     doubts: &'a [String],
+    /// What of the sensor's model the stances tell.
+    noticed: &'a str,
     /// Number of stances that disagree with the others.
     doubted: usize,
     stances: Vec<Stance<'a>>,
@@ -48,7 +50,8 @@ struct Stance<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// The report of what was found and written; `next` is the stance to add, `doubts` are told first.
+    /// The report of what was found and written; `next` is the stance to add, `doubts` are told first; `noticed`
+    /// says what would be noticed of the sensor.
     ///
     /// # Errors
     /// When a chart cannot be drawn.
@@ -58,6 +61,7 @@ impl<'a> Report<'a> {
         written: &'a Extrinsics,
         next: Option<&'a str>,
         doubts: &'a [String],
+        noticed: &'a str,
     ) -> Result<Self> {
         let named = |names: [&'static str; 3], values: [f64; 3], sigmas: [f64; 3]| {
             let rows = [0, 1, 2].map(|k| (names[k], values[k], sigmas[k]));
@@ -79,6 +83,7 @@ impl<'a> Report<'a> {
             singular_values: &found.observability.singular_values,
             next,
             doubts,
+            noticed,
             doubted: stances
                 .iter()
                 .filter(|s| s.weight > 0.0 && s.weight < 1.0)

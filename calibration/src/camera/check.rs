@@ -26,8 +26,8 @@ pub struct Checked {
     pub left_out: Vec<usize>,
     /// Two of them that fit with their frames exchanged.
     pub swapped: Option<[usize; 2]>,
-    /// What the postures say of the sensor.
-    pub sensor: SensorModel,
+    /// What the postures say of the sensor, for each mistake that its model may have.
+    pub sensor: Vec<SensorModel>,
 }
 
 /// The mount from the postures that agree on one.
@@ -66,7 +66,7 @@ pub fn identify_checked(pairs: &[PlanePair], config: &CameraConfig) -> Result<Ch
         }
         let mut found = refined?;
         let left_out: Vec<usize> = (0..pairs.len()).filter(|i| !kept.contains(i)).collect();
-        let sensor = SensorModel::of(&chosen, &found, config)?;
+        let sensor = SensorModel::all(&chosen, &found, config)?;
         let mut agreed = found.agreement.into_iter();
         found.agreement = (0..pairs.len())
             .filter_map(|i| match left_out.contains(&i) {

@@ -38,7 +38,7 @@ pub use config::CameraConfig;
 pub use design::{Candidate, NextPose, next_pose};
 pub use observability::{Degeneracy, Observability};
 pub use paper::PaperParameters;
-pub use sensor_model::SensorModel;
+pub use sensor_model::{Mistake, SensorModel};
 
 use nalgebra::{Isometry3, Matrix6};
 

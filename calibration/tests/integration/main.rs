@@ -5,5 +5,6 @@ mod ground;
 mod lidar_mounts;
 mod published_figures;
 mod robustness;
+mod sensor_models;
 mod support;
 mod table_a1;

@@ -113,6 +113,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         _ => error,
     })?;
     let doubts = verdict::doubts(&checked, &measured);
+    let noticed = verdict::noticed(&checked.sensor, &measured);
     let found = checked.found;
     let footholds = stances.footholds.as_ref();
     let view = measured.first().and_then(|one| one.view.as_ref());
@@ -129,7 +130,14 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     });
     let advice = next.map(|(pose, next)| advice(&pose, &next, REACH_M));
     let written = Extrinsics::of(&found, &robot.name, &feet.link, inputs.into_list());
-    let report = Report::new(&measured, &found, &written, advice.as_deref(), &doubts)?;
+    let report = Report::new(
+        &measured,
+        &found,
+        &written,
+        advice.as_deref(),
+        &doubts,
+        &noticed,
+    )?;
     write!(out, "{}", report.text()?)?;
     if let Some(advice) = &advice {
         writeln!(out, "{advice}")?;
