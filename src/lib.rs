@@ -18,6 +18,7 @@ pub mod extrinsics;
 pub mod goal;
 pub mod imu;
 pub mod interrupt;
+pub mod mistakes;
 pub mod output;
 pub mod pipeline;
 pub mod plan_file;

@@ -9,6 +9,7 @@ use anyhow::Result;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use crate::mistakes;
 use crate::provenance::STANDARD;
 use crate::status::{self, Status, UsageError};
 
@@ -116,7 +117,12 @@ impl<'a> Told<'a> {
                 document.insert("exit_code".to_owned(), code.into());
                 if let Err(error) = ended {
                     let message = format!("{error:#}");
-                    let error = json!({ "kind": name, "message": message, "exit_code": code });
+                    let error = json!({
+                        "kind": name,
+                        "message": message,
+                        "mistakes": mistakes::of(error),
+                        "exit_code": code,
+                    });
                     document.insert("error".to_owned(), error);
                 }
                 writeln!(self.out, "{:#}", Value::Object(document)).and_then(|()| self.out.flush())

@@ -219,9 +219,14 @@ impl SceneFile {
     /// # Errors
     /// [`Error::Syntax`] with the line; [`Error::Field`] for a value that makes no sense.
     pub fn parse(text: &str) -> Result<Self, Error> {
-        let scene: Self = toml::from_str(text).map_err(|e| Error::Syntax(Box::new(e)))?;
-        scene.check()?;
-        Ok(scene)
+        let read = robot_model::toml_file::parse::<Self>(text);
+        let scene = read.map_err(|mistakes| {
+            Error::several(mistakes.into_iter().map(Error::Syntax).collect())
+        })?;
+        match scene.mistakes() {
+            mistakes if mistakes.is_empty() => Ok(scene),
+            mistakes => Err(Error::several(mistakes)),
+        }
     }
 }
 
