@@ -90,6 +90,8 @@ pub enum Command {
     Robot(command::robot::Args),
     /// Print the resolved settings as TOML
     Config(command::config::Args),
+    /// Write the JSON Schemas of the files that are read and written
+    Schemas(command::schemas::Args),
     /// Print the completions for a shell
     Completions(command::completions::Args),
     /// Write the manual pages
@@ -174,6 +176,7 @@ fn dispatch(cli: &Cli, told: &mut Told) -> Result<Status> {
         Some(Command::Calibrate(args)) => command::calibrate::run(args, global, told),
         Some(Command::Robot(args)) => command::robot::run(args, global, told),
         Some(Command::Config(args)) => command::config::run(args, global, told),
+        Some(Command::Schemas(args)) => command::schemas::run(args, told),
         Some(Command::Completions(args)) => command::completions::run(args, told),
         Some(Command::Man(args)) => command::man::run(args, told),
     }

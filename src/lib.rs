@@ -32,6 +32,7 @@ pub mod results;
 pub mod robot_files;
 pub mod roles;
 pub mod scene;
+pub mod schemas;
 mod search_file;
 pub mod serve;
 pub mod signature;

@@ -21,41 +21,58 @@
 //! ```
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::{ContactPatch, Error, GREATEST_M, PatchKind, Robot};
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "Contacts")]
 struct File {
+    /// The patches.
     #[serde(default)]
     patch: Vec<Patch>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Patch {
+    /// Name, of its own.
     name: String,
+    /// The link that carries it.
     link: String,
+    /// Origin of the patch frame C in the link's, m; of a point the ball's centre.
     #[serde(default)]
     position_m: [f64; 3],
+    /// Roll, pitch and yaw of C in the link's frame, rad; z points out of the environment.
     #[serde(default)]
     rpy_rad: [f64; 3],
+    /// With what it touches.
     #[serde(default)]
     kind: Kind,
+    /// Of an area the vertices in C, strictly convex and counter-clockwise, m.
     polygon_m: Option<Vec<[f64; 2]>>,
+    /// Of a point the ball's radius, m.
     radius_m: Option<f64>,
+    /// What it may do: `foot`, `hand` or any role that the settings have.
     #[serde(default)]
     roles: Vec<String>,
+    /// Coefficient of friction.
     friction: f64,
 }
 
-#[derive(Clone, Copy, Default, Deserialize)]
+#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Kind {
     #[default]
     Area,
     Point,
+}
+
+/// The JSON Schema of the file.
+pub fn schema() -> schemars::Schema {
+    schemars::schema_for!(File)
 }
 
 /// The patches of a contacts file on a robot.

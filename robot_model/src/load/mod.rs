@@ -15,6 +15,7 @@ mod srdf;
 mod tree;
 mod urdf;
 
+pub use contacts::schema as contacts_schema;
 pub use overlaps::sampled;
 pub(crate) use overlaps::{NEAR_M, are_neighbours};
 
