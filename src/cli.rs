@@ -118,11 +118,12 @@ pub fn main() -> ExitCode {
         .init();
     let (name, flags) = asked(&matches);
     let (to_stdout, mut stderr) = (is_result_on_stdout(flags), std::io::stderr());
-    let mut told = match (cli.global.json, to_stdout) {
+    let told = match (cli.global.json, to_stdout) {
         (true, _) => Told::document(&name, &mut stdout),
         (false, true) => Told::words(&mut stderr),
         (false, false) => Told::words(&mut stdout),
     };
+    let mut told = told.awaited();
     let ended = match cli.global.json && to_stdout {
         true => Err(UsageError(TWO_ON_STDOUT.to_owned()).into()),
         false => dispatch(&cli, &mut told),

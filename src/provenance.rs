@@ -55,6 +55,7 @@ impl Inputs {
     pub fn read(&mut self, role: &str, path: &Path) -> Result<Vec<u8>> {
         let bytes = raw(role, path)?;
         self.note(role, &path.display().to_string(), &bytes);
+        tracing::info!("{role} {}: {} bytes", path.display(), bytes.len());
         Ok(unmarked(role, bytes))
     }
 
