@@ -29,6 +29,7 @@ const REFUSED: &[(&str, i32, &[&str])] = &[
         &["4 mistakes", "patch \"foot\"", "floor", "patch \"hand\"", "roof"]),
     // A missing file is named.
     ("surfaces no/such/file.x", 1, &["no/such/file.x"]),
+    ("surfaces --mesh -", 1, &["stl:- or obj:-"]),
     ("surfaces --mesh no/such/file.x", 1, &["no/such/file.x"]),
     ("verify no/such/file.x", 1, &["no/such/file.x"]),
     ("view no/such/file.x -o x.html", 1, &["no/such/file.x"]),
