@@ -134,7 +134,7 @@ fn cuts(ring: &Ring) -> Vec<Cut> {
         match cuts.last_mut() {
             Some(last)
                 if apart_m(ring, last.at[1], i) < LEAD_MIN_M
-                    && is_straight(last.ends[0], &chain, ends[1]) =>
+                    && is_straight(last.ends[0], &chain, ends[1], STRAIGHT_M) =>
             {
                 (last.ends[1], last.at[1]) = (ends[1], i + 1);
                 chain.extend(ends);
@@ -161,11 +161,11 @@ fn apart_m(ring: &Ring, from: usize, to: usize) -> f64 {
     ends.map(|[a, b]| (b - a).norm()).sum()
 }
 
-/// Whether points lie on the line from one to another.
-fn is_straight(start: Point2<f64>, between: &[Point2<f64>], end: Point2<f64>) -> bool {
+/// Whether points lie within `off_m` of the line from one to another.
+fn is_straight(start: Point2<f64>, between: &[Point2<f64>], end: Point2<f64>, off_m: f64) -> bool {
     let along = (end - start).normalize();
-    let off_m = |p: &Point2<f64>| along.perp(&(p - start)).abs();
-    between.iter().all(|p| off_m(p) <= STRAIGHT_M)
+    let off = |p: &Point2<f64>| along.perp(&(p - start)).abs();
+    between.iter().all(|p| off(p) <= off_m)
 }
 
 impl Cut {
@@ -263,7 +263,7 @@ fn edge_line(ring: &Ring, from: usize, side: usize) -> Option<EdgeLine> {
     let first = (0..hull.len()).min_by(|&a, &b| near(&hull[a]).total_cmp(&near(&hull[b])))?;
     let walk = |n: usize| hull[[first + hull.len() - n, first + n][side] % hull.len()];
     let path: Vec<Point2<f64>> = (0..hull.len()).map(walk).collect();
-    let straight = |n: &usize| is_straight(path[0], &path[1..*n], path[*n]);
+    let straight = |n: &usize| is_straight(path[0], &path[1..*n], path[*n], JAG_M);
     let last = (1..path.len()).take_while(straight).last()?;
     let along = (path[last] - path[0]).normalize();
     let part = |p: &Point2<f64>| (p - path[0]).dot(&along);
