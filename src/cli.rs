@@ -90,6 +90,8 @@ pub enum Command {
     Robot(command::robot::Args),
     /// Print the resolved settings as TOML
     Config(command::config::Args),
+    /// Write the JSON Schemas of the files that are read and written
+    Schemas(command::schemas::Args),
     /// Print the completions for a shell
     Completions(command::completions::Args),
     /// Write the manual pages
@@ -116,11 +118,12 @@ pub fn main() -> ExitCode {
         .init();
     let (name, flags) = asked(&matches);
     let (to_stdout, mut stderr) = (is_result_on_stdout(flags), std::io::stderr());
-    let mut told = match (cli.global.json, to_stdout) {
+    let told = match (cli.global.json, to_stdout) {
         (true, _) => Told::document(&name, &mut stdout),
         (false, true) => Told::words(&mut stderr),
         (false, false) => Told::words(&mut stdout),
     };
+    let mut told = told.awaited();
     let ended = match cli.global.json && to_stdout {
         true => Err(UsageError(TWO_ON_STDOUT.to_owned()).into()),
         false => dispatch(&cli, &mut told),
@@ -174,6 +177,7 @@ fn dispatch(cli: &Cli, told: &mut Told) -> Result<Status> {
         Some(Command::Calibrate(args)) => command::calibrate::run(args, global, told),
         Some(Command::Robot(args)) => command::robot::run(args, global, told),
         Some(Command::Config(args)) => command::config::run(args, global, told),
+        Some(Command::Schemas(args)) => command::schemas::run(args, told),
         Some(Command::Completions(args)) => command::completions::run(args, told),
         Some(Command::Man(args)) => command::man::run(args, told),
     }

@@ -9,12 +9,13 @@ mod schema;
 
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Error, Result, anyhow};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::cli::Global;
+use crate::mistakes;
 use crate::provenance;
 use crate::status::UsageError;
 
@@ -74,10 +75,38 @@ impl Layers {
     pub fn lay(&mut self, source: &str, table: &Table) -> Result<()> {
         let mut merged = self.table.clone();
         merge(&mut merged, table);
-        let fits = resolve(&merged).and_then(|_| ranges::check(table));
-        fits.with_context(|| source.to_owned())?;
+        let mut mistakes = ranges::mistakes(table);
+        if let Err(first) = resolve(&merged) {
+            mistakes.extend(self.unfit(table, first));
+        }
+        if !mistakes.is_empty() {
+            return Err(mistakes::several(mistakes).context(source.to_owned()));
+        }
         self.table = merged;
         Ok(())
+    }
+
+    /// Why settings do not fit: each of those that do not even alone, else the first mistake of all.
+    fn unfit(&self, table: &Table, first: Error) -> Vec<Error> {
+        let mut settings = Vec::new();
+        leaves(table, &mut Vec::new(), &mut settings);
+        let mut found: Vec<Error> = Vec::new();
+        for alone in settings {
+            let mut merged = self.table.clone();
+            merge(&mut merged, &alone);
+            // An unknown table is one mistake, whatever is in it.
+            if let Err(error) = resolve(&merged)
+                && found
+                    .iter()
+                    .all(|other| other.to_string() != error.to_string())
+            {
+                found.push(error);
+            }
+        }
+        match found.is_empty() {
+            true => vec![first],
+            false => found,
+        }
     }
 
     /// Lays a file over what is there.
@@ -134,8 +163,10 @@ impl Config {
         if let Some(path) = &global.config {
             layers.lay_file(path)?;
         }
-        for assignment in &global.set {
-            layers.set(assignment)?;
+        let wrong = global.set.iter().filter_map(|set| layers.set(set).err());
+        let wrong: Vec<String> = wrong.map(|error| error.to_string()).collect();
+        if !wrong.is_empty() {
+            return Err(UsageError(wrong.join("\n")).into());
         }
         let mut config = layers.resolve()?;
         if let Some(seed) = global.seed {
@@ -166,6 +197,18 @@ fn merge(base: &mut Table, over: &Table) {
                 base.insert(key.clone(), value.clone());
             }
         }
+    }
+}
+
+/// The settings of a table, each as a table of it alone.
+fn leaves<'a>(table: &'a Table, path: &mut Vec<&'a str>, found: &mut Vec<Table>) {
+    for (key, value) in table {
+        path.push(key);
+        match value {
+            Value::Table(table) if !table.is_empty() => leaves(table, path, found),
+            value => found.push(nest(path, value.clone())),
+        }
+        path.pop();
     }
 }
 

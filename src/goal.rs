@@ -9,6 +9,7 @@ use robot_model::{PatchId, Robot};
 use scenes::scene_file;
 use surfaces::Face;
 
+use crate::mistakes;
 use crate::start::StartState;
 
 /// Largest heading error at the goal, rad: less than the verifier allows (0.1) by what solvers leave.
@@ -21,7 +22,7 @@ const POINT_TOLERANCE_M: f64 = 0.05;
 /// With a base position all patches that stood at the start must stand again.
 ///
 /// # Errors
-/// An unknown patch or face; a point with no face near it.
+/// Unknown patches or faces; points with no face near them.
 pub fn goal(
     asked: &scene_file::Goal,
     robot: &Robot,
@@ -35,13 +36,13 @@ pub fn goal(
         yaw_rad: asked.yaw_rad,
         yaw_tolerance_rad: YAW_TOLERANCE_RAD,
     };
-    let contacts = asked.contact.iter().map(|contact| {
-        let patch = robot.patch_id(&contact.patch).context("the goal")?;
-        Ok((patch, wanted_face(contact, environment)?))
-    });
+    let contacts = mistakes::all(asked.contact.iter().map(|contact| {
+        let patch = robot.patch_id(&contact.patch).context("the goal");
+        mistakes::both(patch, wanted_face(contact, environment))
+    }))?;
     Ok(planner::Goal {
         base,
-        contacts: contacts.collect::<Result<_>>()?,
+        contacts,
         patches: match asked.base_position_m {
             Some(_) => stand.patches.clone(),
             None => Vec::new(),

@@ -27,7 +27,10 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     if path == Path::new(STANDARD) {
         return to_standard(bytes).context("the standard output: cannot be written");
     }
-    write_beside(path, bytes).with_context(|| format!("{}: cannot be written", path.display()))
+    let name = path.display();
+    write_beside(path, bytes).with_context(|| format!("{name}: cannot be written"))?;
+    tracing::info!("{name}: {} bytes written", bytes.len());
+    Ok(())
 }
 
 /// Refuses what cannot become a result, before anything is computed for it.

@@ -110,6 +110,14 @@ pub fn plan(
     let edge_sigmas = config.posture.edge_sigmas;
     let usable = roles::usable(robot, environment, contacts, roles, edge_sigmas);
 
+    let (faces, stands) = (posed.terrain.faces.len(), contacts.len());
+    tracing::info!(
+        "{}: {faces} faces, {stands} contacts at the start",
+        robot.name
+    );
+    for note in &posed.notes {
+        tracing::info!("{note}");
+    }
     (options.stage)("searching");
     // Request → stances and the motion between them.
     let clock = Clock::default();
@@ -135,6 +143,9 @@ pub fn plan(
     let answer = pool.install(|| stages.measure("planning", search));
     let answer = answer.map_err(|error| posed::doubted(error.into(), &posed.notes))?;
     stages.split("planning", "motion", clock.motion_ms());
+    let (status, tried) = (answer.status, answer.summary.candidates_solved);
+    let nodes = answer.summary.nodes_generated;
+    tracing::info!("{status:?}: {nodes} contact sets, {tried} posture problems");
 
     // Motion → file, and the plan that names it.
     let mut motion_json = Vec::new();

@@ -12,6 +12,7 @@ use verify::World;
 use crate::config::Config;
 use crate::environment::{self, Perceived, levelled};
 use crate::goal;
+use crate::mistakes;
 use crate::provenance::Inputs;
 use crate::report::Stages;
 use crate::robot_files::Robots;
@@ -204,9 +205,10 @@ fn apply_friction(robot: &mut Robot, scene: &Scene) -> Result<()> {
         let patches = robot.patches.iter_mut();
         patches.for_each(|patch| patch.friction = friction);
     }
-    for (name, friction) in &scene.friction.patch {
+    mistakes::all(scene.friction.patch.iter().map(|(name, friction)| {
         let patch = robot.patch_index(name).context("friction")?;
         robot.patches[patch].friction = *friction;
-    }
+        Ok(())
+    }))?;
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use plan::Input;
 use sha2::{Digest, Sha256};
 
@@ -55,6 +55,7 @@ impl Inputs {
     pub fn read(&mut self, role: &str, path: &Path) -> Result<Vec<u8>> {
         let bytes = raw(role, path)?;
         self.note(role, &path.display().to_string(), &bytes);
+        tracing::info!("{role} {}: {} bytes", path.display(), bytes.len());
         Ok(unmarked(role, bytes))
     }
 
@@ -73,6 +74,9 @@ pub fn read(role: &str, path: &Path) -> Result<Vec<u8>> {
 }
 
 fn raw(role: &str, path: &Path) -> Result<Vec<u8>> {
+    if role == "mesh" && path == Path::new(STANDARD) {
+        bail!("-: which kind of mesh is it? stl:- or obj:-");
+    }
     if is_standard(path) {
         let bytes = standard_input();
         return bytes.context(format!("the standard input: cannot read this {role} file"));

@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 
 use plan::Unsolved;
 use planner::Stage;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The content of `report.json`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Report {
     /// `verified`, or as [`Unsolved::status`].
     pub status: String,

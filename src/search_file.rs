@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use plan::Trace;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::provenance::{read, sha256};
@@ -12,8 +13,9 @@ use crate::provenance::{read, sha256};
 pub const SEARCH_FILE: &str = "search.json";
 const FORMAT: &str = "scandent-search/1";
 
-/// What is in it.
-#[derive(Serialize, Deserialize)]
+/// What a search tried for a plan.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[schemars(title = "Search")]
 struct SearchFile {
     /// Always [`FORMAT`].
     format: String,
@@ -21,6 +23,11 @@ struct SearchFile {
     plan_sha256: String,
     #[serde(flatten)]
     trace: Trace,
+}
+
+/// The JSON Schema of the file.
+pub fn schema() -> schemars::Schema {
+    schemars::schema_for!(SearchFile)
 }
 
 /// The file's bytes, for the plan of these bytes.

@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail};
 use posture::{Contact, Environment, Outcome, Problem, stand};
 use robot_model::{Configuration, PatchId, Robot};
 
+use crate::mistakes;
 use crate::scene::Start;
 
 /// The role of the patches that stand where no patch is named.
@@ -42,8 +43,8 @@ pub fn stand(
             base,
             contacts,
         } => {
-            let posture = named_posture(robot, name.as_deref())?;
-            let patches = patches(robot, contacts)?;
+            let posture = named_posture(robot, name.as_deref());
+            let (posture, patches) = mistakes::both(posture, patches(robot, contacts))?;
             let configuration = match base {
                 Some(base) => posture.with_base(base),
                 None => stand::on_level_ground(robot, &posture, &patches),
@@ -59,8 +60,8 @@ pub fn stand(
             yaw_rad,
             contacts,
         } => {
-            let posture = named_posture(robot, name.as_deref())?;
-            let feet = patches(robot, contacts)?;
+            let posture = named_posture(robot, name.as_deref());
+            let (posture, feet) = mistakes::both(posture, patches(robot, contacts))?;
             let place = (*at_m, *yaw_rad);
             let (contacts, guess) = standing::contacts(robot, environment, &posture, &feet, place)?;
             on_contacts(robot, contacts, &guess, environment, config)
@@ -70,7 +71,7 @@ pub fn stand(
                 let patch = robot.patch_id(name)?;
                 Ok(Contact::at(robot, patch, *pose))
             });
-            let contacts: Vec<Contact> = contacts.collect::<Result<_>>()?;
+            let contacts: Vec<Contact> = mistakes::all(contacts)?;
             let guess = stand::over_contacts(robot, &robot.resting(), &contacts);
             on_contacts(robot, contacts, &guess, &Environment::default(), config)
         }
@@ -90,7 +91,7 @@ fn named_posture(robot: &Robot, name: Option<&str>) -> Result<Configuration> {
 /// An unknown patch, with those that there are; a robot without feet.
 pub fn patches(robot: &Robot, names: &[String]) -> Result<Vec<PatchId>> {
     if !names.is_empty() {
-        return names.iter().map(|name| Ok(robot.patch_id(name)?)).collect();
+        return mistakes::all(names.iter().map(|name| Ok(robot.patch_id(name)?)));
     }
     let is_foot = |p: &PatchId| robot.patches[*p].has_role(FOOT);
     let feet: Vec<PatchId> = robot.patch_ids().filter(is_foot).collect();

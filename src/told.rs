@@ -9,6 +9,8 @@ use anyhow::Result;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use crate::mistakes;
+use crate::progress::ProgressLine;
 use crate::provenance::STANDARD;
 use crate::status::{self, Status, UsageError};
 
@@ -17,6 +19,8 @@ use crate::status::{self, Status, UsageError};
 pub struct Told<'a> {
     out: &'a mut dyn Write,
     document: Option<Map<String, Value>>,
+    /// Whether somebody waits at a terminal.
+    is_awaited: bool,
 }
 
 impl<'a> Told<'a> {
@@ -25,6 +29,16 @@ impl<'a> Told<'a> {
         Self {
             out,
             document: None,
+            is_awaited: false,
+        }
+    }
+
+    /// The same, with what is being done on stderr.
+    #[must_use]
+    pub fn awaited(self) -> Self {
+        Self {
+            is_awaited: true,
+            ..self
         }
     }
 
@@ -34,6 +48,7 @@ impl<'a> Told<'a> {
         Self {
             out,
             document: document.as_object().cloned(),
+            is_awaited: false,
         }
     }
 
@@ -59,6 +74,26 @@ impl<'a> Told<'a> {
                     .for_each(|l| l.push(item.into()));
                 Ok(())
             }
+        }
+    }
+
+    /// Does what may take long, and says what it is meanwhile.
+    pub fn during<T>(&self, stage: &str, work: impl FnOnce() -> T) -> T {
+        let line = self.is_awaited.then(ProgressLine::default);
+        if let Some(line) = &line {
+            line.stage(stage);
+        }
+        work()
+    }
+
+    /// Tells at once of one of many that is done; of a document on stderr.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn done(&mut self, words: &str) -> std::io::Result<()> {
+        match self.document {
+            None => writeln!(self.out, "{words}").and_then(|()| self.out.flush()),
+            Some(_) => writeln!(std::io::stderr(), "{words}"),
         }
     }
 
@@ -116,7 +151,12 @@ impl<'a> Told<'a> {
                 document.insert("exit_code".to_owned(), code.into());
                 if let Err(error) = ended {
                     let message = format!("{error:#}");
-                    let error = json!({ "kind": name, "message": message, "exit_code": code });
+                    let error = json!({
+                        "kind": name,
+                        "message": message,
+                        "mistakes": mistakes::of(error),
+                        "exit_code": code,
+                    });
                     document.insert("error".to_owned(), error);
                 }
                 writeln!(self.out, "{:#}", Value::Object(document)).and_then(|()| self.out.flush())

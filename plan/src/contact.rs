@@ -1,13 +1,14 @@
 //! A contact between a patch of the robot and a face.
 #![allow(non_snake_case)]
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use surfaces::FaceId;
 
 use crate::Pose;
 
 /// A contact of a stance, or of a phase of a motion.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
     /// The robot's contact patch.

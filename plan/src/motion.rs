@@ -1,6 +1,7 @@
 //! The motion as it is written: phases, and samples of the whole body in time.
 #![allow(non_snake_case)]
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{Contact, Error};
@@ -12,7 +13,7 @@ pub const MOTION_FORMAT: &str = "scandent-motion/3";
 ///
 /// Phases abut, and begin and end on samples. A sample at the border of two phases belongs to the
 /// later one. Configuration and forces are continuous over the borders.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Motion {
     /// Always [`MOTION_FORMAT`].
@@ -30,7 +31,7 @@ pub struct Motion {
 }
 
 /// What a motion keeps to at every instant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Largest part of the joints' speed limits.
@@ -47,7 +48,7 @@ pub struct Limits {
 }
 
 /// What a phase does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseKind {
     /// Nothing moves.
@@ -59,7 +60,7 @@ pub enum PhaseKind {
 }
 
 /// A part of the motion during which the set of closed contacts stays the same.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Phase {
     /// What it does.
@@ -79,7 +80,7 @@ pub struct Phase {
 }
 
 /// The whole body at one time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sample {
     /// Time since the start, s.

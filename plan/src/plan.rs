@@ -3,6 +3,7 @@
 //! Everything a reader needs to check the plan stands in the file: the surfaces it uses, the
 //! margins it promises and, for each stance, the posture and the forces at the patch vertices.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use surfaces::{Face, FaceId, Obstacle};
 
@@ -12,7 +13,7 @@ use crate::Stance;
 pub const PLAN_FORMAT: &str = "scandent-plan/2";
 
 /// A sequence of stances from the start to the goal, with what it was computed from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     /// Always [`PLAN_FORMAT`].
@@ -49,7 +50,7 @@ pub struct Plan {
 }
 
 /// The file that holds the motion of a plan.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionFile {
     /// Its name, in the folder of the plan.
@@ -63,7 +64,7 @@ pub struct MotionFile {
 }
 
 /// Name and version of a program.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Program {
     /// Name.
@@ -73,7 +74,7 @@ pub struct Program {
 }
 
 /// One file that the plan was computed from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Input {
     /// `scan`, `surfaces`, `mesh`, `urdf`, `srdf`, `contacts` or `scene`.
@@ -85,7 +86,7 @@ pub struct Input {
 }
 
 /// What identifies the robot of a plan.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotSummary {
     /// Name in the URDF.
@@ -97,7 +98,7 @@ pub struct RobotSummary {
 }
 
 /// The margins that every stance of the plan promises to keep.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RequiredMargins {
     /// Largest part of the friction coefficient that the forces use, 0…1.
@@ -119,7 +120,7 @@ pub struct RequiredMargins {
 }
 
 /// The goal as the search understood it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GoalRecord {
     /// Wanted position of the base in W, m; a coordinate without a value is free.
@@ -133,7 +134,7 @@ pub struct GoalRecord {
 }
 
 /// A contact that the last stance must contain.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GoalContact {
     /// The robot's contact patch.
@@ -143,7 +144,7 @@ pub struct GoalContact {
 }
 
 /// What the search did.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SearchSummary {
     /// Contact sets with a posture, the start included.
@@ -167,7 +168,7 @@ pub struct SearchSummary {
 }
 
 /// How a search ended without a verified plan.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Unsolved {
     /// `no_plan` (proved), `exhausted`, `budget_spent`, `interrupted`, or `refused` by the verifier.

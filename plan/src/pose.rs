@@ -1,10 +1,11 @@
 //! A pose as files hold it.
 
 use nalgebra::Isometry3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A pose, written with its quaternion order in its name.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pose {
     /// Position, m.

@@ -1,13 +1,14 @@
 //! One contact set of a plan with the posture and the forces that hold the robot on it.
 #![allow(non_snake_case)]
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use surfaces::FaceId;
 
 use crate::Contact;
 
 /// One contact set with its posture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stance {
     /// Position in the plan, from 0.
@@ -27,7 +28,7 @@ pub struct Stance {
 }
 
 /// What was done to get from one stance to the next.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Change {
     /// The first stance.
@@ -51,7 +52,7 @@ pub enum Change {
 }
 
 /// How far a posture is from each limit; what is negative is violated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Margins {
     /// Largest distance of a contact from its place, m (angles times 0.1 m).

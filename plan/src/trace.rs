@@ -1,12 +1,13 @@
 //! What a search tried: its tree, what it was refused, and why each contact of the way was chosen.
 #![allow(non_snake_case)]
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Change;
 
 /// The tree of a search, and the choices along the way that it gave.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Trace {
     /// Contact sets with a posture, parents before children.
@@ -19,7 +20,7 @@ pub struct Trace {
 }
 
 /// A contact set of the tree.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TracedNode {
     /// The contact set before, by its position; none of the start.
@@ -33,7 +34,7 @@ pub struct TracedNode {
 }
 
 /// A change that could not be made.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Refusal {
     /// The contact set that it was tried from, by its position.
@@ -45,7 +46,7 @@ pub struct Refusal {
 }
 
 /// What refuses a change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Barrier {
     /// The contact is out of reach.
@@ -71,7 +72,7 @@ pub enum Barrier {
 }
 
 /// What was chosen at a stance of the way, and instead of what.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Choice {
     /// The stance that came of it; the number of stances where none did.
@@ -89,7 +90,7 @@ pub struct Choice {
 }
 
 /// A change that was not chosen.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Alternative {
     /// The change.

@@ -32,6 +32,9 @@ pub enum Error {
         /// The cause, with every place looked at for a missing mesh.
         cause: String,
     },
+    /// Several at once, each with its file.
+    #[error("{} mistakes:{}", .0.len(), crate::error::listed(.0))]
+    Several(Vec<Error>),
     /// What is read on from where that is wanted.
     #[error("{0} (robot_model.lenient = true reads on)")]
     Strict(Box<Error>),
@@ -61,6 +64,27 @@ pub enum Error {
 }
 
 impl Error {
+    /// All that is wrong as one error, if anything is.
+    pub(crate) fn all(mut errors: Vec<Error>) -> Result<(), Error> {
+        match errors.pop() {
+            None => Ok(()),
+            Some(last) => Err(last.after(errors)),
+        }
+    }
+
+    /// This error and those before it as one.
+    pub(crate) fn after(self, before: Vec<Error>) -> Self {
+        if before.is_empty() {
+            return self;
+        }
+        let all = before.into_iter().chain([self]);
+        let flat = all.flat_map(|error| match error {
+            Error::Several(errors) => errors,
+            one => vec![one],
+        });
+        Error::Several(flat.collect())
+    }
+
     /// An [`Error::File`].
     pub(crate) fn file(file: impl std::fmt::Display, cause: impl Into<String>) -> Self {
         Error::File {
@@ -100,6 +124,14 @@ impl Error {
             candidates: nearest(name, existing),
         }
     }
+}
+
+/// A line for each.
+pub(crate) fn listed(errors: &[Error]) -> String {
+    errors
+        .iter()
+        .map(|error| format!("\n  - {error}"))
+        .collect()
 }
 
 /// "candidates: a, b" or the statement that there are none.

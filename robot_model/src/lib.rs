@@ -34,6 +34,7 @@ pub mod load;
 pub mod mesh_file;
 pub mod propose;
 pub mod robot;
+pub mod toml_file;
 mod xml;
 
 pub use body::{Body, Frame, JointKind};

@@ -6,7 +6,10 @@
 pub enum Error {
     /// The text is not TOML or does not have the fields of a scene; the message carries the line.
     #[error("not a scene file: {0}")]
-    Syntax(#[source] Box<toml::de::Error>),
+    Syntax(String),
+    /// Several at once.
+    #[error("{} mistakes:{}", .0.len(), listed(.0))]
+    Several(Vec<Error>),
     /// A field has a value that makes no sense.
     #[error("scene field `{field}`: {reason}")]
     Field {
@@ -25,7 +28,23 @@ pub enum Error {
     },
 }
 
+/// A line for each.
+fn listed(errors: &[Error]) -> String {
+    errors
+        .iter()
+        .map(|error| format!("\n  - {error}"))
+        .collect()
+}
+
 impl Error {
+    /// Errors as one.
+    pub(crate) fn several(mut errors: Vec<Error>) -> Self {
+        match errors.len() {
+            1 => errors.remove(0),
+            _ => Self::Several(errors),
+        }
+    }
+
     pub(crate) fn field(field: impl Into<String>, reason: impl Into<String>) -> Self {
         Self::Field {
             field: field.into(),

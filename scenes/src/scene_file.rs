@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
@@ -12,7 +13,7 @@ mod check;
 /// A scene as it is written; paths in it are relative to the file.
 ///
 /// The environment comes from exactly one of `scan` (one or more), `surfaces_file` and `mesh_file`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
     /// Name; the output folder is called after it.
@@ -40,38 +41,47 @@ pub struct SceneFile {
     /// Which surfaces may carry which role: one table a role, with the fields of the surface
     /// crate's role filter.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub roles: toml::Table,
     /// Coefficients of friction.
     #[serde(default)]
     pub friction: Friction,
     /// Overrides of the perception's configuration.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub perception: toml::Table,
     /// Overrides of the settings of the ground under the feet.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub ground: toml::Table,
     /// Overrides of the surfaces' configuration.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub surfaces: toml::Table,
     /// Overrides of how the robot is read.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub robot_model: toml::Table,
     /// Overrides of the posture generator's configuration.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub posture: toml::Table,
     /// Overrides of the motion's configuration.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub motion: toml::Table,
     /// Overrides of the exporters' configuration.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub export: toml::Table,
     /// Overrides of the planner's configuration.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub planner: toml::Table,
 }
 
 /// One scan: a depth image or a point cloud, and the sensor's pose.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScanSource {
     /// Depth image (16-bit PNG).
@@ -112,7 +122,7 @@ pub struct ScanSource {
 }
 
 /// The robot: `urdf = "builtin:NAME"`, or files.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotSource {
     /// A path, or `builtin:NAME`.
@@ -126,7 +136,7 @@ pub struct RobotSource {
 /// The robot before its first step: a posture with the base at a place, a posture over a place
 /// (`over_m`), where the feet stand on whatever ground there is, or patches at their poses
 /// (`contact`); for the last two a posture is sought.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
     /// Name of a posture in the SRDF.
@@ -150,7 +160,7 @@ pub struct Start {
 }
 
 /// A patch at a pose.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StartContact {
     /// The robot's contact patch.
@@ -163,7 +173,7 @@ pub struct StartContact {
 }
 
 /// What the last stance must fulfil.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Goal {
     /// Position of the base in W: x, y or x, y, z, m.
@@ -183,7 +193,7 @@ fn default_tolerance_m() -> f64 {
 }
 
 /// A wanted contact: the surface by its name, or the surface at a point.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GoalContact {
     /// The robot's contact patch.
@@ -195,7 +205,7 @@ pub struct GoalContact {
 }
 
 /// Places that the base should pass.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Guide {
     /// x, y, z (m) and yaw (rad) of the base in W, from the start on.
@@ -203,7 +213,7 @@ pub struct Guide {
 }
 
 /// Coefficients of friction; a patch without a value keeps that of the contacts file.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Friction {
     /// For every patch that has none of its own here.
@@ -219,9 +229,14 @@ impl SceneFile {
     /// # Errors
     /// [`Error::Syntax`] with the line; [`Error::Field`] for a value that makes no sense.
     pub fn parse(text: &str) -> Result<Self, Error> {
-        let scene: Self = toml::from_str(text).map_err(|e| Error::Syntax(Box::new(e)))?;
-        scene.check()?;
-        Ok(scene)
+        let read = robot_model::toml_file::parse::<Self>(text);
+        let scene = read.map_err(|mistakes| {
+            Error::several(mistakes.into_iter().map(Error::Syntax).collect())
+        })?;
+        match scene.mistakes() {
+            mistakes if mistakes.is_empty() => Ok(scene),
+            mistakes => Err(Error::several(mistakes)),
+        }
     }
 }
 

@@ -122,8 +122,7 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
             .collect();
         drop(rows);
         for (number, row) in ended.iter().enumerate() {
-            writeln!(told, "{}/{total} {}", number + 1, sentence(&row))?;
-            told.flush()?;
+            told.done(&format!("{}/{total} {}", number + 1, sentence(&row)))?;
             *counts.entry(row.ended.name()).or_default() += 1;
         }
         let ended = workers.into_iter().map(|worker| worker.join());

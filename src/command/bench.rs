@@ -77,8 +77,12 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
         if interrupt::listen().load(Ordering::Relaxed) {
             bail!("interrupted at {}; no results are written", item.name);
         }
-        writeln!(told, "{}/{} {}", number + 1, items.len(), sentence(&row))?;
-        told.flush()?;
+        told.done(&format!(
+            "{}/{} {}",
+            number + 1,
+            items.len(),
+            sentence(&row)
+        ))?;
         serde_json::to_writer(&mut lines, &row)?;
         lines.push(b'\n');
         rows.push(row);

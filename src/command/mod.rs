@@ -13,6 +13,7 @@ pub mod posture_sets;
 pub mod robot;
 pub mod run;
 pub mod scenes;
+pub mod schemas;
 pub mod serve;
 pub mod simulate;
 pub mod slope;

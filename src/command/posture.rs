@@ -133,10 +133,13 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     };
     // Solves that are to be timed do not share the machine with one another.
     let threads = global.threads.or(args.repeat.and(NonZeroUsize::new(1)));
-    let answers = threads::pool(threads)?.install(|| {
-        let solve = |problem| solver.answer(problem);
-        let answers = set.problems.par_iter().map(solve);
-        answers.collect::<Result<Vec<_>>>()
+    let pool = threads::pool(threads)?;
+    let answers = told.during(&format!("solving {} problems", set.problems.len()), || {
+        pool.install(|| {
+            let solve = |problem| solver.answer(problem);
+            let answers = set.problems.par_iter().map(solve);
+            answers.collect::<Result<Vec<_>>>()
+        })
     });
     let answers = answers.with_context(|| file)?;
 

@@ -56,26 +56,40 @@ enum Part {
 pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let files = args.beside.files(&args.robot);
-    let robot = match &args.propose {
-        Some(folder) => args.write_proposal(folder, &files, &config, told)?,
-        None => files.load(&config.robot_model, &mut Inputs::default())?,
+    let (robot, proposed) = match &args.propose {
+        Some(folder) => told.during("looking for patches and a standing posture", || {
+            args.write_proposal(folder, &files, &config)
+        })?,
+        None => (
+            files.load(&config.robot_model, &mut Inputs::default())?,
+            None,
+        ),
     };
     let said = said(&robot, args.joints);
     let text = render("robot.txt", include_str!("text/robot.txt"), &said)?;
     told.write_all(text.as_bytes())?;
     told.fact("robot", said)?;
+    if let Some((page, files)) = proposed {
+        let next = format!(
+            "scandent plan --mesh WORLD.obj --goal X,Y --robot {} {}",
+            files.urdf,
+            files.flags()
+        );
+        writeln!(told, "then, with what it is to walk on: {next}")?;
+        told.fact("next", next)?;
+        told.open(page.display())?;
+    }
     Ok(Status::Done)
 }
 
 impl Args {
-    /// Writes what is proposed, and gives the robot as those files have it.
+    /// Writes what is proposed, and gives the robot as those files have it, with the page and the files.
     fn write_proposal(
         &self,
         folder: &Path,
         files: &RobotFiles,
         config: &Config,
-        told: &mut Told,
-    ) -> Result<Robot> {
+    ) -> Result<(Robot, Option<(PathBuf, RobotFiles)>)> {
         if files.is_builtin() {
             bail!(
                 "{} ships with contacts and an SRDF: --propose is for a URDF",
@@ -112,15 +126,7 @@ impl Args {
         let page = view::robot_page(&robot)?;
         let path = folder.join("robot.html");
         output::write(&path, page.as_bytes())?;
-        told.open(path.display())?;
-        let next = format!(
-            "scandent plan --mesh WORLD.obj --goal X,Y --robot {} {}",
-            files.urdf,
-            files.flags()
-        );
-        writeln!(told, "then, with what it is to walk on:\n  {next}")?;
-        told.fact("next", next)?;
-        Ok(robot)
+        Ok((robot, Some((path, files))))
     }
 }
 

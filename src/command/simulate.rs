@@ -242,7 +242,8 @@ mod simulated {
         let which = ["as planned", "the true ones"][usize::from(true_world)];
         writeln!(told, "world: {} bodies, {which}", world.len())?;
         if !args.execute {
-            let held = pool.install(|| hold_all(&plan, &robot, &world, &config, cancel))?;
+            let hold = || pool.install(|| hold_all(&plan, &robot, &world, &config, cancel));
+            let held = told.during("holding the stances", hold)?;
             write!(told, "{}", table::of_stances(&held))?;
             let failed = held.iter().filter(|held| !held.pass());
             failures.extend(failed.map(table::failures_of_stance));
@@ -254,7 +255,8 @@ mod simulated {
             report.motion_sha256 = Some(sha256);
             let playback = Playback::new(&robot, motion)?;
             let mut rows = Trace::new(&robot, TRACE_EVERY_S);
-            let executed = plain(&robot, &world, &playback, &config, args, &mut rows)?;
+            let execute = || plain(&robot, &world, &playback, &config, args, &mut rows);
+            let executed = told.during("executing the motion", execute)?;
             trace = Some(rows.text().to_owned());
             let title = "executed as planned";
             write!(told, "{}", table::of_run(title, &executed.criteria))?;
@@ -263,8 +265,9 @@ mod simulated {
             if !args.perturb.is_empty() {
                 let kinds = kinds(&args.perturb);
                 let (runs, asked) = (args.runs, (&config, kinds, seed));
-                report.robust =
-                    pool.install(|| robust_runs(&robot, &world, &playback, asked, runs, cancel))?;
+                let perturbed =
+                    || pool.install(|| robust_runs(&robot, &world, &playback, asked, runs, cancel));
+                report.robust = told.during("executing it perturbed", perturbed)?;
                 write!(told, "{}", table::of_robust(&report.robust))?;
                 let robustness = table::robust(&report.robust);
                 write!(told, "{}", table::of_run("all of them", &robustness))?;

@@ -67,8 +67,10 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
         Some(eye_m) => read.cloud.seen_from(eye_m),
         None => read.cloud,
     };
-    let seen = lidar::segment_cloud(&cloud, calibration.as_ref(), &config.perception.lidar)
-        .with_context(|| name.to_string())?;
+    let chain = &config.perception.lidar;
+    let segment = || lidar::segment_cloud(&cloud, calibration.as_ref(), chain);
+    let seen = told.during("looking for slopes", segment);
+    let seen = seen.with_context(|| name.to_string())?;
     let found = |scan: &lidar::SlopeScan| -> Vec<SlopeRecord> {
         let record = |slope| SlopeRecord::of(slope, &args.heading);
         scan.slopes.iter().map(record).collect()

@@ -54,8 +54,10 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let mut inputs = Inputs::default();
     let files = Files::Folder(PathBuf::new());
     let (source, mut notes) = levelled(&source, &files, &config)?;
-    let perceived = threads::pool(global.threads)?
-        .install(|| environment::perceive(&source, &files, &config, &mut stages, &mut inputs))?;
+    let pool = threads::pool(global.threads)?;
+    let perceived = told.during("extracting surfaces", || {
+        pool.install(|| environment::perceive(&source, &files, &config, &mut stages, &mut inputs))
+    })?;
     notes.extend(perceived.notes);
     notes.extend(doubt(&source, &perceived.terrain).map(|why| format!("warning: {why}")));
     for note in &notes {

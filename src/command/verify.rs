@@ -62,7 +62,8 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
         ))?;
     }
     let against = args.against.as_deref();
-    let certificate = certificate(&args.plan, &plan, against, &args.robot, global)?;
+    let check = || certificate(&args.plan, &plan, against, &args.robot, global);
+    let certificate = told.during("verifying", check)?;
     write!(told, "{}", certificate.table())?;
     told.fact("certificate", &certificate)?;
     if let Some(path) = &args.output {

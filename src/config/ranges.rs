@@ -1,38 +1,37 @@
 //! The range of every number among the settings, as their types state it beside its meaning.
 
-use anyhow::{Result, bail};
+use anyhow::{Error, anyhow};
 use serde_json::Value as Schema;
 use toml::{Table, Value};
 
 use super::Config;
 use super::schema::property;
 
-/// Refuses numbers that are none or beyond their range.
-///
-/// # Errors
-/// The setting, its value and its range.
-pub fn check(settings: &Table) -> Result<()> {
+/// The numbers that are none or beyond their range: the setting, its value and its range.
+pub fn mistakes(settings: &Table) -> Vec<Error> {
     let schema = schemars::schema_for!(Config).to_value();
-    settings
-        .iter()
-        .try_for_each(|(key, value)| inside(&schema, &mut vec![key], value))
+    let mut found = Vec::new();
+    for (key, value) in settings {
+        check(&schema, &mut vec![key], value, &mut found);
+    }
+    found
 }
 
-fn inside<'a>(schema: &Schema, path: &mut Vec<&'a str>, value: &'a Value) -> Result<()> {
+fn check<'a>(schema: &Schema, path: &mut Vec<&'a str>, value: &'a Value, found: &mut Vec<Error>) {
     let numbers = match value {
         Value::Table(table) => {
             for (key, value) in table {
                 path.push(key);
-                inside(schema, path, value)?;
+                check(schema, path, value, found);
                 path.pop();
             }
-            return Ok(());
+            return;
         }
         Value::Array(values) => values.as_slice(),
         single => std::slice::from_ref(single),
     };
     let Some(Range { low, high }) = property(schema, path).and_then(of) else {
-        return Ok(());
+        return;
     };
     for number in numbers {
         let value = match number {
@@ -42,10 +41,10 @@ fn inside<'a>(schema: &Schema, path: &mut Vec<&'a str>, value: &'a Value) -> Res
         };
         if !(low..=high).contains(&value) {
             let key = path.join(".");
-            bail!("{key} is {number}; it goes from {low} to {high}");
+            let range = format!("it goes from {low} to {high}");
+            found.push(anyhow!("{key} is {number}; {range}"));
         }
     }
-    Ok(())
 }
 
 /// Least and greatest value.

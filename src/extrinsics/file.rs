@@ -4,6 +4,7 @@ use anyhow::{Result, bail};
 use calibration::camera::{Identification, PaperParameters};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use plan::{Input, Program};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Format name of the file.
@@ -12,7 +13,7 @@ pub const FORMAT: &str = "scandent-extrinsics/1";
 const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// Where a sensor sits on a robot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Extrinsics {
     /// `scandent-extrinsics/1`.
@@ -41,7 +42,7 @@ pub struct Extrinsics {
 }
 
 /// The six parameters of \[chai2015\]: α, β, γ about Y, Z, X; y up.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Paper {
     /// α, β, γ, degrees.
@@ -55,7 +56,7 @@ pub struct Paper {
 }
 
 /// How well the stances determine the mount.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Quality {
     /// Stances.

@@ -3,6 +3,7 @@
 use nalgebra::Point3;
 use perception::lidar::{LidarCounts, ObstacleCluster, Slope, SlopeScan, Wall};
 use plan::{Input, Program};
+use schemars::JsonSchema;
 use serde::Serialize;
 use surfaces::Face;
 
@@ -10,7 +11,7 @@ use surfaces::Face;
 pub const SLOPE_FORMAT: &str = "scandent-slope/2";
 
 /// The file. SI units; vectors in W, whose origin is on the ground below the sensor, z up.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct SlopeFile {
     /// [`SLOPE_FORMAT`].
     pub format: &'static str,
@@ -44,7 +45,7 @@ pub struct SlopeFile {
 }
 
 /// The ground.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct GroundRecord {
     /// Whether the cloud shows it; else it is the calibrated one.
     pub seen: bool,
@@ -57,7 +58,7 @@ pub struct GroundRecord {
 }
 
 /// A wall, or the part of one between two openings.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct WallRecord {
     /// Unit normal, toward the sensor.
     pub normal: [f64; 3],
@@ -76,7 +77,7 @@ pub struct WallRecord {
 }
 
 /// Something that is neither ground nor slope nor wall.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct ThingRecord {
     /// The middle of its points, m.
     pub centre: [f64; 3],
@@ -89,7 +90,7 @@ pub struct ThingRecord {
 }
 
 /// A slope.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct SlopeRecord {
     /// First end of the start line, m.
     pub p1: [f64; 3],
@@ -127,7 +128,7 @@ pub struct SlopeRecord {
 }
 
 /// The angle by which the way rises for a heading.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Stepping {
     /// Heading, degrees from x towards y.
     pub heading_deg: f64,

@@ -7,6 +7,8 @@ use posture::{Area, Contact, Environment, FaceIndex, Freedom, stand};
 use robot_model::{Configuration, Kinematics, PatchId, Robot};
 use surfaces::Region;
 
+use crate::mistakes;
+
 /// Faces steeper than this are no ground: the cosine of 45°.
 const LEVEL: f64 = 0.7;
 /// Farthest that ground may be beside where the posture has a foot, m.
@@ -17,7 +19,7 @@ const ASIDE_M: f64 = 0.15;
 /// the highest under the foot that has the lowest. With the posture over that ground.
 ///
 /// # Errors
-/// A foot with no ground under it, with its place.
+/// Feet with no ground under them, with their places.
 pub fn contacts(
     robot: &Robot,
     environment: &Environment,
@@ -49,7 +51,7 @@ pub fn contacts(
         let highest = grounds.iter().map(height_m).reduce(f64::max);
         Ok((highest.with_context(none)?, grounds))
     });
-    let grounds: Vec<(f64, Vec<Contact>)> = grounds.collect::<Result<_>>()?;
+    let grounds: Vec<(f64, Vec<Contact>)> = mistakes::all(grounds)?;
     let height = grounds.iter().map(|g| g.0).fold(f64::INFINITY, f64::min);
     let off = |contact: &Contact| (height_m(contact) - height).abs();
     let nearest = grounds.into_iter().filter_map(|(_, grounds)| {

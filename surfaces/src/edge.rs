@@ -1,9 +1,10 @@
 //! What ends a face at an edge of its region: what the sensor saw beyond it.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What ends a face at an edge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EdgeKind {
     /// The face ends: beyond it is something farther away.

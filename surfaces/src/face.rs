@@ -4,6 +4,7 @@ mod inset;
 mod record;
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::pose::PoseRecord;
@@ -13,7 +14,9 @@ pub(crate) use inset::tests::faces;
 use record::FaceRecord;
 
 /// Name of a face, unique in its terrain.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(transparent)]
 pub struct FaceId(String);
 
@@ -37,7 +40,7 @@ impl std::fmt::Display for FaceId {
 }
 
 /// How well a plane was fitted to points.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fit {
     /// Number of points.
@@ -48,10 +51,11 @@ pub struct Fit {
 
 /// From where edges were seen, and how well.
 #[allow(non_snake_case)]
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EdgeView {
     /// Where the sensor was, in W, m; on the free side of the face.
+    #[schemars(with = "[f64; 3]")]
     pub eye_W: Point3<f64>,
     /// Standard deviation of an edge's place in the image, as an angle, rad. Edges that the border
     /// of the view cuts have none: the border is where it is.
@@ -63,7 +67,7 @@ pub struct EdgeView {
 }
 
 /// Where a face is known from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// Extracted from a scan.
@@ -84,7 +88,7 @@ pub enum Source {
 /// z_C = +z_F and C's polygon inside the part of the region that is surely the face's
 /// ([`Self::inset_region`]).
 #[allow(non_snake_case)]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "FaceRecord", into = "FaceRecord")]
 pub struct Face {
     /// Name, unique in its terrain.

@@ -1,18 +1,20 @@
 //! Convex bodies that are only avoided.
 
 use nalgebra::Point3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, beyond_world};
 
 /// A convex body in W: the hull of its points.
 #[allow(non_snake_case)]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {
     /// Name, unique in its set.
     pub id: String,
     /// Points whose hull is the body, in W, m.
+    #[schemars(with = "Vec<[f64; 3]>")]
     pub points_W: Vec<Point3<f64>>,
     /// The id of the face whose body this is.
     #[serde(default, skip_serializing_if = "Option::is_none")]

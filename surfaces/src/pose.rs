@@ -1,6 +1,7 @@
 //! Poses as they stand in files: `{"p": [x, y, z], "quat_xyzw": [x, y, z, w]}`.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::{Error, beyond_world};
@@ -12,7 +13,7 @@ const UNIT_TOLERANCE: f64 = 2e-6;
 const EXACT_TOLERANCE: f64 = 1e-12;
 
 /// A pose in a file, not yet checked.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PoseRecord {
     /// Position, m.

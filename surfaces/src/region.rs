@@ -2,13 +2,14 @@
 
 use geo::{Coord, LineString, Polygon, TriangulateEarcut};
 use nalgebra::{Point2, Vector2};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::polygon::{ConvexPolygon, VERTEX_SEPARATION_M, check_width, ring_area};
 use crate::{EdgeKind, Error, beyond_world};
 
 /// What is known of an edge of a ring.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Edge {
     /// What ends the face there.

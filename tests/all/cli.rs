@@ -22,8 +22,14 @@ const REFUSED: &[(&str, i32, &[&str])] = &[
     ("config --set plannner.nodes_max=1", 2, &["plannner", "`planner`"]),
     ("config --set planner.nodes_max=many", 2, &["planner.nodes_max=many"]),
     ("config --set planner.nodes_max", 2, &["table.key=value"]),
+    // All that is wrong is told at once.
+    ("config --set planner.nodez_max=1 --set motion.dt_s=0", 2, &["nodez_max", "motion.dt_s is 0"]),
+    ("plan irregular-stairs --start lying --start-contacts foot,left_foot --goal 2,0", 1, &["2 mistakes", "\"lying\"", "\"foot\""]),
+    ("plan irregular-stairs --goal-contact foot=floor --goal-contact hand=roof", 1,
+        &["4 mistakes", "patch \"foot\"", "floor", "patch \"hand\"", "roof"]),
     // A missing file is named.
     ("surfaces no/such/file.x", 1, &["no/such/file.x"]),
+    ("surfaces --mesh -", 1, &["stl:- or obj:-"]),
     ("surfaces --mesh no/such/file.x", 1, &["no/such/file.x"]),
     ("verify no/such/file.x", 1, &["no/such/file.x"]),
     ("view no/such/file.x -o x.html", 1, &["no/such/file.x"]),
@@ -63,6 +69,16 @@ fn a_broken_settings_file_names_file_and_line() {
     let file = folder.path().join("broken.toml");
     std::fs::write(&file, "[planner]\nnodes_max = = 3\n").expect("writable");
     ends_with("config --config @", &[&file], 1, &["broken.toml", "line 2"]);
+    let several = "[planner]\nnodez_max = 1\n[posture]\nclearance_m = \"far\"\ntorque_use = -1\n[plan]\na = 1\nb = 2\n";
+    std::fs::write(&file, several).expect("writable");
+    let words = [
+        "broken.toml: 4 mistakes",
+        "nodez_max",
+        "clearance_m",
+        "torque_use is -1",
+        "`plan`",
+    ];
+    ends_with("config --config @", &[&file], 1, &words);
 }
 
 #[test]

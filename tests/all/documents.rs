@@ -38,6 +38,7 @@ const LINES: &[(&str, i32, &str, &[&str])] = &[
     ("posture sets.json --robot builtin:quadruped -o answers.json", 0, "done", &["feasible", "written"]),
     ("robot builtin:quadruped", 0, "done", &["robot"]),
     ("config", 0, "done", &["settings"]),
+    ("schemas -o schemas", 0, "done", &["written"]),
     ("completions bash", 0, "done", &["script"]),
     ("man -o man", 0, "done", &["pages"]),
     ("slope no.pcap", 1, "error", &["error"]),

@@ -19,6 +19,7 @@ mod mjcf_robot;
 mod mutual_imports;
 mod outputs;
 mod posture_problems;
+mod schemas;
 mod serve;
 mod slope_command;
 mod verify_broken;

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{Check, Options, Sense};
@@ -10,7 +11,7 @@ use crate::{Check, Options, Sense};
 pub const CERTIFICATE_FORMAT: &str = "scandent-certificate/2";
 
 /// The result of [`verify`](crate::verify): every check with its value, its bound and its verdict.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Certificate {
     /// Always [`CERTIFICATE_FORMAT`].
@@ -36,7 +37,7 @@ pub struct Certificate {
 }
 
 /// One check of one thing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
     /// The stance; `None` for what concerns the whole plan.
@@ -60,7 +61,7 @@ pub struct Row {
 }
 
 /// One check over the whole plan.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Summary {
     /// What was checked.

@@ -1,5 +1,6 @@
 //! What is checked, in which unit, and which side of the bound is the good one.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Which values are good.
@@ -17,7 +18,7 @@ pub enum Sense {
 macro_rules! checks {
     ($($(#[$meaning:meta])* $check:ident = $name:literal, $unit:literal, $sense:ident;)*) => {
         /// One thing that a plan must fulfil.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
         #[non_exhaustive]
         pub enum Check {
             $($(#[$meaning])* #[serde(rename = $name)] $check),*

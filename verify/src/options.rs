@@ -1,11 +1,12 @@
 //! How far a plan may be from perfect: every tolerance with its reason.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Tolerances of [`verify`](crate::verify). What a plan promises is bounded by the plan's
 /// `required` margins; these are the slacks of the arithmetic and the limits of what a plan may
 /// promise itself.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
     /// Largest distance of a patch vertex from its surface's plane, of a stated pose or vertex

@@ -7,7 +7,7 @@ use super::description::Description;
 use super::plane::Plane;
 
 /// How many points there were after each step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, schemars::JsonSchema)]
 pub struct LidarCounts {
     /// Finite points of the cloud.
     pub points: usize,

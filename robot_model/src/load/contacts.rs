@@ -21,36 +21,48 @@
 //! ```
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::{ContactPatch, Error, GREATEST_M, PatchKind, Robot};
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "Contacts")]
 struct File {
+    /// The patches.
     #[serde(default)]
     patch: Vec<Patch>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Patch {
+    /// Name, of its own.
     name: String,
+    /// The link that carries it.
     link: String,
+    /// Origin of the patch frame C in the link's, m; of a point the ball's centre.
     #[serde(default)]
     position_m: [f64; 3],
+    /// Roll, pitch and yaw of C in the link's frame, rad; z points out of the environment.
     #[serde(default)]
     rpy_rad: [f64; 3],
+    /// With what it touches.
     #[serde(default)]
     kind: Kind,
+    /// Of an area the vertices in C, strictly convex and counter-clockwise, m.
     polygon_m: Option<Vec<[f64; 2]>>,
+    /// Of a point the ball's radius, m.
     radius_m: Option<f64>,
+    /// What it may do: `foot`, `hand` or any role that the settings have.
     #[serde(default)]
     roles: Vec<String>,
+    /// Coefficient of friction.
     friction: f64,
 }
 
-#[derive(Clone, Copy, Default, Deserialize)]
+#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Kind {
     #[default]
@@ -58,40 +70,60 @@ enum Kind {
     Point,
 }
 
+/// The JSON Schema of the file.
+pub fn schema() -> schemars::Schema {
+    schemars::schema_for!(File)
+}
+
 /// The patches of a contacts file on a robot.
 ///
 /// # Errors
-/// [`Error::File`] with the line; [`Error::Part`] for a polygon that is not strictly convex
+/// All of: [`Error::File`] with the line; [`Error::Part`] for a polygon that is not strictly convex
 /// and counter-clockwise, a radius or a friction that is not positive, an area without a polygon or
 /// a point without a radius, a name given twice;
 /// [`Error::Unknown`] for a link that is not there.
 pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactPatch>, Error> {
-    let parsed: Result<File, _> = toml::from_str(text);
-    let parsed = parsed.map_err(|error| Error::file(file, error.to_string().trim_end()))?;
+    let mut refused = Vec::new();
+    let parsed = crate::toml_file::parse::<File>(text);
+    let parsed = parsed.unwrap_or_else(|mistakes| {
+        refused.extend(
+            mistakes
+                .into_iter()
+                .map(|mistake| Error::file(file, mistake)),
+        );
+        File { patch: Vec::new() }
+    });
     let mut patches: Vec<ContactPatch> = Vec::new();
-    for patch in &parsed.patch {
-        let refuse = |cause: String| Error::part(file, "patch", &patch.name, cause);
-        if patches.iter().any(|other| other.name == patch.name) {
-            return Err(refuse("its name is given twice".to_owned()));
+    for (number, patch) in parsed.patch.iter().enumerate() {
+        let mut refuse =
+            |cause: String| refused.push(Error::part(file, "patch", &patch.name, cause));
+        if parsed.patch[..number]
+            .iter()
+            .any(|other| other.name == patch.name)
+        {
+            refuse("its name is given twice".to_owned());
         }
-        let frame = robot.frames.iter().find(|f| f.name == patch.link);
-        let frame = frame.ok_or_else(|| {
-            let place = format!("{file}: patch \"{}\"", patch.name);
-            let links = robot.frames.iter().map(|f| f.name.as_str());
-            Error::unknown(Some(&place), "link", &patch.link, links)
-        })?;
         let numbers = patch.position_m.iter().chain(&patch.rpy_rad);
         let mut numbers = numbers.chain(patch.polygon_m.iter().flatten().flatten());
         if let Some(number) = numbers.find(|v| v.is_nan() || v.abs() > GREATEST_M) {
-            return Err(refuse(format!(
+            refuse(format!(
                 "it holds {number}, which is not within {GREATEST_M}"
-            )));
+            ));
         }
         let friction = patch.friction;
         if !(friction.is_finite() && friction > 0.0) {
-            return Err(refuse(format!("its friction {friction} is not positive")));
+            refuse(format!("its friction {friction} is not positive"));
         }
-        let (kind, polygon) = shape(patch).map_err(refuse)?;
+        let shape = shape(patch).map_err(refuse);
+        let frame = robot.frames.iter().find(|f| f.name == patch.link);
+        if frame.is_none() {
+            let place = format!("{file}: patch \"{}\"", patch.name);
+            let links = robot.frames.iter().map(|f| f.name.as_str());
+            refused.push(Error::unknown(Some(&place), "link", &patch.link, links));
+        }
+        let (Ok((kind, polygon)), Some(frame)) = (shape, frame) else {
+            continue;
+        };
         let [roll, pitch, yaw] = patch.rpy_rad;
         let X_LC = Isometry3::from_parts(
             Translation3::from(Vector3::from(patch.position_m)),
@@ -108,7 +140,7 @@ pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactP
             friction,
         });
     }
-    Ok(patches)
+    Error::all(refused).map(|()| patches)
 }
 
 /// What the patch touches with: its kind and its vertices in C, or what is wrong.

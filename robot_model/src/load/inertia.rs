@@ -66,11 +66,10 @@ impl Lump {
 
 /// Whether every moving body can be one: some mass to move, an inertia that masses can have.
 ///
-/// # Errors
-/// [`Error::Part`] for a robot without mass and for an inertia with a clearly negative principal moment,
-/// unless `findings` is lenient; lesser flaws, which do not touch statics,
+/// Refused are a robot without mass and an inertia with a clearly negative principal moment, unless `findings` is
+/// lenient; lesser flaws, which do not touch statics,
 /// become notes.
-pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Result<(), Error> {
+pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) {
     let mut carried: Vec<f64> = bodies.iter().map(|b| b.mass_kg).collect();
     for (i, body) in bodies.iter().enumerate().rev() {
         if let Some(parent) = body.parent {
@@ -83,7 +82,7 @@ pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Res
         if *carried < MASSLESS_KG {
             if body.kind == JointKind::Floating {
                 let cause = "the whole robot is massless".to_owned();
-                findings.refuse_unless_lenient(refuse(cause))?;
+                findings.refuse_unless_lenient(refuse(cause));
             } else {
                 // Its joint needs no torque: statics and motions are those of the rest.
                 let what = "links that are massless, as is all that they carry, weigh nothing";
@@ -103,7 +102,7 @@ pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Res
             ));
         } else if !large.is_finite() || small < -rounding {
             let cause = format!("its inertia has the principal moments {small}, {middle}, {large}");
-            findings.refuse_unless_lenient(refuse(cause))?;
+            findings.refuse_unless_lenient(refuse(cause));
         } else if small + middle < large * (1.0 - 1e-3) - NO_INERTIA {
             // One part in a thousand: tensors are written with a few digits.
             findings.note(format!(
@@ -114,5 +113,4 @@ pub(super) fn check(file: &str, bodies: &[Body], findings: &mut Findings) -> Res
             findings.note(format!("link \"{link}\" has a mass but no inertia"));
         }
     }
-    Ok(())
 }

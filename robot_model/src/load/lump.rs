@@ -24,8 +24,8 @@ pub(super) struct Lumped {
 /// Lumps links on fixed and locked joints into the bodies that move.
 ///
 /// # Errors
-/// [`Error::Part`] for limits or an axis that make no sense, a floating joint anywhere but
-/// under a dummy root; [`Error::Part`] as [`inertia::check`] says.
+/// Too many bodies. Limits or an axis that make no sense, a floating joint anywhere but under a dummy root, and what
+/// [`inertia::check`] says are refused with all else.
 pub(super) fn lump(
     file: &str,
     urdf: &Urdf,
@@ -50,7 +50,8 @@ pub(super) fn lump(
                 (bodies.len() - 1, Isometry3::identity())
             }
         };
-        lumps[body].add(file, &links[link], &X_BL)?;
+        let added = lumps[body].add(file, &links[link], &X_BL);
+        findings.kept(added);
         frames.push(Frame {
             name: links[link].name.clone(),
             body,
@@ -61,9 +62,12 @@ pub(super) fn lump(
         for &(j, child) in &tree.children[link] {
             let joint = &urdf.robot.joints[j];
             let X_BJ = X_BL * pose(&joint.origin);
-            open.push(match motion_of(file, urdf, j, findings)? {
-                Motion::Locked(X_JL) => (child, body, X_BJ * X_JL, None),
-                Motion::Moves(range) => (child, body, X_BJ, Some((joint, range))),
+            let motion = motion_of(file, urdf, j, findings);
+            open.push(match findings.kept(motion) {
+                // What hangs on a joint that is refused is looked at, too.
+                None => (child, body, X_BJ, None),
+                Some(Motion::Locked(X_JL)) => (child, body, X_BJ * X_JL, None),
+                Some(Motion::Moves(range)) => (child, body, X_BJ, Some((joint, range))),
             });
         }
         open[first..].reverse();
@@ -78,7 +82,7 @@ pub(super) fn lump(
     for (body, lump) in bodies.iter_mut().zip(&lumps) {
         (body.mass_kg, body.com_B, body.inertia_B) = lump.total();
     }
-    inertia::check(file, &bodies, findings)?;
+    inertia::check(file, &bodies, findings);
     Ok(Lumped {
         bodies,
         frames,

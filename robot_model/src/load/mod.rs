@@ -15,6 +15,7 @@ mod srdf;
 mod tree;
 mod urdf;
 
+pub use contacts::schema as contacts_schema;
 pub use overlaps::sampled;
 pub(crate) use overlaps::{NEAR_M, are_neighbours};
 
@@ -162,33 +163,51 @@ struct Texts {
     contacts: Option<(String, String)>,
 }
 
+/// The robot of the texts, or all that is wrong with them.
 fn assemble(texts: &Texts, meshes: &MeshSource, config: &Config) -> Result<Robot, Error> {
     let mut findings = Findings {
         lenient: config.lenient,
         ..Findings::default()
     };
+    let read = put_together(texts, meshes, config, &mut findings);
+    let refused = std::mem::take(&mut findings.refused);
+    let mut robot = match read {
+        Err(error) => return Err(error.after(refused)),
+        Ok(robot) => Error::all(refused).map(|()| robot)?,
+    };
+    robot.notes = findings.into_notes();
+    Ok(robot)
+}
+
+fn put_together(
+    texts: &Texts,
+    meshes: &MeshSource,
+    config: &Config,
+    findings: &mut Findings,
+) -> Result<Robot, Error> {
     // The URDF: tree, bodies, shapes.
     let (file, text) = &texts.urdf;
     let urdf = urdf::parse(file, text)?;
     let tree = tree::of(file, &urdf)?;
-    let lumped = lump::lump(file, &urdf, &tree, &mut findings)?;
+    let lumped = lump::lump(file, &urdf, &tree, findings)?;
     let mut reader = shapes::ShapeReader {
         file,
         meshes,
         hulls: BTreeMap::new(),
     };
-    let shapes = reader.read(&urdf.robot.links, &lumped.places, &mut findings)?;
+    let shapes = reader.read(&urdf.robot.links, &lumped.places, findings)?;
     let collision = CollisionModel::new(shapes, &lumped.bodies);
     let mut robot = Robot::new(urdf.robot.name, lumped.bodies, lumped.frames, collision)?;
     // What the other files add.
     for (file, text) in &texts.srdf {
-        srdf::apply(file, text, &mut robot, &mut findings)?;
+        let applied = srdf::apply(file, text, &mut robot, findings);
+        findings.kept(applied);
     }
     if let Some((file, text)) = &texts.contacts {
-        robot.patches = contacts::read(file, text, &robot)?;
+        let patches = contacts::read(file, text, &robot);
+        robot.patches = findings.kept(patches).unwrap_or_default();
     }
-    overlaps::except(&mut robot, config, &mut findings);
-    robot.notes = findings.into_notes();
+    overlaps::except(&mut robot, config, findings);
     Ok(robot)
 }
 
@@ -205,10 +224,11 @@ fn read_text(path: &Path) -> Result<String, Error> {
     Ok(text.trim_start_matches('\u{feff}').to_owned())
 }
 
-/// What was assumed on the way, to be told to the user.
+/// What was assumed on the way, and what is refused once all was looked at, to be told to the user.
 #[derive(Default)]
 struct Findings {
     lenient: bool,
+    refused: Vec<Error>,
     notes: Vec<String>,
     /// What was found of several things, in the order of its first appearance, and those things.
     lists: Vec<(&'static str, Vec<String>)>,
@@ -227,13 +247,17 @@ impl Findings {
         }
     }
 
-    /// The error itself, or a note of it where that is wanted.
-    fn refuse_unless_lenient(&mut self, error: Error) -> Result<(), Error> {
-        if !self.lenient {
-            return Err(Error::Strict(Box::new(error)));
+    /// What was read, or nothing and its error among those refused.
+    fn kept<T>(&mut self, read: Result<T, Error>) -> Option<T> {
+        read.map_err(|error| self.refused.push(error)).ok()
+    }
+
+    /// Refuses, or notes where that is wanted.
+    fn refuse_unless_lenient(&mut self, error: Error) {
+        match self.lenient {
+            true => self.note(format!("{error} (read on, as asked)")),
+            false => self.refused.push(Error::Strict(Box::new(error))),
         }
-        self.note(format!("{error} (read on, as asked)"));
-        Ok(())
     }
 
     fn into_notes(self) -> Vec<String> {

@@ -39,8 +39,8 @@ impl ShapeReader<'_> {
     /// The shapes of every link that has a place in a body.
     ///
     /// # Errors
-    /// [`Error::Part`] naming link and mesh: missing, malformed, without volume; a size that is
-    /// not positive.
+    /// Too many of them. Meshes that are missing, malformed or without volume and a size that is not positive are
+    /// refused with all else, by link and mesh.
     pub fn read(
         &mut self,
         links: &[Link],
@@ -59,12 +59,15 @@ impl ShapeReader<'_> {
                     let cause = format!("there are more than {SHAPES_MAX} collision shapes");
                     return Err(Error::file(self.file, cause));
                 }
-                let (geometry, R_up) = match self.shape(&link.name, geometry, findings) {
+                let read = match self.shape(&link.name, geometry, findings) {
                     Err(error) if link.collision.is_empty() => {
                         findings.note(format!("{error} (left out: it is only shown)"));
-                        continue;
+                        None
                     }
-                    read => read?,
+                    read => findings.kept(read),
+                };
+                let Some((geometry, R_up)) = read else {
+                    continue;
                 };
                 if R_up != UnitQuaternion::identity() && link.inertial.mass.value > 0.0 {
                     let com_B = X_BL * pose(&link.inertial.origin).translation.vector;

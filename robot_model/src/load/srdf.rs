@@ -16,8 +16,8 @@ use crate::{Error, Robot};
 /// [x y z qx qy qz qw] of a root joint become the posture's base pose.
 ///
 /// # Errors
-/// [`Error::File`] with the line; [`Error::Unknown`] for a link that is not there, unless
-/// `findings` is lenient.
+/// [`Error::File`] for what is no SRDF. States and pairs that make no sense and links that are not there, unless
+/// `findings` is lenient, are refused with all else.
 pub(super) fn apply(
     file: &str,
     text: &str,
@@ -27,12 +27,18 @@ pub(super) fn apply(
     let source = Source::parse(file, text)?;
     let root = source.robot()?;
     for state in children(root, "group_state") {
-        posture(&source, state, robot, findings)?;
+        let read = posture(&source, state, robot, findings);
+        findings.kept(read);
     }
     // Pairs to disable, in either order.
     let mut disabled = BTreeSet::new();
     for pair in children(root, "disable_collisions") {
-        let (a, b) = (source.text(pair, "link1")?, source.text(pair, "link2")?);
+        let links = source
+            .text(pair, "link1")
+            .and_then(|a| Ok((a, source.text(pair, "link2")?)));
+        let Some((a, b)) = findings.kept(links) else {
+            continue;
+        };
         let mut known = true;
         for link in [a, b] {
             if robot.frames.iter().all(|f| f.name != link) {
@@ -40,7 +46,7 @@ pub(super) fn apply(
                 let place = format!("{file}: line {}", source.line(pair));
                 let links = robot.frames.iter().map(|f| f.name.as_str());
                 let error = Error::unknown(Some(&place), "link", link, links);
-                findings.refuse_unless_lenient(error)?;
+                findings.refuse_unless_lenient(error);
             }
         }
         if known {

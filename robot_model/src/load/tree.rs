@@ -21,10 +21,12 @@ pub(super) struct Tree {
 pub(super) fn of(file: &str, urdf: &Urdf) -> Result<Tree, Error> {
     let refuse = |cause: String| Err(Error::file(file, cause));
     let (links, joints) = (&urdf.robot.links, &urdf.robot.joints);
+    let mut refused = Vec::new();
     let mut index = BTreeMap::new();
     for (i, link) in links.iter().enumerate() {
         if index.insert(link.name.as_str(), i).is_some() {
-            return refuse(format!("two links are named \"{}\"", link.name));
+            let cause = format!("two links are named \"{}\"", link.name);
+            refused.push(Error::file(file, cause));
         }
     }
     let mut names = BTreeSet::new();
@@ -34,7 +36,8 @@ pub(super) fn of(file: &str, urdf: &Urdf) -> Result<Tree, Error> {
     for (j, (joint, line)) in joints.iter().zip(&urdf.joint_lines).enumerate() {
         let name = joint.name.as_str();
         if !names.insert(name) {
-            return refuse(format!("line {line}: two joints are named \"{name}\""));
+            let cause = format!("line {line}: two joints are named \"{name}\"");
+            refused.push(Error::file(file, cause));
         }
         let find = |end: &str, link: &str| {
             index.get(link).copied().ok_or_else(|| {
@@ -42,17 +45,22 @@ pub(super) fn of(file: &str, urdf: &Urdf) -> Result<Tree, Error> {
                 Error::unknown(Some(&place), "link", link, index.keys().copied())
             })
         };
-        let parent = find("parent", &joint.parent.link)?;
-        let child = find("child", &joint.child.link)?;
+        let ends = [("parent", &joint.parent.link), ("child", &joint.child.link)];
+        let ends = ends.map(|(end, link)| find(end, link).map_err(|error| refused.push(error)));
+        let [Ok(parent), Ok(child)] = ends else {
+            continue;
+        };
         if let Some((_, other)) = mover[child].replace((parent, j)) {
             let (link, first) = (&joint.child.link, &joints[other].name);
-            return refuse(format!(
+            let cause = format!(
                 "line {line}: link \"{link}\" is the child of two joints, \"{first}\" and \
                  \"{name}\": a closed chain is no tree"
-            ));
+            );
+            refused.push(Error::file(file, cause));
         }
         children[parent].push((j, child));
     }
+    Error::all(refused)?;
     // At most one root, from which every link is reached: what is not reached hangs on a loop.
     let roots: Vec<usize> = (0..links.len()).filter(|&i| mover[i].is_none()).collect();
     if roots.len() > 1 {

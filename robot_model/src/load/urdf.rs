@@ -44,16 +44,18 @@ pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, Error> {
     } else {
         &SHOWN_LINK
     };
+    let mut refused = Vec::new();
     for link in children(root, "link") {
-        copy(&source, link, element, &mut clean)?;
+        refused.extend(copy(&source, link, element, &mut clean).err());
     }
     // Joints of <transmission> and <gazebo> elements lie deeper and are none.
     let mut joint_lines = Vec::new();
     for joint in children(root, "joint") {
-        check_joint(&source, joint)?;
-        copy(&source, joint, &JOINT, &mut clean)?;
+        refused.extend(check_joint(&source, joint).err());
+        refused.extend(copy(&source, joint, &JOINT, &mut clean).err());
         joint_lines.push(source.line(joint));
     }
+    Error::all(refused)?;
     clean.push_str("</robot>");
     let robot = urdf_rs::read_from_string(&clean);
     let robot = robot.map_err(|error| Error::file(file, error.to_string()))?;

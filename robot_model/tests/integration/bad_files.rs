@@ -56,7 +56,7 @@ fn urdfs_that_make_no_robot_are_refused() {
         <child link="sole"/> => <child link="cover"/> ! "cover" is the child of two joints, "shank_to_sole", "shank_to_cover"
         <parent link="shank"/><child link="sole"/> => <parent link="shanks"/><child link="sole"/> ! line, parent of joint "shank_to_sole", unknown link "shanks", candidates: shank
         <parent link="shank"/><child link="sole"/> => <child link="sole"/> ! line, <joint> has no <parent>
-        <link name="wheel"> => <link name="shank"> ! two links, "shank"
+        <link name="wheel"> => <link name="shank"/><link name="wheel"> ! two links, "shank"
         name="spin" => name="hip" ! line, two joints, "hip"
         name="spin" => ! line, <joint> has no attribute "name"
         <limit lower="-1.5" upper="2.0" effort="120" velocity="8"/> => ! joint "hip", line, no <limit>
@@ -342,4 +342,70 @@ fn unknown_names_list_candidates() {
     assert_says(&complaint, &["unknown joint \"hips\"; candidates: hip"]);
     let complaint = robot.posture("standing").unwrap_err().to_string();
     assert_says(&complaint, &["there is none to choose from"]);
+}
+
+/// Edits of the URDF (parted by ¶), SRDF and contacts, and what all is said to be wrong at once.
+#[test]
+fn all_that_is_wrong_is_told_at_once() {
+    let patch = |text: &str| {
+        format!("[[patch]]\n{text}\nfriction = 0.5\npolygon_m = [[0, 0], [1, 0], [0, 1]]\n")
+    };
+    let contacts = [
+        patch("name = \"a\"\nlink = \"soles\"\nrole = [\"foot\"]"),
+        patch("name = \"b\"\nlink = \"sole\"")
+            .replace("0.5", "-1")
+            .replace("[1, 0]", "[0, 2]"),
+        patch("name = \"c\"\nlink = 3"),
+    ];
+    let wrong_keys = [contacts[0].as_str(), &contacts[2]].concat();
+    let wrong_values = [contacts[0].replace("role", "roles"), contacts[1].clone()].concat();
+    let srdf = r#"<robot name="t"><group_state name="up"><joint name="hip" value="x"/></group_state>
+        <disable_collisions link1="sole" link2="leg"/><disable_collisions link1="sole"/></robot>"#;
+    for (edits, srdf, contacts, told) in [
+        (
+            "<sphere radius=\"0.03\"/> => <sphere/> ¶ <mass value=\"0.1\"/> =>",
+            None,
+            None,
+            &["has no attribute \"radius\"", "has no <mass>"][..],
+        ),
+        (
+            "name=\"spin\" => name=\"hip\" ¶ <child link=\"sole\"/> => <child link=\"soles\"/>",
+            None,
+            None,
+            &["two joints are named \"hip\"", "unknown link \"soles\""],
+        ),
+        (
+            "<mass value=\"0.1\"/> => <mass value=\"-0.1\"/> ¶ <axis xyz=\"0.3 -1.0 0.2\"/> => <axis xyz=\"0 0 0\"/> ¶ \
+             <sphere radius=\"0.03\"/> => <mesh filename=\"a.stl\"/>",
+            Some(srdf),
+            Some(wrong_values.as_str()),
+            &[
+                "link \"tooth\": its mass",
+                "joint \"hip\"",
+                "a.stl",
+                "not a number",
+                "unknown link \"leg\"",
+                "no attribute \"link2\"",
+                "unknown link \"soles\"",
+                "friction -1",
+                "its polygon",
+            ],
+        ),
+        (
+            "",
+            None,
+            Some(&wrong_keys),
+            &["line 4: unknown field `role`", "line 9: invalid type"],
+        ),
+    ] {
+        let mut urdf = tree();
+        for edit in edits.split(" ¶ ").filter(|edit| !edit.is_empty()) {
+            let (from, to) = edit.split_once(" =>").unwrap();
+            assert!(urdf.contains(from), "there is no {from}");
+            urdf = urdf.replacen(from, to.trim(), 1);
+        }
+        let said = read(&urdf, srdf, contacts).unwrap_err().to_string();
+        assert_says(&said, told);
+        assert_eq!(said.matches("\n  - ").count(), told.len(), "{said}");
+    }
 }

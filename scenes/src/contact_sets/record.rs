@@ -1,5 +1,6 @@
 //! The file of posture problems.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The format that is written.
@@ -10,7 +11,7 @@ pub const FORMAT_BEGINS: &str = "scandent-posture-problems/";
 pub const BODY_M: f64 = 0.03;
 
 /// The file: problems for one robot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProblemSet {
     /// [`FORMAT`].
@@ -39,7 +40,7 @@ fn body_m() -> f64 {
 }
 
 /// One problem.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProblemRecord {
     /// A number or a name that the result repeats.
@@ -63,7 +64,7 @@ pub struct ProblemRecord {
 }
 
 /// What is known of a problem by the way it was made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Expected {
     /// A posture exists.
@@ -73,7 +74,7 @@ pub enum Expected {
 }
 
 /// One contact: at a pose (`p` and `R`), or anywhere on a surface (neither).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactRecord {
     /// The link that carries the patch.
@@ -98,7 +99,7 @@ pub struct ContactRecord {
 }
 
 /// A surface with a body of the file's thickness behind it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceRecord {
     /// Name, unique in the problem.

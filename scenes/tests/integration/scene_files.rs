@@ -107,6 +107,40 @@ fn an_unknown_key_is_refused_with_its_line() {
     assert!(named, "{message}");
 }
 
+#[test]
+fn all_that_is_wrong_is_told_at_once() {
+    for (edits, told) in [
+        (
+            "name = \"irregular-stairs\" => name = \"\" ¶ quat_xyzw = [0.0, => quat_xyzw = [0.1, ¶ tolerance_m = 0.10 => tolerance_m = 0",
+            &[
+                "`name`: is empty",
+                "`scan[0].quat_xyzw`: has length",
+                "`goal.tolerance_m`: is not",
+            ][..],
+        ),
+        (
+            "tolerance_m = 0.10 => tolerance = 1 ¶ default = 0.6 => default = \"ice\" ¶ sensor = => sensors =",
+            &[
+                "unknown field `tolerance`",
+                "invalid type: string \"ice\"",
+                "unknown field `sensors`",
+            ],
+        ),
+    ] {
+        let mut text = stairs().to_owned();
+        for edit in edits.split(" ¶ ") {
+            let (from, to) = edit.split_once(" => ").unwrap();
+            assert!(text.contains(from), "there is no {from}");
+            text = text.replacen(from, to, 1);
+        }
+        let said = SceneFile::parse(&text).unwrap_err().to_string();
+        for part in told {
+            assert!(said.contains(part), "{said}\nlacks {part}");
+        }
+        assert_eq!(said.matches("\n  - ").count(), told.len(), "{said}");
+    }
+}
+
 proptest! {
     /// A mutilated scene file is refused or read, and never panics.
     #[test]

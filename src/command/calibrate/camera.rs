@@ -92,14 +92,16 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let sensor = args.sensor.options(UNNAMED);
     frames.iter().for_each(|frame| provenance::will_read(frame));
     let results = Folder::new(&args.output, RESULTS)?;
-    let measured = identify::measure(
-        &stances.poses,
-        &frames,
-        &sensor,
-        calibration,
-        &mut stages,
-        &mut inputs,
-    )?;
+    let measured = told.during("looking for the ground in the frames", || {
+        identify::measure(
+            &stances.poses,
+            &frames,
+            &sensor,
+            calibration,
+            &mut stages,
+            &mut inputs,
+        )
+    })?;
 
     // Both → the mount.
     let mistake = || mistakes::of_stances(&robot, &feet, &rows, &measured, calibration);

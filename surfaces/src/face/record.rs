@@ -1,6 +1,7 @@
 //! A face as it stands in a file.
 
 use nalgebra::Point2;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{EdgeView, Face, FaceId, Fit};
@@ -10,7 +11,7 @@ use crate::{Edge, Error, Region, Ring, Source};
 /// A face as it stands in a file, not yet checked: `region`, or `polygon` as its only ring with real
 /// edges.
 #[allow(non_snake_case)]
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FaceRecord {
     id: FaceId,
@@ -36,7 +37,7 @@ pub(super) struct FaceRecord {
 }
 
 /// A ring; without edges all are real.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RingRecord {
     vertices: Vec<[f64; 2]>,

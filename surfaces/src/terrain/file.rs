@@ -1,5 +1,6 @@
 //! The JSON text of a terrain.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Terrain, version_1};
@@ -9,13 +10,17 @@ use crate::Error;
 /// `scandent-surfaces/1` as well.
 pub const TERRAIN_FORMAT: &str = "scandent-surfaces/2";
 
-/// The file: the terrain and its format.
-#[derive(Serialize, Deserialize)]
+/// What a robot may touch and must avoid, in W; as of version 2.
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "Surfaces")]
 struct FileRecord<F, O> {
+    /// [`TERRAIN_FORMAT`].
     format: String,
+    /// The faces.
     faces: Vec<F>,
-    #[serde(default = "Vec::new")]
+    /// Convex bodies that are only avoided.
+    #[serde(default = "Vec::<O>::new")]
     obstacles: Vec<O>,
 }
 
@@ -48,6 +53,11 @@ impl Terrain {
             read_each("face", file.faces)?,
             read_each("obstacle", file.obstacles)?,
         )
+    }
+
+    /// The JSON Schema of the file.
+    pub fn schema() -> schemars::Schema {
+        schemars::schema_for!(FileRecord<crate::Face, crate::Obstacle>)
     }
 
     /// The text of a file with this terrain; equal terrains give equal texts.
