@@ -1,9 +1,14 @@
 //! Values of flags that are more than a number or a name.
 
+use std::convert::Infallible;
+use std::path::PathBuf;
+
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use perception::{Intrinsics, SensorOptions};
 use scenes::scene_file::GoalContact;
 use surfaces::{WORLD_M, beyond_world};
+
+use crate::provenance::STANDARD;
 
 /// How far a quaternion's length may be from 1: written decimals.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -30,6 +35,28 @@ pub fn numbers(text: &str, counts: &[usize]) -> Result<Vec<f64>, String> {
     let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
     let counts = counts.join(" or ");
     Err(format!("{given} numbers given, {counts} wanted"))
+}
+
+/// A file by its name, or the standard input by what it is to be read as: `stl:-` becomes `-.stl`.
+///
+/// # Errors
+/// None.
+pub fn file(name: &str) -> Result<PathBuf, Infallible> {
+    let standard = name.strip_suffix(":-");
+    Ok(standard.map_or_else(|| name.into(), |kind| format!("{STANDARD}.{kind}").into()))
+}
+
+/// A folder of results.
+///
+/// # Errors
+/// The standard output, which is none.
+pub fn folder(name: &str) -> Result<PathBuf, String> {
+    match name == STANDARD {
+        true => {
+            Err("results are several files: name a folder (./- for one of this name)".to_owned())
+        }
+        false => Ok(name.into()),
+    }
 }
 
 /// A place: `x,y,z`, m.

@@ -23,6 +23,7 @@ use crate::pipeline::{self, PlanOutcome, RunOptions};
 use crate::provenance::sha256;
 use crate::results;
 use crate::robot_files::Robots;
+use crate::told::Told;
 
 use item::{Asked, Item};
 
@@ -150,8 +151,9 @@ fn came(item: &Item, robots: &Robots, cancel: &AtomicBool) -> Result<Came> {
                 threads: Some(NonZeroUsize::MIN),
                 ..global
             };
-            let said = &mut std::io::sink();
-            let simulated = simulate::simulate(&args, &one, cancel, robots, said)?;
+            let mut nobody = std::io::sink();
+            let told = &mut Told::words(&mut nobody);
+            let simulated = simulate::simulate(&args, &one, cancel, robots, told)?;
             return Ok(Came::Simulation(simulated));
         }
     };

@@ -6,11 +6,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::command;
-use crate::status::{self, Status, UsageError};
+use crate::status::{Status, UsageError};
 use crate::threads;
+use crate::told::Told;
 
 /// Plans multi-contact climbs for legged robots from a single scan.
 #[derive(Debug, Parser)]
@@ -47,6 +48,9 @@ pub struct Global {
     /// Seed of every random stream
     #[arg(long, global = true, value_name = "N")]
     pub seed: Option<u64>,
+    /// Print one JSON document in the place of words, errors too (docs/commands.md)
+    #[arg(long, global = true)]
+    pub json: bool,
 }
 
 /// The commands.
@@ -94,47 +98,84 @@ pub enum Command {
 
 /// Parses the command line, runs the command and reports how it ended.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let mut stdout = Words(Some(std::io::stdout()));
+    let parsed = Cli::command().try_get_matches();
+    let parsed = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match parsed {
+        Ok(parsed) => parsed,
+        Err(error) if error.use_stderr() && std::env::args().any(|word| word == "--json") => {
+            let error = UsageError(error.to_string().replacen("error: ", "", 1));
+            return Told::document("", &mut stdout).end(&Err(error.into()));
+        }
+        Err(error) => error.exit(),
+    };
     tracing_subscriber::fmt()
         .with_env_filter(tracing_subscriber::EnvFilter::from_default_env())
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
         .init();
-    let mut out = Words(Some(std::io::stdout().lock()));
-    let ended = dispatch(&cli, &mut out).and_then(|status| Ok(out.flush().map(|()| status)?));
-    match ended {
-        Ok(status) => status.into(),
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            let usage = error.is::<UsageError>();
-            ExitCode::from(if usage { status::USAGE } else { status::ERROR })
-        }
-    }
+    let (name, flags) = asked(&matches);
+    let (to_stdout, mut stderr) = (is_result_on_stdout(flags), std::io::stderr());
+    let mut told = match (cli.global.json, to_stdout) {
+        (true, _) => Told::document(&name, &mut stdout),
+        (false, true) => Told::words(&mut stderr),
+        (false, false) => Told::words(&mut stdout),
+    };
+    let ended = match cli.global.json && to_stdout {
+        true => Err(UsageError(TWO_ON_STDOUT.to_owned()).into()),
+        false => dispatch(&cli, &mut told),
+    };
+    told.end(&ended)
 }
 
-fn dispatch(cli: &Cli, out: &mut dyn Write) -> Result<Status> {
+/// Why a result and the document do not both go to the standard output.
+const TWO_ON_STDOUT: &str = "--json takes the standard output, and so does a result named -: give the result a file with -o";
+
+/// The command in words, as `calibrate camera`, and its own flags.
+fn asked(mut matches: &ArgMatches) -> (String, &ArgMatches) {
+    let mut names = Vec::new();
+    while let Some((name, of)) = matches.subcommand() {
+        names.push(name);
+        matches = of;
+    }
+    if names.is_empty() {
+        names.push("run");
+    }
+    (names.join(" "), matches)
+}
+
+/// Whether a file of results is `-`.
+fn is_result_on_stdout(matches: &ArgMatches) -> bool {
+    let is_stdout = |flag: &&str| {
+        let values = matches.try_get_raw(flag).ok().flatten();
+        values.is_some_and(|mut values| values.any(|value| value == "-"))
+    };
+    ["output", "view"].iter().any(is_stdout)
+}
+
+fn dispatch(cli: &Cli, told: &mut Told) -> Result<Status> {
     let global = &cli.global;
     match &cli.command {
-        None => command::run::run(&command::run::Args::default(), global, out),
-        Some(Command::Run(args)) => command::run::run(args, global, out),
-        Some(Command::Scenes(args)) => command::scenes::run(args, out),
-        Some(Command::Surfaces(args)) => command::surfaces::run(args, global, out),
-        Some(Command::Slope(args)) => command::slope::run(args, global, out),
-        Some(Command::Posture(args)) => command::posture::run(args, global, out),
-        Some(Command::PostureSets(args)) => command::posture_sets::run(args, global, out),
-        Some(Command::Plan(args)) => command::plan::run(args, global, out),
-        Some(Command::Bench(args)) => command::bench::run(args, global, out),
-        Some(Command::Batch(args)) => command::batch::run(args, global, out),
-        Some(Command::Verify(args)) => command::verify::run(args, global, out),
-        Some(Command::Simulate(args)) => command::simulate::run(args, global, out),
-        Some(Command::Export(args)) => command::export::run(args, global, out),
-        Some(Command::View(args)) => command::view::run(args, global, out),
-        Some(Command::Serve(args)) => command::serve::run(args, global, out),
-        Some(Command::Calibrate(args)) => command::calibrate::run(args, global, out),
-        Some(Command::Robot(args)) => command::robot::run(args, global, out),
-        Some(Command::Config(args)) => command::config::run(args, global, out),
-        Some(Command::Completions(args)) => command::completions::run(args, out),
-        Some(Command::Man(args)) => command::man::run(args, out),
+        None => command::run::run(&command::run::Args::default(), global, told),
+        Some(Command::Run(args)) => command::run::run(args, global, told),
+        Some(Command::Scenes(args)) => command::scenes::run(args, told),
+        Some(Command::Surfaces(args)) => command::surfaces::run(args, global, told),
+        Some(Command::Slope(args)) => command::slope::run(args, global, told),
+        Some(Command::Posture(args)) => command::posture::run(args, global, told),
+        Some(Command::PostureSets(args)) => command::posture_sets::run(args, global, told),
+        Some(Command::Plan(args)) => command::plan::run(args, global, told),
+        Some(Command::Bench(args)) => command::bench::run(args, global, told),
+        Some(Command::Batch(args)) => command::batch::run(args, global, told),
+        Some(Command::Verify(args)) => command::verify::run(args, global, told),
+        Some(Command::Simulate(args)) => command::simulate::run(args, global, told),
+        Some(Command::Export(args)) => command::export::run(args, global, told),
+        Some(Command::View(args)) => command::view::run(args, global, told),
+        Some(Command::Serve(args)) => command::serve::run(args, global, told),
+        Some(Command::Calibrate(args)) => command::calibrate::run(args, global, told),
+        Some(Command::Robot(args)) => command::robot::run(args, global, told),
+        Some(Command::Config(args)) => command::config::run(args, global, told),
+        Some(Command::Completions(args)) => command::completions::run(args, told),
+        Some(Command::Man(args)) => command::man::run(args, told),
     }
 }
 
@@ -172,7 +213,6 @@ impl<W: Write> Write for Words<W> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {

@@ -6,6 +6,7 @@ use nalgebra::Isometry3;
 use scenes::scene_file::ScanSource;
 
 use crate::argument::{self, SensorFlag};
+use crate::provenance;
 use crate::scene::Environment;
 use crate::status::UsageError;
 
@@ -77,8 +78,13 @@ impl ScanFlags {
     }
 
     fn source(&self, number: usize, file: &Path) -> ScanSource {
-        let extension = file.extension();
-        let is_image = extension.is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        let is_image = match provenance::is_standard(file) {
+            // Its first bytes tell; what cannot be read is said where it is read.
+            true => provenance::read("scan", file).is_ok_and(|bytes| bytes.starts_with(b"\x89PNG")),
+            false => file
+                .extension()
+                .is_some_and(|e| e.eq_ignore_ascii_case("png")),
+        };
         let name = file.display().to_string();
         let pose = self.pose.get(number);
         let flag = self.sensor.clone().unwrap_or_default();

@@ -42,6 +42,7 @@ pub mod status;
 pub mod summary;
 pub mod template;
 pub mod threads;
+pub mod told;
 pub mod unsolved;
 pub mod view;
 

@@ -6,15 +6,16 @@ use std::ffi::OsString;
 use std::fs::{File, FileType};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 
-use crate::provenance;
+use crate::provenance::{self, STANDARD};
 
 pub use folder::Folder;
 
-/// Writes `bytes` to `path` in one step, creating the folders on the way.
+/// Writes `bytes` to `path` in one step, creating the folders on the way; to the standard output for `-`.
 ///
 /// The bytes go to a temporary file beside `path`, which then takes its name: a reader, a full
 /// disk or an interruption never meets half a result.
@@ -23,17 +24,20 @@ pub use folder::Folder;
 /// As [`check`]; what the operating system says, with the path.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     check(path)?;
+    if path == Path::new(STANDARD) {
+        return to_standard(bytes).context("the standard output: cannot be written");
+    }
     write_beside(path, bytes).with_context(|| format!("{}: cannot be written", path.display()))
 }
 
 /// Refuses what cannot become a result, before anything is computed for it.
 ///
 /// # Errors
-/// The standard output, a folder, a link, a device, or a file that was read as an input.
+/// A folder, a link, a device, or a file that was read as an input.
 pub fn check(path: &Path) -> Result<()> {
     let name = path.display();
-    if path == Path::new("-") {
-        bail!("-: results go to a file, not to the standard output; a file of that name is ./-");
+    if path == Path::new(STANDARD) {
+        return Ok(());
     }
     let there = match path.symlink_metadata() {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
@@ -46,6 +50,19 @@ pub fn check(path: &Path) -> Result<()> {
         bail!("{name}: this file is an input, which results do not replace");
     }
     Ok(())
+}
+
+/// Writes the one result of the standard output; a reader who has seen enough is no error.
+fn to_standard(bytes: &[u8]) -> std::io::Result<()> {
+    static TAKEN: AtomicBool = AtomicBool::new(false);
+    if TAKEN.swap(true, Ordering::Relaxed) {
+        return Err(std::io::Error::other("another result went there"));
+    }
+    let mut out = std::io::stdout().lock();
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    }
 }
 
 /// What something is that is not a regular file.

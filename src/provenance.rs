@@ -1,13 +1,16 @@
 //! What a result was computed from: each input's role, name and SHA-256.
 
 use std::collections::BTreeSet;
+use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use anyhow::{Context, Result};
 use plan::Input;
 use sha2::{Digest, Sha256};
 
+/// The name of the standard input and output.
+pub const STANDARD: &str = "-";
 /// The role of what flags asked for beside a scene.
 pub const FLAGS: &str = "flags";
 
@@ -70,8 +73,30 @@ pub fn read(role: &str, path: &Path) -> Result<Vec<u8>> {
 }
 
 fn raw(role: &str, path: &Path) -> Result<Vec<u8>> {
+    if is_standard(path) {
+        let bytes = standard_input();
+        return bytes.context(format!("the standard input: cannot read this {role} file"));
+    }
     will_read(path);
     std::fs::read(path).with_context(|| format!("{}: cannot read this {role} file", path.display()))
+}
+
+/// Whether a path is the standard input: `-`, or with what it is to be read as, such as `-.stl`.
+pub fn is_standard(path: &Path) -> bool {
+    path.file_stem().is_some_and(|stem| stem == STANDARD) && path.parent() == Some(Path::new(""))
+}
+
+/// All of the standard input: the same for whoever asks again.
+fn standard_input() -> std::io::Result<Vec<u8>> {
+    static BYTES: OnceLock<std::io::Result<Vec<u8>>> = OnceLock::new();
+    let read = || {
+        let mut bytes = Vec::new();
+        std::io::stdin().read_to_end(&mut bytes).map(|_| bytes)
+    };
+    match BYTES.get_or_init(read) {
+        Ok(bytes) => Ok(bytes.clone()),
+        Err(error) => Err(error.kind().into()),
+    }
 }
 
 fn unmarked(role: &str, mut bytes: Vec<u8>) -> Vec<u8> {

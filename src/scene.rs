@@ -118,7 +118,9 @@ impl Scene {
             return Self::parse(builtin.toml, Files::Builtin(builtin)).context(name);
         }
         let path = Path::new(name_or_path);
-        let looks_like_a_path = path.extension().is_some() || path.components().count() > 1;
+        let looks_like_a_path = path.extension().is_some()
+            || path.components().count() > 1
+            || provenance::is_standard(path);
         if !looks_like_a_path && !path.exists() {
             let known: Vec<&str> = scenes::names().collect();
             let known = known.join(", ");

@@ -1,7 +1,5 @@
 //! How a command ends, and the exit code that says so.
 
-use std::process::ExitCode;
-
 /// What a command came to; an error is none of these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -23,14 +21,26 @@ pub const ERROR: u8 = 1;
 /// Exit code of a command line that is wrong; clap uses the same.
 pub const USAGE: u8 = 2;
 
-impl From<Status> for ExitCode {
-    fn from(status: Status) -> Self {
-        ExitCode::from(match status {
+impl Status {
+    /// Its exit code.
+    pub fn code(self) -> u8 {
+        match self {
             Status::Done => 0,
             Status::Failed => ERROR,
             Status::NoPlan | Status::NotExecuted => 3,
             Status::Undecided => 4,
-        })
+        }
+    }
+
+    /// Its name in documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Done => "done",
+            Status::Failed => "failed",
+            Status::NoPlan => "no_plan",
+            Status::NotExecuted => "not_executed",
+            Status::Undecided => "undecided",
+        }
     }
 }
 

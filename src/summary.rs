@@ -2,11 +2,13 @@
 
 use std::io::Write;
 
+use anyhow::Result;
 use plan::{Change, Plan};
 use planner::Status;
 use surfaces::Face;
 
 use crate::pipeline::PlanOutcome;
+use crate::told::Told;
 
 /// How many faces that serve no patch are printed where there is no plan.
 const REASONS: usize = 6;
@@ -15,30 +17,29 @@ const REASONS: usize = 6;
 ///
 /// # Errors
 /// When it cannot be printed.
-pub fn print(planned: &PlanOutcome, out: &mut dyn Write) -> std::io::Result<()> {
+pub fn print(planned: &PlanOutcome, told: &mut Told) -> Result<()> {
     for note in &planned.notes {
-        writeln!(out, "  note: {note}")?;
+        told.note(note)?;
     }
     let required = &planned.plan.required;
+    let (report, search) = (&planned.report, &planned.plan.search);
+    told.fact("report", report)?;
+    told.fact("unusable", &planned.unusable)?;
+    let out: &mut dyn Write = told;
     faces(&planned.plan.faces, required.edge_sigmas, out)?;
     stances(&planned.plan, out)?;
     if planned.status != Status::Found {
-        if let Some(unsolved) = &planned.plan.search.unsolved {
+        if let Some(unsolved) = &search.unsolved {
             list("what blocks the way:", &unsolved.reasons, out)?;
             list("what to try:", &unsolved.to_try, out)?;
         }
         unusable(&planned.unusable, out)?;
     }
-    let report = &planned.report;
     writeln!(
         out,
         "search: {} nodes, {} expanded, {} posture problems, {} threads",
-        report.nodes_generated,
-        report.nodes_expanded,
-        planned.plan.search.candidates_solved,
-        report.threads
+        report.nodes_generated, report.nodes_expanded, search.candidates_solved, report.threads
     )?;
-    let search = &planned.plan.search;
     if planned.status == Status::Found && planned.config.planner.improve > 0 {
         let changes = search.path_stances.saturating_sub(1);
         let (least, gap) = (

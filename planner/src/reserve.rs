@@ -1,9 +1,9 @@
 //! What postures keep to spare for the motion between them.
 
-use posture::{Config, Error, Outcome, Problem};
+use posture::{Config, Constraint, Error, Outcome, Problem};
 
 /// Part of the torques that is used of what is allowed.
-const TORQUE: f64 = 0.96;
+const TORQUE: f64 = 0.92;
 /// Kept of the joints' ranges beyond what is asked for, rad.
 const JOINT_RAD: f64 = 3e-3;
 /// Kept of all distances beyond what is asked for, m.
@@ -30,21 +30,30 @@ pub(crate) fn solve_with_reserve(problem: &Problem, asked: &Config) -> Result<Ou
         self_clearance_m: asked.self_clearance_m + CLEARANCE_M,
         ..asked.clone()
     };
-    let outcome = posture::solve(problem, &reserved)?;
-    match outcome {
+    let (violation, nearest) = match posture::solve(problem, &reserved)? {
         Outcome::Undecided {
             violation, nearest, ..
-        } if violation.amount < MADE_UP_MAX => {
-            let from_there = Problem {
-                guess: &nearest.q,
-                ..problem.clone()
-            };
-            let asked = Config {
-                restarts: 0,
-                ..asked.clone()
-            };
-            posture::solve(&from_there, &asked)
+        } if violation.amount < MADE_UP_MAX => (violation, nearest),
+        outcome => return Ok(outcome),
+    };
+    let from_there = Problem {
+        guess: &nearest.q,
+        ..problem.clone()
+    };
+    let asked = Config {
+        restarts: 0,
+        ..asked.clone()
+    };
+    // Torques are spared where it is not they that lack.
+    if !matches!(violation.constraint, Constraint::Torque(_)) {
+        let spared = Config {
+            torque_use: reserved.torque_use,
+            ..asked.clone()
+        };
+        let outcome = posture::solve(&from_there, &spared)?;
+        if matches!(outcome, Outcome::Feasible(_)) {
+            return Ok(outcome);
         }
-        outcome => Ok(outcome),
     }
+    posture::solve(&from_there, &asked)
 }

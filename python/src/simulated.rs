@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use pyo3::prelude::*;
 use scandent::command::simulate::{self as command, Simulated};
 use scandent::robot_files::Robots;
+use scandent::told::Told;
 
 use crate::{error, work};
 
@@ -18,8 +19,9 @@ pub fn simulate(
     let cancel = AtomicBool::new(false);
     let done = work::long(py, &cancel, None, |_| {
         let (args, global) = command::asked_by(&flags)?;
-        let said = &mut std::io::sink();
-        command::simulate(&args, &global, &cancel, &Robots::default(), said)
+        let mut nobody = std::io::sink();
+        let told = &mut Told::words(&mut nobody);
+        command::simulate(&args, &global, &cancel, &Robots::default(), told)
     })?;
     let Simulated {
         json,

@@ -43,6 +43,7 @@ pub fn model(
         let stays = on.map_or(0, |k| k + 1);
         let friction = friction_of(robot, i).unwrap_or(physics.friction_elsewhere);
         let mut said = link(body, scales.mass);
+        said["armature"] = json!(physics.armature_of(body.effort));
         said["closes"] = json!(open.len() - stays);
         said["friction"] = json!(friction * scales.friction);
         said["shapes"] = shapes(robot, i);
@@ -53,7 +54,6 @@ pub fn model(
     let said = json!({
         "dt_s": physics.dt_s,
         "gravity_m_s2": GRAVITY_M_S2,
-        "armature": physics.armature,
         "damping": physics.damping,
         "kp": servo.kp,
         "kv": servo.kv,

@@ -10,7 +10,7 @@ pub struct Physics {
     pub dt_s: f64,
     /// Coefficient of friction of bodies that carry no contact patch.
     pub friction_elsewhere: f64,
-    /// Rotor inertia that every joint has besides its bodies', kg·m² (kg where prismatic).
+    /// Rotor inertia that a joint has besides its bodies', kg·m² (kg where prismatic), where its effort moves that.
     pub armature: f64,
     /// Viscous friction of every joint, N·m·s/rad.
     pub damping: f64,
@@ -24,6 +24,16 @@ impl From<&Config> for Physics {
             armature: 0.05,
             damping: 0.5,
         }
+    }
+}
+
+/// Effort that a joint has for each part of its rotor inertia at least, 1/s²: motors of fingers are small.
+const EFFORT_PER_ARMATURE: f64 = 400.0;
+
+impl Physics {
+    /// Rotor inertia of a joint with this effort, kg·m² (kg where prismatic).
+    pub fn armature_of(&self, effort: f64) -> f64 {
+        self.armature.min(effort / EFFORT_PER_ARMATURE)
     }
 }
 

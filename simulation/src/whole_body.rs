@@ -104,7 +104,7 @@ impl<'a> WholeBodyController<'a> {
         let planned = (&wanted.configuration, &wanted.v);
         self.reference.update_motion(robot, planned.0, planned.1);
         for j in 6..nv {
-            self.now.M[(j, j)] += self.physics.armature;
+            self.now.M[(j, j)] += self.physics.armature_of(robot.bodies[j - 5].effort);
             self.now.h[j] += self.physics.damping * v[j];
         }
         // A patch that lands early bears from then on.

@@ -1,7 +1,7 @@
 //! The index of a batch: a row of figures an item, in the order of the manifest.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Cursor};
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use super::done;
 use super::item::Item;
 use crate::bench::Row;
-use crate::output;
+use crate::{output, provenance};
 
 /// Its name in the folder of a batch.
 pub const NAME: &str = "index.csv";
@@ -20,8 +20,13 @@ pub const NAME: &str = "index.csv";
 /// A manifest that cannot be read.
 pub fn items(manifest: &Path) -> Result<impl Iterator<Item = Result<Item>> + use<>> {
     let named = manifest.display().to_string();
-    let file = File::open(manifest).with_context(|| format!("{named}: cannot be read"))?;
-    let lines = BufReader::new(file).lines().enumerate();
+    let file: Box<dyn BufRead + Send> = match provenance::is_standard(manifest) {
+        true => Box::new(Cursor::new(provenance::read("manifest", manifest)?)),
+        false => Box::new(BufReader::new(
+            File::open(manifest).with_context(|| format!("{named}: cannot be read"))?,
+        )),
+    };
+    let lines = file.lines().enumerate();
     let lines = lines.filter(|(_, line)| !matches!(line, Ok(line) if line.trim().is_empty()));
     Ok(lines.map(move |(number, line)| {
         let line = line.with_context(|| format!("{named}: line {}", number + 1))?;

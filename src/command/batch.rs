@@ -11,6 +11,7 @@ use std::sync::mpsc::{Sender, channel};
 use anyhow::{Context, Result, anyhow, bail};
 
 use super::bench::{sentence, shard};
+use crate::argument;
 use crate::batch::index::{self, items};
 use crate::batch::{self, Extras, done};
 use crate::bench::{Ended, Row};
@@ -19,6 +20,7 @@ use crate::interrupt;
 use crate::output;
 use crate::robot_files::Robots;
 use crate::status::Status;
+use crate::told::Told;
 
 /// Flags of `batch`.
 #[derive(Debug, clap::Args)]
@@ -30,7 +32,7 @@ pub struct Args {
     #[arg(value_name = "MANIFEST.jsonl")]
     manifest: PathBuf,
     /// Folder of the results: items/NAME/ and index.csv
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", value_parser = argument::folder)]
     output: PathBuf,
     /// Only every n-th item, from the i-th on: i/n
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
@@ -55,7 +57,7 @@ enum Arrays {
 /// # Errors
 /// A manifest that cannot be read or names an item twice, settings beside the items' own, a folder that
 /// cannot be written. What goes wrong with an item is its result; with one the command ends as failed.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let own = !global.set.is_empty() || global.config.is_some();
     if own || global.seed.is_some() || global.improve.is_some() {
         bail!(
@@ -120,8 +122,8 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
             .collect();
         drop(rows);
         for (number, row) in ended.iter().enumerate() {
-            writeln!(out, "{}/{total} {}", number + 1, sentence(&row))?;
-            out.flush()?;
+            writeln!(told, "{}/{total} {}", number + 1, sentence(&row))?;
+            told.flush()?;
             *counts.entry(row.ended.name()).or_default() += 1;
         }
         let ended = workers.into_iter().map(|worker| worker.join());
@@ -138,12 +140,9 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         .iter()
         .map(|(ended, n)| format!("{n} {ended}"))
         .collect();
-    writeln!(
-        out,
-        "{total} items: {} → {}",
-        words.join(", "),
-        args.output.display()
-    )?;
+    writeln!(told, "{total} items: {}", words.join(", "))?;
+    told.fact("items", &counts)?;
+    told.written(&args.output.join(index::NAME))?;
     let flawed = [Ended::Refused, Ended::Error];
     Ok(
         match flawed.iter().any(|ended| counts.contains_key(ended.name())) {

@@ -7,6 +7,7 @@ use std::sync::atomic::Ordering;
 use anyhow::{Context, Result, anyhow, bail};
 use scenes::worlds::families::{FAMILIES, Family};
 
+use crate::argument;
 use crate::bench::{self, Ended, Item, Row, table, world};
 use crate::cli::Global;
 use crate::config::Config;
@@ -15,6 +16,7 @@ use crate::output;
 use crate::provenance::Inputs;
 use crate::robot_files::{RobotFiles, Robots};
 use crate::status::Status;
+use crate::told::Told;
 
 /// Robots of the drawn worlds where none is named.
 const ROBOTS: [&str; 3] = ["builtin:hrp2", "builtin:quadruped", "builtin:hexapod"];
@@ -48,7 +50,7 @@ pub struct Args {
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
     shard: (usize, usize),
     /// Folder of the worlds and of results.jsonl
-    #[arg(short, long, value_name = "FOLDER", default_value = "out/bench")]
+    #[arg(short, long, value_name = "FOLDER", value_parser = argument::folder, default_value = "out/bench")]
     output: PathBuf,
 }
 
@@ -57,7 +59,7 @@ pub struct Args {
 /// # Errors
 /// A family, robot or shard that makes no sense, a file that cannot be written. Worlds that cannot
 /// be planned in are results.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let results = args.output.join("results.jsonl");
     output::check(&results)?;
     let items = if args.scenes.is_empty() {
@@ -75,16 +77,17 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         if interrupt::listen().load(Ordering::Relaxed) {
             bail!("interrupted at {}; no results are written", item.name);
         }
-        writeln!(out, "{}/{} {}", number + 1, items.len(), sentence(&row))?;
-        out.flush()?;
+        writeln!(told, "{}/{} {}", number + 1, items.len(), sentence(&row))?;
+        told.flush()?;
         serde_json::to_writer(&mut lines, &row)?;
         lines.push(b'\n');
         rows.push(row);
     }
     output::write(&results, &lines)?;
-    writeln!(out)?;
-    table::print(&rows, out)?;
-    writeln!(out, "results: {}", results.display())?;
+    writeln!(told)?;
+    table::print(&rows, told)?;
+    told.fact("worlds", &rows)?;
+    told.written(&results)?;
     let flawed = |row: &Row| matches!(row.ended, Ended::Refused | Ended::Error);
     Ok(if rows.iter().any(flawed) {
         Status::Failed

@@ -7,6 +7,7 @@ use clap::CommandFactory;
 
 use crate::cli::Cli;
 use crate::status::Status;
+use crate::told::Told;
 
 /// Flags of `completions`.
 #[derive(Debug, clap::Args)]
@@ -19,10 +20,11 @@ pub struct Args {
 ///
 /// # Errors
 /// When it cannot be printed.
-pub fn run(args: &Args, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, told: &mut Told) -> Result<Status> {
     // Into memory first: the generator panics when its writer fails.
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "scandent", &mut script);
-    out.write_all(&script)?;
+    told.write_all(&script)?;
+    told.fact("script", String::from_utf8(script)?)?;
     Ok(Status::Done)
 }

@@ -9,6 +9,7 @@ use crate::config::{Config, documented};
 use crate::provenance::Inputs;
 use crate::scene::Scene;
 use crate::status::Status;
+use crate::told::Told;
 
 /// Flags of `config`.
 #[derive(Debug, clap::Args)]
@@ -21,7 +22,7 @@ pub struct Args {
 ///
 /// # Errors
 /// A scene or a setting that does not exist.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let mut inputs = Inputs::default();
     let scene = args.scene.as_deref();
     let scene = scene
@@ -29,6 +30,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         .transpose()?;
     let layer = scene.as_ref().map(|s| (s.name.as_str(), &s.settings));
     let config = Config::layered(layer, global)?;
-    out.write_all(documented(&config)?.as_bytes())?;
+    told.write_all(documented(&config)?.as_bytes())?;
+    told.fact("settings", &config)?;
     Ok(Status::Done)
 }

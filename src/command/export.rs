@@ -1,6 +1,5 @@
 //! `scandent export PLAN.json`: a plan for a controller or a spreadsheet.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -11,6 +10,7 @@ use crate::export::{self, Format};
 use crate::output;
 use crate::plan_file::{self, PlanRobotFlags};
 use crate::status::Status;
+use crate::told::Told;
 
 /// Flags of `export`.
 #[derive(Debug, clap::Args)]
@@ -21,9 +21,9 @@ pub struct Args {
     /// What to write
     #[arg(long, value_enum)]
     format: Format,
-    /// Where it goes (default: the terminal)
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    /// Where it goes (default: the standard output)
+    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    output: PathBuf,
     #[command(flatten)]
     robot: PlanRobotFlags,
 }
@@ -32,18 +32,13 @@ pub struct Args {
 ///
 /// # Errors
 /// A plan or a robot that cannot be read; as [`export::export`]; a file that cannot be written.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let plan = plan_file::open(&args.plan)?;
     let robot = args.robot.load(&plan)?;
     let motion = plan_file::open_motion(&args.plan, &plan)?;
     let bytes = export::export(&plan, motion.as_ref(), &robot, args.format, &config.export)?;
-    match &args.output {
-        Some(path) => {
-            output::write(path, &bytes)?;
-            writeln!(out, "written: {}", path.display())?;
-        }
-        None => out.write_all(&bytes)?,
-    }
+    output::write(&args.output, &bytes)?;
+    told.written(&args.output)?;
     Ok(Status::Done)
 }

@@ -7,15 +7,17 @@ use anyhow::Result;
 use clap::CommandFactory;
 use clap_mangen::Man;
 
+use crate::argument;
 use crate::cli::Cli;
 use crate::output;
 use crate::status::Status;
+use crate::told::Told;
 
 /// Flags of `man`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Folder of the pages: scandent.1, and one for each command
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", value_parser = argument::folder)]
     output: PathBuf,
 }
 
@@ -23,7 +25,7 @@ pub struct Args {
 ///
 /// # Errors
 /// A folder that cannot be written.
-pub fn run(args: &Args, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, told: &mut Told) -> Result<Status> {
     let mut program = Cli::command();
     // Gives every command the flags that all of them have.
     program.build();
@@ -36,6 +38,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> Result<Status> {
         man.render(&mut page)?;
         output::write(&args.output.join(man.get_filename()), &page)?;
     }
-    writeln!(out, "man -l {}", args.output.join("scandent.1").display())?;
+    writeln!(told, "man -l {}", args.output.join("scandent.1").display())?;
+    told.fact("pages", &args.output)?;
     Ok(Status::Done)
 }

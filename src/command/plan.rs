@@ -1,6 +1,5 @@
 //! `scandent plan`: the pipeline on what the command line names, or on a scene.toml.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
@@ -17,6 +16,7 @@ use crate::provenance::{FLAGS, Inputs};
 use crate::robot_files::{BesideUrdf, RobotFiles};
 use crate::scene::{Environment, Files, Scene, Start};
 use crate::status::{Status, UsageError};
+use crate::told::Told;
 
 /// Farthest that the base may be from the goal where nothing is said, m.
 const GOAL_TOLERANCE_M: f64 = 0.10;
@@ -35,7 +35,7 @@ pub struct Args {
     #[arg(long, value_name = "SCAN", num_args = 1.., group = "environment")]
     scan: Vec<PathBuf>,
     /// A mesh of the environment (STL, OBJ)
-    #[arg(long, value_name = "MESH", group = "environment")]
+    #[arg(long, value_name = "MESH", value_parser = argument::file, group = "environment")]
     mesh: Option<PathBuf>,
     #[command(flatten)]
     how: ScanFlags,
@@ -71,7 +71,7 @@ pub struct Args {
     #[arg(long, value_name = "MU", value_parser = positive)]
     friction: Option<f64>,
     /// Folder of the results
-    #[arg(short, long, value_name = "FOLDER", default_value = "out/plan")]
+    #[arg(short, long, value_name = "FOLDER", value_parser = argument::folder, default_value = "out/plan")]
     output: PathBuf,
 }
 
@@ -79,10 +79,10 @@ pub struct Args {
 ///
 /// # Errors
 /// As [`super::run::run`]; [`UsageError`] where something needed is not said.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let mut inputs = Inputs::default();
     let scene = args.placed(global, &mut inputs, &said(std::env::args().skip(1)))?;
-    plan_with_progress(&scene, inputs, &args.output, global, out)
+    plan_with_progress(&scene, inputs, &args.output, global, told)
 }
 
 /// The scene that recorded flags ask for; their files are looked for in `beside` and the folders above.
@@ -136,6 +136,7 @@ fn said(flags: impl Iterator<Item = String>) -> String {
     let mut kept = Vec::new();
     while let Some(flag) = flags.next() {
         match flag.as_str() {
+            "--json" => {}
             "-o" | "--output" | "--threads" => drop(flags.next()),
             _ if flag.starts_with("-o") => {}
             _ if flag.starts_with("--output=") || flag.starts_with("--threads=") => {}

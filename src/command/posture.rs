@@ -21,6 +21,7 @@ use crate::provenance::Inputs;
 use crate::robot_files::RobotFlags;
 use crate::status::Status;
 use crate::threads;
+use crate::told::Told;
 
 mod timing;
 
@@ -105,7 +106,7 @@ pub struct ContactForces<'a> {
 ///
 /// # Errors
 /// A file that cannot be read, a problem that makes no sense; an infeasible one is an answer.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let mut inputs = Inputs::default();
     let robot = args.robot.files().load(&config.robot_model, &mut inputs)?;
@@ -141,14 +142,20 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
 
     let count = |outcome| answers.iter().filter(|a| a.outcome == outcome).count();
     let (feasible, infeasible) = (count(FEASIBLE), count("infeasible"));
+    let (problems, undecided) = (answers.len(), count("undecided"));
     writeln!(
-        out,
-        "{} problems: {feasible} feasible, {infeasible} infeasible, {} undecided → {}",
-        answers.len(),
-        count("undecided"),
-        args.output.display()
+        told,
+        "{problems} problems: {feasible} feasible, {infeasible} infeasible, {undecided} undecided"
     )?;
-    timing::print(&answers, out)?;
+    timing::print(&answers, told)?;
+    for (name, count) in [
+        ("problems", problems),
+        (FEASIBLE, feasible),
+        ("infeasible", infeasible),
+        ("undecided", undecided),
+    ] {
+        told.fact(name, count)?;
+    }
     let results = Results {
         program: crate::program(),
         config: &config,
@@ -157,6 +164,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         results: answers,
     };
     output::write_json(&args.output, &results)?;
+    told.written(&args.output)?;
     Ok(Status::Done)
 }
 

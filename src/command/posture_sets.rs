@@ -14,6 +14,7 @@ use crate::posture_problem;
 use crate::provenance::Inputs;
 use crate::robot_files::{RobotFlags, UNPROPOSED};
 use crate::status::Status;
+use crate::told::Told;
 
 /// Flags of `posture-sets`.
 #[derive(Debug, clap::Args)]
@@ -36,7 +37,7 @@ pub struct Args {
 ///
 /// # Errors
 /// A robot that cannot be read or does not suit the family, an unknown family.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let files = args.robot.files();
     let robot = files.load(&config.robot_model, &mut Inputs::default())?;
@@ -45,14 +46,10 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         draw(&robot, &args.family, args.count, &config)?,
     );
     output::write_json(&args.output, &set)?;
-    writeln!(
-        out,
-        "{} problems for {} ({}), seed {seed} → {}",
-        set.problems.len(),
-        set.robot,
-        set.family,
-        args.output.display()
-    )?;
+    let (count, robot, family) = (set.problems.len(), &set.robot, &set.family);
+    writeln!(told, "{count} problems for {robot} ({family}), seed {seed}")?;
+    told.fact("problems", count)?;
+    told.written(&args.output)?;
     Ok(Status::Done)
 }
 

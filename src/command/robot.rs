@@ -8,6 +8,7 @@ use robot_model::propose::Kinds;
 use robot_model::{JointKind, PatchKind, Robot};
 use serde_json::{Value, json};
 
+use crate::argument;
 use crate::cli::Global;
 use crate::config::Config;
 use crate::output;
@@ -16,6 +17,7 @@ use crate::provenance::Inputs;
 use crate::robot_files::{BesideUrdf, RobotFiles};
 use crate::status::Status;
 use crate::template::render;
+use crate::told::Told;
 use crate::view;
 
 /// Flags of `robot`.
@@ -31,7 +33,7 @@ pub struct Args {
     joints: bool,
     /// Write what the URDF does not tell into this folder: contacts.toml, an SRDF with excepted pairs
     /// and a standing posture, and robot.html to look at
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", value_parser = argument::folder)]
     propose: Option<PathBuf>,
     /// Patches to propose beside feet and hands
     #[arg(long, value_name = "PART", value_delimiter = ',', requires = "propose")]
@@ -51,19 +53,17 @@ enum Part {
 ///
 /// # Errors
 /// As [`RobotFiles::load`].
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let files = args.beside.files(&args.robot);
     let robot = match &args.propose {
-        Some(folder) => args.write_proposal(folder, &files, &config, out)?,
+        Some(folder) => args.write_proposal(folder, &files, &config, told)?,
         None => files.load(&config.robot_model, &mut Inputs::default())?,
     };
-    let text = render(
-        "robot.txt",
-        include_str!("text/robot.txt"),
-        said(&robot, args.joints),
-    )?;
-    out.write_all(text.as_bytes())?;
+    let said = said(&robot, args.joints);
+    let text = render("robot.txt", include_str!("text/robot.txt"), &said)?;
+    told.write_all(text.as_bytes())?;
+    told.fact("robot", said)?;
     Ok(Status::Done)
 }
 
@@ -74,7 +74,7 @@ impl Args {
         folder: &Path,
         files: &RobotFiles,
         config: &Config,
-        out: &mut dyn Write,
+        told: &mut Told,
     ) -> Result<Robot> {
         if files.is_builtin() {
             bail!(
@@ -112,17 +112,14 @@ impl Args {
         let page = view::robot_page(&robot)?;
         let path = folder.join("robot.html");
         output::write(&path, page.as_bytes())?;
-        writeln!(
-            out,
-            "look at {}; then, with what it is to walk on:",
-            path.display()
-        )?;
-        writeln!(
-            out,
-            "  scandent plan --mesh WORLD.obj --goal X,Y --robot {} {}",
+        told.open(path.display())?;
+        let next = format!(
+            "scandent plan --mesh WORLD.obj --goal X,Y --robot {} {}",
             files.urdf,
             files.flags()
-        )?;
+        );
+        writeln!(told, "then, with what it is to walk on:\n  {next}")?;
+        told.fact("next", next)?;
         Ok(robot)
     }
 }

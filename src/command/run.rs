@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use planner::Status as Ended;
+use serde_json::json;
 
+use crate::argument;
 use crate::cli::Global;
 use crate::config::Config;
 use crate::extrinsics::placement;
@@ -16,6 +18,7 @@ use crate::provenance::Inputs;
 use crate::robot_files::Robots;
 use crate::scene::Scene;
 use crate::status::Status;
+use crate::told::Told;
 use crate::{interrupt, results, summary};
 
 /// The scene that runs where none is named.
@@ -32,7 +35,7 @@ pub struct Args {
     #[arg(long, value_name = "MOUNT.toml")]
     extrinsics: Option<PathBuf>,
     /// Folder of the results; each scene gets a folder in it (default: out)
-    #[arg(short, long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER", value_parser = argument::folder)]
     output: Option<PathBuf>,
 }
 
@@ -40,13 +43,13 @@ pub struct Args {
 ///
 /// # Errors
 /// As [`pipeline::plan`]; a plan that does not pass the verifier; a file that cannot be written.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let mut inputs = Inputs::default();
     let name = args.scene.as_deref().unwrap_or(DEFAULT_SCENE);
     let scene = asked(name, args.extrinsics.as_deref(), global, &mut inputs)?;
     let output = args.output.clone().unwrap_or_else(|| DEFAULT_OUTPUT.into());
     let folder = output.join(&scene.name);
-    plan_with_progress(&scene, inputs, &folder, global, out)
+    plan_with_progress(&scene, inputs, &folder, global, told)
 }
 
 /// The scene of a name, its scans where its mounts, or the one given, say.
@@ -73,7 +76,7 @@ pub fn plan_with_progress(
     inputs: Inputs,
     folder: &Path,
     global: &Global,
-    out: &mut dyn Write,
+    told: &mut Told,
 ) -> Result<Status> {
     let line = ProgressLine::default();
     let asked = Asked {
@@ -89,7 +92,7 @@ pub fn plan_with_progress(
         cancel: interrupt::listen(),
         robots: &Robots::default(),
     };
-    plan_and_write(asked, &manner, out)
+    plan_and_write(asked, &manner, told)
 }
 
 /// A scene to plan for, and where its results go.
@@ -111,7 +114,7 @@ pub struct Asked<'a> {
 pub fn plan_and_write(
     asked: Asked<'_>,
     manner: &RunOptions<'_>,
-    out: &mut dyn Write,
+    told: &mut Told,
 ) -> Result<Status> {
     let Asked {
         scene,
@@ -122,29 +125,34 @@ pub fn plan_and_write(
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
     scene.will_read();
     let results = Folder::new(folder, results::NAMES)?;
-    writeln!(out, "{}", scene.name)?;
+    writeln!(told, "{}", scene.name)?;
+    told.fact("scene", &scene.name)?;
     let planned = pipeline::plan(scene, &config, manner, inputs)?;
     (manner.stage)("writing");
-    summary::print(&planned, out)?;
+    summary::print(&planned, told)?;
     results::write(results, &planned)?;
-    writeln!(out, "results: {}", folder.display())?;
-    let ended = verdict(&planned, out);
-    let page = folder.join("view.html");
-    writeln!(out, "open in a browser: {}", page.display())?;
+    told.written(folder)?;
+    let ended = verdict(&planned, told);
+    told.open(folder.join("view.html").display())?;
     ended
 }
 
 /// How the command ends; a plan that fails its verification is an error.
-fn verdict(planned: &PlanOutcome, out: &mut dyn Write) -> Result<Status> {
+fn verdict(planned: &PlanOutcome, told: &mut Told) -> Result<Status> {
     match planned.status {
         Ended::NoPlan => Ok(Status::NoPlan),
         Ended::Exhausted | Ended::BudgetSpent | Ended::Interrupted => Ok(Status::Undecided),
         Ended::Found if planned.certificate.pass => {
             let rows: usize = planned.certificate.summary.iter().map(|s| s.rows).sum();
-            writeln!(out, "verified: all of {rows} checks pass")?;
-            for condition in &planned.certificate.conditions {
-                writeln!(out, "  {condition}")?;
+            let conditions = &planned.certificate.conditions;
+            writeln!(told, "verified: all of {rows} checks pass")?;
+            for condition in conditions {
+                writeln!(told, "  {condition}")?;
             }
+            told.fact(
+                "verified",
+                json!({ "checks": rows, "conditions": conditions }),
+            )?;
             Ok(Status::Done)
         }
         Ended::Found => {

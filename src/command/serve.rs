@@ -8,6 +8,7 @@ use anyhow::Result;
 use crate::cli::Global;
 use crate::serve::Server;
 use crate::status::Status;
+use crate::told::Told;
 
 /// Flags of `serve`.
 #[derive(Debug, clap::Args)]
@@ -24,11 +25,11 @@ pub struct Args {
 ///
 /// # Errors
 /// A folder that is not there, a port that is taken.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let server = Server::bind(&args.folder, args.port, global)?;
-    writeln!(out, "open in a browser: {}", server.address())?;
-    writeln!(out, "Ctrl-C ends it")?;
-    out.flush()?;
+    told.open(server.address())?;
+    writeln!(told, "Ctrl-C ends it")?;
+    told.end(&Ok(Status::Done));
     server.run();
     Ok(Status::Done)
 }

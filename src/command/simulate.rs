@@ -6,13 +6,16 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Result, bail};
 use clap::Parser;
+use serde_json::Value;
 pub use simulation::MUJOCO_VERSION;
 
+use crate::argument;
 use crate::cli::{Cli, Command, Global};
 use crate::plan_file::PlanRobotFlags;
 use crate::provenance::will_read;
 use crate::robot_files::Robots;
 use crate::status::Status;
+use crate::told::Told;
 use crate::{interrupt, output, results};
 
 /// Flags of `simulate`.
@@ -46,7 +49,7 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
     /// Draw the executed motion into a folder, 25 pictures a second (needs the feature `render`)
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = argument::folder)]
     frames: Option<PathBuf>,
     /// Make a video of the executed motion (needs the feature `render`, and ffmpeg)
     #[arg(long, value_name = "FILE.mp4", conflicts_with = "hold")]
@@ -98,20 +101,26 @@ pub struct Simulated {
 ///
 /// # Errors
 /// As [`simulate`]; a file that cannot be written.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let beside = || args.plan.with_file_name(results::SIMULATION);
     let output = args.output.clone().unwrap_or_else(beside);
     will_read(&args.plan);
     output::check(&output)?;
-    let simulated = simulate(args, global, interrupt::listen(), &Robots::default(), out)?;
-    if let Some(trace) = &simulated.trace {
-        output::write(&output.with_extension("csv"), trace.as_bytes())?;
+    let simulated = simulate(args, global, interrupt::listen(), &Robots::default(), told)?;
+    if let (Some(trace), false) = (&simulated.trace, output == Path::new("-")) {
+        let path = output.with_extension("csv");
+        output::write(&path, trace.as_bytes())?;
+        told.written(&path)?;
     }
     output::write(&output, &simulated.json)?;
     for failure in &simulated.failures {
-        eprintln!("fails: {failure}");
+        told.fails(failure);
     }
-    writeln!(out, "results: {}", output.display())?;
+    told.fact(
+        "simulation",
+        serde_json::from_slice::<Value>(&simulated.json)?,
+    )?;
+    told.written(&output)?;
     Ok(match simulated.failures.is_empty() {
         true => Status::Done,
         false => Status::NotExecuted,
@@ -203,7 +212,7 @@ mod simulated {
         global: &Global,
         cancel: &AtomicBool,
         robots: &Robots,
-        out: &mut dyn Write,
+        told: &mut Told,
     ) -> Result<Simulated> {
         if let Some(file) = &args.video {
             simulate::video::check(file).context("--video")?;
@@ -231,10 +240,10 @@ mod simulated {
         };
         let (mut trace, mut failures) = (None, Vec::new());
         let which = ["as planned", "the true ones"][usize::from(true_world)];
-        writeln!(out, "world: {} bodies, {which}", world.len())?;
+        writeln!(told, "world: {} bodies, {which}", world.len())?;
         if !args.execute {
             let held = pool.install(|| hold_all(&plan, &robot, &world, &config, cancel))?;
-            write!(out, "{}", table::of_stances(&held))?;
+            write!(told, "{}", table::of_stances(&held))?;
             let failed = held.iter().filter(|held| !held.pass());
             failures.extend(failed.map(table::failures_of_stance));
             report.stances = held;
@@ -248,7 +257,7 @@ mod simulated {
             let executed = plain(&robot, &world, &playback, &config, args, &mut rows)?;
             trace = Some(rows.text().to_owned());
             let title = "executed as planned";
-            write!(out, "{}", table::of_run(title, &executed.criteria))?;
+            write!(told, "{}", table::of_run(title, &executed.criteria))?;
             failures.extend(table::failures(&executed.criteria));
             report.execution = Some(executed);
             if !args.perturb.is_empty() {
@@ -256,9 +265,9 @@ mod simulated {
                 let (runs, asked) = (args.runs, (&config, kinds, seed));
                 report.robust =
                     pool.install(|| robust_runs(&robot, &world, &playback, asked, runs, cancel))?;
-                write!(out, "{}", table::of_robust(&report.robust))?;
+                write!(told, "{}", table::of_robust(&report.robust))?;
                 let robustness = table::robust(&report.robust);
-                write!(out, "{}", table::of_run("all of them", &robustness))?;
+                write!(told, "{}", table::of_run("all of them", &robustness))?;
                 failures.extend(table::failures(&robustness));
                 report.robustness = robustness.into();
             }

@@ -19,6 +19,7 @@ use crate::slope::record::{
 };
 use crate::status::Status;
 use crate::template::render;
+use crate::told::Told;
 
 /// Flags of `slope`.
 #[derive(Debug, clap::Args)]
@@ -50,7 +51,7 @@ pub struct Args {
 ///
 /// # Errors
 /// A file that cannot be read, used or written, with its name and the cause.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let mut inputs = Inputs::default();
     let calibration = args.calibration.as_ref();
@@ -60,7 +61,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let read = perception::parse_lidar(&args.cloud, &bytes, args.sweep)?;
     let name = args.cloud.display();
     for note in &read.notes {
-        writeln!(out, "{name}: {note}")?;
+        told.note(format_args!("{name}: {note}"))?;
     }
     let cloud = match args.eye {
         Some(eye_m) => read.cloud.seen_from(eye_m),
@@ -96,10 +97,11 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         faces,
     };
     let text = render("slope.txt", include_str!("../slope/slope.txt"), &file)?;
-    out.write_all(text.as_bytes())?;
+    told.write_all(text.as_bytes())?;
+    told.fact("slope", &file)?;
     if let Some(path) = &args.output {
         output::write_json(path, &file)?;
-        writeln!(out, "written: {}", path.display())?;
+        told.written(path)?;
     }
     Ok(Status::Done)
 }

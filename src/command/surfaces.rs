@@ -7,6 +7,7 @@ use anyhow::Result;
 use serde_json::Value;
 use surfaces::Terrain;
 
+use crate::argument;
 use crate::cli::Global;
 use crate::config::Config;
 use crate::environment::levelled::{doubt, levelled};
@@ -16,6 +17,7 @@ use crate::report::Stages;
 use crate::roles::why_not;
 use crate::scene::{Environment, Files};
 use crate::status::Status;
+use crate::told::Told;
 use crate::view::{self, SurfacesInput};
 use crate::{environment, output, summary, threads};
 
@@ -28,7 +30,7 @@ pub struct Args {
     #[command(flatten)]
     how: ScanFlags,
     /// A mesh of the environment (STL, OBJ) instead of scans
-    #[arg(long, value_name = "MESH", conflicts_with_all = ["scans", "sensor", "pose"])]
+    #[arg(long, value_name = "MESH", value_parser = argument::file, conflicts_with_all = ["scans", "sensor", "pose"])]
     mesh: Option<PathBuf>,
     /// Where the surfaces go (without it they are only listed)
     #[arg(short, long, value_name = "SURFACES.json")]
@@ -42,7 +44,7 @@ pub struct Args {
 ///
 /// # Errors
 /// As [`environment::perceive`]; a file that cannot be written.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let source = match &args.mesh {
         Some(mesh) => Environment::Mesh(mesh.display().to_string()),
@@ -57,14 +59,17 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     notes.extend(perceived.notes);
     notes.extend(doubt(&source, &perceived.terrain).map(|why| format!("warning: {why}")));
     for note in &notes {
-        writeln!(out, "{note}")?;
+        told.note(note)?;
     }
     let terrain = perceived.terrain;
-    summary::faces(&terrain.faces, config.posture.edge_sigmas, out)?;
-    writeln!(out, "{}", stages.text())?;
+    summary::faces(&terrain.faces, config.posture.edge_sigmas, told)?;
+    writeln!(told, "{}", stages.text())?;
+    let json = terrain.to_json()?;
+    told.fact("surfaces", serde_json::from_str::<Value>(&json)?)?;
+    told.fact("stages_ms", &stages.ms)?;
     if let Some(path) = &args.output {
-        output::write(path, terrain.to_json()?.as_bytes())?;
-        writeln!(out, "written: {}", path.display())?;
+        output::write(path, json.as_bytes())?;
+        told.written(path)?;
     }
     if let Some(path) = &args.view {
         let page = view::surfaces_page(&SurfacesInput {
@@ -76,10 +81,11 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
             served: false,
         })?;
         output::write(path, page.as_bytes())?;
-        writeln!(out, "open in a browser: {}", path.display())?;
+        told.open(path.display())?;
     }
     if let Some(next) = args.next(&terrain, &config) {
-        writeln!(out, "then, or with your URDF as --robot: {next}")?;
+        writeln!(told, "then, or with your URDF as --robot: {next}")?;
+        told.fact("next", next)?;
     }
     Ok(Status::Done)
 }
@@ -100,7 +106,7 @@ impl Args {
         let walkable = walkable.filter(|face| why_not("foot", face, roles, sigmas).is_none());
         let middles = walkable.map(|face| face.point_W(&face.region.centroid()));
         let goal = middles.max_by(|a, b| a.xy().coords.norm().total_cmp(&b.xy().coords.norm()))?;
-        let ours = ["-o", "--output", "--view"];
+        let ours = ["-o", "--output", "--view", "--json"];
         let outputs: Vec<String> = [&self.output, &self.view]
             .into_iter()
             .flatten()

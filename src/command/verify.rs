@@ -10,6 +10,7 @@ use verify::Certificate;
 use crate::cli::Global;
 use crate::plan_file::{self, PlanRobotFlags};
 use crate::status::Status;
+use crate::told::Told;
 use crate::{against, output, signature, threads};
 
 /// Flags of `verify`.
@@ -51,24 +52,29 @@ pub struct Args {
 /// # Errors
 /// A plan or a robot that cannot be read; a scene that the plan cannot be held against; a file that
 /// cannot be written.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let plan = plan_file::open(&args.plan)?;
     if let (Some(certificate), Some(key)) = (&args.signed, &args.by) {
         signature::check(&args.plan, certificate, key)?;
-        writeln!(out, "{}: signed for this plan", certificate.display())?;
+        told.note(format_args!(
+            "{}: signed for this plan",
+            certificate.display()
+        ))?;
     }
     let against = args.against.as_deref();
     let certificate = certificate(&args.plan, &plan, against, &args.robot, global)?;
-    write!(out, "{}", certificate.table())?;
+    write!(told, "{}", certificate.table())?;
+    told.fact("certificate", &certificate)?;
     if let Some(path) = &args.output {
         output::write(path, certificate.to_json()?.as_bytes())?;
+        told.written(path)?;
         if let (Some(key), true) = (&args.sign, certificate.pass) {
             let signed = signature::sign(&args.plan, path, key)?;
-            writeln!(out, "signed: {}", signed.display())?;
+            told.written(&signed)?;
         }
     }
     for row in certificate.failures() {
-        eprintln!("fails: {}", row.sentence());
+        told.fails(&row.sentence());
     }
     let believed = against.is_some() && !certificate.conditions.is_empty();
     Ok(match certificate.pass && !believed {

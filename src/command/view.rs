@@ -1,6 +1,5 @@
 //! `scandent view PLAN.json…` and `scandent view SURFACES.json`: one HTML page to look at.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -15,6 +14,7 @@ use crate::environment_flags::ScanFlags;
 use crate::plan_file::{self, PlanRobotFlags};
 use crate::scene::Files;
 use crate::status::Status;
+use crate::told::Told;
 use crate::view::{self, Compared, SurfacesInput, ViewInput};
 use crate::{environment, output, provenance, search_file};
 
@@ -41,13 +41,16 @@ pub struct Args {
 ///
 /// # Errors
 /// A plan, surfaces, a robot or a scan that cannot be read; a file that cannot be written.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let source = args.how.scans(&args.scan)?;
     let cloud_W = environment::points_W(&source, &Files::Folder(PathBuf::new()))?;
     let (page, beside) = match &args.files[..] {
         [file] if !is_plan(file)? => (
             args.surfaces_page(file, &cloud_W, global)?,
-            file.with_extension("html"),
+            match provenance::is_standard(file) {
+                true => "surfaces.html".into(),
+                false => file.with_extension("html"),
+            },
         ),
         [file] => (
             view::page(&args.plan(file)?.input(&cloud_W))?,
@@ -60,7 +63,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     };
     let path = args.output.clone().unwrap_or(beside);
     output::write(&path, page.as_bytes())?;
-    writeln!(out, "open in a browser: {}", path.display())?;
+    told.open(path.display())?;
     Ok(Status::Done)
 }
 

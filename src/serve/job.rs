@@ -21,6 +21,7 @@ use crate::provenance::Inputs;
 use crate::robot_files::Robots;
 use crate::scene::Scene;
 use crate::status::Status;
+use crate::told::Told;
 
 /// Longest name of a scene.
 const NAME_MAX: usize = 64;
@@ -163,7 +164,7 @@ impl Job {
             cancel: &self.cancel,
             robots: &Robots::default(),
         };
-        plan_and_write(asked, &manner, said)
+        plan_and_write(asked, &manner, &mut Told::words(said))
     }
 }
 

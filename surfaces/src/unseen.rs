@@ -22,6 +22,8 @@ const LEAD_MIN_M: f64 = 0.1;
 const CORNER_M: f64 = 0.1;
 /// Corners this near to a line are on it, m.
 const STRAIGHT_M: f64 = 0.02;
+/// A jagged edge is seen so far inside the line on which it ends, m: rays that graze an edge are lost.
+const JAG_M: f64 = 0.04;
 /// An edge tells where a face ends for as many times as far as it was seen straight.
 const TELLS: f64 = 3.0;
 /// An edge that leads to the border at a flatter angle does not tell how the face goes on (its sine).
@@ -74,17 +76,13 @@ fn hidden_m(face: &Face, eye_W: &Point3<f64>, views: &[FreeSpace], most_m: f64) 
 
 /// Bodies where a face goes on beyond the border of the view.
 fn beyond(face: &Face, views: &[FreeSpace], depth_m: f64, reach_m: f64) -> Vec<Obstacle> {
-    let sides = sides(&face.region.rings()[0]);
+    let ring = &face.region.rings()[0];
+    let cuts = cuts(ring);
     let mut bodies = Vec::new();
-    for (i, side) in sides.iter().enumerate() {
-        let view = side.view.and_then(|view| face.views.get(view));
-        let cut = view.filter(|_| side.kind == EdgeKind::FieldOfView);
-        let around = [sides.len() - 1, 1].map(|step| &sides[(i + step) % sides.len()]);
-        let front = || {
-            side.front(around, reach_m)?
-                .clip_all(&ends(&sides, i, reach_m))
-        };
-        let Some((eye_W, front)) = cut.and_then(|view| Some((view.eye_W, front()?))) else {
+    for (i, cut) in cuts.iter().enumerate() {
+        let eye_W = cut.view.and_then(|view| Some(face.views.get(view)?.eye_W));
+        let front = || front(ring, &cuts, i, reach_m);
+        let Some((eye_W, front)) = eye_W.and_then(|eye_W| Some((eye_W, front()?))) else {
             continue;
         };
         let looked_through = |left: Outline, view: &FreeSpace| {
@@ -115,76 +113,62 @@ fn beyond(face: &Face, views: &[FreeSpace], depth_m: f64, reach_m: f64) -> Vec<O
     bodies
 }
 
-/// A straight part of a ring.
-struct Side {
+/// A straight part of a ring at which the border of the view cuts the face.
+struct Cut {
     ends: [Point2<f64>; 2],
-    kind: EdgeKind,
+    /// Numbers of these vertices.
+    at: [usize; 2],
     view: Option<usize>,
 }
 
-/// Where the face ends beyond the border of the view at side `i`: the edges before and after the border go straight on.
-fn ends(sides: &[Side], i: usize, reach_m: f64) -> Vec<HalfPlane> {
-    let count = sides.len();
-    let is_cut = |k: &usize| sides[*k].kind == EdgeKind::FieldOfView;
-    let before = (1..count).map(|step| (i + count - step) % count);
-    let after = (1..count).map(|step| (i + step) % count);
-    let nearest = [
-        before.clone().find(|k| !is_cut(k)),
-        after.clone().find(|k| !is_cut(k)),
-    ];
-    let real = nearest.into_iter().flatten().map(|k| &sides[k]);
-    let long = real.filter(|s| s.kind == EdgeKind::Real && TELLS * s.vector().norm() >= reach_m);
-    let inside = long.map(|side| HalfPlane::left_of(&side.ends[0], &side.ends[1]));
-    let leads = |h: &HalfPlane| sides[i].ends.iter().all(|p| h.value(p) <= STRAIGHT_M);
-    inside.filter(leads).collect()
-}
-
-/// The straight parts of a ring that tell how it goes on, in its order.
-fn sides(ring: &Ring) -> Vec<Side> {
+/// The cuts of a ring, in its order.
+fn cuts(ring: &Ring) -> Vec<Cut> {
     let count = ring.edges.len();
-    let kind = |i: usize| ring.edges[i % count].kind;
-    let is_cut = |kind: EdgeKind| kind == EdgeKind::FieldOfView;
-    let first = (0..count).find(|&i| !is_cut(kind(i)) && is_cut(kind(i + 1)));
-    let first = first.unwrap_or(0) + 1;
-    let edges = (first..first + count).map(|i| Side {
-        ends: [i, i + 1].map(|k| ring.vertices[k % count]),
-        kind: kind(i),
-        view: ring.edges[i % count].view,
-    });
-    let is_jag = |side: &Side| side.kind == EdgeKind::Real && side.vector().norm() < LEAD_MIN_M;
-    let mut sides = joined(edges, is_jag);
-    sides.retain(|side| is_cut(side.kind) || side.vector().norm() >= LEAD_MIN_M);
-    let mut sides = joined(sides.into_iter(), |side| is_cut(side.kind));
-    sides.retain(|side| side.vector().norm() >= CUT_MIN_M);
-    sides
-}
-
-/// The sides of which those that may join and follow each other on a line are one.
-fn joined(sides: impl Iterator<Item = Side>, joins: impl Fn(&Side) -> bool) -> Vec<Side> {
-    let mut joined: Vec<Side> = Vec::new();
-    let (mut chain, mut open) = (Vec::new(), false);
-    for side in sides {
-        let (joins, end) = (joins(&side), side.ends[1]);
-        let straight = |start: Point2<f64>| {
-            let along = (end - start).normalize();
-            let off_m = |p: &Point2<f64>| along.perp(&(p - start)).abs();
-            chain.iter().all(|p| off_m(p) <= STRAIGHT_M)
-        };
-        match joined.last_mut() {
-            Some(last) if open && joins && straight(last.ends[0]) => {
-                last.ends[1] = end;
-                chain.push(end);
+    let is_cut = |i: &usize| ring.edges[i % count].kind == EdgeKind::FieldOfView;
+    let first = (0..count).find(|i| !is_cut(i) && is_cut(&(i + 1)));
+    let first = first.map_or(0, |i| i + 1);
+    let mut cuts: Vec<Cut> = Vec::new();
+    let mut chain = Vec::new();
+    for i in (first..first + count).filter(is_cut) {
+        let ends = [i, i + 1].map(|k| ring.vertices[k % count]);
+        match cuts.last_mut() {
+            Some(last)
+                if apart_m(ring, last.at[1], i) < LEAD_MIN_M
+                    && is_straight(last.ends[0], &chain, ends[1], STRAIGHT_M) =>
+            {
+                (last.ends[1], last.at[1]) = (ends[1], i + 1);
+                chain.extend(ends);
             }
             _ => {
-                (chain, open) = (vec![end], joins);
-                joined.push(side);
+                chain = vec![ends[1]];
+                cuts.push(Cut {
+                    ends,
+                    at: [i, i + 1],
+                    view: ring.edges[i % count].view,
+                });
             }
         }
     }
-    joined
+    cuts.retain(|cut| cut.vector().norm() >= CUT_MIN_M);
+    cuts
 }
 
-impl Side {
+/// Length of a ring's edges from one of its vertices to another, m.
+fn apart_m(ring: &Ring, from: usize, to: usize) -> f64 {
+    let count = ring.edges.len();
+    let edges = (to + count - from % count) % count;
+    let ends = (from..from + edges).map(|i| [i, i + 1].map(|k| ring.vertices[k % count]));
+    ends.map(|[a, b]| (b - a).norm()).sum()
+}
+
+/// Whether points lie within `off_m` of the line from one to another.
+fn is_straight(start: Point2<f64>, between: &[Point2<f64>], end: Point2<f64>, off_m: f64) -> bool {
+    let along = (end - start).normalize();
+    let off = |p: &Point2<f64>| along.perp(&(p - start)).abs();
+    between.iter().all(|p| off(p) <= off_m)
+}
+
+impl Cut {
     fn vector(&self) -> Vector2<f64> {
         self.ends[1] - self.ends[0]
     }
@@ -194,35 +178,110 @@ impl Side {
         let along = self.vector().normalize();
         Vector2::new(along.y, -along.x)
     }
+}
 
-    /// The part of the plane in which the face goes on beyond this side, between the ones before and after it.
-    fn front(&self, around: [&Self; 2], reach_m: f64) -> Option<ConvexPolygon> {
-        let [[a, far_a], [b, far_b]] = [0, 1].map(|k| self.leads(k, around[k], reach_m));
-        // Sides that lead together end the face where they meet.
-        let (u, v, apart) = (far_a - a, far_b - b, b - a);
-        let [s, t] = [apart.perp(&v), apart.perp(&u)].map(|x| x / u.perp(&v));
-        let meet = (0.0..1.0).contains(&s) && (0.0..1.0).contains(&t);
-        let far = if meet { [a + u * s; 2] } else { [far_a, far_b] };
-        ConvexPolygon::hull(&[[a, b], far].concat()).ok()
-    }
-
-    /// The corner at an end with the side there, and where the face goes on from it.
-    fn leads(&self, end: usize, other: &Self, reach_m: f64) -> [Point2<f64>; 2] {
-        let (corner, outward) = (self.ends[end], self.outward());
-        let toward = other.vector().normalize() * [1.0, -1.0][end];
-        let along = self.vector();
-        let sharp =
-            corner + along * ((other.ends[1 - end] - corner).perp(&toward) / along.perp(&toward));
-        let is_near = (sharp - corner).norm() <= CORNER_M;
-        let corner = if is_near { sharp } else { corner };
-        let way = match other.kind {
-            // The corner of the view: what is beyond either border meets there.
-            EdgeKind::FieldOfView => (outward + other.outward()).try_normalize(FLAT),
-            EdgeKind::Real => Some(toward).filter(|toward| toward.dot(&outward) >= FLAT),
-            _ => None,
+/// The part of the plane in which the face goes on beyond a cut, between the edges that lead to it.
+fn front(ring: &Ring, cuts: &[Cut], i: usize, reach_m: f64) -> Option<ConvexPolygon> {
+    let cut = &cuts[i];
+    let mut corners = Vec::new();
+    let mut ends = Vec::new();
+    for side in 0..2 {
+        // At the corner of the view another cut follows; the edges that lead here come after it.
+        let next = |k: usize| (k + [cuts.len() - 1, 1][side]) % cuts.len();
+        let apart_m = |k: usize| match side {
+            0 => apart_m(ring, cuts[next(k)].at[1], cuts[k].at[0]),
+            _ => apart_m(ring, cuts[k].at[1], cuts[next(k)].at[0]),
         };
-        [corner, corner + way.unwrap_or(outward) * reach_m]
+        let chained = (1..cuts.len()).scan(i, |k, _| {
+            let on = (apart_m(*k) < LEAD_MIN_M).then(|| next(*k))?;
+            *k = on;
+            Some(on)
+        });
+        let last = chained.last();
+        let line = edge_line(ring, cuts[last.unwrap_or(i)].at[side], side);
+        let mut corner = cut.ends[side];
+        let mut way = None;
+        if last.is_some() {
+            way = (cut.outward() + cuts[next(i)].outward()).try_normalize(FLAT);
+        } else if let Some(line) = &line {
+            let (along, toward) = (cut.vector(), line.toward);
+            let sharp =
+                corner + along * ((line.through - corner).perp(&toward) / along.perp(&toward));
+            if (sharp - corner).norm() <= CORNER_M {
+                corner = sharp;
+            }
+            way = Some(toward).filter(|toward| toward.dot(&cut.outward()) >= FLAT);
+        }
+        corners.push([
+            corner,
+            corner + way.unwrap_or_else(|| cut.outward()) * reach_m,
+        ]);
+        let inside = line
+            .filter(|line| TELLS * line.length_m >= reach_m)
+            .map(|line| {
+                let on = line.through + line.toward * [-1.0, 1.0][side];
+                HalfPlane::left_of(&on, &line.through)
+            });
+        ends.extend(inside.filter(|h| cut.ends.iter().all(|p| h.value(p) <= STRAIGHT_M)));
     }
+    // Edges that lead together end the face where they meet.
+    let ([a, far_a], [b, far_b]) = (corners[0], corners[1]);
+    let (u, v, apart) = (far_a - a, far_b - b, b - a);
+    let [s, t] = [apart.perp(&v), apart.perp(&u)].map(|x| x / u.perp(&v));
+    let meet = (0.0..1.0).contains(&s) && (0.0..1.0).contains(&t);
+    let far = if meet { [a + u * s; 2] } else { [far_a, far_b] };
+    ConvexPolygon::hull(&[[a, b], far].concat())
+        .ok()?
+        .clip_all(&ends)
+}
+
+/// The line on which a face ends beside a cut.
+struct EdgeLine {
+    through: Point2<f64>,
+    /// Unit vector along it, toward the cut.
+    toward: Vector2<f64>,
+    /// How much of it was seen to end the face, m.
+    length_m: f64,
+}
+
+/// The line on which the edges that lead to a vertex end the face: outside of what was seen of it, as edges are
+/// seen too far inside where rays graze them or something hides them, and so that least of the plane is between.
+/// None where too little of them was seen to end it.
+fn edge_line(ring: &Ring, from: usize, side: usize) -> Option<EdgeLine> {
+    let count = ring.edges.len();
+    // From the vertex away from the cut, up to the next cut.
+    let vertex = |n: usize| ring.vertices[[from + count - n % count, from + n][side] % count];
+    let kind = |n: usize| ring.edges[[from + 2 * count - n - 1, from + n][side] % count].kind;
+    let length_m = |n: usize| (vertex(n + 1) - vertex(n)).norm();
+    let is_cut = |n: &usize| kind(*n) == EdgeKind::FieldOfView && length_m(*n) >= CUT_MIN_M;
+    let edges = (0..count).find(is_cut).unwrap_or(count);
+    let points: Vec<Point2<f64>> = (0..=edges).map(vertex).collect();
+    // Their hull, as far as it is straight.
+    let hull = ConvexPolygon::hull(&points).ok();
+    let hull = hull.map_or_else(|| points.clone(), |hull| hull.vertices().to_vec());
+    let near = |p: &Point2<f64>| (p - points[0]).norm_squared();
+    let first = (0..hull.len()).min_by(|&a, &b| near(&hull[a]).total_cmp(&near(&hull[b])))?;
+    let walk = |n: usize| hull[[first + hull.len() - n, first + n][side] % hull.len()];
+    let path: Vec<Point2<f64>> = (0..hull.len()).map(walk).collect();
+    let straight = |n: &usize| is_straight(path[0], &path[1..*n], path[*n], JAG_M);
+    let last = (1..path.len()).take_while(straight).last()?;
+    let along = (path[last] - path[0]).normalize();
+    let part = |p: &Point2<f64>| (p - path[0]).dot(&along);
+    let middle = part(&path[last]) / 2.0;
+    let beyond = (1..last).find(|&n| part(&path[n]) > middle).unwrap_or(last);
+    let (through, toward) = (path[beyond], (path[beyond - 1] - path[beyond]).normalize());
+    let on_line = |p: &Point2<f64>| toward.perp(&(p - through)).abs() <= JAG_M;
+    let ends = |n: &usize| {
+        matches!(kind(*n), EdgeKind::Real | EdgeKind::Fold)
+            && on_line(&vertex(*n))
+            && on_line(&vertex(n + 1))
+    };
+    let length_m: f64 = (0..edges).filter(ends).map(length_m).sum();
+    (length_m >= LEAD_MIN_M).then_some(EdgeLine {
+        through,
+        toward,
+        length_m,
+    })
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod batch;
 mod bench;
 mod calibrate_camera;
 mod cli;
+mod documents;
 mod export_formats;
 mod first_robot;
 mod interruption;

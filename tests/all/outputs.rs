@@ -27,7 +27,6 @@ fn devices_links_folders_and_inputs_are_not_replaced() {
         (&at("link"), "a link is there"),
         (folder.path(), "a folder is there"),
         (Path::new("/dev/full"), "a device or pipe is there"),
-        (Path::new("-"), "results go to a file"),
         (&at("floor.obj/x.json"), "cannot be written"),
     ] {
         ends_with("surfaces --mesh @ -o @", &[&mesh, path], 1, &[why]);

@@ -167,6 +167,7 @@ mod tests {
             cols,
             rows,
             size: CELL_PX,
+            usual: 0.0,
             cells: vec![Moments::default(); cols * rows],
         };
         let at = |i: usize| (i % cols, i / cols);

@@ -97,6 +97,8 @@ pub(super) struct Grid {
     pub rows: usize,
     /// Side of a cell, px.
     pub size: usize,
+    /// The number of pixels measured in the median cell that has any, by the small ones.
+    pub usual: f64,
     pub cells: Vec<Moments>,
 }
 
@@ -109,12 +111,15 @@ impl Grid {
         large.resize((cols / 2) * (rows / 2), Moments::default());
         let places = (0..cols).map(|i| (i * CELL_PX) as f64 - image.centre.0);
         let columns: Vec<Column> = places.map(Column::new).collect();
+        // How many cells, of every fourth, have so many pixels.
+        let mut counts = [0_usize; CELL_PX * CELL_PX + 1];
         let mut larger = large.chunks_exact_mut((cols / 2).max(1));
         for (i, pair) in small.chunks_mut((2 * cols).max(1)).enumerate() {
             for (row, j) in pair.chunks_exact_mut(cols).zip(2 * i..) {
                 let band = &image.w[j * CELL_PX * image.width..];
                 let lines = [0, 1, 2, 3].map(|k| &band[k * image.width..][..cols * CELL_PX]);
                 of_row(lines, &columns, (j * CELL_PX) as f64 - image.centre.1, row);
+                (row.iter().step_by(4)).for_each(|cell| counts[cell.n as usize] += 1);
             }
             // Added up while they are near.
             let (above, below) = pair.split_at(cols);
@@ -125,10 +130,17 @@ impl Grid {
                 [b, c, d].iter().for_each(|part| cell.add(part, 1.0));
             }
         }
+        let mut fewer = 0;
+        let middle = counts[1..].iter().sum::<usize>() / 2;
+        let usual = (1..counts.len()).find(|n| {
+            fewer += counts[*n];
+            fewer > middle
+        });
         let grid = |cells, times: usize| Self {
             cols: cols / times,
             rows: rows / times,
             size: times * CELL_PX,
+            usual: (times * times * usual.unwrap_or(0)) as f64,
             cells,
         };
         (grid(small, 1), grid(large, 2))

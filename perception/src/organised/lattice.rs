@@ -11,8 +11,8 @@ use crate::segmentation::{self, Border, Lattice, ON_PLANE, Partition, Seed, Shap
 use crate::segmentation::{MISFIT, NONE};
 use crate::sensor::Noise;
 
-/// Largest ratio of pixels without depth in a cell that takes part.
-const MISSING_RATIO_MAX: f64 = 0.4;
+/// Least part of the pixels that a cell has as a rule in one that takes part: of fewer some are lost at an edge.
+const MEASURED_MIN: f64 = 0.6;
 /// Smallest region, px, and smallest that is grown from a strip: short strips lie on any edge.
 const PIXELS_MIN: f64 = 160.0;
 const STRIP_PIXELS_MIN: f64 = 400.0;
@@ -56,15 +56,9 @@ impl ImageLattice<'_> {
         CellNoise::at(self.noise, w, unevenness(self.lens, plane, self.noise))
     }
 
-    /// Number of pixels measured in the cells that are dense enough to take part.
-    pub fn dense_pixels(&self) -> f64 {
-        let counts = self.grid.cells.iter().map(|cell| cell.n);
-        counts.filter(|n| *n >= self.pixels_min()).sum()
-    }
-
     /// Fewest pixels of a cell that takes part.
     fn pixels_min(&self) -> f64 {
-        (1.0 - MISSING_RATIO_MAX) * (self.grid.size * self.grid.size) as f64
+        MEASURED_MIN * self.grid.usual
     }
 
     /// Pixels over which an error of a correlation length repeats itself: 4π s².
@@ -119,10 +113,13 @@ impl Lattice for ImageLattice<'_> {
 
     fn cell(&self, cell: usize) -> Option<Cell> {
         let moments = &self.grid.cells[cell];
-        let dense = moments.n >= self.pixels_min();
-        dense
+        (!self.is_hole(cell))
             .then(|| Cell::new(moments, self.lens, self.noise))
             .flatten()
+    }
+
+    fn is_hole(&self, cell: usize) -> bool {
+        self.grid.cells[cell].n < self.pixels_min()
     }
 
     fn test(&self, plane: &InversePlane) -> Self::Test {

@@ -71,9 +71,9 @@ thread_local! {
     };
 }
 
-/// Least part of the pixels measured that lie in cells of few enough holes to take part; of less the image
-/// shows too little, and what falls apart is better seen as a cloud.
-const DENSE_MIN: f64 = 0.8;
+/// Where the median small cell has fewer pixels, the outlines of the image fall apart, and a cloud shows more: of 4 of 16
+/// measured at random both cover the same of the faces.
+const USUAL_MIN: f64 = 4.0;
 
 /// The faces of a depth image taken from `X_WV`; `None` where too many pixels are missing, unless the
 /// image is asked for.
@@ -97,7 +97,7 @@ pub(crate) fn extract(
     // 2. Regions over large cells, then over small ones.
     let lens = &image.lens();
     let lattice = |grid| ImageLattice { grid, lens, noise };
-    if config.method == Method::Auto && lattice(&small).dense_pixels() < DENSE_MIN * used as f64 {
+    if config.method == Method::Auto && small.usual < USUAL_MIN && used > 0 {
         return None;
     }
     let Partition { regions, owner } = segmentation::segment(&[&lattice(&large), &lattice(&small)]);

@@ -7,6 +7,8 @@ use super::partition::{Grown, NONE, Partition, Region};
 /// Sort the best 1/8 of the remaining seeds at a time, at least 8.
 const PARTS: usize = 8;
 const SORTED_MIN: usize = 8;
+/// How many cells of a hole in a row a region may have before it, and goes on beyond.
+const HOLE_CELLS: u8 = 8;
 
 /// Growth over the cells of a lattice.
 pub(super) struct Growth<'a, L: Lattice> {
@@ -16,6 +18,10 @@ pub(super) struct Growth<'a, L: Lattice> {
     index: Vec<u32>,
     /// Which take no part, or belong to a region by now.
     shut: Vec<bool>,
+    /// How many cells of a hole lead from the region that grows to one of a hole, this one counted; one more than
+    /// [`HOLE_CELLS`] where none did so far, none of cells that are no hole. And those that were reached.
+    depth: Vec<u8>,
+    reached: Vec<usize>,
     /// Cells of the region that grows, and those to go on from.
     members: Vec<usize>,
     queue: Vec<usize>,
@@ -28,10 +34,13 @@ impl<'a, L: Lattice> Growth<'a, L> {
         let count = lattice.cells().len();
         let mut cells = Vec::with_capacity(count);
         let (mut index, mut shut) = (vec![0; count], vec![true; count]);
+        let mut depth = vec![0; count];
         for i in (0..count).filter(|i| free(*i)) {
             if let Some(cell) = lattice.cell(i) {
                 (index[i], shut[i]) = (cells.len() as u32, false);
                 cells.push(cell);
+            } else if lattice.is_hole(i) {
+                depth[i] = HOLE_CELLS + 1;
             }
         }
         Self {
@@ -39,6 +48,8 @@ impl<'a, L: Lattice> Growth<'a, L> {
             cells,
             index,
             shut,
+            depth,
+            reached: Vec::new(),
             members: Vec::new(),
             queue: Vec::new(),
             refusing: Vec::new(),
@@ -103,10 +114,11 @@ impl<'a, L: Lattice> Growth<'a, L> {
     }
 
     /// Adds to the members and their moments the cells around them that fit, the plane refitted as they
-    /// double; the plane of all.
+    /// double; the plane of all. What was not measured ends no plane: cells beyond a hole are around it, too.
     fn grow(&mut self, moments: &mut L::Moments, mut plane: PlaneOf<L>) -> PlaneOf<L> {
         let (lattice, shut, members) = (self.lattice, &mut self.shut, &mut self.members);
         let (queue, refusing) = (&mut self.queue, &mut self.refusing);
+        let (depth, reached) = (&mut self.depth, &mut self.reached);
         let cells = lattice.cells();
         let refit = |moments: &L::Moments, plane| moments.plane().unwrap_or(plane);
         let mut test = lattice.test(&plane);
@@ -118,8 +130,16 @@ impl<'a, L: Lattice> Growth<'a, L> {
             let mut next = 0;
             while let Some(&i) = queue.get(next) {
                 next += 1;
+                let steps = depth[i] + 1;
                 for k in lattice.beside(i) {
                     if shut[k] {
+                        if steps < depth[k] {
+                            if depth[k] > HOLE_CELLS {
+                                reached.push(k);
+                            }
+                            depth[k] = steps;
+                            queue.push(k);
+                        }
                         continue;
                     }
                     if !lattice.fits(k, &self.cells[self.index[k] as usize], &test) {
@@ -143,6 +163,7 @@ impl<'a, L: Lattice> Growth<'a, L> {
             test = lattice.test(&plane);
             std::mem::swap(queue, refusing);
         }
+        (reached.drain(..)).for_each(|k| depth[k] = HOLE_CELLS + 1);
         plane
     }
 

@@ -50,6 +50,8 @@ pub(crate) trait Lattice {
 
     /// A cell for growth; `None` where it takes no part.
     fn cell(&self, cell: usize) -> Option<Self::Cell>;
+    /// Whether a cell takes no part because too little of it was measured.
+    fn is_hole(&self, cell: usize) -> bool;
     fn test(&self, plane: &PlaneOf<Self>) -> Self::Test;
     /// Whether a cell's misfit to a plane, beyond its own noise, is within the limit of growth.
     fn fits(&self, number: usize, cell: &Self::Cell, plane: &Self::Test) -> bool;

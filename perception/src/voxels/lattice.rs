@@ -191,6 +191,11 @@ impl Lattice for VoxelLattice<'_> {
         })))
     }
 
+    fn is_hole(&self, _: usize) -> bool {
+        // There are no voxels without points, and none are known to be beside one.
+        false
+    }
+
     fn test(&self, plane: &Plane) -> Plane {
         *plane
     }

@@ -24,6 +24,7 @@ use crate::provenance::{self, Inputs};
 use crate::report::Stages;
 use crate::robot_files::RobotFlags;
 use crate::status::Status;
+use crate::told::Told;
 
 /// Endings of the frames that are looked for.
 const ENDINGS: [&str; 3] = ["png", "pcd", "ply"];
@@ -54,7 +55,7 @@ pub struct Args {
     #[arg(long, value_name = "PATCH,…", value_delimiter = ',')]
     feet: Vec<String>,
     /// Folder of the results
-    #[arg(short, long, value_name = "FOLDER", default_value = "out/camera")]
+    #[arg(short, long, value_name = "FOLDER", value_parser = argument::folder, default_value = "out/camera")]
     output: PathBuf,
 }
 
@@ -63,7 +64,7 @@ pub struct Args {
 /// # Errors
 /// A file that cannot be read, with its name and the cause; stances that do not determine the
 /// mount, by name.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let calibration = &config.calibration;
     calibration.check()?;
@@ -130,9 +131,9 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     let advice = next.map(|(pose, next)| advice(&pose, &next, REACH_M));
     let written = Extrinsics::of(&found, &robot.name, &feet.link, inputs.into_list());
     let report = Report::new(&measured, &found, &written, advice.as_deref(), &doubts)?;
-    write!(out, "{}", report.text()?)?;
+    write!(told, "{}", report.text()?)?;
     if let Some(advice) = &advice {
-        writeln!(out, "{advice}")?;
+        writeln!(told, "{advice}")?;
     }
 
     results.write("camera.toml", written.to_toml()?.as_bytes())?;
@@ -140,9 +141,12 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
     results.write("report.html", report.html()?.as_bytes())?;
     results.publish()?;
     let (count, all_s) = (measured.len(), 1e-3 * stages.ms.values().sum::<f64>());
-    writeln!(out, "{count} frames in {all_s:.2} s: {}", stages.text())?;
-    let [toml, csv, page] = RESULTS.map(|name| args.output.join(name).display().to_string());
-    writeln!(out, "written: {toml}, {csv}, {page}")?;
+    writeln!(told, "{count} frames in {all_s:.2} s: {}", stages.text())?;
+    told.fact("report", &report)?;
+    let [toml, csv, page] = RESULTS.map(|name| args.output.join(name));
+    told.written(&toml)?;
+    told.written(&csv)?;
+    told.open(page.display())?;
     Ok(Status::Done)
 }
 

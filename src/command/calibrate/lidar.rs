@@ -12,6 +12,7 @@ use crate::config::Config;
 use crate::provenance::Inputs;
 use crate::slope::calibration_file;
 use crate::status::Status;
+use crate::told::Told;
 
 /// Flags of `calibrate lidar`.
 #[derive(Debug, clap::Args)]
@@ -40,7 +41,7 @@ fn point(text: &str) -> Result<[f64; 2], String> {
 ///
 /// # Errors
 /// A cloud that cannot be read or used, with its name and the cause; poles that are not found.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let mut inputs = Inputs::default();
     let mut clouds = Vec::new();
@@ -48,7 +49,7 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         let bytes = inputs.read("cloud", path)?;
         let read = perception::parse_lidar(path, &bytes, args.sweep)?;
         for note in &read.notes {
-            writeln!(out, "{}: {note}", path.display())?;
+            told.note(format_args!("{}: {note}", path.display()))?;
         }
         clouds.push(read.cloud);
     }
@@ -62,43 +63,44 @@ pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> 
         let name = args.clouds.get(number).map(|p| p.display().to_string());
         anyhow!(error).context(name.unwrap_or_default())
     })?;
-    print(&calibrated, &args.pole, out)?;
+    print(&calibrated, &args.pole, told)?;
     calibration_file::write(&args.output, &calibrated.calibration).context("the calibration")?;
-    writeln!(out, "written: {}", args.output.display())?;
+    told.fact("calibration", &calibrated.calibration)?;
+    told.written(&args.output)?;
     Ok(Status::Done)
 }
 
-fn print(calibrated: &Calibrated, given: &[[f64; 2]], out: &mut dyn Write) -> Result<()> {
+fn print(calibrated: &Calibrated, given: &[[f64; 2]], told: &mut Told) -> Result<()> {
     let (calibration, adjustment) = (&calibrated.calibration, &calibrated.adjustment);
     let (roll, pitch, yaw) = calibration.X_WV().rotation.euler_angles();
     let sigma = |i: usize| calibration.covariance[i][i].max(0.0).sqrt();
     for (name, angle, i) in [("roll", roll, 0), ("pitch", pitch, 1)] {
         let (angle, spread) = (angle.to_degrees(), sigma(i).to_degrees());
-        writeln!(out, "{name:<8} {angle:8.3}° ± {spread:.3}°")?;
+        writeln!(told, "{name:<8} {angle:8.3}° ± {spread:.3}°")?;
     }
     match &calibrated.drift {
         Some(drift) => {
             let (angle, spread) = (yaw.to_degrees(), drift.sigma_rad.to_degrees());
-            writeln!(out, "heading  {angle:8.3}° ± {spread:.3}°")?;
+            writeln!(told, "heading  {angle:8.3}° ± {spread:.3}°")?;
         }
-        None => writeln!(out, "heading  unknown: no pole given; x is the sensor's")?,
+        None => writeln!(told, "heading  unknown: no pole given; x is the sensor's")?,
     }
     let (height_m, spread_mm) = (calibration.position_m[2], 1e3 * sigma(3));
-    writeln!(out, "height   {height_m:8.4} m ± {spread_mm:.1} mm")?;
+    writeln!(told, "height   {height_m:8.4} m ± {spread_mm:.1} mm")?;
     if let Some(drift) = &calibrated.drift {
         for m in &drift.matches {
             let [x, y] = given[m.given];
             let off_mm = 1e3 * m.residual_m;
-            writeln!(out, "pole at ({x:.3}, {y:.3}): found, {off_mm:.1} mm off")?;
+            writeln!(told, "pole at ({x:.3}, {y:.3}): found, {off_mm:.1} mm off")?;
         }
     }
     let [before, after] = adjustment.rms_m.map(|rms| 1e3 * rms);
     let rms = format!("rms {before:.2} mm, {after:.2} mm with the rings' errors");
-    writeln!(out, "{} planes, {rms}", adjustment.planes)?;
+    writeln!(told, "{} planes, {rms}", adjustment.planes)?;
     let (biases, sigmas) = (&adjustment.ring_bias_m, &adjustment.ring_bias_sigma_m);
     for (ring, (bias, sigma)) in biases.iter().zip(sigmas).enumerate() {
         let (bias, sigma) = (1e3 * bias, 1e3 * sigma);
-        writeln!(out, "ring {ring:>2}  {bias:+6.1} ± {sigma:.1} mm")?;
+        writeln!(told, "ring {ring:>2}  {bias:+6.1} ± {sigma:.1} mm")?;
     }
     Ok(())
 }

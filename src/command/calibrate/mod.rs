@@ -3,12 +3,11 @@
 pub mod camera;
 pub mod lidar;
 
-use std::io::Write;
-
 use anyhow::Result;
 
 use crate::cli::Global;
 use crate::status::Status;
+use crate::told::Told;
 
 /// Flags of `calibrate`.
 #[derive(Debug, clap::Args)]
@@ -30,9 +29,9 @@ enum What {
 ///
 /// # Errors
 /// As its own.
-pub fn run(args: &Args, global: &Global, out: &mut dyn Write) -> Result<Status> {
+pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     match &args.what {
-        What::Camera(args) => camera::run(args, global, out),
-        What::Lidar(args) => lidar::run(args, global, out),
+        What::Camera(args) => camera::run(args, global, told),
+        What::Lidar(args) => lidar::run(args, global, told),
     }
 }

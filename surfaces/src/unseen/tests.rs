@@ -162,6 +162,29 @@ fn a_face_goes_on_beyond_the_border_straight_along_its_edges() {
 }
 
 #[test]
+fn a_jagged_edge_leads_along_the_line_that_leaves_all_of_it_inside() {
+    let right = [
+        [1.0, 0.0],
+        [0.98, 0.3],
+        [1.0, 0.33],
+        [0.995, 0.6],
+        [0.97, 0.9],
+        [0.97, 1.0],
+    ];
+    let corners: Vec<[f64; 2]> = right.into_iter().chain([[0.0, 1.0], [0.0, 0.0]]).collect();
+    let left = beyond(&corners, &[5], &[]);
+    let at = |x: f64| left.contains(&Point2::new(x, 1.4));
+    assert!(at(0.01) && at(0.97) && !at(1.01), "{left:?}");
+    // What hides a part of it in between does not lead anywhere.
+    let hidden = [[0.7, 0.4], [0.7, 0.6]];
+    let corners: Vec<[f64; 2]> = (right[..3].iter().chain(&hidden).chain(&right[3..]))
+        .copied()
+        .chain([[0.0, 1.0], [0.0, 0.0]])
+        .collect();
+    assert_eq!(left, beyond(&corners, &[7], &[]));
+}
+
+#[test]
 fn what_another_view_looked_through_is_not_assumed() {
     let through = looking([1.2, 0.5, 1000.0], [98, 130, -10, 110], -1.0);
     let left = beyond(&SQUARE, &[1], &[FreeSpace::default(), through]);
