@@ -117,7 +117,7 @@ pub(super) fn parse(
     let frame = header.frame_id;
     let found = tf.pose(&frame, asked.frame.as_deref());
     let (X_WV, by) = match found {
-        Ok((fixed, X_WV)) => (X_WV, format!("its pose in {fixed:?} is that of tf")),
+        Ok((fixed, X_WV)) => (X_WV, format!("tf gives its pose in {fixed:?}")),
         Err(cause) if asked.frame.is_some() => return Err(Error::field(&at, "tf", cause)),
         Err(cause) => (Isometry3::identity(), cause),
     };
