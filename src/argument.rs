@@ -68,6 +68,17 @@ pub fn place(text: &str) -> Result<[f64; 3], String> {
     Ok([values[0], values[1], values[2]])
 }
 
+/// A time that is not negative, s.
+///
+/// # Errors
+/// What is wrong with the text.
+pub fn time(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
+        _ => Err("not a time in s".to_owned()),
+    }
+}
+
 /// Which way is up by the file of an IMU ([`crate::imu::up_V`]).
 ///
 /// # Errors
@@ -120,6 +131,7 @@ impl SensorFlag {
             intrinsics: self.pinhole.map(intrinsics),
             depth_scale_m: self.depth_scale_m,
             eye_m: None,
+            bag: perception::BagOptions::default(),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use nalgebra::{Isometry3, Matrix4, Vector4};
 use perception::lidar::{LidarCalibration, LidarCloud};
-use perception::{Intrinsics, PosedScan, Scan, SensorOptions};
+use perception::{BagOptions, Intrinsics, PosedScan, Scan, SensorOptions};
 use scenes::scene_file::ScanSource;
 use surfaces::{Terrain, TriangleMesh};
 
@@ -46,7 +46,10 @@ pub fn perceive(
             let read = read.map(|source| ReadScan::new(source, files, stages, inputs));
             let read = read.collect::<Result<Vec<_>>>()?;
             let scans: Vec<PosedScan> = read.iter().map(ReadScan::posed).collect();
-            of_scans(&scans, config, stages)
+            let mut perceived = of_scans(&scans, config, stages)?;
+            let notes = read.iter().flat_map(ReadScan::notes).cloned();
+            perceived.notes = notes.chain(perceived.notes).collect();
+            Ok(perceived)
         }
         Environment::Surfaces(name) => {
             let bytes = files.read("surfaces", name, inputs)?;
@@ -138,8 +141,17 @@ impl<'a> ReadScan<'a> {
         let options = sensor_options(source);
         let work = || perception::parse_scan(Path::new(name), &bytes, &options);
         let scan = stages.measure("reading", work)?;
-        let X_WV = source.X_WV() * scan.X_WV;
+        // What is given stands in the place of what the file states.
+        let given = source.position_m.is_some() || source.quat_xyzw.is_some();
+        let X_WV = if given { source.X_WV() } else { scan.X_WV };
         Ok(Self::Scan { name, scan, X_WV })
+    }
+
+    fn notes(&self) -> &[String] {
+        match self {
+            Self::Scan { scan, .. } => &scan.notes,
+            Self::Lidar { .. } => &[],
+        }
     }
 
     fn posed(&self) -> PosedScan<'_> {
@@ -186,6 +198,11 @@ pub fn sensor_options(source: &ScanSource) -> SensorOptions {
         intrinsics,
         depth_scale_m: source.depth_scale_m,
         eye_m: source.eye_m,
+        bag: BagOptions {
+            topic: source.topic.clone(),
+            at_s: source.at_s,
+            frame: source.frame.clone(),
+        },
     }
 }
 

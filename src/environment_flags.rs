@@ -36,6 +36,16 @@ pub struct ScanFlags {
     /// --pose is then that of the clouds' frame
     #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true)]
     pub eye: Option<[f64; 3]>,
+    /// The topic of a ROS 2 bag (MCAP) that is the scan; default: its only one of depth images, else of clouds
+    #[arg(long, value_name = "TOPIC")]
+    pub topic: Option<String>,
+    /// Time of the bag's message, s after the bag's first message or by its clock; again for several of one
+    /// bag's messages, or one a scan
+    #[arg(long, value_name = "TIME", value_parser = argument::time)]
+    pub at: Vec<f64>,
+    /// The frame of the bag's tf that is the world; default: map, odom or world
+    #[arg(long, value_name = "FRAME", conflicts_with_all = ["pose", "level"])]
+    pub frame: Option<String>,
     /// Calibration of the VLP-16 that took the scans, as `calibrate lidar` writes it; a --pose is then
     /// that of the calibration's world
     #[arg(long, value_name = "FILE.toml")]
@@ -48,12 +58,22 @@ impl ScanFlags {
     /// # Errors
     /// [`UsageError`] when there are poses, but not one a scan.
     pub fn scans(&self, files: &[PathBuf]) -> Result<Environment, UsageError> {
-        let (poses, scans) = (self.pose.len(), files.len());
+        // Several messages of one bag are as many scans.
+        let messages = if let [bag] = files {
+            vec![bag.clone(); self.at.len().max(1)]
+        } else {
+            files.to_vec()
+        };
+        let (poses, times, scans) = (self.pose.len(), self.at.len(), messages.len());
+        if times != 0 && times != scans {
+            let what = format!("{times} --at for {scans} scans; give one a scan, or none");
+            return Err(UsageError(what));
+        }
         if poses != 0 && poses != scans {
             let what = format!("{poses} --pose for {scans} scans; give one a scan, or none");
             return Err(UsageError(what));
         }
-        let sources = files.iter().enumerate().map(|(i, f)| self.source(i, f));
+        let sources = messages.iter().enumerate().map(|(i, f)| self.source(i, f));
         Ok(Environment::Scans(sources.collect()))
     }
 
@@ -66,7 +86,7 @@ impl ScanFlags {
                 .is_some_and(|e| e.eq_ignore_ascii_case("png")),
         };
         let name = file.display().to_string();
-        let pose = self.pose.get(number).copied().unwrap_or_default();
+        let pose = self.pose.get(number);
         let flag = self.sensor.clone().unwrap_or_default();
         let value = |i: usize| flag.pinhole.map(|values| values[i]);
         let lidar = self.calibration.as_ref();
@@ -82,8 +102,11 @@ impl ScanFlags {
             depth_scale_m: flag.depth_scale_m,
             eye_m: self.eye,
             calibration: self.calibration.as_ref().map(|p| p.display().to_string()),
-            position_m: Some(pose.translation.vector.into()),
-            quat_xyzw: Some(pose.rotation.coords.into()),
+            topic: self.topic.clone(),
+            at_s: self.at.get(number).copied(),
+            frame: self.frame.clone(),
+            position_m: pose.map(|pose| pose.translation.vector.into()),
+            quat_xyzw: pose.map(|pose| pose.rotation.coords.into()),
             level: self.level,
             up: self.up.or(self.imu),
             extrinsics: None,

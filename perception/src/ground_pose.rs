@@ -180,6 +180,7 @@ mod tests {
             X_WV: Isometry3::identity(),
             eye_V: Vector3::zeros(),
             noise: sensor.noise,
+            notes: Vec::new(),
         };
         (scan, R_WV)
     }

@@ -23,6 +23,7 @@
 //!     X_WV: Isometry3::identity(),
 //!     eye_V: nalgebra::Vector3::zeros(),
 //!     noise: sensor.noise,
+//!     notes: Vec::new(),
 //! };
 //! let found = extract(&scan, &scan.X_WV, &Config::default())?;
 //! assert_eq!(found.faces.len(), 1);
@@ -62,7 +63,8 @@ pub use extraction::{Extraction, Segmentation, Statistics};
 pub use ground_pose::{GroundPose, ground_pose, up_by_planes};
 pub use perceive::{Notice, Perception, PosedScan, perceive};
 pub use readers::{
-    LidarScan, SensorOptions, depth_scan, parse_lidar, parse_scan, read_lidar, read_scan,
+    BagOptions, LidarScan, SensorOptions, depth_scan, parse_lidar, parse_scan, read_lidar,
+    read_scan,
 };
 pub use registration::{Registration, RegistrationConfig, register};
 pub use scan::{DepthImage, PointCloud, Scan};

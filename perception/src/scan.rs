@@ -46,12 +46,14 @@ pub struct Scan {
     /// The image behind the points: from a depth PNG, or recovered from an organised cloud in
     /// its optical frame.
     pub depth: Option<DepthImage>,
-    /// Pose of V in W that the file states (PCD's VIEWPOINT); the identity where it states none.
+    /// Pose of V in W that the file states (PCD's VIEWPOINT, a bag's tf); the identity where it states none.
     pub X_WV: Isometry3<f64>,
     /// Where the sensor stood, in V: the origin, unless the points were moved after the scan.
     pub eye_V: Vector3<f64>,
     /// Noise model of the sensor.
     pub noise: Noise,
+    /// What the reader chose and assumed, for the user.
+    pub notes: Vec<String>,
 }
 
 impl DepthImage {

@@ -192,7 +192,7 @@ class Plan:
         self._native.save(path(folder, "folder"))
 
     def export(self, format: str) -> bytes:
-        """The plan as ``scandent export --format`` writes it: mcc-yaml, json, csv, motion-csv or npz."""
+        """The plan as ``scandent export --format`` writes it: mcc-yaml, json, csv, motion-csv, npz or mcap."""
         return self._native.export(text(format, "format"))
 
     def view(self, file: Optional[PathLike] = None) -> Page:

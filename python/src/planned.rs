@@ -141,8 +141,9 @@ impl Plan {
     /// The plan in the format of another program.
     fn export<'py>(&self, py: Python<'py>, format: &str) -> PyResult<Bound<'py, PyBytes>> {
         let known = format.parse::<Format>().map_err(|_| {
-            let words =
-                anyhow::anyhow!("no format {format:?}: mcc-yaml, json, csv, motion-csv or npz");
+            let words = anyhow::anyhow!(
+                "no format {format:?}: mcc-yaml, json, csv, motion-csv, npz or mcap"
+            );
             error::input(words, Some("format"))
         })?;
         let (plan, motion, robot) = self.parts();

@@ -86,7 +86,7 @@ pub struct SceneFile {
 pub struct ScanSource {
     /// Depth image (16-bit PNG).
     pub depth: Option<String>,
-    /// Point cloud (PCD, PLY).
+    /// Point cloud (PCD, PLY), or a ROS 2 bag (MCAP).
     pub cloud: Option<String>,
     /// Name of a known sensor; replaces the intrinsics below.
     pub sensor: Option<String>,
@@ -103,6 +103,12 @@ pub struct ScanSource {
     /// Where the sensor stood in the frame of a cloud that was moved after the scan, m. The pose below
     /// is then that of the cloud's frame.
     pub eye_m: Option<[f64; 3]>,
+    /// The topic of a bag that is the scan.
+    pub topic: Option<String>,
+    /// Time of its message, s after the bag's first.
+    pub at_s: Option<f64>,
+    /// The frame of the bag's tf that is W; then, or with `level`, the pose below may be left out.
+    pub frame: Option<String>,
     /// Calibration of a `vlp16` (as `calibrate lidar` writes it); the pose below is then that of the
     /// calibration's world.
     pub calibration: Option<String>,

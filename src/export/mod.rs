@@ -7,6 +7,7 @@
 //! | `csv` | spreadsheets and plots: one row a stance |
 //! | `motion-csv` | plots and players of trajectories: one row a sample of the motion |
 //! | `npz` | numpy: plan and motion as arrays |
+//! | `mcap` | Foxglove and other players of recordings |
 //!
 //! Times are those of the plan's motion; where there is none, the durations of [`Config`].
 
@@ -15,6 +16,7 @@ mod csv;
 pub mod frames;
 mod json;
 mod limbs;
+mod mcap;
 mod mcc_yaml;
 mod motion_csv;
 mod npz;
@@ -40,6 +42,8 @@ pub enum Format {
     MotionCsv,
     /// Plan and motion as arrays of numpy
     Npz,
+    /// Plan and motion as a recording that Foxglove plays
+    Mcap,
 }
 
 impl std::str::FromStr for Format {
@@ -50,7 +54,7 @@ impl std::str::FromStr for Format {
     }
 }
 
-/// The plan in the format, with the times of its motion: text, but for [`Format::Npz`].
+/// The plan in the format, with the times of its motion: text, but for [`Format::Npz`] and [`Format::Mcap`].
 ///
 /// # Errors
 /// A plan of another robot or with values that are no numbers; settings that make no sense; two
@@ -70,6 +74,7 @@ pub fn export(
         Format::Json => json::write(plan, motion, robot, config),
         Format::Csv => csv::write(plan, motion, robot, config),
         Format::MotionCsv => motion_csv::write(moves()?, robot),
+        Format::Mcap => return mcap::write(plan, moves()?, robot),
         Format::Npz => return npz::write(plan, moves()?, robot),
     };
     text.map(String::into_bytes)

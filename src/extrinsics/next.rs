@@ -154,6 +154,7 @@ fn foresee(view: &View, truth: &GroundPlane, config: &GroundConfig) -> Option<(G
         X_WV: Isometry3::identity(),
         eye_V: Vector3::zeros(),
         noise,
+        notes: Vec::new(),
     };
     // The image has no noise: any three of its pixels give the plane.
     let config = GroundConfig {

@@ -71,6 +71,7 @@ impl Device {
             X_WV: Isometry3::identity(),
             eye_V: Vector3::zeros(),
             noise: self.known,
+            notes: Vec::new(),
         }
     }
 }

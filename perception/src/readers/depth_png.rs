@@ -40,17 +40,12 @@ fn check_unit(path: &Path, z_m: &[f32], sensor: &Sensor, scale: f64) -> Result<(
     Err(Error::field(path, "depths", cause))
 }
 
-/// The depth image in `bytes`, as [`metric`] makes it.
+/// Width and height, and the pixels row by row.
 ///
 /// # Errors
 /// [`Error::Field`] for another pixel type, absurd sizes or a file too short for them; [`Error::Parse`] from
-/// the decoder; else as [`metric`].
-pub(super) fn parse(
-    path: &Path,
-    bytes: &[u8],
-    sensor: &Sensor,
-    options: &SensorOptions,
-) -> Result<DepthImage, Error> {
+/// the decoder.
+pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<((usize, usize), Vec<u16>), Error> {
     // Check the promised size against the bytes that are there.
     let mut decoder = Decoder::new(Cursor::new(bytes));
     let info = decoder
@@ -92,10 +87,11 @@ pub(super) fn parse(
         .map_err(|e| Error::parse(path, FORMAT, e))?;
     let units = raw.chunks_exact(2);
     let units = units.map(|b| u16::from_be_bytes([b[0], b[1]]));
-    metric(path, (width, height), units, sensor, options)
+    Ok(((width, height), units.collect()))
 }
 
-/// The depth image, in metres, of rows of pixels in the sensor's unit; `path` is for the messages.
+/// The depth image, in metres, of rows of pixels; `unit_m` is a unit of theirs where the options give none, and
+/// `path` is for the messages.
 ///
 /// Depths outside the sensor's range count as not measured.
 ///
@@ -104,11 +100,12 @@ pub(super) fn parse(
 pub(super) fn metric(
     path: &Path,
     (width, height): (usize, usize),
-    units: impl Iterator<Item = u16>,
+    units: impl Iterator<Item = f32>,
+    unit_m: f64,
     sensor: &Sensor,
     options: &SensorOptions,
 ) -> Result<DepthImage, Error> {
-    let scale = options.depth_scale_m.unwrap_or(sensor.depth_scale_m);
+    let scale = options.depth_scale_m.unwrap_or(unit_m);
     within(
         "depth_scale_m",
         scale,
@@ -117,7 +114,7 @@ pub(super) fn metric(
         "must be in (0, 1] metres per unit",
     )?;
     let (near, far) = (sensor.range_m.0 as f32, sensor.range_m.1 as f32);
-    let mut z_m: Vec<f32> = units.map(|unit| f32::from(unit) * scale as f32).collect();
+    let mut z_m: Vec<f32> = units.map(|unit| unit * scale as f32).collect();
     check_unit(path, &z_m, sensor, scale)?;
     for z in z_m.iter_mut().filter(|z| !(near..=far).contains(*z)) {
         *z = 0.0;

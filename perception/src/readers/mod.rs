@@ -4,6 +4,7 @@
 //! of bytes that are there before anything is allocated, so that a lying header is an error and
 //! neither a panic nor a gigabyte.
 
+mod bag;
 mod capture;
 mod depth_png;
 mod pcd;
@@ -15,6 +16,7 @@ use std::path::Path;
 use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
 
+pub use bag::BagOptions;
 pub use vlp16::LidarScan;
 
 use crate::Error;
@@ -34,6 +36,8 @@ pub struct SensorOptions {
     pub depth_scale_m: Option<f64>,
     /// Where the sensor stood in the cloud's frame, m, for clouds that were moved after the scan.
     pub eye_m: Option<[f64; 3]>,
+    /// Which message of a recording is the scan.
+    pub bag: BagOptions,
 }
 
 impl Default for SensorOptions {
@@ -43,6 +47,7 @@ impl Default for SensorOptions {
             intrinsics: None,
             depth_scale_m: None,
             eye_m: None,
+            bag: BagOptions::default(),
         }
     }
 }
@@ -67,9 +72,17 @@ pub fn read_scan(path: &Path, options: &SensorOptions) -> Result<Scan, Error> {
 /// [`Error::NoIntrinsics`] and [`Error::Config`] for bad options.
 pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<Scan, Error> {
     let sensor = Sensor::named(&options.sensor)?;
-    let (cloud, depth, pose) = match format_of(path, bytes) {
+    let format = format_of(path, bytes);
+    if options.bag != BagOptions::default() && !matches!(format, Some(Format::Mcap)) {
+        let cause = "topic, time and frame are of a ROS 2 bag (MCAP), which this is not";
+        return Err(Error::field(path, "format", cause));
+    }
+    let (cloud, depth, pose) = match format {
         Some(Format::Png) => {
-            let depth = depth_png::parse(path, bytes, sensor, options)?;
+            let (size, units) = depth_png::decode(path, bytes)?;
+            let units = units.into_iter().map(f32::from);
+            let depth =
+                depth_png::metric(path, size, units, sensor.depth_scale_m, sensor, options)?;
             (depth.to_cloud(), Some(depth), Isometry3::identity())
         }
         Some(Format::Pcd) => {
@@ -78,6 +91,7 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
             (cloud, depth, pose)
         }
         Some(Format::Ply) => (ply::parse(path, bytes)?, None, Isometry3::identity()),
+        Some(Format::Mcap) => return bag::parse(path, bytes, sensor, options),
         None => {
             return Err(Error::UnknownFormat {
                 path: path.to_owned(),
@@ -103,7 +117,8 @@ pub fn depth_scan(
         let cause = format!("{} pixels, not {} x {}", units.len(), size.0, size.1);
         return Err(Error::field(name, "size", cause));
     }
-    let depth = depth_png::metric(name, size, units.iter().copied(), sensor, options)?;
+    let units = units.iter().copied().map(f32::from);
+    let depth = depth_png::metric(name, size, units, sensor.depth_scale_m, sensor, options)?;
     let pose = Isometry3::identity();
     scan(name, depth.to_cloud(), Some(depth), pose, sensor, options)
 }
@@ -137,6 +152,7 @@ fn scan(
         X_WV,
         eye_V: Vector3::from(eye),
         noise: sensor.noise,
+        notes: Vec::new(),
     })
 }
 
@@ -177,8 +193,8 @@ pub fn parse_lidar(path: &Path, bytes: &[u8], sweep: Option<usize>) -> Result<Li
                 cloud.invalid = cloud.invalid.max(points.invalid);
                 whole(cloud)
             }
-            Some(Format::Png) => {
-                let cause = "is a depth image, not the cloud of a LiDAR";
+            Some(Format::Png | Format::Mcap) => {
+                let cause = "is no file of a LiDAR's cloud";
                 return Err(Error::field(path, "format", cause));
             }
             None => {
@@ -201,6 +217,7 @@ enum Format {
     Png,
     Pcd,
     Ply,
+    Mcap,
 }
 
 /// The format by the first bytes, else by the extension.
@@ -215,6 +232,8 @@ fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
         Some(Format::Ply)
     } else if bytes.starts_with(b"# .PCD") || bytes.starts_with(b"VERSION") {
         Some(Format::Pcd)
+    } else if bag::is_mcap(bytes) {
+        Some(Format::Mcap)
     } else {
         match extension.as_deref() {
             Some("png") => Some(Format::Png),

@@ -51,6 +51,7 @@ proptest! {
             X_WV: Isometry3::identity(),
             eye_V: Vector3::zeros(),
             noise: Sensor::named("generic").unwrap().noise,
+            notes: Vec::new(),
         };
         let config = Config { method, ..Config::default() };
         let Ok(found) = extract(&scan, &Isometry3::identity(), &config) else { return Ok(()) };

@@ -64,6 +64,7 @@ proptest! {
             X_WV: Isometry3::identity(),
             eye_V: nalgebra::Vector3::zeros(),
             noise: Sensor::named("xtion").unwrap().noise,
+            notes: Vec::new(),
         };
         let config = Config { method: Method::Organised, ..Config::default() };
         let found = extract(&scan, &Isometry3::identity(), &config).unwrap();

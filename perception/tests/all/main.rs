@@ -3,6 +3,7 @@
 
 mod any_cloud;
 mod any_image;
+mod bags;
 mod insets;
 mod lidar_clouds;
 mod obstructed_ramps;

@@ -122,7 +122,7 @@ fn ply(format: &str) -> Vec<u8> {
     bytes
 }
 
-fn png(width: u32, height: u32, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
+pub fn png(width: u32, height: u32, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Grayscale);
@@ -376,7 +376,7 @@ fn an_organised_cloud_in_its_optical_frame_takes_the_organised_path() {
 }
 
 /// A file with some bytes changed, some cut out or doubled, and its end cut off.
-fn mutated(bytes: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
+pub fn mutated(bytes: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
     let n = bytes.len();
     let changes = prop::collection::vec((0..n, any::<u8>()), 0..12);
     let digits = prop::collection::vec((0..n.min(400), b'0'..=b'9'), 0..4);

@@ -147,6 +147,7 @@ pub fn scan(blocks: &[Block], X_WV: &Isometry3<f64>, errors: bool, seed: u64) ->
         X_WV: *X_WV,
         eye_V: Vector3::zeros(),
         noise: sensor.noise,
+        notes: Vec::new(),
     }
 }
 

@@ -99,6 +99,7 @@ impl ScanSource {
         let (position_m, quat_xyzw) = match (&self.position_m, &self.quat_xyzw, &self.extrinsics) {
             (Some(position_m), Some(quat_xyzw), None) => (position_m, quat_xyzw),
             (None, None, Some(_)) => return,
+            (None, None, None) if self.level || self.frame.is_some() => return,
             _ => {
                 let reason = "needs position_m and quat_xyzw, or `extrinsics` in their place";
                 return wrong.push(Error::field(field, reason));
