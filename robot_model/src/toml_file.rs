@@ -7,6 +7,9 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeArray, DeInteger, DeTable, DeValue, Deserializer, Error};
 
+/// The text is read this often at most: of more mistakes the first are told.
+const READINGS_MAX: usize = 100;
+
 /// What a text holds, or its mistakes, each with its line.
 ///
 /// After each mistake the text is read again without the entry that has it, or with a stand-in for what is missing.
@@ -23,7 +26,7 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Vec<String>> {
     }
     let (mut mistakes, mut removed) = (Vec::new(), Vec::<String>::new());
     let mut tried = BTreeMap::new();
-    loop {
+    for _ in 0..READINGS_MAX {
         let error = match T::deserialize(Deserializer::from(document.clone())) {
             Ok(read) if mistakes.is_empty() => return Ok(read),
             Ok(_) => break,
