@@ -242,7 +242,7 @@ fn a_signature_ties_a_certificate_to_its_plan() {
         std::fs::write(path, text).unwrap();
     }
     let signing = "verify @ -o @ --sign @";
-    ends_with(signing, &[&plan, &certificate, &key], 0, &["signed: "]);
+    ends_with(signing, &[&plan, &certificate, &key], 0, &["c.json.sig"]);
     let line = "verify @ --signed @ --by @";
     let paths: [&Path; 3] = [&plan, &certificate, &public];
     ends_with(line, &paths, 0, &["signed for this plan", "PASS: "]);
