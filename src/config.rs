@@ -22,6 +22,9 @@ use crate::status::UsageError;
 pub use differing::differing;
 pub use documented::documented;
 
+/// So many settings of a table that does not fit are tried alone; of more mistakes the first are told.
+const TRIED_MAX: usize = 100;
+
 /// Every setting of the program, one table a crate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -91,7 +94,7 @@ impl Layers {
         let mut settings = Vec::new();
         leaves(table, &mut Vec::new(), &mut settings);
         let mut found: Vec<Error> = Vec::new();
-        for alone in settings {
+        for alone in settings.into_iter().take(TRIED_MAX) {
             let mut merged = self.table.clone();
             merge(&mut merged, &alone);
             // An unknown table is one mistake, whatever is in it.

@@ -63,6 +63,17 @@ impl<'a> Told<'a> {
         Ok(())
     }
 
+    /// Adds a fact that is written as JSON already.
+    ///
+    /// # Errors
+    /// Text that is no JSON.
+    pub fn written_fact(&mut self, name: &str, json: &[u8]) -> Result<()> {
+        if let Some(document) = &mut self.document {
+            document.insert(name.to_owned(), serde_json::from_slice(json)?);
+        }
+        Ok(())
+    }
+
     /// Adds to a list, or says it.
     fn item(&mut self, list: &str, item: &str, words: &str) -> std::io::Result<()> {
         match &mut self.document {

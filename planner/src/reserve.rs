@@ -18,7 +18,7 @@ const MADE_UP_MAX: f64 = 0.02;
 ///
 /// Where the reserve is more than there is (a finger beside the fist is 22 mm from whatever the
 /// fist touches, however it turns), the posture that comes nearest is brought inside the bounds
-/// themselves.
+/// themselves; those of torques last, which pushes need.
 ///
 /// # Errors
 /// As [`posture::solve`].

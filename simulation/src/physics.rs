@@ -10,7 +10,7 @@ pub struct Physics {
     pub dt_s: f64,
     /// Coefficient of friction of bodies that carry no contact patch.
     pub friction_elsewhere: f64,
-    /// Rotor inertia that a joint has besides its bodies', kg·m² (kg where prismatic), where its effort moves that.
+    /// Rotor inertia of a strong joint, besides its bodies', kg·m² (kg where prismatic); see [`Self::armature_of`].
     pub armature: f64,
     /// Viscous friction of every joint, N·m·s/rad.
     pub damping: f64,
@@ -27,13 +27,15 @@ impl From<&Config> for Physics {
     }
 }
 
-/// Effort that a joint has for each part of its rotor inertia at least, 1/s²: motors of fingers are small.
-const EFFORT_PER_ARMATURE: f64 = 400.0;
+/// The effort of a joint turns its rotor alone at this rate at least, rad/s²: motors of fingers are small.
+const ROTOR_RAD_S2: f64 = 400.0;
+/// Least rotor inertia, kg·m²: of joints without effort or mass too the equations of motion have a solution.
+const ARMATURE_MIN: f64 = 0.002;
 
 impl Physics {
     /// Rotor inertia of a joint with this effort, kg·m² (kg where prismatic).
     pub fn armature_of(&self, effort: f64) -> f64 {
-        self.armature.min(effort / EFFORT_PER_ARMATURE)
+        (effort / ROTOR_RAD_S2).max(ARMATURE_MIN).min(self.armature)
     }
 }
 

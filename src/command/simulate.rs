@@ -6,7 +6,6 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Result, bail};
 use clap::Parser;
-use serde_json::Value;
 pub use simulation::MUJOCO_VERSION;
 
 use crate::argument;
@@ -116,10 +115,7 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     for failure in &simulated.failures {
         told.fails(failure);
     }
-    told.fact(
-        "simulation",
-        serde_json::from_slice::<Value>(&simulated.json)?,
-    )?;
+    told.written_fact("simulation", &simulated.json)?;
     told.written(&output)?;
     Ok(match simulated.failures.is_empty() {
         true => Status::Done,

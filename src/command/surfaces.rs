@@ -67,7 +67,7 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     summary::faces(&terrain.faces, config.posture.edge_sigmas, told)?;
     writeln!(told, "{}", stages.text())?;
     let json = terrain.to_json()?;
-    told.fact("surfaces", serde_json::from_str::<Value>(&json)?)?;
+    told.written_fact("surfaces", json.as_bytes())?;
     told.fact("stages_ms", &stages.ms)?;
     if let Some(path) = &args.output {
         output::write(path, json.as_bytes())?;

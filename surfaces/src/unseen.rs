@@ -246,7 +246,7 @@ struct EdgeLine {
 
 /// The line on which the edges that lead to a vertex end the face: outside of what was seen of it, as edges are
 /// seen too far inside where rays graze them or something hides them, and so that least of the plane is between.
-/// None where too little of them was seen to end it.
+/// None where too little of them was seen to end it. The edges are those before the vertex (`side` 0) or after it (1).
 fn edge_line(ring: &Ring, from: usize, side: usize) -> Option<EdgeLine> {
     let count = ring.edges.len();
     // From the vertex away from the cut, up to the next cut.

@@ -53,6 +53,11 @@ impl Entity {
         }));
     }
 
+    fn hull(&mut self, X: &Isometry3<f64>, hull: &Hull, colour: [f64; 4]) {
+        let corners = hull.vertices().iter().map(|p: &Point3<f64>| p.coords);
+        self.mesh(X, corners, hull.triangles(), colour);
+    }
+
     fn mesh(
         &mut self,
         X: &Isometry3<f64>,
@@ -95,13 +100,6 @@ pub(super) fn world(plan: &Plan) -> Value {
 fn in_turn(triangles: usize) -> Vec<[u32; 3]> {
     let first = (0..triangles as u32).map(|i| 3 * i);
     first.map(|i| [i, i + 1, i + 2]).collect()
-}
-
-impl Entity {
-    fn hull(&mut self, X: &Isometry3<f64>, hull: &Hull, colour: [f64; 4]) {
-        let corners = hull.vertices().iter().map(|p: &Point3<f64>| p.coords);
-        self.mesh(X, corners, hull.triangles(), colour);
-    }
 }
 
 /// The collision shapes of every body, in its frame.

@@ -150,19 +150,19 @@ impl About {
             (Some(before), Some(after)) if before.parent == after.parent => (before, after),
             (Some(_), Some(_)) => return Err("the parent changes about then".to_owned()),
             (Some(last), None) => {
-                let late = (at_ns - last.ns) as f64 * 1e-9;
+                let late = at_ns.saturating_sub(last.ns) as f64 * 1e-9;
                 return Err(format!("the last transform is {late:.3} s older"));
             }
             (None, Some(first)) => {
-                let early = (first.ns - at_ns) as f64 * 1e-9;
+                let early = first.ns.saturating_sub(at_ns) as f64 * 1e-9;
                 return Err(format!("the first transform is {early:.3} s later"));
             }
             (None, None) => return Err("there is no transform".to_owned()),
         };
         let (X_a, X_b) = (before.pose()?, after.pose()?);
-        let span = (after.ns - before.ns) as f64;
+        let span = after.ns.saturating_sub(before.ns) as f64;
         let part = if span > 0.0 {
-            (at_ns - before.ns) as f64 / span
+            at_ns.saturating_sub(before.ns) as f64 / span
         } else {
             0.0
         };
@@ -175,9 +175,11 @@ impl Sample {
     fn pose(&self) -> Result<Isometry3<f64>, String> {
         let [x, y, z, w] = self.rotation;
         let rotation = Quaternion::new(w, x, y, z);
-        let finite = self.translation.iter().all(|c| c.is_finite());
-        if !finite || !(0.99..=1.01).contains(&rotation.norm()) {
-            return Err("a transform is not a position and a unit quaternion".to_owned());
+        let far = surfaces::beyond_world(&self.translation).is_some();
+        if far || !(0.99..=1.01).contains(&rotation.norm()) {
+            return Err(
+                "a transform is not a position within the world and a unit quaternion".to_owned(),
+            );
         }
         Ok(Isometry3::from_parts(
             Translation3::from(Vector3::from(self.translation)),
