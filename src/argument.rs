@@ -8,6 +8,7 @@ use perception::{Intrinsics, SensorOptions};
 use scenes::scene_file::GoalContact;
 use surfaces::{WORLD_M, beyond_world};
 
+use crate::dataset;
 use crate::provenance::STANDARD;
 
 /// How far a quaternion's length may be from 1: written decimals.
@@ -68,14 +69,31 @@ pub fn place(text: &str) -> Result<[f64; 3], String> {
     Ok([values[0], values[1], values[2]])
 }
 
-/// A time that is not negative, s.
+/// Times that are not negative, s.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Times(pub Vec<f64>);
+
+/// More times than this are no set of scans.
+const TIMES_MAX: f64 = 1000.0;
+
+/// Times: one, or `FROM:TO:EVERY`, s.
 ///
 /// # Errors
 /// What is wrong with the text.
-pub fn time(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
+pub fn times(text: &str) -> Result<Times, String> {
+    let value = |text: &str| match text.parse::<f64>() {
         Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
-        _ => Err("not a time in s".to_owned()),
+        _ => Err("not a time in s, nor FROM:TO:EVERY".to_owned()),
+    };
+    let values: Vec<f64> = text.split(':').map(value).collect::<Result<_, _>>()?;
+    match values[..] {
+        [at] => Ok(Times(vec![at])),
+        [from, to, every] if from <= to && (to - from) / every < TIMES_MAX => {
+            // A last one that rounding would lose counts.
+            let last = ((to - from) / every + 1e-6) as usize;
+            Ok(Times((0..=last).map(|i| from + i as f64 * every).collect()))
+        }
+        _ => Err(format!("not FROM:TO:EVERY, up to {TIMES_MAX} times")),
     }
 }
 
@@ -109,8 +127,19 @@ pub fn pose(text: &str) -> Result<Isometry3<f64>, String> {
     Ok(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
 }
 
+/// The pose of a sensor: as [`pose`], or by a trajectory's file ([`dataset::pose`]).
+///
+/// # Errors
+/// As there.
+pub fn sensor_pose(text: &str) -> Result<Isometry3<f64>, String> {
+    match text.rsplit_once('@') {
+        Some((file, key)) => dataset::pose(file, key).map_err(|error| format!("{error:#}")),
+        None => pose(text),
+    }
+}
+
 /// A sensor: `NAME`, `fx,fy,cx,cy[,depth_scale_m]` (px), or both as `NAME:fx,fy,cx,cy…` for a
-/// known sensor with its own calibration.
+/// known sensor with its own calibration; in the place of the numbers a file ([`dataset::pinhole`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorFlag {
     /// Name in the sensor table.
@@ -139,11 +168,11 @@ impl SensorFlag {
 /// A [`SensorFlag`].
 ///
 /// # Errors
-/// As [`numbers`]; a focal length or scale that is not positive.
+/// As [`numbers`]; a focal length or scale that is not positive; as [`dataset::pinhole`].
 pub fn sensor(text: &str) -> Result<SensorFlag, String> {
     let (name, calibration) = match text.split_once(':') {
         Some((name, calibration)) => (Some(name), Some(calibration)),
-        None if text.contains(',') => (None, Some(text)),
+        None if text.contains(',') || text.ends_with(".json") => (None, Some(text)),
         None => (Some(text), None),
     };
     let mut flag = SensorFlag {
@@ -151,7 +180,12 @@ pub fn sensor(text: &str) -> Result<SensorFlag, String> {
         ..SensorFlag::default()
     };
     if let Some(calibration) = calibration {
-        let values = numbers(calibration, &[4, 5])?;
+        let values = match calibration.ends_with(".json") {
+            true => dataset::pinhole(calibration)
+                .map_err(|error| format!("{error:#}"))?
+                .into(),
+            false => numbers(calibration, &[4, 5])?,
+        };
         flag.pinhole = Some([values[0], values[1], values[2], values[3]]);
         flag.depth_scale_m = values.get(4).copied();
         if values[0] <= 0.0 || values[1] <= 0.0 || flag.depth_scale_m.is_some_and(|s| s <= 0.0) {
@@ -248,6 +282,17 @@ mod tests {
             ("1,nan,2", "\"nan\" is not a number up to 10000"),
         ] {
             assert_eq!(numbers(text, &[3, 4]), Err(said.to_owned()));
+        }
+    }
+
+    #[test]
+    fn times_are_one_or_a_row() {
+        assert_eq!(times("2.5"), Ok(Times(vec![2.5])));
+        let row = times("1:1.3:0.1").unwrap().0;
+        assert_eq!(row.len(), 4);
+        assert!((row[3] - 1.3).abs() < 1e-12);
+        for text in ["-1", "1:2", "2:1:1", "0:1:0", "0:1e9:1", "nan:1:1"] {
+            assert!(times(text).is_err(), "{text}");
         }
     }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Isometry3;
 use scenes::scene_file::ScanSource;
 
-use crate::argument::{self, SensorFlag};
+use crate::argument::{self, SensorFlag, Times};
 use crate::provenance;
 use crate::scene::Environment;
 use crate::status::UsageError;
@@ -13,16 +13,18 @@ use crate::status::UsageError;
 /// How scans were taken.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct ScanFlags {
-    /// Sensor of the scans: NAME, fx,fy,cx,cy or NAME:fx,fy,cx,cy, which may end in ,depth_scale_m
+    /// Sensor of the scans: NAME, fx,fy,cx,cy or NAME:fx,fy,cx,cy, which may end in ,depth_scale_m; in the place of
+    /// the numbers a file of Open3D's intrinsics (.json)
     #[arg(long, value_name = "SENSOR", value_parser = argument::sensor, allow_hyphen_values = true)]
     pub sensor: Option<SensorFlag>,
     /// Pose of each scan's optical frame (x right, y down, z forward) in the world, in the order of
-    /// the scans: x,y,z,qx,qy,qz,qw or x,y,z,roll,pitch,yaw; default: what the file states
-    #[arg(long, value_name = "POSE", value_parser = argument::pose, allow_hyphen_values = true)]
+    /// the scans: x,y,z,qx,qy,qz,qw or x,y,z,roll,pitch,yaw; or by a trajectory: FILE@TIME (TUM RGB-D),
+    /// FILE.log@NUMBER (Open3D); default: what the file states
+    #[arg(long, value_name = "POSE", value_parser = argument::sensor_pose, allow_hyphen_values = true)]
     pub pose: Vec<Isometry3<f64>>,
     /// Take the pose of each scan from the ground that it shows: the world's origin is on the ground below
-    /// the sensor, x ahead
-    #[arg(long, conflicts_with = "pose")]
+    /// the sensor, x ahead. With a --pose a scan: that of the first, the others keeping their places to it
+    #[arg(long)]
     pub level: bool,
     /// Which way is up in the sensor's optical frame, as an accelerometer at rest in it measures (any
     /// unit), for --level
@@ -36,13 +38,14 @@ pub struct ScanFlags {
     /// --pose is then that of the clouds' frame
     #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true)]
     pub eye: Option<[f64; 3]>,
-    /// The topic of a ROS 2 bag (MCAP) that is the scan; default: its only one of depth images, else of clouds
+    /// The topic of a ROS 2 bag (MCAP) that is the scan; default: its only one of depth images, else of clouds. Of an
+    /// E57 file its scan, by name or number from 0
     #[arg(long, value_name = "TOPIC")]
     pub topic: Option<String>,
     /// Time of the bag's message, s after the bag's first message or by its clock; again for several of one
-    /// bag's messages, or one a scan
-    #[arg(long, value_name = "TIME", value_parser = argument::time)]
-    pub at: Vec<f64>,
+    /// bag's messages, or as FROM:TO:EVERY; or one a scan
+    #[arg(long, value_name = "TIME", value_parser = argument::times)]
+    pub at: Vec<Times>,
     /// The frame of the bag's tf that is the world; default: map, odom or world
     #[arg(long, value_name = "FRAME", conflicts_with_all = ["pose", "level"])]
     pub frame: Option<String>,
@@ -58,13 +61,14 @@ impl ScanFlags {
     /// # Errors
     /// [`UsageError`] when there are poses, but not one a scan.
     pub fn scans(&self, files: &[PathBuf]) -> Result<Environment, UsageError> {
+        let at: Vec<f64> = self.at.iter().flat_map(|t| t.0.iter().copied()).collect();
         // Several messages of one bag are as many scans.
         let messages = if let [bag] = files {
-            vec![bag.clone(); self.at.len().max(1)]
+            vec![bag.clone(); at.len().max(1)]
         } else {
             files.to_vec()
         };
-        let (poses, times, scans) = (self.pose.len(), self.at.len(), messages.len());
+        let (poses, times, scans) = (self.pose.len(), at.len(), messages.len());
         if times != 0 && times != scans {
             let what = format!("{times} --at for {scans} scans; give one a scan, or none");
             return Err(UsageError(what));
@@ -73,17 +77,24 @@ impl ScanFlags {
             let what = format!("{poses} --pose for {scans} scans; give one a scan, or none");
             return Err(UsageError(what));
         }
-        let sources = messages.iter().enumerate().map(|(i, f)| self.source(i, f));
+        let sources = messages.iter().enumerate();
+        let sources = sources.map(|(i, file)| self.source(i, at.get(i), file));
         Ok(Environment::Scans(sources.collect()))
     }
 
-    fn source(&self, number: usize, file: &Path) -> ScanSource {
+    fn source(&self, number: usize, at_s: Option<&f64>, file: &Path) -> ScanSource {
         let is_image = match provenance::is_standard(file) {
             // Its first bytes tell; what cannot be read is said where it is read.
-            true => provenance::read("scan", file).is_ok_and(|bytes| bytes.starts_with(b"\x89PNG")),
-            false => file
-                .extension()
-                .is_some_and(|e| e.eq_ignore_ascii_case("png")),
+            true => provenance::read("scan", file).is_ok_and(|bytes| {
+                [&b"\x89PNG"[..], b"\x93NUMPY"]
+                    .iter()
+                    .any(|magic| bytes.starts_with(magic))
+            }),
+            false => (file.extension()).is_some_and(|e| {
+                ["png", "npy"]
+                    .iter()
+                    .any(|image| e.eq_ignore_ascii_case(image))
+            }),
         };
         let name = file.display().to_string();
         let pose = self.pose.get(number);
@@ -103,7 +114,7 @@ impl ScanFlags {
             eye_m: self.eye,
             calibration: self.calibration.as_ref().map(|p| p.display().to_string()),
             topic: self.topic.clone(),
-            at_s: self.at.get(number).copied(),
+            at_s: at_s.copied(),
             frame: self.frame.clone(),
             position_m: pose.map(|pose| pose.translation.vector.into()),
             quat_xyzw: pose.map(|pose| pose.rotation.coords.into()),

@@ -14,6 +14,7 @@ pub mod bench;
 pub mod cli;
 pub mod command;
 pub mod config;
+pub mod dataset;
 pub mod environment;
 pub mod environment_flags;
 pub mod export;

@@ -35,7 +35,7 @@ pub enum Error {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// Neither the extension nor the first bytes name a known format.
-    #[error("{}: unknown scan format; known are depth PNG (16 bit), PCD, PLY and MCAP, and pcap of a LiDAR", path.display())]
+    #[error("{}: unknown scan format; known are depth images (16-bit PNG, npy), PCD, PLY, LAS, E57 and MCAP, and pcap of a LiDAR", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,

@@ -69,7 +69,7 @@ pub struct Sensor {
     pub nominal_px: (usize, usize),
     /// Default intrinsics at the nominal size, if the sensor type has typical ones.
     pub intrinsics: Option<Intrinsics>,
-    /// Metres per unit of a 16-bit depth PNG.
+    /// Metres per unit of a depth image of whole numbers.
     pub depth_scale_m: f64,
     /// Depths that the sensor measures, m.
     pub range_m: (f64, f64),
@@ -93,7 +93,7 @@ const fn pinhole(fx: f64, fy: f64, cx: f64, cy: f64) -> Option<Intrinsics> {
 /// The sensors known by name.
 ///
 /// `generic` has no intrinsics: they must come with the scan.
-pub const SENSORS: [Sensor; 5] = [
+pub const SENSORS: [Sensor; 6] = [
     Sensor {
         name: "xtion",
         nominal_px: (640, 480),
@@ -107,6 +107,15 @@ pub const SENSORS: [Sensor; 5] = [
         nominal_px: (640, 480),
         intrinsics: pinhole(575.8, 575.8, 314.5, 235.5),
         depth_scale_m: 0.001,
+        range_m: (0.4, 8.0),
+        noise: STRUCTURED_LIGHT,
+    },
+    Sensor {
+        // The data sets of TUM RGB-D: 5000 units a metre, and the pinhole that they recommend.
+        name: "tum",
+        nominal_px: (640, 480),
+        intrinsics: pinhole(525.0, 525.0, 319.5, 239.5),
+        depth_scale_m: 0.0002,
         range_m: (0.4, 8.0),
         noise: STRUCTURED_LIGHT,
     },

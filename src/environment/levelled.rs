@@ -1,7 +1,7 @@
 //! Scans whose pose is taken from what they show, and poses that cannot be those of the scans.
 
 use anyhow::{Context, Result, bail};
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 use perception::{ground_pose, up_by_planes};
 use surfaces::Terrain;
 
@@ -17,7 +17,8 @@ const LEVEL_PART: f64 = 0.3;
 /// With less than this part of all faces' area level, it may be other planes that are.
 const FEW_PART: f64 = 0.1;
 
-/// The environment with a pose for each scan that is to be levelled, and what was found, for the user.
+/// The environment with a pose for each scan that is to be levelled, and what was found, for the user. Of scans
+/// with poses the first is levelled, and the others keep their places to it.
 ///
 /// # Errors
 /// A scan that cannot be read or shows no ground; a scan of a spinning LiDAR, which has a calibration.
@@ -28,8 +29,15 @@ pub fn levelled(
 ) -> Result<(Environment, Vec<String>)> {
     let mut environment = environment.clone();
     let mut notes = Vec::new();
+    // From the world of the poses given to the levelled one, by the first scan that has one.
+    let mut turned: Option<Isometry3<f64>> = None;
     if let Environment::Scans(sources) = &mut environment {
         for source in sources.iter_mut().filter(|source| source.level) {
+            let given = source.position_m.is_some();
+            if let (true, Some(turned)) = (given, turned) {
+                source.place(&(turned * source.X_WV()));
+                continue;
+            }
             let (mut stages, mut inputs) = (Stages::default(), Inputs::default());
             let read = ReadScan::new(source, files, &mut stages, &mut inputs)?;
             let ReadScan::Scan { name, scan, .. } = read else {
@@ -53,6 +61,9 @@ pub fn levelled(
                 found.height_m(),
                 found.looks_down_rad().to_degrees(),
             ));
+            turned = given
+                .then(|| found.X_WV * source.X_WV().inverse())
+                .or(turned);
             source.place(&found.X_WV);
         }
     }

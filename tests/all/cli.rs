@@ -137,6 +137,63 @@ fn several_scans_are_one_set_and_can_be_registered() {
     assert!(told.contains("as given stay the shift along"), "{told}");
 }
 
+#[test]
+fn data_sets_give_depths_poses_and_a_camera_in_files_of_their_own() {
+    let png: &Path = &root("scenes/scenes/irregular-stairs_depth.png");
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let write = |name: &str, bytes: &[u8]| {
+        std::fs::write(at(name), bytes).expect("a file");
+        at(name)
+    };
+    // The image as an array of metres, its camera and its pose as others write them.
+    let scan = perception::read_scan(png, &perception::SensorOptions::default()).expect("a scan");
+    let depth = scan.depth.expect("an image");
+    let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (480, 640)}";
+    let mut array = b"\x93NUMPY\x01\x00".to_vec();
+    array.extend((header.len() as u16).to_le_bytes());
+    array.extend(
+        header
+            .bytes()
+            .chain(depth.z_m.iter().flat_map(|z| z.to_le_bytes())),
+    );
+    let array = write("depth.npy", &array);
+    let camera = r#"{"width": 640, "height": 480, "intrinsic_matrix": [525, 0, 0, 0, 525, 0, 319.5, 239.5, 1]}"#;
+    let camera = write("camera.json", camera.as_bytes());
+    let pose = "0 0 1.3 -0.6 0.6 -0.37416573867 0.37416573867";
+    let truth = write(
+        "groundtruth.txt",
+        format!("# t x y z q\n7.5 {pose}\n").as_bytes(),
+    );
+    let log = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+    let log = write("path.log", format!("0 0 1\n{log}1 1 2\n{log}").as_bytes());
+    let surfaces = |name: &str, line: &str, files: &[&Path]| {
+        let told = succeeds(
+            &format!("surfaces -o @ {line}"),
+            &[&[&*at(name)], files].concat(),
+        );
+        (told, read(at(name)))
+    };
+    let plain = format!("@ --sensor xtion --pose {}", pose.replace(' ', ","));
+    let (_, plain) = surfaces("plain.json", &plain, &[png]);
+    let line = format!(
+        "@ --sensor xtion:{} --pose {}@7.52",
+        camera.display(),
+        truth.display()
+    );
+    assert_eq!(surfaces("set.json", &line, &[&array]).1, plain);
+    // In the world of the first camera, levelled by what that one shows.
+    let line = format!(
+        "@ @ --sensor xtion --level --up -0.679,0,-0.734 --pose {0}@0 --pose {0}@1",
+        log.display()
+    );
+    let (told, _) = surfaces("both.json", &line, &[png; 2]);
+    assert_eq!(told.matches("levelled by").count(), 1, "{told}");
+    assert!(told.contains("are one face"), "{told}");
+    let line = format!("surfaces @ --sensor xtion --pose {}@9", truth.display());
+    ends_with(&line, &[png], 2, &["groundtruth.txt", "no pose at 9"]);
+}
+
 /// Two squares of 1 m, one a step of 0.1 m over the other, in a unit of `scale` m, seen from above or below.
 fn step_obj(scale: f64, from_above: bool) -> String {
     let square = |number: usize| {

@@ -15,7 +15,7 @@ const FORMAT: &str = "PNG";
 /// Deflate expands by at most this factor, so a smaller file cannot hold the image it promises.
 const DEFLATE_RATIO_MAX: usize = 1032;
 /// No depth camera has more pixels.
-const PIXELS_MAX: usize = 64 << 20;
+pub(super) const PIXELS_MAX: usize = 64 << 20;
 
 /// Less than this part of the pixels measured in the sensor's range is no range but another unit.
 const IN_RANGE_MIN: f64 = 0.1;

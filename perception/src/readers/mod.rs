@@ -7,6 +7,9 @@
 mod bag;
 mod capture;
 mod depth_png;
+mod e57;
+mod las;
+mod npy;
 mod pcd;
 mod ply;
 mod vlp16;
@@ -73,32 +76,65 @@ pub fn read_scan(path: &Path, options: &SensorOptions) -> Result<Scan, Error> {
 pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<Scan, Error> {
     let sensor = Sensor::named(&options.sensor)?;
     let format = format_of(path, bytes);
-    if options.bag != BagOptions::default() && !matches!(format, Some(Format::Mcap)) {
+    let (asked, topic) = (&options.bag, options.bag.topic.as_deref());
+    let unasked = match format {
+        Some(Format::Mcap) => true,
+        Some(Format::E57) => asked.at_s.is_none() && asked.frame.is_none(),
+        _ => *asked == BagOptions::default(),
+    };
+    if !unasked {
         let cause = "topic, time and frame are of a ROS 2 bag (MCAP), which this is not";
         return Err(Error::field(path, "format", cause));
     }
+    let still = Isometry3::identity();
+    let mut notes = Vec::new();
+    let image = |size, units: Vec<f32>, unit_m| {
+        let units = units.into_iter();
+        let depth = depth_png::metric(path, size, units, unit_m, sensor, options)?;
+        Ok((depth.to_cloud(), Some(depth), still))
+    };
     let (cloud, depth, pose) = match format {
         Some(Format::Png) => {
             let (size, units) = depth_png::decode(path, bytes)?;
-            let units = units.into_iter().map(f32::from);
-            let depth =
-                depth_png::metric(path, size, units, sensor.depth_scale_m, sensor, options)?;
-            (depth.to_cloud(), Some(depth), Isometry3::identity())
+            let units = units.into_iter().map(f32::from).collect();
+            image(size, units, sensor.depth_scale_m)?
+        }
+        Some(Format::Npy) => {
+            let depths = npy::decode(path, bytes)?;
+            let unit_m = if depths.metres {
+                1.0
+            } else {
+                sensor.depth_scale_m
+            };
+            image(depths.size, depths.units, unit_m)?
         }
         Some(Format::Pcd) => {
             let (cloud, pose) = pcd::parse(path, bytes)?;
             let depth = DepthImage::from_organised(&cloud);
             (cloud, depth, pose)
         }
-        Some(Format::Ply) => (ply::parse(path, bytes)?, None, Isometry3::identity()),
-        Some(Format::Mcap) => return bag::parse(path, bytes, sensor, options),
-        None => {
-            return Err(Error::UnknownFormat {
-                path: path.to_owned(),
-            });
+        Some(Format::Ply) => (ply::parse(path, bytes)?, None, still),
+        Some(Format::Las) => (
+            near(path, las::parse(path, bytes)?, &mut notes),
+            None,
+            still,
+        ),
+        Some(Format::E57) => {
+            let (points, pose) = e57::parse(path, bytes, topic)?;
+            (near(path, points.into_iter(), &mut notes), None, pose)
         }
+        Some(Format::Mcap) => return bag::parse(path, bytes, sensor, options),
+        None => return Err(unknown(path)),
     };
-    scan(path, cloud, depth, pose, sensor, options)
+    let mut scan = scan(path, cloud, depth, pose, sensor, options)?;
+    scan.notes = notes;
+    Ok(scan)
+}
+
+fn unknown(path: &Path) -> Error {
+    Error::UnknownFormat {
+        path: path.to_owned(),
+    }
 }
 
 /// The scan of a depth image that is at hand: `size` is width and height, `units` its pixels row by row in
@@ -193,15 +229,11 @@ pub fn parse_lidar(path: &Path, bytes: &[u8], sweep: Option<usize>) -> Result<Li
                 cloud.invalid = cloud.invalid.max(points.invalid);
                 whole(cloud)
             }
-            Some(Format::Png | Format::Mcap) => {
-                let cause = "is no file of a LiDAR's cloud";
+            Some(_) => {
+                let cause = "is no file of a LiDAR's sweeps";
                 return Err(Error::field(path, "format", cause));
             }
-            None => {
-                return Err(Error::UnknownFormat {
-                    path: path.to_owned(),
-                });
-            }
+            None => return Err(unknown(path)),
         }
     };
     if scan.cloud.is_empty() {
@@ -213,35 +245,69 @@ pub fn parse_lidar(path: &Path, bytes: &[u8], sweep: Option<usize>) -> Result<Li
     Ok(scan)
 }
 
+#[derive(Clone, Copy)]
 enum Format {
     Png,
+    Npy,
     Pcd,
     Ply,
+    Las,
+    E57,
     Mcap,
 }
 
 /// The format by the first bytes, else by the extension.
 fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
-    let extension = path
-        .extension()
-        .and_then(|e| e.to_str())
-        .map(str::to_ascii_lowercase);
-    if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
-        Some(Format::Png)
-    } else if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
-        Some(Format::Ply)
-    } else if bytes.starts_with(b"# .PCD") || bytes.starts_with(b"VERSION") {
-        Some(Format::Pcd)
-    } else if bag::is_mcap(bytes) {
-        Some(Format::Mcap)
-    } else {
-        match extension.as_deref() {
-            Some("png") => Some(Format::Png),
-            Some("pcd") => Some(Format::Pcd),
-            Some("ply") => Some(Format::Ply),
-            _ => None,
-        }
+    if bag::is_mcap(bytes) {
+        return Some(Format::Mcap);
     }
+    let begins: [(&[u8], Format); 8] = [
+        (b"\x89PNG\r\n\x1a\n", Format::Png),
+        (npy::MAGIC, Format::Npy),
+        (b"ply\n", Format::Ply),
+        (b"ply\r", Format::Ply),
+        (b"# .PCD", Format::Pcd),
+        (b"VERSION", Format::Pcd),
+        (las::MAGIC, Format::Las),
+        (e57::MAGIC, Format::E57),
+    ];
+    if let Some((_, format)) = begins.into_iter().find(|(m, _)| bytes.starts_with(m)) {
+        return Some(format);
+    }
+    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+    match extension.as_str() {
+        "png" => Some(Format::Png),
+        "pcd" => Some(Format::Pcd),
+        "ply" => Some(Format::Ply),
+        _ => None,
+    }
+}
+
+/// Farther from the origin than this, m, single precision is coarser than .1 mm.
+const FAR_M: f64 = 1e3;
+
+/// The cloud of points that may have a survey's coordinates, and a note where they are counted from elsewhere then.
+fn near(
+    path: &Path,
+    points: impl Iterator<Item = [f64; 3]> + Clone,
+    notes: &mut Vec<String>,
+) -> PointCloud {
+    let finite = |p: &[f64; 3]| p.iter().all(|c| c.is_finite());
+    let least = points.clone().filter(finite);
+    let least = least.fold([f64::MAX; 3], |least, p| {
+        [0, 1, 2].map(|i| least[i].min(p[i]))
+    });
+    let far = least.iter().any(|c| c.abs() > FAR_M && *c < f64::MAX);
+    let origin = least.map(|c| if far { c.floor() } else { 0.0 });
+    if far {
+        let [x, y, z] = origin;
+        let name = path.display();
+        notes.push(format!(
+            "{name}: coordinates are counted from {x}, {y}, {z}"
+        ));
+    }
+    let moved = points.map(|p| [0, 1, 2].map(|i| (p[i] - origin[i]) as f32));
+    tidy(moved.collect(), None)
 }
 
 /// Drops the invalid points of a cloud without a grid, marks them all NaN in one with a grid.

@@ -142,6 +142,99 @@ fn depth_png() -> Vec<u8> {
     png(64, 48, png::BitDepth::Sixteen, &row.repeat(48))
 }
 
+/// The image of [`depth_png`] as numpy saves it.
+fn npy(descr: &str, fortran: bool, element: impl Fn(u16) -> Vec<u8>) -> Vec<u8> {
+    let order = if fortran { "True" } else { "False" };
+    let header = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': (48, 64), }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.bytes());
+    let of = |u: usize| element(if u < 32 { 1000 } else { 0 });
+    bytes.extend((0..48 * 64).flat_map(|i| of(if fortran { i / 48 } else { i % 64 })));
+    bytes
+}
+
+fn las(minor: u8, offset: f64) -> Vec<u8> {
+    let mut bytes = vec![0; if minor < 4 { 227 } else { 375 }];
+    let start = bytes.len() as u32;
+    bytes[..4].copy_from_slice(b"LASF");
+    bytes[25] = minor;
+    bytes[96..100].copy_from_slice(&start.to_le_bytes());
+    bytes[105..107].copy_from_slice(&28_u16.to_le_bytes());
+    if minor < 4 {
+        bytes[107..111].copy_from_slice(&4_u32.to_le_bytes());
+    } else {
+        bytes[247..255].copy_from_slice(&4_u64.to_le_bytes());
+    }
+    for axis in 0..3 {
+        bytes[131 + 8 * axis..][..8].copy_from_slice(&0.05_f64.to_le_bytes());
+        bytes[155 + 8 * axis..][..8].copy_from_slice(&offset.to_le_bytes());
+    }
+    for point in expected() {
+        bytes.extend(
+            point
+                .iter()
+                .flat_map(|c| ((c * 20.0).round() as i32).to_le_bytes()),
+        );
+        bytes.extend([0; 16]);
+    }
+    bytes
+}
+
+fn e57() -> Vec<u8> {
+    use e57::{Record, RecordValue};
+    let fields = vec![
+        Record::CARTESIAN_X_F32,
+        Record::CARTESIAN_Y_F32,
+        Record::CARTESIAN_Z_F32,
+    ];
+    e57_of(&["far", "near"], &fields, RecordValue::Single)
+}
+
+fn e57_of(
+    names: &[&str],
+    fields: &[e57::Record],
+    value: impl Fn(f32) -> e57::RecordValue,
+) -> Vec<u8> {
+    let mut file = std::io::Cursor::new(Vec::new());
+    let mut writer = e57::E57Writer::new(&mut file, "file").unwrap();
+    for name in names {
+        let mut points = writer.add_pointcloud(name, fields.to_vec()).unwrap();
+        points.set_name(Some((*name).into()));
+        let [w, x, y, z] = [0.5; 4];
+        points.set_transform(Some(e57::Transform {
+            rotation: e57::Quaternion { w, x, y, z },
+            translation: e57::Translation {
+                x: 1.0,
+                y: 2.0,
+                z: 3.0,
+            },
+        }));
+        for point in POINTS {
+            points.add_point(point.map(&value).into()).unwrap();
+        }
+        points.finalize().unwrap();
+    }
+    writer.finalize().unwrap();
+    drop(writer);
+    file.into_inner()
+}
+
+/// Every page of an E57 file with its true sum, so that what is changed in it is read.
+fn resealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    bytes.resize(bytes.len().next_multiple_of(1024), 0);
+    for page in bytes.chunks_exact_mut(1024) {
+        let (data, sum) = page.split_at_mut(1020);
+        let crc = !data.iter().fold(!0, |crc: u32, &byte| {
+            (0..8).fold(crc ^ u32::from(byte), |c, _| {
+                (c >> 1) ^ (0x82f6_3b78 & (c & 1).wrapping_neg())
+            })
+        });
+        sum.copy_from_slice(&crc.to_be_bytes());
+    }
+    bytes
+}
+
 #[test]
 fn every_encoding_of_pcd_gives_the_same_points_and_viewpoint() {
     for bytes in [pcd_ascii(), pcd_binary(6, 1), pcd_compressed()] {
@@ -188,6 +281,108 @@ fn a_depth_png_gives_metres_points_and_scaled_intrinsics() {
     assert!((f64::from(x) + 2.0 * k.cx / k.fx).abs() < 1e-6);
     assert!((f64::from(y) + 2.0 * k.cy / k.fy).abs() < 1e-6);
     assert_eq!(z, 2.0);
+}
+
+#[test]
+fn a_depth_array_is_the_depth_image_it_came_from() {
+    let image = parse("a.png", &depth_png()).unwrap();
+    let le = |z: u16| z.to_le_bytes().to_vec();
+    let metres = |z: u16| (f32::from(z) * 1e-3).to_be_bytes().to_vec();
+    for bytes in [
+        npy("<u2", false, le),
+        npy("<u2", true, le),
+        npy(">f4", false, metres),
+        npy("<f8", true, |z| {
+            (f64::from(z) * 1e-3).to_le_bytes().to_vec()
+        }),
+    ] {
+        assert_eq!(parse("a.npy", &bytes).unwrap().depth, image.depth);
+    }
+    let text = |from: &str, to: &str| {
+        let bytes = npy("<u2", false, le);
+        let at = bytes
+            .windows(from.len())
+            .position(|w| w == from.as_bytes())
+            .unwrap();
+        let mut bytes = bytes;
+        bytes[at..at + from.len()].copy_from_slice(to.as_bytes());
+        bytes
+    };
+    for (bytes, said) in [
+        (text("<u2", "|b1"), "descr: |\"b1\" is none of"),
+        (
+            text("(48, 64)", "(9,9, 9)"),
+            "shape: [9, 9, 9] is no depth image's",
+        ),
+        (
+            text("(48, 64)", "(48,965)"),
+            "shape: 965x48 of u2 cannot be in 6144 bytes",
+        ),
+        (text("'shape'", "'shepe'"), "shape: is missing"),
+        (
+            npy("<u2", false, le)[..20].to_vec(),
+            "header: ends in the middle",
+        ),
+    ] {
+        let message = refusal("a.npy", &bytes);
+        assert!(message.contains(said), "{message}");
+    }
+}
+
+#[test]
+fn surveys_are_read_near_their_origin_and_in_their_scanners_frames() {
+    for minor in [2, 4] {
+        let scan = parse("a.las", &las(minor, 0.0)).unwrap();
+        assert_eq!(finite(&scan), expected());
+        assert!(scan.notes.is_empty());
+    }
+    // Coordinates of a map: counted from the least, in whole metres.
+    let scan = parse("a.las", &las(2, 5e5)).unwrap();
+    assert!(
+        scan.notes[0].contains("counted from 499999, 499999, 500000"),
+        "{:?}",
+        scan.notes
+    );
+    for (near, point) in finite(&scan).iter().zip(expected()) {
+        assert!((near[0] - point[0] - 1.0).abs() < 1e-6 && near[2] == point[2]);
+    }
+    let mut packed = las(2, 0.0);
+    packed[104] = 0x83;
+    assert!(refusal("a.las", &packed).contains("packed (LAZ)"));
+    let mut many = las(2, 0.0);
+    many[107..111].fill(255);
+    assert!(refusal("a.las", &many).contains("4294967295 of 28 bytes cannot be in 112 bytes"));
+
+    assert!(
+        refusal("a.e57", &e57())
+            .contains("2 scans; name one of them as topic: 0 \"far\", 1 \"near\"")
+    );
+    // Points that take no byte of the file could be any number.
+    let fields = [
+        e57::RecordName::CartesianX,
+        e57::RecordName::CartesianY,
+        e57::RecordName::CartesianZ,
+    ];
+    let fields = fields.map(|name| e57::Record {
+        name,
+        data_type: e57::RecordDataType::Integer { min: 5, max: 6 },
+    });
+    let mut constant = e57_of(&["one"], &fields, |_| e57::RecordValue::Integer(5));
+    let most = b"maximum=\"6\"";
+    while let Some(at) = constant.windows(most.len()).position(|w| w == most) {
+        constant[at + most.len() - 2] = b'5';
+    }
+    assert!(
+        refusal("a.e57", &resealed(constant)).contains("3 fields without coordinates that vary")
+    );
+    for topic in ["near", "1"] {
+        let mut options = SensorOptions::default();
+        options.bag.topic = Some(topic.into());
+        let scan = parse_scan(Path::new("a.e57"), &e57(), &options).unwrap();
+        assert_eq!((finite(&scan), scan.cloud.invalid), (expected(), 2));
+        let moved = scan.X_WV * nalgebra::Point3::new(1.0, 0.0, 0.0);
+        assert!((moved - nalgebra::Point3::new(1.0, 3.0, 3.0)).norm() < 1e-9);
+    }
 }
 
 #[test]
@@ -399,7 +594,9 @@ pub fn mutated(bytes: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
 
 /// Reads what may be anything: a scan holds a finite point, an error names the file.
 fn survives(name: &str, bytes: &[u8]) {
-    match parse(name, bytes) {
+    let mut options = SensorOptions::default();
+    options.bag.topic = name.ends_with("e57").then(|| "1".into());
+    match parse_scan(Path::new(name), bytes, &options) {
         Ok(scan) => {
             assert!(scan.cloud.finite().next().is_some());
             if let Some((w, h)) = scan.cloud.organised {
@@ -446,6 +643,27 @@ proptest! {
     #[test]
     fn mutated_png_survives(bytes in mutated(depth_png())) {
         survives("m.png", &bytes);
+    }
+
+    #[test]
+    fn mutated_npy_survives(bytes in mutated(npy("<u2", false, |z| z.to_le_bytes().to_vec()))) {
+        survives("m.npy", &bytes);
+    }
+
+    #[test]
+    fn mutated_las_survives(bytes in mutated(las(4, 0.0))) {
+        survives("m.las", &bytes);
+    }
+
+    #[test]
+    fn mutated_e57_survives(bytes in mutated(e57()), at in 0_usize..16, digit in b'0'..=b'9') {
+        // Now and then a number of the prototype or of the points.
+        let mut bytes = bytes;
+        let marks: Vec<usize> = (2..bytes.len()).filter(|&i| bytes[i - 1] == b'"' && bytes[i].is_ascii_digit()).collect();
+        if let Some(&mark) = marks.get(at) {
+            bytes[mark] = digit;
+        }
+        survives("m.e57", &resealed(bytes));
     }
 }
 
