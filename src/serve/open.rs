@@ -98,7 +98,7 @@ pub(super) fn kind(name: &str) -> Option<Kind> {
         "toml" => Some(Kind::Scene),
         "json" => Some(Kind::Surfaces),
         "stl" | "obj" => Some(Kind::Mesh),
-        "png" | "pcd" | "ply" | "mcap" => Some(Kind::Scan),
+        "png" | "npy" | "pcd" | "ply" | "las" | "e57" | "mcap" => Some(Kind::Scan),
         _ => None,
     }
 }

@@ -1,4 +1,4 @@
-/* scandent viewer; sources sha256:76b25f6cce9170a40b4bb11a787033062e035efb3b832d40339fddc4b04396e5; contains three.js 0.187.0 (MIT, see LICENSE.three) */
+/* scandent viewer; sources sha256:d88bc88482033720b71cae86dabf22326f4d42d5633bfc7ea8fc572cfc4824b1; contains three.js 0.187.0 (MIT, see LICENSE.three) */
 (()=>{/**
  * @license
  * Copyright 2010-2026 Three.js Authors

@@ -4,7 +4,9 @@ import { el } from '../src/dom.js';
 
 const $ = (id) => document.getElementById(id);
 /** Bytes by path. */
-let files = new Map();
+const files = new Map();
+/** The worker of the page that is awaited. */
+let showing = null;
 /** The worker of the plan that is computed, and how far it is, as `serve` tells it. */
 let planning = null;
 let status = { state: 'idle' };
@@ -19,6 +21,7 @@ const program = (async () => {
 async function run(args, { input = '', line = () => {}, began = () => {} } = {}) {
   const compiled = await program;
   const said = [];
+  const given = [...files];
   return new Promise((done, fail) => {
     const url = URL.createObjectURL(new Blob([WORKER], { type: 'text/javascript' }));
     const worker = new Worker(url);
@@ -34,12 +37,14 @@ async function run(args, { input = '', line = () => {}, began = () => {} } = {})
       }
       end();
       const { code, out, files: left } = data.ended;
-      files = new Map(left);
+      const after = new Map(left);
+      for (const [path] of given) if (!after.has(path)) files.delete(path);
+      for (const [path, bytes] of after) files.set(path, bytes);
       list();
       done({ code, text: await new Blob(out).text(), said: said.join('\n') });
     };
     began({ end: () => { end(); done({ code: null, text: '', said: '' }); } });
-    worker.postMessage({ program: compiled, args, input, given: [...files] });
+    worker.postMessage({ program: compiled, args, input, given });
   });
 }
 
@@ -81,9 +86,13 @@ async function ask(path, { method = 'GET', body = '' } = {}) {
 /** Shows a page of the program. */
 async function go(address) {
   const [path, hash = ''] = address.split('#');
+  showing?.end();
+  let mine = null;
+  const began = (worker) => { mine = showing = worker; };
   try {
     say('…');
-    const html = await request('GET', path);
+    const html = await request('GET', path, '', { began });
+    if (mine !== showing) return;
     say('');
     const frame = $('shown');
     frame.onload = () => {
@@ -102,7 +111,7 @@ async function go(address) {
     };
     frame.srcdoc = html;
   } catch (error) {
-    say(error.message, true);
+    if (mine === showing) say(error.message, true);
   }
 }
 
