@@ -10,7 +10,7 @@ use super::partition::{Partition, Region};
 pub(super) const MISFIT_SIGMAS: f64 = 0.5;
 /// The m of [`MISFIT_SIGMAS`], and the same for regions smaller than the error's waves.
 const MISFIT_SYSTEMATICS: f64 = 2.5;
-pub(super) const MISFIT_SYSTEMATICS_SMALL: f64 = 4.0;
+const MISFIT_SYSTEMATICS_SMALL: f64 = 4.0;
 /// The mean step across the common border stays below this many κ (and 2 σ of the mean): the slowly
 /// varying error bends a plane but does not break it.
 const STEP_SYSTEMATICS: f64 = 1.8;

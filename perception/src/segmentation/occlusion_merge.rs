@@ -4,13 +4,13 @@
 //! plane where one explains both and what is seen between them is in front of it.
 
 use super::lattice::{Lattice, PlaneOf, View};
-use super::merge::{MISFIT_SIGMAS, MISFIT_SYSTEMATICS_SMALL};
+use super::merge::MISFIT_SIGMAS;
 use super::moments::Moments;
 use super::partition::{NONE, Partition, Region};
 
-/// Both misfits to the joint plane stay below √((k σ)² + (m κ)²): this is m, for all but regions smaller
-/// than the error's waves.
-const MISFIT_SYSTEMATICS: f64 = 2.0;
+/// Both misfits to the joint plane stay below √((k σ)² + (m κ)²): this is m. Regions apart have no common border that
+/// would show a step.
+const MISFIT_SYSTEMATICS: f64 = 1.5;
 /// A gap is hidden where at least this ratio of its cells is.
 const HIDDEN_RATIO: f64 = 0.7;
 
@@ -74,12 +74,7 @@ fn misfit<L: Lattice>(
     let one = |region: &Region<L::Moments>| {
         let m = &region.moments;
         let excess = m.mean_square(&plane) - m.mean_square(&region.plane);
-        let systematics = if lattice.within_a_wave(m) {
-            MISFIT_SYSTEMATICS_SMALL
-        } else {
-            MISFIT_SYSTEMATICS
-        };
-        excess / lattice.variance(m, &plane, MISFIT_SIGMAS, systematics)
+        excess / lattice.variance(m, &plane, MISFIT_SIGMAS, MISFIT_SYSTEMATICS)
     };
     let worst = one(a).max(one(b));
     worst.is_finite().then_some((worst.max(0.0), plane))
