@@ -47,3 +47,7 @@ scans:
 # Build the viewer's page after a change of its sources
 viewer:
     cd viewer && npm ci && npm run build
+
+# What a release publishes, in target/dist; publishes nothing
+package *ARGS:
+    scripts/package {{ARGS}}

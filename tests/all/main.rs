@@ -14,6 +14,7 @@ mod cli;
 mod documents;
 mod export_formats;
 mod first_robot;
+mod home_page;
 mod interruption;
 mod mjcf_robot;
 mod mutual_imports;

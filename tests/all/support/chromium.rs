@@ -167,6 +167,15 @@ impl Page {
         Ok(())
     }
 
+    /// Shows the page as a screen of that size, px, in its light or dark theme.
+    pub fn show_as(&mut self, (width, height): (u32, u32), theme: &str) -> Result<()> {
+        let screen = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600 });
+        self.call("Emulation.setDeviceMetricsOverride", screen)?;
+        let wanted = json!([{ "name": "prefers-color-scheme", "value": theme }]);
+        self.call("Emulation.setEmulatedMedia", json!({ "features": wanted }))?;
+        Ok(())
+    }
+
     /// Writes a text where the focus is.
     pub fn write(&mut self, text: &str) -> Result<()> {
         self.call("Input.insertText", json!({ "text": text }))?;
