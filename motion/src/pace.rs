@@ -22,9 +22,8 @@ use crate::segment::PhaseTrajectory;
 use crate::spline::Ends;
 pub(crate) use chain::{least_s, samples};
 
-/// Largest number of places of a path at which its limits are computed: those of its samples, between
-/// which they are smooth, where these are no more.
-const PIECES_MAX: usize = 160;
+/// Largest number of pieces of a path between the places at which forces are suited to its law.
+const PIECES_MAX: usize = 120;
 /// For how much more than a law needs forces are suited to it.
 const FARTHER: f64 = 1.5;
 /// Part of the weight below which what is needed has no direction.

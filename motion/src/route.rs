@@ -31,7 +31,7 @@ const EXTRA_M: f64 = 2e-3;
 const EXTRA_TILT_RAD: f64 = 1e-3;
 /// Part of the path over which these additions grow from 0 and fall back to it: the postures at the
 /// ends may be on their bounds.
-const EASE: f64 = 0.1;
+const EASE: f64 = 0.05;
 /// Residual that the projection may leave at a knot, m and rad: samples are closed once more.
 const LEFT: f64 = 1e-3;
 /// Largest difference between a knot at an end and the posture there, m and rad, below what it is none, and

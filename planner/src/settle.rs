@@ -12,8 +12,9 @@ use crate::search::Search;
 
 /// Part of a motion up to which a failure is one of taking off.
 const TAKE_OFF: f64 = 0.2;
-/// A contact change is given its motion once the search has gone on by as many from there: what has
-/// none is cut before much grows on it, and not every leaf is given one.
+/// A contact change is given its motion once the search has gone on by as many from there, or at all where
+/// that of another change from the same stance failed: what has none is cut before much grows on it, and not
+/// every leaf is given one.
 const SETTLED_BEHIND: usize = 2;
 
 impl Search<'_> {
@@ -47,8 +48,12 @@ impl Search<'_> {
     /// all have one. One that has none is cut.
     pub fn settle(&mut self, node: usize) -> Result<bool, Error> {
         let ancestors = std::iter::successors(Some(node), |&i| self.nodes[i].parent);
-        let open = ancestors.skip(SETTLED_BEHIND);
-        let mut open: Vec<usize> = open.take_while(|&i| !self.nodes[i].settled).collect();
+        let fails = |parent: usize| self.nodes[parent].failures > 0;
+        let open = ancestors.enumerate().filter(|&(behind, i)| {
+            let node = &self.nodes[i];
+            !node.settled && (behind >= SETTLED_BEHIND || node.parent.is_some_and(fails))
+        });
+        let mut open: Vec<usize> = open.map(|(_, i)| i).collect();
         while let Some(index) = open.pop() {
             let Some(parent) = self.nodes[index].parent else {
                 continue;

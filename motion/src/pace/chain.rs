@@ -25,7 +25,7 @@ const ROUGHLY: usize = 3;
 const FINALLY: usize = 8;
 /// How often the limits are drawn in where samples exceed them, and how often all is made slower then, each
 /// time farther than what the last samples say: others meet sharp places of the path elsewhere.
-const DRAWN_IN: usize = 2;
+const DRAWN_IN: usize = 1;
 const STRETCHED: usize = 24;
 /// Largest difference of velocities from those of the samples, over what the largest acceleration of a joint
 /// makes of it between two of them: more is a kink.
@@ -49,9 +49,10 @@ pub(crate) fn samples(
 ) -> Vec<(LoadShares, Vec<Paced>)> {
     let paces = phases.iter().map(|phase| Pace::new(context, phase));
     let mut paces: Vec<Pace> = paces.collect();
-    let Some((mut grid, leans)) = suited(&mut paces, context.config) else {
+    let Some(leans) = suited(&mut paces, context.config) else {
         return Vec::new();
     };
+    let mut grid = knots(&mut paces, &leans);
     let (mut slower, mut samples, mut settled) = (1.0, Vec::new(), false);
     for tried in 0..DRAWN_IN + STRETCHED {
         let Some((law, over)) = smooth(&grid, context.config, FINALLY) else {
@@ -79,11 +80,25 @@ pub(crate) fn samples(
     shares.zip(samples).collect()
 }
 
-/// The limits of the phases, and how forces lean that suit the fastest law within them.
-fn suited(paces: &mut [Pace], config: &Config) -> Option<(Grid, Vec<Vec<Lean>>)> {
+/// The limits at every knot of the phases, between which the second derivatives of their paths are linear.
+fn knots(paces: &mut [Pace], leans: &[Vec<Lean>]) -> Grid {
+    let rows = paces.par_iter_mut().zip(leans).map(|(pace, leans)| {
+        let pieces = pace.phase.samples.len() - 1;
+        let rows = (0..=pieces).map(|i| {
+            let s = i as f64 / pieces as f64;
+            let place = pace.place(s, &between(leans, s));
+            binding(pace.rows(&place))
+        });
+        rows.collect()
+    });
+    Grid::new(rows.collect())
+}
+
+/// How forces lean that suit the fastest law of the phases.
+fn suited(paces: &mut [Pace], config: &Config) -> Option<Vec<Vec<Lean>>> {
     let places = paces.par_iter_mut().map(Pace::places);
     let mut places: Vec<Vec<Place>> = places.collect();
-    let mut best: Option<(f64, Grid, Vec<Vec<Lean>>)> = None;
+    let mut best: Option<(f64, Vec<Vec<Lean>>)> = None;
     let mut leans: Vec<Vec<Lean>> = vec![Vec::new(); paces.len()];
     let paces = &*paces;
     for _ in 0..PASSES {
@@ -98,7 +113,7 @@ fn suited(paces: &mut [Pace], config: &Config) -> Option<(Grid, Vec<Vec<Lean>>)>
             break;
         };
         let time = law.duration_s();
-        let before = best.as_ref().map(|(time, ..)| *time);
+        let before = best.as_ref().map(|(time, _)| *time);
         if before.is_some_and(|before| time >= before) {
             break;
         }
@@ -114,12 +129,12 @@ fn suited(paces: &mut [Pace], config: &Config) -> Option<(Grid, Vec<Vec<Lean>>)>
             lean.collect()
         });
         let next = next.collect();
-        best = Some((time, grid, std::mem::replace(&mut leans, next)));
+        best = Some((time, std::mem::replace(&mut leans, next)));
         if before.is_some_and(|before| time > WORTH * before) {
             break;
         }
     }
-    best.map(|(_, grid, leans)| (grid, leans))
+    best.map(|(_, leans)| leans)
 }
 
 /// The samples of every phase by a law, and by how much each of them exceeds what is allowed.

@@ -1,9 +1,9 @@
 //! The dynamics of a phase at one place of its path.
 
-use nalgebra::{Vector3, Vector6};
-use robot_model::{GRAVITY_M_S2, JointKind};
+use nalgebra::{DVector, Vector3, Vector6};
+use robot_model::JointKind;
 
-use super::{Lean, Pace, Parts, Place};
+use super::{Lean, Pace, Place};
 use crate::inverse_dynamics::{BodyForces, joint_torques};
 use crate::sampling::Instance;
 
@@ -17,23 +17,16 @@ impl Pace<'_> {
         kinematics.update(robot, &path.q);
         let (v, a) = (path.v.as_slice(), path.a.as_slice());
         let zero = vec![0.0; v.len()];
-        // What every body needs: under gravity at rest, per s̈, per ṡ².
-        let mut needs: Parts<BodyForces> = Default::default();
-        let states = [
-            (&zero[..], &zero[..], GRAVITY_M_S2),
-            (v, a, 0.0),
-            (&zero[..], v, 0.0),
-        ];
-        // In this order, so that the accelerations left are the velocities over ṡ.
-        for (k, (v, a, g)) in [0, 2, 1].into_iter().zip(states) {
-            let out = &mut needs[k];
-            self.accelerations.forces(robot, kinematics, (v, a), g, out);
+        // What every body needs per s̈ and per ṡ², in this order, so that the accelerations left are the
+        // velocities over ṡ.
+        let accelerations = &mut self.accelerations;
+        accelerations.update(robot, kinematics);
+        let mut needs: [BodyForces; 2] = Default::default();
+        for (k, (v, a)) in [(1, (v, a)), (0, (&zero[..], v))] {
+            accelerations.forces(robot, kinematics, (v, a), &mut needs[k]);
         }
-        let accelerations = &self.accelerations;
-        let coms = robot.bodies.iter().zip(&kinematics.X_WB).enumerate();
         let speed = |body, r: &Vector3<f64>| accelerations.point(body, r).norm();
-        let speeds = coms.map(|(i, (body, X_WB))| speed(i, &(X_WB.rotation * body.com_B)));
-        let speeds = speeds.collect();
+        let speeds = accelerations.of_masses().map(|v| v.norm()).collect();
         let landing = self.phase.task.swing.as_ref().map(|swing| {
             let patch = &robot.patches[swing.patch];
             let p = kinematics.X_WC(patch).translation.vector;
@@ -44,22 +37,23 @@ impl Pace<'_> {
         });
         // What the joints would exert if nothing were touched, and what is needed altogether.
         let com_W = kinematics.com_W;
-        let bare = [0, 1, 2].map(|k| {
+        let mut gravity = DVector::zeros(robot.nv());
+        kinematics.gravity_torques(robot, &mut gravity);
+        let [a, b] = needs.each_mut().map(|needs| {
             let mut tau = vec![0.0; robot.nj()];
-            joint_torques(robot, kinematics, &mut needs[k], &mut tau);
-            tau
-        });
-        let resultants = [0, 1, 2].map(|k| {
-            let (f, m) = needs[k][0];
+            joint_torques(robot, kinematics, needs, &mut tau);
+            let (f, m) = needs[0];
             let m = m + (kinematics.origin_W[0] - com_W).cross(&f);
-            Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z)
+            (tau, Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z))
         });
+        let bare = [gravity.as_slice()[6..].to_vec(), a.0, b.0];
+        let weight = Vector6::z() * gravity[2];
         let joints_W =
             (1..robot.bodies.len()).map(|b| [kinematics.axis_W[b], kinematics.origin_W[b]]);
         let mut place = Place {
             path,
             com_W,
-            needs: resultants,
+            needs: [weight, a.1, b.1],
             loads: self.shares.loads(&at_rest),
             at_rest,
             joints_W: joints_W.collect(),
