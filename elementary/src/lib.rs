@@ -3,6 +3,9 @@
 //! What a C library returns differs in the last bit from that of another, of another version and, where it chooses by
 //! the processor, from itself; a search then may go another way. A program with this crate in it takes them from
 //! [`libm`], whoever calls them: these definitions stand before the C library's. `use elementary as _` puts it in.
+//!
+//! What a compiler knows beforehand, such as the sine of a constant, it still computes itself, in its own machine's way,
+//! and the more of it the more it optimises: two builds are the same where they are optimised alike.
 // To name a function as C does is the one thing here that the compiler cannot check.
 #![allow(unsafe_code)]
 
