@@ -100,6 +100,10 @@ pub enum Command {
 
 /// Parses the command line, runs the command and reports how it ended.
 pub fn main() -> ExitCode {
+    // The one thread of a browser's worker is in our pool before anything makes rayon take it into another.
+    if cfg!(target_os = "wasi") {
+        let _ = threads::pool(None);
+    }
     let mut stdout = Words(Some(std::io::stdout()));
     let parsed = Cli::command().try_get_matches();
     let parsed = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use plan::{Motion, PLAN_FORMAT, Plan};
 use robot_model::Robot;
 
-use crate::provenance::{Inputs, read, sha256};
+use crate::provenance::{Inputs, canonical, read, sha256};
 use crate::robot_files::{BesideUrdf, RobotFiles, Robots};
 
 /// Reads a plan.
@@ -58,7 +58,7 @@ pub fn located(folder: &Path, name: &Path) -> Result<PathBuf> {
         true => Path::new("."),
         false => folder,
     };
-    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let folder = canonical(folder).unwrap_or_else(|_| folder.to_owned());
     let mut there = folder.ancestors().map(|above| above.join(name));
     there.find(|path| path.exists()).with_context(|| {
         let (name, folder) = (name.display(), folder.display());

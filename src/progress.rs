@@ -23,7 +23,8 @@ pub struct ProgressLine {
 impl Default for ProgressLine {
     /// Begins a line.
     fn default() -> Self {
-        let plain = !std::io::stderr().is_terminal();
+        // A browser's worker has no thread to turn a spinner.
+        let plain = cfg!(target_os = "wasi") || !std::io::stderr().is_terminal();
         let bar = if plain {
             ProgressBar::hidden()
         } else {
@@ -32,7 +33,9 @@ impl Default for ProgressLine {
         if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
             bar.set_style(style);
         }
-        bar.enable_steady_tick(TICK);
+        if !plain {
+            bar.enable_steady_tick(TICK);
+        }
         let now = Instant::now();
         Self {
             bar,

@@ -111,9 +111,22 @@ fn unmarked(role: &str, mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
+/// The absolute path of what is there, whatever links lead to it.
+///
+/// # Errors
+/// What the operating system says.
+pub fn canonical(path: &Path) -> std::io::Result<PathBuf> {
+    // WASI does not tell; a browser's files have no links.
+    if cfg!(target_os = "wasi") {
+        path.metadata()?;
+        return std::path::absolute(path);
+    }
+    path.canonicalize()
+}
+
 /// Notes that a file is an input before it is read.
 pub fn will_read(path: &Path) {
-    if let Ok(path) = path.canonicalize() {
+    if let Ok(path) = canonical(path) {
         let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
         read.insert(path);
     }
@@ -146,7 +159,7 @@ fn identity(path: &Path) -> Option<(u64, u64)> {
 
 #[cfg(not(unix))]
 fn identity(path: &Path) -> Option<PathBuf> {
-    path.canonicalize().ok()
+    canonical(path).ok()
 }
 
 /// SHA-256 in hexadecimal.

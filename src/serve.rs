@@ -1,35 +1,33 @@
-//! A server for a browser on this machine: looks at surfaces and scenes, plans, shows the plan.
+//! The page that looks at surfaces and scenes, plans and shows the plan, and what answers it.
 //!
-//! It listens on 127.0.0.1 alone. Every address begins with a token that only who started it has seen, and names
-//! no file outside its folder. Its pages load nothing and ask nobody else.
+//! Requests name no file outside the folder. Its pages load nothing and ask nobody else.
 
 mod folder;
+#[cfg(not(target_os = "wasi"))]
+mod http;
 mod job;
 mod listing;
 mod open;
+#[cfg(target_os = "wasi")]
+mod worker;
 
-use std::io::Read;
+use std::borrow::Cow;
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
-use serde_json::{Value, json};
-use tiny_http::{Header, Method, Request, Response};
+use anyhow::Result;
+use serde_json::Value;
 
 use crate::cli::Global;
 use folder::Folder;
+#[cfg(not(target_os = "wasi"))]
+pub use http::Server;
 use job::Jobs;
+#[cfg(target_os = "wasi")]
+pub use worker::answer;
 
-/// Largest body of a request, bytes.
-const BODY_MAX: usize = 64 << 20;
-/// Bytes of the token.
-const TOKEN: usize = 16;
-
-/// The server.
-pub struct Server {
-    http: tiny_http::Server,
+/// What answers the requests of a page.
+struct Site {
     folder: Folder,
-    token: String,
-    host: String,
     jobs: Jobs,
     global: Global,
 }
@@ -44,81 +42,53 @@ enum Answer {
 #[derive(Debug)]
 struct Refusal(u16, String);
 
-impl Server {
-    /// One for the files of a folder, at a port or at any that is free (0).
-    ///
+impl Site {
     /// # Errors
-    /// A folder that is not there, a port that is taken.
-    pub fn bind(folder: &Path, port: u16, global: &Global) -> Result<Self> {
-        let folder = Folder::new(folder)?;
-        let http = tiny_http::Server::http(("127.0.0.1", port));
-        let http = http.map_err(|cause| anyhow!("127.0.0.1:{port}: {cause}"))?;
-        let mut bytes = [0; TOKEN];
-        getrandom::fill(&mut bytes).context("no random token")?;
-        let address = http.server_addr().to_ip().context("no address")?;
+    /// A folder that is not there.
+    fn new(folder: &Path, global: &Global) -> Result<Self> {
         Ok(Self {
-            http,
-            token: bytes.iter().map(|byte| format!("{byte:02x}")).collect(),
-            host: format!("127.0.0.1:{}", address.port()),
+            folder: Folder::new(folder)?,
             jobs: Jobs::default(),
-            folder,
             global: global.clone(),
         })
     }
 
-    /// Where a browser finds it.
-    pub fn address(&self) -> String {
-        format!("http://{}/{}/", self.host, self.token)
-    }
-
-    /// Answers requests, one after the other.
-    pub fn run(&self) {
-        for mut request in self.http.incoming_requests() {
-            let answer = self.answer(&mut request);
-            if let Err(Refusal(code, why)) = &answer {
-                tracing::info!("{} {}: {code} {why}", request.method(), request.url());
-            }
-            // A browser that has gone away needs no answer.
-            let _ = request.respond(response(answer));
-        }
-    }
-
-    fn answer(&self, request: &mut Request) -> Result<Answer, Refusal> {
-        let host = request.headers().iter().find(|h| h.field.equiv("Host"));
-        // A name of somebody else's that leads here is not asked for by a page of ours.
-        if host.is_none_or(|host| host.value.as_str() != self.host) {
-            return refuse(403, format!("only http://{} is served", self.host));
-        }
-        let url = request.url().to_owned();
-        let path = url.strip_prefix('/').unwrap_or_default();
-        let (token, path) = path.split_once('/').unwrap_or((path, ""));
-        if token != self.token {
-            return refuse(
-                403,
-                "the address has no valid token: take it from the terminal",
-            );
-        }
-        let path = percent_encoding::percent_decode_str(path).decode_utf8();
-        let path = path.map_err(|_| Refusal(400, "the address is no UTF-8".into()))?;
+    /// Answers a request for an address: a path, and after `?sensor=` what took the scan there.
+    fn answer(
+        &self,
+        method: &str,
+        address: &str,
+        body: impl FnOnce() -> Result<Vec<u8>, Refusal>,
+    ) -> Result<Answer, Refusal> {
+        let (path, query) = address.split_once('?').unwrap_or((address, ""));
+        let (path, sensor) = (decoded(path)?, query.strip_prefix("sensor="));
+        let sensor = decoded(sensor.unwrap_or_default())?;
         let (action, rest) = path.split_once('/').unwrap_or((&path, ""));
-        match (request.method(), action) {
-            (Method::Get, "") => Ok(Answer::Page(listing::page(&self.folder)?)),
-            (Method::Get, "edit") => open::edit(&self.folder, rest, &self.global).map(Answer::Page),
-            (Method::Get, "show") => open::show(&self.folder, rest).map(Answer::Page),
-            (Method::Get, "status") => Ok(Answer::Data(self.jobs.status())),
-            (Method::Post, "plan") => {
-                let (scene, surfaces) = asked(&body(request)?)?;
+        match (method, action) {
+            ("GET", "") => Ok(Answer::Page(listing::page(&self.folder)?)),
+            ("GET", "edit") => {
+                open::edit(&self.folder, rest, &sensor, &self.global).map(Answer::Page)
+            }
+            ("GET", "show") => open::show(&self.folder, rest).map(Answer::Page),
+            ("GET", "status") => Ok(Answer::Data(self.jobs.status())),
+            ("POST", "plan") => {
+                let (scene, surfaces) = asked(&body()?)?;
                 let started = self
                     .jobs
                     .start(&self.folder, scene, &surfaces, &self.global);
                 started.map(Answer::Data)
             }
-            (Method::Post, "cancel") => Ok(Answer::Data(self.jobs.cancel())),
+            ("POST", "cancel") => Ok(Answer::Data(self.jobs.cancel())),
             (_, "" | "edit" | "show" | "status") => refuse(405, "this address is read by GET"),
             (_, "plan" | "cancel") => refuse(405, "this address is asked by POST"),
             _ => refuse(404, format!("{action:?}: there is no such address")),
         }
     }
+}
+
+fn decoded(address: &str) -> Result<Cow<'_, str>, Refusal> {
+    let text = percent_encoding::percent_decode_str(address).decode_utf8();
+    text.map_err(|_| Refusal(400, "the address is no UTF-8".into()))
 }
 
 fn refuse<T>(code: u16, why: impl Into<String>) -> Result<T, Refusal> {
@@ -128,17 +98,6 @@ fn refuse<T>(code: u16, why: impl Into<String>) -> Result<T, Refusal> {
 /// What went wrong with what a request names.
 fn bad(error: anyhow::Error) -> Refusal {
     Refusal(400, format!("{error:#}"))
-}
-
-fn body(request: &mut Request) -> Result<Vec<u8>, Refusal> {
-    let mut bytes = Vec::new();
-    let most = BODY_MAX as u64 + 1;
-    let read = request.as_reader().take(most).read_to_end(&mut bytes);
-    read.map_err(|cause| Refusal(400, format!("the body cannot be read: {cause}")))?;
-    match bytes.len() > BODY_MAX {
-        true => refuse(413, format!("the body has more than {BODY_MAX} bytes")),
-        false => Ok(bytes),
-    }
 }
 
 /// The scene (TOML) and the surfaces (JSON) of a request for a plan.
@@ -156,29 +115,4 @@ fn asked(body: &[u8]) -> Result<(toml::Table, String), Refusal> {
             "the body has no \"surfaces\", an object as in surfaces.json",
         ),
     }
-}
-
-fn response(answer: Result<Answer, Refusal>) -> Response<std::io::Cursor<Vec<u8>>> {
-    let (code, kind, text) = match answer {
-        Ok(Answer::Page(html)) => (200, "text/html; charset=utf-8", html),
-        Ok(Answer::Data(data)) => (200, "application/json", data.to_string()),
-        Err(Refusal(code, why)) => (
-            code,
-            "application/json",
-            json!({ "error": why }).to_string(),
-        ),
-    };
-    let headers = [
-        ("Content-Type", kind),
-        ("Cache-Control", "no-store"),
-        ("Referrer-Policy", "no-referrer"),
-        ("X-Content-Type-Options", "nosniff"),
-        ("X-Frame-Options", "DENY"),
-    ];
-    let response = Response::from_string(text).with_status_code(code);
-    let header = |(name, value): &(&str, &str)| Header::from_bytes(*name, *value).ok();
-    headers
-        .iter()
-        .filter_map(header)
-        .fold(response, Response::with_header)
 }

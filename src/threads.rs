@@ -1,6 +1,7 @@
 //! The threads of a command.
 
 use std::num::NonZeroUsize;
+use std::sync::{Arc, OnceLock};
 
 use anyhow::{Context, Result};
 
@@ -21,14 +22,26 @@ pub fn count(text: &str) -> Result<NonZeroUsize, String> {
     }
 }
 
-/// A pool of `threads` workers; of one a processor where none is given.
+/// A pool of `threads` workers; of one a processor where none is given, and the one there is
+/// in a browser's worker.
 ///
 /// # Errors
 /// When the system does not give that many threads.
-pub fn pool(threads: Option<NonZeroUsize>) -> Result<rayon::ThreadPool> {
+pub fn pool(threads: Option<NonZeroUsize>) -> Result<Arc<rayon::ThreadPool>> {
     let count = threads.map_or(0, NonZeroUsize::get);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(count)
-        .build()
-        .with_context(|| format!("cannot start {count} threads"))
+    let build = |builder: rayon::ThreadPoolBuilder| {
+        let pool = builder.build().map(Arc::new);
+        pool.with_context(|| format!("cannot start {count} threads"))
+    };
+    let builder = rayon::ThreadPoolBuilder::new();
+    if !cfg!(target_os = "wasi") {
+        return build(builder.num_threads(count));
+    }
+    // There is one thread, and it can be in one pool.
+    static ONLY: OnceLock<Arc<rayon::ThreadPool>> = OnceLock::new();
+    if let Some(pool) = ONLY.get() {
+        return Ok(Arc::clone(pool));
+    }
+    let pool = build(builder.num_threads(1).use_current_thread())?;
+    Ok(Arc::clone(ONLY.get_or_init(|| pool)))
 }

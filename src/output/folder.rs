@@ -91,6 +91,7 @@ impl Folder {
         let (place, fresh) = (&self.place, self.fresh.path());
         let replaces = place.is_dir();
         if replaces {
+            #[cfg(not(target_os = "wasi"))]
             std::fs::set_permissions(fresh, place.metadata()?.permissions())?;
             for name in others(place, &self.ours)? {
                 // What has no second name here is moved afterwards.
@@ -119,11 +120,11 @@ fn place(path: &Path) -> Result<PathBuf> {
         Err(error) if error.kind() == ErrorKind::NotFound => {
             let name = path.file_name().context("it has no name")?;
             std::fs::create_dir_all(parent(path))?;
-            parent(path).canonicalize()?.join(name)
+            provenance::canonical(parent(path))?.join(name)
         }
         found => {
             found?;
-            path.canonicalize()?
+            provenance::canonical(path)?
         }
     };
     match place.exists() && !place.is_dir() {
@@ -137,7 +138,7 @@ fn check(place: &Path, ours: &[&str]) -> Result<()> {
     if !place.exists() {
         return Ok(());
     }
-    let here = std::env::current_dir().and_then(|here| here.canonicalize());
+    let here = std::env::current_dir().and_then(|here| provenance::canonical(&here));
     if here.is_ok_and(|here| here.starts_with(place)) || mounted(place)? {
         bail!(
             "results replace their folder in one step, which the working folder and the root of a \

@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 use scenes::SceneFile;
 
 use super::{Refusal, refuse};
+use crate::provenance::canonical;
 
 /// The folder.
 pub(super) struct Folder {
@@ -19,7 +20,7 @@ impl Folder {
     /// # Errors
     /// One that is not there.
     pub(super) fn new(path: &Path) -> Result<Self> {
-        let root = path.canonicalize();
+        let root = canonical(path);
         let root = root.with_context(|| format!("{}: cannot be served", path.display()))?;
         anyhow::ensure!(root.is_dir(), "{}: no folder", path.display());
         Ok(Self {
@@ -53,7 +54,7 @@ impl Folder {
     /// A path that a file in the folder names, refused where it, or a link in it, leads out.
     fn inside(&self, path: &Path) -> Result<PathBuf, Refusal> {
         let name = path.strip_prefix(&self.root).unwrap_or(path).display();
-        match path.canonicalize() {
+        match canonical(path) {
             Ok(there) if there.starts_with(&self.root) => Ok(there),
             Ok(_) => refuse(
                 403,

@@ -35,6 +35,8 @@ pub(super) struct Jobs {
 struct Job {
     /// The scene's name.
     name: String,
+    /// The command line that does the same.
+    command: String,
     begin: Instant,
     cancel: AtomicBool,
     state: Mutex<State>,
@@ -65,15 +67,18 @@ impl Jobs {
             return refuse(409, "a plan is being computed: cancel it, or wait");
         }
         let (name, path) = write(folder, scene, surfaces)?;
+        let at = |name: &str| folder.shown().join(name).display().to_string();
+        let (file, out) = (at(&format!("{name}.toml")), at(&format!("out/{name}")));
         let job = Arc::new(Job {
-            name: name.clone(),
+            name,
+            command: format!("scandent plan {file} -o {out}"),
             begin: Instant::now(),
             cancel: AtomicBool::new(false),
             state: Mutex::default(),
         });
         *now = Some(Arc::clone(&job));
-        let (shown, global) = (folder.shown().to_owned(), global.clone());
-        std::thread::spawn(move || {
+        let (asked, global) = (Arc::clone(&job), global.clone());
+        let work = move || {
             let results = path.with_file_name("out").join(&job.name);
             let mut said = Vec::new();
             let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
@@ -87,41 +92,22 @@ impl Jobs {
                 Ok(Err(error)) => ("error", format!("{error:#}")),
                 Err(_) => ("error", "the planner failed: see the terminal".to_owned()),
             };
-            lock(&job.state).ended = Some((how, text, job.begin.elapsed().as_secs_f64()));
-        });
-        let at = |name: &str| shown.join(name).display().to_string();
-        let (scene, results) = (at(&format!("{name}.toml")), at(&format!("out/{name}")));
-        Ok(json!({ "name": name, "command": format!("scandent plan {scene} -o {results}") }))
+            let seconds = job.begin.elapsed().as_secs_f64();
+            job.change(|state| state.ended = Some((how, text, seconds)));
+        };
+        // A browser's worker has one thread: the page hears of the work from `change`.
+        match cfg!(target_os = "wasi") {
+            true => work(),
+            false => drop(std::thread::spawn(work)),
+        }
+        Ok(asked.status())
     }
 
     /// How far it is.
     pub(super) fn status(&self) -> Value {
         let now = lock(&self.now);
-        let Some(job) = now.as_ref() else {
-            return json!({ "state": "idle" });
-        };
-        let state = lock(&job.state);
-        let mut said = json!({ "name": job.name, "stage": state.stage });
-        if let Some(progress) = &state.progress {
-            said["nodes"] = json!(progress.nodes);
-            said["solved"] = json!(progress.solved);
-            said["to_go_m"] = json!(Some(progress.best_distance_m).filter(|d| d.is_finite()));
-        }
-        match &state.ended {
-            None => {
-                said["state"] = json!("running");
-                said["seconds"] = json!(job.begin.elapsed().as_secs_f64());
-            }
-            Some((how, text, seconds)) => {
-                said["state"] = json!(how);
-                said["text"] = json!(text);
-                said["seconds"] = json!(seconds);
-                if *how != "error" {
-                    said["page"] = json!(format!("show/out/{}/view.html", job.name));
-                }
-            }
-        }
-        said
+        now.as_ref()
+            .map_or_else(|| json!({ "state": "idle" }), |job| job.status())
     }
 
     /// Asks what is computed to stop.
@@ -134,6 +120,39 @@ impl Jobs {
 }
 
 impl Job {
+    /// Notes how far it is, and tells a page whose worker this is.
+    fn change(&self, change: impl FnOnce(&mut State)) {
+        change(&mut lock(&self.state));
+        if cfg!(target_os = "wasi") {
+            eprintln!("{}", self.status());
+        }
+    }
+
+    fn status(&self) -> Value {
+        let state = lock(&self.state);
+        let mut said = json!({ "name": self.name, "command": self.command, "stage": state.stage });
+        if let Some(progress) = &state.progress {
+            said["nodes"] = json!(progress.nodes);
+            said["solved"] = json!(progress.solved);
+            said["to_go_m"] = json!(Some(progress.best_distance_m).filter(|d| d.is_finite()));
+        }
+        match &state.ended {
+            None => {
+                said["state"] = json!("running");
+                said["seconds"] = json!(self.begin.elapsed().as_secs_f64());
+            }
+            Some((how, text, seconds)) => {
+                said["state"] = json!(how);
+                said["text"] = json!(text);
+                said["seconds"] = json!(seconds);
+                if *how != "error" {
+                    said["page"] = json!(format!("show/out/{}/view.html", self.name));
+                }
+            }
+        }
+        said
+    }
+
     fn plan(
         &self,
         scene: &std::path::Path,
@@ -151,15 +170,16 @@ impl Job {
         };
         let manner = RunOptions {
             threads: global.threads,
-            stage: &|stage| stage.clone_into(&mut lock(&self.state).stage),
+            stage: &|stage| self.change(|state| stage.clone_into(&mut state.stage)),
             progress: &|progress| {
-                let mut state = lock(&self.state);
-                state.progress = Some(*progress);
                 let stage = match progress.stage {
                     Stage::Search => "searching",
                     Stage::Motion => "looking for motions",
                 };
-                stage.clone_into(&mut state.stage);
+                self.change(|state| {
+                    state.progress = Some(*progress);
+                    stage.clone_into(&mut state.stage);
+                });
             },
             cancel: &self.cancel,
             robots: &Robots::default(),

@@ -6,6 +6,7 @@ use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use serde_json::{Value, json};
 
 use super::folder::Folder;
+use super::open::{Kind, kind};
 use super::{Refusal, bad};
 use crate::template::render;
 
@@ -27,7 +28,9 @@ pub(super) fn page(folder: &Folder) -> Result<String, Refusal> {
     let said = json!({
         "folder": folder.shown().display().to_string(),
         "builtin": builtin.collect::<Vec<_>>(),
-        "scenes": of(|name| name.ends_with(".toml")),
+        "scenes": of(|name| kind(name) == Some(Kind::Scene)),
+        "scans": of(|name| kind(name) == Some(Kind::Scan)),
+        "meshes": of(|name| kind(name) == Some(Kind::Mesh)),
         "surfaces": of(|name| name.ends_with("surfaces.json")),
         "plans": of(|name| Path::new(name).file_name().is_some_and(|n| n == "view.html")),
     });

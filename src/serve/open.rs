@@ -10,13 +10,15 @@ use toml::Table;
 
 use super::folder::Folder;
 use super::{Refusal, bad, refuse};
+use crate::argument;
 use crate::cli::Global;
 use crate::command::view::open_surfaces;
 use crate::config::Config;
 use crate::environment::{self, Perceived, levelled::levelled};
+use crate::environment_flags::ScanFlags;
 use crate::provenance::Inputs;
 use crate::report::Stages;
-use crate::scene::Scene;
+use crate::scene::{Environment, Files, Scene};
 use crate::threads;
 use crate::view::{SurfacesInput, surfaces_page};
 
@@ -33,27 +35,71 @@ const SETTINGS: [&str; 9] = [
     "planner",
 ];
 
-/// The page of surfaces or of a scene: `builtin:NAME`, or a file's name.
-pub(super) fn edit(folder: &Folder, name: &str, global: &Global) -> Result<String, Refusal> {
+/// The page of surfaces, of a scene, of a mesh or of a scan, which is levelled: `builtin:NAME`, or a file's name; of a
+/// scan with the sensor that took it.
+pub(super) fn edit(
+    folder: &Folder,
+    name: &str,
+    sensor: &str,
+    global: &Global,
+) -> Result<String, Refusal> {
     if let Some(scene) = name.strip_prefix("builtin:") {
         let shipped = scenes::builtin(scene);
         let shipped = shipped.ok_or_else(|| Refusal(404, format!("no scene {scene:?} ships")))?;
         return scene_page(scene, shipped.toml, global).map_err(bad);
     }
     let path = folder.file(name)?;
-    match path.extension().and_then(|e| e.to_str()) {
-        Some("json") => surfaces(name, &path, global).map_err(bad),
-        Some("toml") => {
+    match kind(name) {
+        Some(Kind::Scene) => {
             let text = std::fs::read_to_string(&path);
             let text = text.map_err(|cause| Refusal(400, format!("{name}: {cause}")))?;
             let scene = SceneFile::parse(&text).with_context(|| name.to_owned());
             folder.holds(&scene.map_err(bad)?)?;
             scene_page(&path.display().to_string(), &text, global).map_err(bad)
         }
-        _ => refuse(
+        Some(Kind::Surfaces) => surfaces(name, &path, global).map_err(bad),
+        Some(Kind::Mesh) => {
+            let mesh = Environment::Mesh(path.display().to_string());
+            unasked(name, &mesh, global).map_err(bad)
+        }
+        Some(Kind::Scan) => {
+            let sensor = (!sensor.is_empty()).then(|| argument::sensor(sensor));
+            let sensor = sensor.transpose().map_err(|why| Refusal(400, why))?;
+            let how = ScanFlags {
+                sensor,
+                level: true,
+                ..ScanFlags::default()
+            };
+            let scan = how.scans(&[path]).map_err(|why| bad(why.into()))?;
+            unasked(name, &scan, global).map_err(bad)
+        }
+        None => refuse(
             400,
-            format!("{name}: neither surfaces (.json) nor a scene (.toml)"),
+            format!(
+                "{name}: neither a scene (.toml), surfaces (.json), a mesh (.stl, .obj) nor a scan"
+            ),
         ),
+    }
+}
+
+/// What a file that can be edited holds, by its name.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Scene,
+    Surfaces,
+    Mesh,
+    Scan,
+}
+
+/// The kind of a file.
+pub(super) fn kind(name: &str) -> Option<Kind> {
+    let (_, ending) = name.rsplit_once('.')?;
+    match ending.to_ascii_lowercase().as_str() {
+        "toml" => Some(Kind::Scene),
+        "json" => Some(Kind::Surfaces),
+        "stl" | "obj" => Some(Kind::Mesh),
+        "png" | "npy" | "pcd" | "ply" | "las" | "e57" | "mcap" => Some(Kind::Scan),
+        _ => None,
     }
 }
 
@@ -63,29 +109,45 @@ fn surfaces(name: &str, path: &Path, global: &Global) -> Result<String> {
     page(name, &terrain, &[], &config, &Value::Null)
 }
 
+/// The page of the surfaces of an environment of which nothing is asked yet.
+fn unasked(name: &str, source: &Environment, global: &Global) -> Result<String> {
+    let config = Config::layered(None, global)?;
+    let files = Files::Folder(PathBuf::new());
+    let seen = perceived(source, &files, &config, global)?;
+    page(name, &seen.terrain, &seen.cloud_W, &config, &Value::Null)
+}
+
+fn perceived(
+    source: &Environment,
+    files: &Files,
+    config: &Config,
+    global: &Global,
+) -> Result<Perceived> {
+    let (source, _) = levelled(source, files, config)?;
+    let (mut stages, mut inputs) = (Stages::default(), Inputs::default());
+    let read = || environment::perceive(&source, files, config, &mut stages, &mut inputs);
+    threads::pool(global.threads)?.install(read)
+}
+
 /// The page of a scene's surfaces, with what it asks.
 fn scene_page(name: &str, text: &str, global: &Global) -> Result<String> {
     let mut inputs = Inputs::default();
     let scene = Scene::open(name, &mut inputs)?;
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
-    let (source, _) = levelled(&scene.environment, &scene.files, &config)?;
-    let mut stages = Stages::default();
-    let read = || environment::perceive(&source, &scene.files, &config, &mut stages, &mut inputs);
     let Perceived {
         terrain, cloud_W, ..
-    } = threads::pool(global.threads)?.install(read)?;
+    } = perceived(&scene.environment, &scene.files, &config, global)?;
     let mut table: Table = text.parse()?;
     let mut settings = Table::new();
     for key in SETTINGS {
         settings.extend(table.remove(key).map(|value| (key.to_owned(), value)));
     }
-    let asked = json!({
-        "robot": table.get("robot"),
-        "start": table.get("start"),
-        "goal": table.get("goal"),
-        "friction": table.get("friction"),
-        "settings": toml::to_string(&settings)?,
-    });
+    let mut asked = json!({ "settings": toml::to_string(&settings)? });
+    for key in ["robot", "start", "goal", "friction"] {
+        if let Some(value) = table.get(key) {
+            asked[key] = serde_json::to_value(value)?;
+        }
+    }
     page(&scene.name, &terrain, &cloud_W, &config, &asked)
 }
 

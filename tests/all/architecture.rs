@@ -10,6 +10,7 @@ use crate::support::program::{list, root};
 
 /// The crates that each crate may depend on.
 const ARROWS: &[(&str, &str)] = &[
+    ("elementary", ""),
     ("surfaces", ""),
     ("perception", "surfaces"),
     ("calibration", "perception"),
@@ -25,7 +26,7 @@ const ARROWS: &[(&str, &str)] = &[
     ("record", "scenes surfaces"),
     (
         "scandent",
-        "calibration motion perception plan planner posture robot_model scenes simulation surfaces \
+        "calibration elementary motion perception plan planner posture robot_model scenes simulation surfaces \
          verify",
     ),
     (
@@ -36,6 +37,7 @@ const ARROWS: &[(&str, &str)] = &[
 
 /// Third-party crates that only the named crates may use, because one file hides them from the rest.
 const GUARDED: &[(&str, &[&str])] = &[
+    ("libm", &["elementary"]),
     ("parry3d-f64", &["robot_model", "verify"]),
     ("glamx", &["robot_model"]),
     ("clarabel", &["posture"]),

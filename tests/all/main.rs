@@ -45,4 +45,5 @@ mod slow {
     mod verify_leaves;
     mod verify_motion;
     mod verify_scenes;
+    mod web_page;
 }

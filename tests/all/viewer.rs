@@ -133,25 +133,30 @@ fn data_of(html: &str) -> Value {
 
 #[test]
 fn the_bundle_is_that_of_the_sources() {
-    let mut sources: Vec<_> = std::fs::read_dir(root("viewer/src"))
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|e| e == "js"))
-        .collect();
-    sources.sort();
     let mut hash = Sha256::new();
-    sources
-        .iter()
-        .for_each(|source| hash.update(std::fs::read(source).unwrap()));
+    for folder in ["viewer/src", "viewer/web"] {
+        let entries = std::fs::read_dir(root(folder)).unwrap();
+        let mut sources: Vec<_> = entries
+            .map(|entry| entry.unwrap().path())
+            .filter(|path| path.extension().is_some_and(|e| e == "js"))
+            .collect();
+        sources.sort();
+        for source in &sources {
+            hash.update(std::fs::read(source).unwrap());
+        }
+    }
     let hex: String = hash
         .finalize()
         .iter()
         .map(|byte| format!("{byte:02x}"))
         .collect();
-    assert!(
-        fixture_page().contains(&format!("/* scandent viewer; sources sha256:{hex};")),
-        "viewer/dist/viewer.js is older than its sources: run `npm ci && npm run build` in viewer/"
-    );
+    let web = std::fs::read_to_string(root("viewer/dist/web.js")).unwrap();
+    for (name, bundle) in [("viewer", fixture_page()), ("page", web)] {
+        assert!(
+            bundle.contains(&format!("/* scandent {name}; sources sha256:{hex};")),
+            "viewer/dist/ is older than its sources: run `npm ci && npm run build` in viewer/"
+        );
+    }
 }
 
 #[test]

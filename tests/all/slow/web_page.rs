@@ -1,0 +1,137 @@
+//! The page of `scripts/web-page` in a real browser, from a file: what it plans is what the program plans, to the byte;
+//! what a user does there works without a server; a broken file and a cancelled plan leave the page alive.
+
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+use serde_json::json;
+
+use crate::support::chromium::Page;
+use crate::support::program::{root, scandent};
+use crate::viewer::chromium;
+
+/// Largest page, bytes: the program in it is as base64 a third more than compressed, which is at most 6 MB.
+const PAGE_MAX: u64 = 8_000_000;
+
+/// Plans a scene that ships in the page and with the program.
+fn plans_the_same(page: &mut Page, folder: &Path, scene: &str) -> Result<()> {
+    let planned = scandent(&format!("run {scene} -o @"), &[folder]);
+    ensure!(planned.status.success(), "{scene}: no plan");
+    page.evaluate(&format!(
+        "scandentHost.run(['run', '{scene}', '-o', 'all'])"
+    ))?;
+    for file in ["plan.json", "motion.json", "certificate.json"] {
+        let there = page.evaluate(&format!(
+            "new TextDecoder().decode(scandentHost.files().get('all/{scene}/{file}'))"
+        ))?;
+        let here = std::fs::read_to_string(folder.join(scene).join(file))?;
+        ensure!(there == json!(here), "{scene}: {file} differs");
+    }
+    Ok(())
+}
+
+/// Waits until the page that is shown, as `page` there, is as asked.
+fn shown(page: &mut Page, asked: &str) -> Result<()> {
+    page.until(&format!(
+        "(() => {{ const page = document.querySelector('#shown').contentDocument; return Boolean({asked}); }})()"
+    ))
+}
+
+/// Clicks what a selector finds in the page that is shown.
+fn click(page: &mut Page, selector: &str) -> Result<()> {
+    let found =
+        format!("document.querySelector('#shown').contentDocument.querySelector('{selector}')");
+    page.evaluate(&format!("{found}.click()"))?;
+    Ok(())
+}
+
+fn use_it(page: &mut Page) -> Result<()> {
+    // A scene that ships, planned and shown.
+    shown(page, "page?.querySelector('a[href*=\"irregular-stairs\"]')")?;
+    click(page, "a[href*=\"irregular-stairs\"]")?;
+    shown(page, "page.querySelector('#plan')")?;
+    click(page, "#plan")?;
+    shown(
+        page,
+        "page.querySelector('#verdict')?.textContent.includes('PASS')",
+    )?;
+    ensure!(page.evaluate("scandentHost.files().has('out/irregular-stairs/motion.json')")? == true);
+
+    // A scan is levelled.
+    let scan = std::fs::read(root("scenes/scenes/irregular-stairs_depth.png"))?;
+    page.evaluate(&format!(
+        "scandentHost.add([['stairs.png', new Blob([new Uint8Array({})])]])",
+        json!(scan)
+    ))?;
+    page.evaluate("scandentHost.go('edit/stairs.png?sensor=xtion')")?;
+    shown(
+        page,
+        "page.querySelector('#panel')?.textContent.includes('Faces (')",
+    )?;
+
+    // Files that are none; the page goes on, with a mesh and a plan on it that is cancelled.
+    page.evaluate(
+        "scandentHost.add(['a.png', 'a.obj', 'a.mcap', 'a.toml', 'surfaces.json'].map((name) => [name, new Blob(['\\x89PNG\\0\\xff['])]))",
+    )?;
+    for name in ["a.png", "a.obj", "a.mcap", "a.toml", "surfaces.json"] {
+        page.evaluate(&format!("scandentHost.go('edit/{name}')"))?;
+        let said = page.evaluate("document.querySelector('#said.bad').textContent")?;
+        ensure!(
+            said.as_str().is_some_and(|said| said.contains(name)),
+            "{name}: {said}"
+        );
+    }
+    page.evaluate(
+        "scandentHost.add([['floor.obj', new Blob(['v -5 -2 0\\nv 195 -2 0\\nv 195 2 0\\nv -5 2 0\\nf 1 2 3 4\\n'])]])",
+    )?;
+    page.evaluate("scandentHost.go('edit/floor.obj')")?;
+    shown(
+        page,
+        "page.querySelector('#panel')?.textContent.includes('Faces (1)')",
+    )?;
+    let fields = "document.querySelector('#shown').contentDocument.querySelector";
+    page.evaluate(&format!(
+        "{fields}('#goal_x').value = 180; {fields}('#goal_y').value = 0"
+    ))?;
+    click(page, "#plan")?;
+    shown(
+        page,
+        "page.querySelector('#state').textContent.includes('contact sets')",
+    )?;
+    click(page, "#cancel")?;
+    shown(
+        page,
+        "page.querySelector('#state').textContent.includes('No plan was found')",
+    )
+}
+
+#[test]
+fn the_page_plans_without_a_server_what_the_program_plans() {
+    let Some(chromium) = chromium() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let added = Command::new("rustup")
+        .args(["target", "add", "wasm32-wasip1"])
+        .status();
+    if !added.is_ok_and(|status| status.success()) {
+        eprintln!(
+            "\n!!!!! SKIPPED: no target wasm32-wasip1 (offline?): the page was opened by nobody !!!!!\n"
+        );
+        return;
+    }
+    let built = Command::new(root("scripts/web-page"))
+        .arg(folder.path())
+        .status();
+    assert!(built.is_ok_and(|status| status.success()));
+    let file = folder.path().join("index.html");
+    assert!(file.metadata().unwrap().len() < PAGE_MAX);
+    let address = format!("file://{}", file.display());
+    let mut page = Page::open(&chromium, &address, (1100, 760)).unwrap();
+    let scenes = ["irregular-stairs", "slope-and-hand"];
+    let done = use_it(&mut page).and_then(|()| {
+        let mut scenes = scenes.iter();
+        scenes.try_for_each(|scene| plans_the_same(&mut page, folder.path(), scene))
+    });
+    done.with_context(|| page.complaints().join("\n")).unwrap();
+    assert!(page.complaints().is_empty(), "{:?}", page.complaints());
+}
