@@ -16,6 +16,7 @@ from ._arguments import (
     Array, Config, PathLike, each, listed, mapping, matrix, number, numbers, of, options, path, pose, text, whole, write
 )
 from ._errors import InputError, NoPlan, Refused, Undecided, Unsolved
+from ._rerun import to_rerun
 from ._robot import Robot
 from ._terrain import Terrain
 
@@ -201,6 +202,15 @@ class Plan:
         if file is not None:
             write(file, page.html)
         return page
+
+    def to_rerun(self, file: Optional[PathLike] = None, application: str = "scandent") -> Any:
+        """The plan as a stream of Rerun, written to ``file`` (``.rrd``) where there is one.
+
+        Of ``world`` what may be touched, the robot's links moved along the motion (s, 20 times a second, on the timeline
+        ``time``), contacts and forces; ``joints`` (rad, rad/s, Nm) and ``phase``. Returns the ``RecordingStream``, to
+        ``spawn`` or ``connect`` before it is dropped. Raises ``InputError`` where ``scandent[rerun]`` is not installed.
+        """
+        return to_rerun(self, None if file is None else path(file, "file"), application)
 
     def __repr__(self) -> str:
         motion = self.record.get("motion")

@@ -233,3 +233,24 @@ def test_a_recording_of_a_plan_is_as_its_schemas_say(climb: scandent.Plan) -> No
     attached = [a for a in reader.iter_attachments()]
     assert json.loads(attached[0].data) == climb.record
     assert climb.export("mcap") == climb.export("mcap")
+
+
+def test_rerun_is_given_the_motion(climb: scandent.Plan, tmp_path: Path) -> None:
+    pytest.importorskip("rerun", reason="SKIPPED: no rerun (pip install rerun-sdk)")
+    chunk = pytest.importorskip("rerun.chunk")
+    motion, file = climb.motion, tmp_path / "plan.rrd"
+    assert motion is not None
+    climb.to_rerun(file).disconnect()
+    base: List[Any] = []
+    links = set()
+    for part in chunk.RrdReader(str(file)).stream().to_chunks():
+        links.add(str(part.entity_path))
+        if str(part.entity_path) == "/world/BODY":
+            rows = part.to_record_batch()
+            moved = rows.column("Transform3D:translation").to_pylist()
+            base += zip(rows.column("time").cast("int64").to_pylist(), [place[0] for place in moved])
+    times, places = zip(*sorted(base))
+    np.testing.assert_allclose(places[-1], motion.q[-1, :3], atol=1e-5)
+    assert times[-1] * 1e-9 == pytest.approx(motion.duration_s, abs=1e-3)
+    assert {"/joints/position", "/phase", "/world/contacts/contacts/arrows", "/world/BODY/shape/cubes"} <= links
+    assert any(one.startswith("/world/world/") and one.endswith("/triangles") for one in links)
