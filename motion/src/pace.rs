@@ -133,7 +133,10 @@ impl<'a> Pace<'a> {
         let part = if better { 1.0 } else { 0.0 };
         let along = w.transpose() * (part / square);
         let off = leaning.iter().zip(&plain).zip(&place.loads);
-        let off = off.map(|((f, g), load)| (f - g) * along / load.max(UNLOADED_N));
+        let off = off.map(|((f, g), load)| match *load > UNLOADED_N {
+            true => (f - g) * along / *load,
+            false => Matrix3x6::zeros(),
+        });
         off.collect()
     }
 
