@@ -1,4 +1,4 @@
-/* scandent viewer; sources sha256:d88bc88482033720b71cae86dabf22326f4d42d5633bfc7ea8fc572cfc4824b1; contains three.js 0.187.0 (MIT, see LICENSE.three) */
+/* scandent viewer; sources sha256:3370a97a61a60a1f1f10864af2e29f03fb93bcd5bb137eaec2ce7542e3a9edf4; contains three.js 0.187.0 (MIT, see LICENSE.three) */
 (()=>{/**
  * @license
  * Copyright 2010-2026 Three.js Authors

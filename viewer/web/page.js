@@ -83,6 +83,9 @@ async function ask(path, { method = 'GET', body = '' } = {}) {
   });
 }
 
+/** Where files can be added, as the page begins. */
+const HINT = $('said').textContent;
+
 /** Shows a page of the program. */
 async function go(address) {
   const [path, hash = ''] = address.split('#');
@@ -93,7 +96,7 @@ async function go(address) {
     say('…');
     const html = await request('GET', path, '', { began });
     if (mine !== showing) return;
-    say('');
+    say(path ? '' : HINT);
     const frame = $('shown');
     frame.onload = () => {
       frame.contentWindow.location.hash = hash;
