@@ -4,7 +4,11 @@ mod bound;
 mod ground;
 mod lidar_mounts;
 mod published_figures;
-mod robustness;
-mod sensor_models;
 mod support;
 mod table_a1;
+
+/// What takes more than a few seconds.
+mod slow {
+    mod robustness;
+    mod sensor_models;
+}

@@ -4,7 +4,6 @@
 mod any_cloud;
 mod any_image;
 mod bags;
-mod insets;
 mod lidar_clouds;
 mod obstructed_ramps;
 mod outline_edges;
@@ -13,10 +12,15 @@ mod perceive;
 mod ramps;
 mod readers;
 mod real_scans;
-mod registered_worlds;
 mod several_scans;
 mod shapes;
 mod simulated;
 mod support;
 mod surroundings;
 mod voxels;
+
+/// What takes more than a few seconds.
+mod slow {
+    mod insets;
+    mod registered_worlds;
+}
