@@ -11,9 +11,6 @@ use surfaces::{WORLD_M, beyond_world};
 use crate::dataset;
 use crate::provenance::STANDARD;
 
-/// How far a quaternion's length may be from 1: written decimals.
-const UNIT_TOLERANCE: f64 = 1e-3;
-
 /// Comma-separated numbers within [`WORLD_M`], as many as one of `counts` says.
 ///
 /// # Errors
@@ -111,20 +108,18 @@ pub fn imu(path: &str) -> Result<[f64; 3], String> {
 /// As [`numbers`]; a quaternion that is none of a rotation.
 pub fn pose(text: &str) -> Result<Isometry3<f64>, String> {
     let values = numbers(text, &[3, 6, 7])?;
-    let (x, y, z, rotation) = match values[..] {
-        [x, y, z] => (x, y, z, UnitQuaternion::identity()),
-        [x, y, z, r, p, w] => (x, y, z, UnitQuaternion::from_euler_angles(r, p, w)),
-        [x, y, z, qx, qy, qz, qw] => {
-            let quaternion = Quaternion::new(qw, qx, qy, qz);
-            let length = quaternion.norm();
-            if (length - 1.0).abs() > UNIT_TOLERANCE {
-                return Err(format!("the quaternion has length {length}, not 1"));
-            }
-            (x, y, z, UnitQuaternion::new_normalize(quaternion))
+    match values[..] {
+        [x, y, z] => Ok(Translation3::new(x, y, z).into()),
+        [x, y, z, r, p, w] => {
+            let rotation = UnitQuaternion::from_euler_angles(r, p, w);
+            Ok(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
         }
-        _ => return Err("not a pose".to_owned()),
-    };
-    Ok(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
+        [x, y, z, qx, qy, qz, qw] => {
+            let pose = dataset::rigid([x, y, z], Quaternion::new(qw, qx, qy, qz));
+            pose.map_err(|error| error.to_string())
+        }
+        _ => Err("not a pose".to_owned()),
+    }
 }
 
 /// The pose of a sensor: as [`pose`], or by a trajectory's file ([`dataset::pose`]).

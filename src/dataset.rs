@@ -108,7 +108,11 @@ fn logged(text: &str, key: &str) -> Result<Isometry3<f64>> {
     )
 }
 
-fn rigid(position: [f64; 3], rotation: Quaternion<f64>) -> Result<Isometry3<f64>> {
+/// A pose by its position, m, and a quaternion of length 1.
+///
+/// # Errors
+/// Another length; a position beyond the world.
+pub fn rigid(position: [f64; 3], rotation: Quaternion<f64>) -> Result<Isometry3<f64>> {
     let length = rotation.norm();
     let is_one = (length - 1.0).abs() <= ROTATION_TOLERANCE;
     ensure!(is_one, "the quaternion has length {length}, not 1");

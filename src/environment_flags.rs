@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use nalgebra::Isometry3;
+use perception::is_depth_image;
 use scenes::scene_file::ScanSource;
 
 use crate::argument::{self, SensorFlag, Times};
@@ -83,19 +84,10 @@ impl ScanFlags {
     }
 
     fn source(&self, number: usize, at_s: Option<&f64>, file: &Path) -> ScanSource {
-        let is_image = match provenance::is_standard(file) {
-            // Its first bytes tell; what cannot be read is said where it is read.
-            true => provenance::read("scan", file).is_ok_and(|bytes| {
-                [&b"\x89PNG"[..], b"\x93NUMPY"]
-                    .iter()
-                    .any(|magic| bytes.starts_with(magic))
-            }),
-            false => (file.extension()).is_some_and(|e| {
-                ["png", "npy"]
-                    .iter()
-                    .any(|image| e.eq_ignore_ascii_case(image))
-            }),
-        };
+        // Of the standard input the first bytes tell; what cannot be read is said where it is read.
+        let standard = provenance::is_standard(file).then(|| provenance::read("scan", file));
+        let bytes = standard.and_then(Result::ok).unwrap_or_default();
+        let is_image = is_depth_image(file, &bytes);
         let name = file.display().to_string();
         let pose = self.pose.get(number);
         let flag = self.sensor.clone().unwrap_or_default();

@@ -63,8 +63,8 @@ pub use extraction::{Extraction, Segmentation, Statistics};
 pub use ground_pose::{GroundPose, ground_pose, up_by_planes};
 pub use perceive::{Notice, Perception, PosedScan, perceive};
 pub use readers::{
-    BagOptions, LidarScan, SensorOptions, depth_scan, parse_lidar, parse_scan, read_lidar,
-    read_scan,
+    BagOptions, LidarScan, SensorOptions, depth_scan, is_depth_image, parse_lidar, parse_scan,
+    read_lidar, read_scan,
 };
 pub use registration::{Registration, RegistrationConfig, register};
 pub use scan::{DepthImage, PointCloud, Scan};

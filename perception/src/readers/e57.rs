@@ -4,8 +4,10 @@ use std::io::Cursor;
 use std::path::Path;
 
 use e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType, RecordName};
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::Isometry3;
+use surfaces::WORLD_M;
 
+use super::stated_pose;
 use crate::Error;
 
 const FORMAT: &str = "E57";
@@ -87,14 +89,9 @@ fn pose(path: &Path, scan: &PointCloud) -> Result<Isometry3<f64>, Error> {
         return Ok(Isometry3::identity());
     };
     let (r, t) = (&pose.rotation, &pose.translation);
-    let rotation = Quaternion::new(r.w, r.x, r.y, r.z);
-    if !((rotation.norm() - 1.0).abs() < 1e-3 && [t.x, t.y, t.z].iter().all(|c| c.is_finite())) {
-        let cause = "is no pose: its quaternion has another length than 1, or it is not finite";
-        return Err(Error::field(path, "pose", cause));
-    }
-    let rotation = UnitQuaternion::new_normalize(rotation);
-    Ok(Isometry3::from_parts(
-        Translation3::new(t.x, t.y, t.z),
-        rotation,
-    ))
+    let stated = stated_pose([t.x, t.y, t.z], [r.x, r.y, r.z, r.w]);
+    stated.ok_or_else(|| {
+        let cause = format!("is not a position within {WORLD_M} m and a unit quaternion");
+        Error::field(path, "pose", cause)
+    })
 }

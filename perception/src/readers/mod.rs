@@ -16,7 +16,7 @@ mod vlp16;
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 pub use bag::BagOptions;
@@ -77,12 +77,12 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
     let sensor = Sensor::named(&options.sensor)?;
     let format = format_of(path, bytes);
     let (asked, topic) = (&options.bag, options.bag.topic.as_deref());
-    let unasked = match format {
+    let applies = match format {
         Some(Format::Mcap) => true,
         Some(Format::E57) => asked.at_s.is_none() && asked.frame.is_none(),
         _ => *asked == BagOptions::default(),
     };
-    if !unasked {
+    if !applies {
         let cause = "topic, time and frame are of a ROS 2 bag (MCAP), which this is not";
         return Err(Error::field(path, "format", cause));
     }
@@ -129,6 +129,17 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
     let mut scan = scan(path, cloud, depth, pose, sensor, options)?;
     scan.notes = notes;
     Ok(scan)
+}
+
+/// The pose that a file states by a position, m, and a quaternion (x, y, z, w) of length 1 but for written decimals;
+/// none beyond [`surfaces::WORLD_M`].
+fn stated_pose(position_m: [f64; 3], quat_xyzw: [f64; 4]) -> Option<Isometry3<f64>> {
+    let rotation = Quaternion::from_vector(quat_xyzw.into());
+    let is_one = (0.99..=1.01).contains(&rotation.norm());
+    (is_one && surfaces::beyond_world(&position_m).is_none()).then(|| {
+        let rotation = UnitQuaternion::from_quaternion(rotation);
+        Isometry3::from_parts(Vector3::from(position_m).into(), rotation)
+    })
 }
 
 fn unknown(path: &Path) -> Error {
@@ -256,6 +267,11 @@ enum Format {
     Mcap,
 }
 
+/// Whether a file is a depth image, by its first bytes, else by its extension.
+pub fn is_depth_image(path: &Path, bytes: &[u8]) -> bool {
+    matches!(format_of(path, bytes), Some(Format::Png | Format::Npy))
+}
+
 /// The format by the first bytes, else by the extension.
 fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
     if bag::is_mcap(bytes) {
@@ -277,8 +293,11 @@ fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
     let extension = path.extension()?.to_str()?.to_ascii_lowercase();
     match extension.as_str() {
         "png" => Some(Format::Png),
+        "npy" => Some(Format::Npy),
         "pcd" => Some(Format::Pcd),
         "ply" => Some(Format::Ply),
+        "las" => Some(Format::Las),
+        "e57" => Some(Format::E57),
         _ => None,
     }
 }

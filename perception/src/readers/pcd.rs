@@ -4,10 +4,11 @@
 use std::io::BufRead;
 use std::path::Path;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::Isometry3;
 use pcd_rs::{DataKind, FieldDef, PcdDeserialize, PcdMeta, Reader, Schema, ValueKind};
+use surfaces::WORLD_M;
 
-use super::tidy;
+use super::{stated_pose, tidy};
 use crate::Error;
 use crate::lidar::LidarCloud;
 use crate::scan::PointCloud;
@@ -206,18 +207,12 @@ fn check(path: &Path, meta: &PcdMeta, data: &[u8]) -> Result<Option<(usize, usiz
 /// VIEWPOINT as X_WV.
 fn viewpoint(path: &Path, meta: &PcdMeta) -> Result<Isometry3<f64>, Error> {
     let v = &meta.viewpoint;
-    let rotation = Quaternion::new(v.qw, v.qx, v.qy, v.qz);
-    let translation = Translation3::new(v.tx, v.ty, v.tz);
-    let finite = translation.vector.iter().all(|c| c.is_finite());
-    let unit = (0.99..=1.01).contains(&rotation.norm());
-    if !finite || !unit {
-        let cause = format!("{v:?} is not a position and a unit quaternion (w x y z)");
-        return Err(Error::field(path, "VIEWPOINT", cause));
-    }
-    Ok(Isometry3::from_parts(
-        translation,
-        UnitQuaternion::from_quaternion(rotation),
-    ))
+    let pose = stated_pose([v.tx, v.ty, v.tz], [v.qx, v.qy, v.qz, v.qw]);
+    pose.ok_or_else(|| {
+        let cause =
+            format!("{v:?} is not a position within {WORLD_M} m and a unit quaternion (w x y z)");
+        Error::field(path, "VIEWPOINT", cause)
+    })
 }
 
 /// What is used of one point; the other fields are skipped without being stored.

@@ -14,7 +14,8 @@ use perception::{BagOptions, Error, Intrinsics, Scan, SensorOptions, parse_scan}
 use proptest::prelude::*;
 use serde::Serialize;
 
-use super::readers::{mutated, png};
+use super::readers::mutated;
+use super::scan_files::png;
 
 const TOPIC: &str = "/camera/depth/image_raw";
 const INFO: &str = "/camera/depth/camera_info";

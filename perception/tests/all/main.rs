@@ -12,6 +12,7 @@ mod perceive;
 mod ramps;
 mod readers;
 mod real_scans;
+mod scan_files;
 mod several_scans;
 mod shapes;
 mod simulated;

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 
+use super::super::stated_pose;
 use super::messages::TransformStamped;
 
 /// Frames that do not move with the robot (REP 105), the one to be preferred first.
@@ -173,17 +174,8 @@ impl About {
 
 impl Sample {
     fn pose(&self) -> Result<Isometry3<f64>, String> {
-        let [x, y, z, w] = self.rotation;
-        let rotation = Quaternion::new(w, x, y, z);
-        let far = surfaces::beyond_world(&self.translation).is_some();
-        if far || !(0.99..=1.01).contains(&rotation.norm()) {
-            return Err(
-                "a transform is not a position within the world and a unit quaternion".to_owned(),
-            );
-        }
-        Ok(Isometry3::from_parts(
-            Translation3::from(Vector3::from(self.translation)),
-            UnitQuaternion::from_quaternion(rotation),
-        ))
+        stated_pose(self.translation, self.rotation).ok_or_else(|| {
+            "a transform is not a position within the world and a unit quaternion".to_owned()
+        })
     }
 }
