@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use anyhow::Result;
-use plan::{Change, Plan};
+use plan::Plan;
 use planner::Status;
 use surfaces::Face;
 
@@ -111,7 +111,7 @@ fn stances(plan: &Plan, out: &mut dyn Write) -> std::io::Result<()> {
             out,
             "  {:>2} {:<30} base {}  torque {:>3.0} %  friction {:>3.0} %  clearance {}",
             stance.index,
-            describe(&stance.change),
+            stance.change.to_string(),
             base.join(" "),
             100.0 * m.torque_use,
             100.0 * m.friction_use,
@@ -142,14 +142,4 @@ fn unusable(reasons: &[String], out: &mut dyn Write) -> std::io::Result<()> {
 /// Metres to the centimetre, without the sign of a zero.
 fn metres(x: f64) -> String {
     format!("{:.2}", (100.0 * x).round() / 100.0 + 0.0)
-}
-
-/// A change in words.
-pub fn describe(change: &Change) -> String {
-    match change {
-        Change::Start => "start".to_owned(),
-        Change::Add { patch, face } => format!("{patch} onto {face}"),
-        Change::Remove { patch, face } => format!("{patch} off {face}"),
-        Change::Goal => "goal".to_owned(),
-    }
 }

@@ -8,7 +8,6 @@ use surfaces::FaceId;
 use verify::Certificate;
 
 use crate::config::Config;
-use crate::summary::describe;
 
 /// How many reasons are given.
 const REASONS: usize = 6;
@@ -116,9 +115,9 @@ fn reasons(blocked: &[Blocked], nodes: usize) -> Vec<String> {
     let mut said = BTreeSet::new();
     let once = blocked
         .iter()
-        .filter(|one| said.insert(describe(&one.change)));
+        .filter(|one| said.insert(one.change.to_string()));
     let in_words = |one: &Blocked| {
-        let (what, why, distance) = (describe(&one.change), &one.reason, one.distance_m);
+        let (what, why, distance) = (&one.change, &one.reason, one.distance_m);
         match one.held.as_str() {
             "" => format!("{what}: {why}"),
             held => format!("{what}: {why} (holding {held}; {distance:.2} m to go)"),

@@ -51,6 +51,18 @@ pub enum Change {
     Goal,
 }
 
+impl std::fmt::Display for Change {
+    /// In words, as on the terminal and on the page.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Start => f.write_str("start"),
+            Self::Add { patch, face } => write!(f, "{patch} onto {face}"),
+            Self::Remove { patch, face } => write!(f, "{patch} off {face}"),
+            Self::Goal => f.write_str("goal"),
+        }
+    }
+}
+
 /// How far a posture is from each limit; what is negative is violated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use posture::Posture;
 use robot_model::PatchId;
 
-use crate::foothold_proposal::Foothold;
+use crate::foothold::Foothold;
 
 /// Attempts from other seeds at a child, each time that it is tried: a posture that was not found
 /// from its parent's is no proof that there is none.

@@ -2,65 +2,14 @@
 #![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, Rotation2, Rotation3, Vector2, Vector3};
-use posture::{Area, Contact, FaceIndex, Freedom};
+use posture::FaceIndex;
 use robot_model::PatchId;
 
 use crate::context::SearchContext;
+use crate::foothold::Foothold;
 use crate::footing::{Footing, hindmost};
 use crate::node::{Node, SAME_PLACE_M};
 use crate::route::wrap;
-
-/// A place where a patch should touch a face, and how far it may be moved from there.
-#[derive(Clone, Debug)]
-pub(crate) struct Foothold {
-    pub patch: PatchId,
-    pub face: FaceIndex,
-    /// The point of the face, in W.
-    pub place: Point3<f64>,
-    /// Heading of a foot.
-    pub yaw_rad: Option<f64>,
-    /// Progress along the route that was aimed at, m.
-    pub along_m: f64,
-    /// How far across the route the face's room moved it from there, m.
-    moved_m: f64,
-    /// Which of [`VARIATIONS`] it is.
-    variation: usize,
-    /// The contact itself, where its place was found together with what follows on it.
-    pub exact: Option<Contact>,
-}
-
-impl Foothold {
-    /// The contact that is asked for, not loaded yet; nothing where the face has no room for it.
-    pub fn contact(&self, context: &SearchContext) -> Option<Contact> {
-        self.exact.clone().or_else(|| self.free(context))
-    }
-
-    /// As [`Self::contact`], free to move about on the face.
-    pub fn free(&self, context: &SearchContext) -> Option<Contact> {
-        let request = context.request;
-        let X_WF = request.environment[self.face].X_WF;
-        let at = Isometry3::from_parts(self.place.into(), X_WF.rotation);
-        let at = request.robot.patches[self.patch].touching(&at);
-        let heading = context.route.at(self.along_m).heading;
-        let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
-        let p_F = X_WF.inverse_transform_point(&self.place).xy();
-        let along_F = X_WF.inverse_transform_vector(&ahead).xy();
-        let area = Area {
-            X_WF,
-            polygon: context
-                .landing(self.patch, self.face)?
-                .area(&p_F, &along_F)?,
-            toward: Some(self.place),
-            yaw_rad: self.yaw_rad,
-        };
-        Some(Contact {
-            freedom: Freedom::Within(Box::new(area)),
-            ..Contact::at(request.robot, self.patch, at)
-                .on(self.face, request.environment)
-                .loaded(false)
-        })
-    }
-}
 
 /// How a place differs from the one that is wanted most.
 struct Variation {
@@ -95,24 +44,6 @@ const VARIATIONS: [Variation; 12] = [
     vary(0.5, [0.0, -2.0 * SAME_PLACE_M], 0.0),
     vary(0.5, [0.0, 2.0 * SAME_PLACE_M], 0.0),
 ];
-/// Price of each place after the first, in contacts.
-const VARIATION_PRICE: f64 = 0.25;
-/// Price of a metre across the route from the place that is wanted, in contacts: a foot steps onto what is
-/// under it rather than beside it.
-const MOVED_PRICE: f64 = 2.0;
-
-impl Foothold {
-    /// What it costs not to be at the place that is wanted most, in contacts.
-    pub fn price(&self) -> f64 {
-        VARIATION_PRICE * self.variation as f64 + MOVED_PRICE * self.moved_m
-    }
-
-    /// The number of the variation after this one.
-    pub fn next(&self) -> usize {
-        self.variation + 1
-    }
-}
-
 /// Price of a metre by which a foot lands across from where it would stand beside another, in contacts: legs
 /// that cross are rarely brought past each other.
 pub(crate) const CROSSED_PRICE: f64 = 10.0;

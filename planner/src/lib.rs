@@ -17,7 +17,7 @@
 //! | where there is none, in words | `gap` |
 //! | how far patches reach, by lengths alone | `reach` |
 //! | where on a face a patch may land | `landing` |
-//! | where it should land, and where else | `foothold_proposal` |
+//! | where it should land, and where else | `foothold_proposal`, `foothold` |
 //! | the posture that a stance would like best | `nominal_posture` |
 //! | ways that nothing can hold the robot on, goals that lengths exclude | `steepness`, `out_of_reach` |
 //! | where the search comes no nearer | `staleness` |
@@ -52,6 +52,7 @@ mod crouch;
 mod error;
 mod estimate;
 mod finalize;
+mod foothold;
 mod foothold_proposal;
 mod footing;
 mod frontier;

@@ -7,7 +7,6 @@ use simulation::criteria::{Criterion, Sense, Unit};
 use simulation::execution::Executed;
 
 use super::hold::HeldStance;
-use crate::summary::describe;
 
 /// The worst value of every criterion over all stances, plain and pushed.
 pub fn of_stances(held: &[HeldStance]) -> String {
@@ -28,11 +27,7 @@ pub fn of_stances(held: &[HeldStance]) -> String {
 
 /// What fails of a stance, in words.
 pub fn failures_of_stance(held: &HeldStance) -> String {
-    let mut words = vec![format!(
-        "stance {} ({})",
-        held.stance,
-        describe(&held.change)
-    )];
+    let mut words = vec![format!("stance {} ({})", held.stance, held.change)];
     let runs = std::iter::once(&held.plain).chain(&held.pushed);
     for (how, run) in ["held", "+x", "-x", "+y", "-y"].into_iter().zip(runs) {
         let failed = failures(&run.criteria);

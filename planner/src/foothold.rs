@@ -1,0 +1,76 @@
+//! A place where a patch may touch a face.
+#![allow(non_snake_case)]
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use posture::{Area, Contact, FaceIndex, Freedom};
+use robot_model::PatchId;
+
+use crate::context::SearchContext;
+
+/// Price of each place after the first, in contacts.
+const VARIATION_PRICE: f64 = 0.25;
+/// Price of a metre across the route from the place that is wanted, in contacts: a foot steps onto what is
+/// under it rather than beside it.
+const MOVED_PRICE: f64 = 2.0;
+
+/// A place where a patch should touch a face, and how far it may be moved from there.
+#[derive(Clone, Debug)]
+pub(crate) struct Foothold {
+    pub patch: PatchId,
+    pub face: FaceIndex,
+    /// The point of the face, in W.
+    pub place: Point3<f64>,
+    /// Heading of a foot.
+    pub yaw_rad: Option<f64>,
+    /// Progress along the route that was aimed at, m.
+    pub along_m: f64,
+    /// How far across the route the face's room moved it from there, m.
+    pub moved_m: f64,
+    /// Its number in the order in which places on a face are tried.
+    pub variation: usize,
+    /// The contact itself, where its place was found together with what follows on it.
+    pub exact: Option<Contact>,
+}
+
+impl Foothold {
+    /// The contact that is asked for, not loaded yet; nothing where the face has no room for it.
+    pub fn contact(&self, context: &SearchContext) -> Option<Contact> {
+        self.exact.clone().or_else(|| self.free(context))
+    }
+
+    /// As [`Self::contact`], free to move about on the face.
+    pub fn free(&self, context: &SearchContext) -> Option<Contact> {
+        let request = context.request;
+        let X_WF = request.environment[self.face].X_WF;
+        let at = Isometry3::from_parts(self.place.into(), X_WF.rotation);
+        let at = request.robot.patches[self.patch].touching(&at);
+        let heading = context.route.at(self.along_m).heading;
+        let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
+        let p_F = X_WF.inverse_transform_point(&self.place).xy();
+        let along_F = X_WF.inverse_transform_vector(&ahead).xy();
+        let area = Area {
+            X_WF,
+            polygon: context
+                .landing(self.patch, self.face)?
+                .area(&p_F, &along_F)?,
+            toward: Some(self.place),
+            yaw_rad: self.yaw_rad,
+        };
+        Some(Contact {
+            freedom: Freedom::Within(Box::new(area)),
+            ..Contact::at(request.robot, self.patch, at)
+                .on(self.face, request.environment)
+                .loaded(false)
+        })
+    }
+
+    /// What it costs not to be at the place that is wanted most, in contacts.
+    pub fn price(&self) -> f64 {
+        VARIATION_PRICE * self.variation as f64 + MOVED_PRICE * self.moved_m
+    }
+
+    /// The number of the variation after this one.
+    pub fn next(&self) -> usize {
+        self.variation + 1
+    }
+}
