@@ -1,4 +1,4 @@
-//! What moves the joints: the whole-body controller beside a soft servo, or a stiff servo alone.
+//! What moves the joints: the whole-body controller beside a servo that damps, or a stiff servo alone.
 
 use robot_model::Robot;
 
@@ -6,14 +6,13 @@ use crate::Error;
 use crate::config::Controller;
 use crate::footing::Footing;
 use crate::physics::{Physics, Servo};
-use crate::reference::{ReferenceContact, ReferenceState};
+use crate::reference::ReferenceState;
 use crate::run::Run;
 use crate::touching::Touching;
 use crate::whole_body::{PERIOD_S, WholeBodyController};
 
 /// A controller with its memory.
 pub(crate) struct Control<'a> {
-    robot: &'a Robot,
     kind: Controller,
     controller: WholeBodyController<'a>,
     footing: Footing<'a>,
@@ -27,7 +26,7 @@ pub(crate) struct Control<'a> {
 pub(crate) fn servo(kind: Controller) -> Servo {
     match kind {
         Controller::Servo => Servo::STIFF,
-        Controller::WholeBody => Servo::SOFT,
+        Controller::WholeBody => Servo::DAMPING,
     }
 }
 
@@ -43,7 +42,6 @@ impl<'a> Control<'a> {
         wanted: &ReferenceState,
     ) -> Result<Self, Error> {
         Ok(Self {
-            robot,
             kind,
             controller: WholeBodyController::new(robot, physics)?,
             footing: Footing::new(robot),
@@ -72,17 +70,10 @@ impl<'a> Control<'a> {
         let torques = self
             .controller
             .torques(&run.state, &run.v, &followed, now)?;
-        let mut joints = followed.configuration.joints;
-        let mut rates = followed.v.as_slice()[6..].to_vec();
-        // A limb that searches for its place beyond the reference is not held back.
-        let searching = |c: &&ReferenceContact| touching.searches(c.patch);
-        for contact in wanted.contacts.iter().filter(searching) {
-            let body = self.robot.patches[contact.patch].body;
-            for j in (0..joints.len()).filter(|j| self.robot.supports(j + 1, body)) {
-                (joints[j], rates[j]) = (run.state.joints[j], run.v[6 + j]);
-            }
-        }
-        run.plant.command(joints.as_slice(), &rates, torques);
+        // The servo damps. A spring to the plan's joints would press a foot that stands 10 mm off its place
+        // with 60 to 100 N of which the program knows nothing.
+        let (here, rates) = (run.state.joints.as_slice(), &followed.v.as_slice()[6..]);
+        run.plant.command(here, rates, torques);
         Ok(())
     }
 

@@ -11,16 +11,12 @@ pub(crate) struct Touching {
     unloaded_s: Vec<f64>,
     /// Which patches in the air have left what they stood on.
     left: Vec<bool>,
-    /// For how long each patch should have touched and has not, s.
-    missing_s: Vec<f64>,
 }
 
 /// Normal force from which on a patch is taken to touch, N.
 const TOUCH_N: f64 = 5.0;
 /// A contact that bears nothing for this long is lost, s.
 const LOST_AFTER_S: f64 = 0.05;
-/// A patch that should touch for this long and does not is to search for its surface, s.
-const MISSING_AFTER_S: f64 = 0.1;
 
 impl Touching {
     /// At the start what is to touch does.
@@ -33,7 +29,6 @@ impl Touching {
             all: vec![true; now.len()],
             unloaded_s: vec![0.0; now.len()],
             left: vec![false; now.len()],
-            missing_s: vec![0.0; now.len()],
             now,
         }
     }
@@ -46,11 +41,6 @@ impl Touching {
     /// As if every patch touched.
     pub fn all(&self) -> &[bool] {
         &self.all
-    }
-
-    /// Whether a patch is not where its surface was planned to be.
-    pub fn searches(&self, patch: usize) -> bool {
-        self.missing_s[patch] > MISSING_AFTER_S
     }
 
     /// `lands` says whether the patch in the air would land early if it touched now.
@@ -72,11 +62,6 @@ impl Touching {
             } else if force >= TOUCH_N {
                 self.now[patch] = true;
             }
-            self.missing_s[patch] = if planned && !self.now[patch] {
-                self.missing_s[patch] + dt_s
-            } else {
-                0.0
-            };
         }
     }
 }

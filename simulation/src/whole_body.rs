@@ -3,8 +3,7 @@
 //!   min Σ w ‖A v̇ + b − a*‖² + w_f ‖f − f_plan‖²         x = [v̇, f]
 //!   s.t.  M_b v̇ + h_b = J_bᵀ f                          floating base
 //!         |M_a v̇ + h_a − J_aᵀ f| ≤ τ_max                joints
-//!         f_x cos β + f_y sin β ≤ 0.7 μ cos(π/8) f_z + s  friction at every corner, eight sides of the cone
-//!         f_x cos β + f_y sin β ≤ 0.9 μ cos(π/8) f_z      what s may take, at the price w_s s²
+//!         f_x cos β + f_y sin β ≤ 0.74 μ cos(π/8) f_z   friction at every corner, eight sides of the cone
 //!
 //! Forces act at the corners of each closed patch, drawn in by a margin: a corner outside the real
 //! patch fells the robot. Torques follow as τ = M_a v̇ + h_a − J_aᵀ f.
@@ -28,16 +27,13 @@ use tasks::{Offset, contact_axes};
 /// Time between two solutions, s.
 pub(crate) const PERIOD_S: f64 = 0.002;
 /// Part of the coefficients of friction that the controller counts on: less than three quarters, which is
-/// what a floor that is wet or dusty keeps of its own.
-const FRICTION_USE: f64 = 0.7;
-/// Part that it takes where it would be carried off otherwise, as by a push, at a price.
-const FRICTION_MOST: f64 = 0.9;
-/// The price: weight of the tangential force beyond the first part, squared, a contact, 1/N².
-const BEYOND_WEIGHT: f64 = 0.2;
+/// what a floor that is wet or dusty keeps of its own, and more than the 0.7 of motions, so that a push does
+/// not carry off what stands on a slope.
+const FRICTION_USE: f64 = 0.74;
 /// Sides of the cone that it keeps to, whose edges are on it.
 const SIDES: usize = 8;
 /// Distance by which the corners, at which forces act, lie inside the patch, m.
-const CORNER_INSET_M: f64 = 0.01;
+const CORNER_INSET_M: f64 = 0.005;
 /// Forces enter the program in this unit, N: it is of the size of accelerations then.
 const FORCE_UNIT_N: f64 = 100.0;
 
@@ -111,7 +107,7 @@ impl<'a> WholeBodyController<'a> {
         let contacts = wanted.contacts.iter().chain(&wanted.landing);
         let closed: Vec<&ReferenceContact> = contacts.filter(|c| touching[c.patch]).collect();
         let J = self.corner_jacobian(&closed);
-        let n = nv + J.nrows() + closed.len();
+        let n = nv + J.nrows();
         self.cost(configuration, v, wanted, &closed, n);
         self.constraints(&closed, &J);
         let x = self
@@ -169,22 +165,14 @@ impl<'a> WholeBodyController<'a> {
             rows.end(lower, upper);
         }
         let mut at = nv;
-        for (number, contact) in closed.iter().enumerate() {
-            let beyond = nv + J.nrows() + number;
-            rows.entry(beyond, 1.0);
-            rows.end(0.0, f64::INFINITY);
+        let half = std::f64::consts::PI / SIDES as f64;
+        for contact in closed {
             for _ in 0..self.corners[contact.patch].count() {
-                for side in 0..2 * SIDES {
-                    let half = std::f64::consts::PI / SIDES as f64;
+                for side in 0..SIDES {
                     let (sin, cos) = (half * (2 * side + 1) as f64).sin_cos();
-                    let counted = side < SIDES;
-                    let part = if counted { FRICTION_USE } else { FRICTION_MOST };
                     rows.entry(at, -cos);
                     rows.entry(at + 1, -sin);
-                    rows.entry(at + 2, contact.friction * part * half.cos());
-                    if counted {
-                        rows.entry(beyond, 1.0);
-                    }
+                    rows.entry(at + 2, contact.friction * FRICTION_USE * half.cos());
                     rows.end(0.0, f64::INFINITY);
                 }
                 at += 3;

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use robot_model::Configuration;
 
 use super::tasks::{Offset, Stack, Task, contact_axes, follow};
-use super::{BEYOND_WEIGHT, FORCE_UNIT_N, PERIOD_S, WholeBodyController};
+use super::{FORCE_UNIT_N, PERIOD_S, WholeBodyController};
 use crate::reference::{ReferenceContact, ReferenceState};
 
 /// The centre of mass follows its reference.
@@ -180,7 +180,7 @@ impl WholeBodyController<'_> {
         }
     }
 
-    /// Forces come near those of the plan, and friction beyond what is counted on has its price.
+    /// Forces come near those of the plan.
     fn planned_forces(&mut self, closed: &[&ReferenceContact]) {
         let w = FORCE_WEIGHT * FORCE_UNIT_N * FORCE_UNIT_N;
         let mut at = self.robot.nv();
@@ -195,9 +195,6 @@ impl WholeBodyController<'_> {
                     at += 1;
                 }
             }
-        }
-        for beyond in at..at + closed.len() {
-            self.hessian[(beyond, beyond)] = BEYOND_WEIGHT * FORCE_UNIT_N * FORCE_UNIT_N;
         }
     }
 }
