@@ -42,12 +42,12 @@ pub struct RobotFiles {
     pub document: Option<Document>,
 }
 
-/// A robot that another format was read into.
+/// A robot that another format was read into, or that is no file.
 #[derive(Clone, Debug, Default)]
 pub struct Document {
     /// Its URDF.
     pub urdf: String,
-    /// Named postures and pairs that the format disables, to which an SRDF adds.
+    /// Named postures and pairs that the format disables, to which an SRDF adds; nothing where it is empty.
     pub srdf: String,
     /// The bytes of meshes by the names that the URDF has for them.
     pub meshes: BTreeMap<String, Vec<u8>>,
@@ -111,7 +111,9 @@ pub fn load_with(
             Some(document) => read_as(&document.urdf),
             None => named(&files.urdf)?,
         },
-        srdf: (document.map(|document| read_as(&document.srdf)).into_iter())
+        srdf: (document.into_iter())
+            .filter(|document| !document.srdf.is_empty())
+            .map(|document| read_as(&document.srdf))
             .chain(or(&files.srdf, srdf, "SRDF")?)
             .collect(),
         contacts: or(&files.contacts, contacts, "contacts")?,

@@ -60,7 +60,8 @@ pub struct Proposed {
 /// The patches of every limb, and what is to be told of those that have none.
 ///
 /// `at` is a configuration with the base upright in which feet are as they shall stand: what looks
-/// down there is what they stand on. Surfaces of an RSDF go before what shapes tell.
+/// down there is what they stand on. Hands are looked at with all joints neutral: a wrist bent where the
+/// robot stands does not change what a hand ends in. Surfaces of an RSDF go before what shapes tell.
 pub fn patches(
     robot: &Robot,
     limbs: &[Limb],
@@ -68,13 +69,15 @@ pub fn patches(
     rsdf: &[Surface],
     kinds: Kinds,
 ) -> (Vec<Proposed>, Vec<String>) {
-    let finder = Finder {
+    let finder = |at: &Configuration| Finder {
         robot,
         limbs,
         kinematics: Kinematics::new(robot, at),
     };
+    let finders = [finder(at), finder(&robot.neutral())];
     let (mut found, mut notes) = (Vec::new(), Vec::new());
     for (limb, of) in limbs.iter().enumerate() {
+        let finder = &finders[usize::from(of.kind == LimbKind::Arm)];
         if of.mirror.is_none() {
             let end = &robot.bodies[of.end()].name;
             notes.push(format!(
