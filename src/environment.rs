@@ -10,6 +10,7 @@ use scenes::scene_file::ScanSource;
 use surfaces::{Terrain, TriangleMesh};
 
 use crate::config::Config;
+use crate::mistakes;
 use crate::provenance::Inputs;
 use crate::report::Stages;
 use crate::scene::{Environment, Files};
@@ -44,7 +45,7 @@ pub fn perceive(
         Environment::Scans(sources) => {
             let read = sources.iter();
             let read = read.map(|source| ReadScan::new(source, files, stages, inputs));
-            let read = read.collect::<Result<Vec<_>>>()?;
+            let read = mistakes::all(read)?;
             let scans: Vec<PosedScan> = read.iter().map(ReadScan::posed).collect();
             let mut perceived = of_scans(&scans, config, stages)?;
             let notes = read.iter().flat_map(ReadScan::notes).cloned();

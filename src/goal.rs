@@ -10,7 +10,7 @@ use scenes::scene_file;
 use surfaces::Face;
 
 use crate::mistakes;
-use crate::start::StartState;
+use crate::start::{StartState, ground};
 
 /// Largest heading error at the goal, rad: less than the verifier allows (0.1) by what solvers leave.
 const YAW_TOLERANCE_RAD: f64 = 0.095;
@@ -48,6 +48,21 @@ pub fn goal(
             None => Vec::new(),
         },
     })
+}
+
+/// Whether there are the patches and faces that a goal names, as far as that can be told before the robot
+/// stands: the ground under its feet is not there yet.
+///
+/// # Errors
+/// Unknown patches and faces.
+pub fn named(asked: &scene_file::Goal, robot: &Robot, environment: &Environment) -> Result<()> {
+    let all = mistakes::all(asked.contact.iter().map(|contact| {
+        let patch = robot.patch_id(&contact.patch).context("the goal");
+        let seen = contact.surface.iter().filter(|id| !ground::is_name(id));
+        let faces = mistakes::all(seen.map(|id| environment.face(id).context("the goal")));
+        mistakes::both(patch, faces)
+    }));
+    all.map(drop)
 }
 
 /// The face that a goal contact names or points at.

@@ -54,27 +54,20 @@ pub fn pose(
     robots: &Robots,
 ) -> Result<Posed> {
     // Scan → surfaces.
-    let files = &scene.files;
-    let (environment, levelled) = levelled::levelled(&scene.environment, files, config)?;
+    let seen = surroundings(scene, config, pool, stages, inputs);
+
+    // URDF, SRDF, contacts → robot.
+    let robot = stages.measure("robot", || {
+        robots.load(&scene.robot, &config.robot_model, inputs)
+    });
+    let ((environment, perceived), mut robot) = mistakes::both(seen, robot)?;
     let environment = &environment;
-    let perceived =
-        pool.install(|| environment::perceive(environment, files, config, stages, inputs))?;
     let Perceived {
         terrain: extracted,
         cloud_W,
         mut notes,
     } = perceived;
-    if let Some(why) = levelled::doubt(environment, &extracted) {
-        bail!(why);
-    }
-    notes.extend(levelled);
-
-    // URDF, SRDF, contacts → robot.
-    let robot = stages.measure("robot", || {
-        let mut robot = robots.load(&scene.robot, &config.robot_model, inputs)?;
-        apply_friction(&mut robot, scene)?;
-        anyhow::Ok(robot)
-    })?;
+    let friction = apply_friction(&mut robot, scene);
     notes.extend(robot.notes.iter().cloned());
 
     // The robot's own feet → the ground under them.
@@ -121,7 +114,16 @@ pub fn pose(
             said.collect::<Vec<_>>(),
         ))
     });
-    let (terrain, stand, ground, refuted, said) = begin.map_err(|error| doubted(error, &notes))?;
+    let (terrain, stand, ground, refuted, said) = match begin {
+        Ok(begin) if friction.is_ok() => begin,
+        begin => {
+            let seen = Environment::new(extracted, thickness_m, edge_sigmas)?;
+            let goal = goal::named(&scene.goal, &robot, &seen);
+            let wrong = [friction.err(), begin.err(), goal.err()];
+            let wrong = mistakes::several(wrong.into_iter().flatten().collect());
+            return Err(doubted(wrong, &notes));
+        }
+    };
     notes.extend(said);
     // The ground that is seen, against the one under the feet.
     if let scene::Environment::Scans(scans) = environment
@@ -155,6 +157,25 @@ pub fn pose(
         goal,
         notes,
     })
+}
+
+/// The environment with poses for its scans, and what is seen there.
+fn surroundings(
+    scene: &Scene,
+    config: &Config,
+    pool: &rayon::ThreadPool,
+    stages: &mut Stages,
+    inputs: &mut Inputs,
+) -> Result<(scene::Environment, Perceived)> {
+    let files = &scene.files;
+    let (environment, levelled) = levelled::levelled(&scene.environment, files, config)?;
+    let mut perceived =
+        pool.install(|| environment::perceive(&environment, files, config, stages, inputs))?;
+    if let Some(why) = levelled::doubt(&environment, &perceived.terrain) {
+        bail!(why);
+    }
+    perceived.notes.extend(levelled);
+    Ok((environment, perceived))
 }
 
 /// An error with what was doubted of the faces, which may be why.

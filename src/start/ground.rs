@@ -18,6 +18,9 @@ mod join;
 /// what the verifier grants.
 const SAME_FACE_M: f64 = 5e-4;
 
+/// What its first face is called.
+const NAME: &str = "ground";
+
 /// Settings of the ground under the feet.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -247,14 +250,19 @@ fn centred(
 }
 
 /// A name for the ground that nothing has yet.
+/// Whether the ground under the feet may have this name.
+pub fn is_name(id: &str) -> bool {
+    id.starts_with(NAME)
+}
+
 fn unique_id(terrain: &Terrain, number: usize) -> String {
     let taken = |id: &str| {
         terrain.faces.iter().any(|f| f.id.as_str() == id)
             || terrain.obstacles.iter().any(|o| o.id == id)
     };
     let mut id = match number {
-        0 => "ground".to_owned(),
-        _ => format!("ground-{}", number + 1),
+        0 => NAME.to_owned(),
+        _ => format!("{NAME}-{}", number + 1),
     };
     while taken(&id) {
         id.push('\'');
