@@ -3,13 +3,14 @@
 use std::convert::Infallible;
 use std::path::PathBuf;
 
+use anyhow::Result;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use perception::{Intrinsics, SensorOptions};
 use scenes::scene_file::GoalContact;
 use surfaces::{WORLD_M, beyond_world};
 
 use crate::dataset;
-use crate::provenance::STANDARD;
+use crate::provenance::{Inputs, STANDARD};
 
 /// Comma-separated numbers within [`WORLD_M`], as many as one of `counts` says.
 ///
@@ -94,14 +95,6 @@ pub fn times(text: &str) -> Result<Times, String> {
     }
 }
 
-/// Which way is up by the file of an IMU ([`crate::imu::up_V`]).
-///
-/// # Errors
-/// As there.
-pub fn imu(path: &str) -> Result<[f64; 3], String> {
-    crate::imu::up_V(path).map_err(|error| format!("{error:#}"))
-}
-
 /// A pose: `x,y,z`, `x,y,z,roll,pitch,yaw` (fixed axes, rad) or `x,y,z,qx,qy,qz,qw`; m.
 ///
 /// # Errors
@@ -122,14 +115,36 @@ pub fn pose(text: &str) -> Result<Isometry3<f64>, String> {
     }
 }
 
-/// The pose of a sensor: as [`pose`], or by a trajectory's file ([`dataset::pose`]).
+/// The pose of a sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PoseFlag {
+    /// As [`pose`].
+    Stated(Isometry3<f64>),
+    /// By a trajectory's file, and by which time or number of it ([`dataset::pose`]).
+    Of(PathBuf, String),
+}
+
+impl PoseFlag {
+    /// The pose; its file is noted among the inputs.
+    ///
+    /// # Errors
+    /// As [`dataset::pose`].
+    pub fn pose(&self, inputs: &mut Inputs) -> Result<Isometry3<f64>> {
+        match self {
+            Self::Stated(pose) => Ok(*pose),
+            Self::Of(file, key) => dataset::pose(file, key, inputs),
+        }
+    }
+}
+
+/// A [`PoseFlag`].
 ///
 /// # Errors
-/// As there.
-pub fn sensor_pose(text: &str) -> Result<Isometry3<f64>, String> {
+/// As [`pose`].
+pub fn sensor_pose(text: &str) -> Result<PoseFlag, String> {
     match text.rsplit_once('@') {
-        Some((file, key)) => dataset::pose(file, key).map_err(|error| format!("{error:#}")),
-        None => pose(text),
+        Some((file, key)) => Ok(PoseFlag::Of(file.into(), key.to_owned())),
+        None => pose(text).map(PoseFlag::Stated),
     }
 }
 
@@ -143,9 +158,24 @@ pub struct SensorFlag {
     pub pinhole: Option<[f64; 4]>,
     /// Metres per unit of a depth image.
     pub depth_scale_m: Option<f64>,
+    /// The file that states the pinhole.
+    pub file: Option<PathBuf>,
 }
 
 impl SensorFlag {
+    /// The same with what its file states, which is noted among the inputs.
+    ///
+    /// # Errors
+    /// As [`dataset::pinhole`].
+    pub fn read(&self, inputs: &mut Inputs) -> Result<Self> {
+        let stated = self.file.as_deref();
+        let stated = stated.map(|file| dataset::pinhole(file, inputs));
+        Ok(Self {
+            pinhole: stated.transpose()?.or(self.pinhole),
+            ..self.clone()
+        })
+    }
+
     /// What a reader of scans must know beside the file; `unnamed` is the sensor where none is
     /// named.
     pub fn options(&self, unnamed: &str) -> SensorOptions {
@@ -163,7 +193,7 @@ impl SensorFlag {
 /// A [`SensorFlag`].
 ///
 /// # Errors
-/// As [`numbers`]; a focal length or scale that is not positive; as [`dataset::pinhole`].
+/// As [`numbers`]; a focal length or scale that is not positive.
 pub fn sensor(text: &str) -> Result<SensorFlag, String> {
     let (name, calibration) = match text.split_once(':') {
         Some((name, calibration)) => (Some(name), Some(calibration)),
@@ -174,13 +204,10 @@ pub fn sensor(text: &str) -> Result<SensorFlag, String> {
         name: name.map(|name| name.trim().to_owned()),
         ..SensorFlag::default()
     };
-    if let Some(calibration) = calibration {
-        let values = match calibration.ends_with(".json") {
-            true => dataset::pinhole(calibration)
-                .map_err(|error| format!("{error:#}"))?
-                .into(),
-            false => numbers(calibration, &[4, 5])?,
-        };
+    if let Some(file) = calibration.filter(|text| text.ends_with(".json")) {
+        flag.file = Some(file.into());
+    } else if let Some(calibration) = calibration {
+        let values = numbers(calibration, &[4, 5])?;
         flag.pinhole = Some([values[0], values[1], values[2], values[3]]);
         flag.depth_scale_m = values.get(4).copied();
         if values[0] <= 0.0 || values[1] <= 0.0 || flag.depth_scale_m.is_some_and(|s| s <= 0.0) {

@@ -1,9 +1,13 @@
 //! Files beside the images of data sets: trajectories (TUM RGB-D, Open3D) and a pinhole camera (Open3D).
 
+use std::path::Path;
+
 use anyhow::{Context, Result, bail, ensure};
 use nalgebra::{Isometry3, Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 use surfaces::beyond_world;
+
+use crate::provenance::Inputs;
 
 /// A pose of a trajectory may be taken from this long before its first and after its last, and between two that
 /// are not farther apart, s: about three frames.
@@ -16,14 +20,14 @@ const ROTATION_TOLERANCE: f64 = 1e-3;
 ///
 /// # Errors
 /// A file that cannot be read or is no trajectory, with the line; a time or number of which it knows nothing.
-pub fn pose(file: &str, key: &str) -> Result<Isometry3<f64>> {
-    let text = std::fs::read_to_string(file).with_context(|| format!("{file}: cannot be read"))?;
-    let found = if file.to_ascii_lowercase().ends_with(".log") {
-        logged(&text, key)
-    } else {
-        timed(&text, key)
+pub fn pose(file: &Path, key: &str, inputs: &mut Inputs) -> Result<Isometry3<f64>> {
+    let text = inputs.text("trajectory", file)?;
+    let is_log = (file.extension()).is_some_and(|end| end.eq_ignore_ascii_case("log"));
+    let found = match is_log {
+        true => logged(&text, key),
+        false => timed(&text, key),
     };
-    found.with_context(|| file.to_owned())
+    found.with_context(|| file.display().to_string())
 }
 
 /// The lines that say something, with their numbers from 1 on.
@@ -154,9 +158,10 @@ struct Pinhole {
 /// fx, fy, cx, cy of a file of Open3D's intrinsics (JSON, its matrix column by column), px.
 ///
 /// # Errors
-/// A file that cannot be read or holds no such matrix, with its name.
-pub fn pinhole(file: &str) -> Result<[f64; 4]> {
-    let text = std::fs::read_to_string(file).with_context(|| format!("{file}: cannot be read"))?;
+/// A file that cannot be read or holds no such matrix, with its name; a focal length that is not positive.
+pub fn pinhole(path: &Path, inputs: &mut Inputs) -> Result<[f64; 4]> {
+    let text = inputs.text("intrinsics", path)?;
+    let file = path.display();
     let what = || format!("{file}: no intrinsics of Open3D (width, height, intrinsic_matrix)");
     let (Camera::Parameters { intrinsic } | Camera::Intrinsic(intrinsic)) =
         serde_json::from_str(&text).with_context(what)?;
@@ -165,6 +170,10 @@ pub fn pinhole(file: &str) -> Result<[f64; 4]> {
     ensure!(
         is_one,
         "{file}: intrinsic_matrix: is not fx 0 0, 0 fy 0, cx cy 1, column by column"
+    );
+    ensure!(
+        fx > 0.0 && fy > 0.0,
+        "{file}: focal lengths must be positive"
     );
     Ok([fx, fy, cx, cy])
 }

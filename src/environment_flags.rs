@@ -2,14 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Result;
 use nalgebra::Isometry3;
 use perception::is_depth_image;
 use scenes::scene_file::ScanSource;
 
-use crate::argument::{self, SensorFlag, Times};
-use crate::provenance;
+use crate::argument::{self, PoseFlag, SensorFlag, Times};
+use crate::provenance::{self, Inputs};
 use crate::scene::Environment;
 use crate::status::UsageError;
+use crate::{imu, mistakes};
 
 /// How scans were taken.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -22,7 +24,7 @@ pub struct ScanFlags {
     /// the scans: x,y,z,qx,qy,qz,qw or x,y,z,roll,pitch,yaw; or by a trajectory: FILE@TIME (TUM RGB-D),
     /// FILE.log@NUMBER (Open3D); default: what the file states
     #[arg(long, value_name = "POSE", value_parser = argument::sensor_pose, allow_hyphen_values = true)]
-    pub pose: Vec<Isometry3<f64>>,
+    pub pose: Vec<PoseFlag>,
     /// Take the pose of each scan from the ground that it shows: the world's origin is on the ground below
     /// the sensor, x ahead. With a --pose a scan: that of the first, the others keeping their places to it
     #[arg(long)]
@@ -33,8 +35,8 @@ pub struct ScanFlags {
     pub up: Option<[f64; 3]>,
     /// The file of an IMU at rest with the sensor (x forward, y left, z up), of which the accelerations say
     /// which way is up, for --level: names of columns, Acc[0-2] among them, before the numbers
-    #[arg(long, value_name = "FILE", value_parser = argument::imu, requires = "level", conflicts_with = "up")]
-    pub imu: Option<[f64; 3]>,
+    #[arg(long, value_name = "FILE", requires = "level", conflicts_with = "up")]
+    pub imu: Option<PathBuf>,
     /// Where the sensor stood in the frame of clouds that were moved after the scan: x,y,z in m. A
     /// --pose is then that of the clouds' frame
     #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true)]
@@ -57,11 +59,24 @@ pub struct ScanFlags {
 }
 
 impl ScanFlags {
-    /// The scans, with sensor and pose.
+    /// The files beside the scans that they name.
+    pub fn paths(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let poses = self.pose.iter_mut().filter_map(|pose| match pose {
+            PoseFlag::Stated(_) => None,
+            PoseFlag::Of(file, _) => Some(file),
+        });
+        let camera = self.sensor.iter_mut().flat_map(|sensor| &mut sensor.file);
+        poses
+            .chain(camera)
+            .chain(&mut self.imu)
+            .chain(&mut self.calibration)
+    }
+
+    /// The scans, with sensor and pose; the files that state these are noted among the inputs.
     ///
     /// # Errors
-    /// [`UsageError`] when there are poses, but not one a scan.
-    pub fn scans(&self, files: &[PathBuf]) -> Result<Environment, UsageError> {
+    /// [`UsageError`] when there are poses, but not one a scan; files that do not state them.
+    pub fn scans(&self, files: &[PathBuf], inputs: &mut Inputs) -> Result<Environment> {
         let at: Vec<f64> = self.at.iter().flat_map(|t| t.0.iter().copied()).collect();
         // Several messages of one bag are as many scans.
         let messages = if let [bag] = files {
@@ -72,25 +87,37 @@ impl ScanFlags {
         let (poses, times, scans) = (self.pose.len(), at.len(), messages.len());
         if times != 0 && times != scans {
             let what = format!("{times} --at for {scans} scans; give one a scan, or none");
-            return Err(UsageError(what));
+            return Err(UsageError(what).into());
         }
         if poses != 0 && poses != scans {
             let what = format!("{poses} --pose for {scans} scans; give one a scan, or none");
-            return Err(UsageError(what));
+            return Err(UsageError(what).into());
         }
+        let poses = mistakes::all(self.pose.iter().map(|pose| pose.pose(inputs)));
+        let flag = self.sensor.clone().unwrap_or_default().read(inputs);
+        let imu = self.imu.as_deref();
+        let imu = imu.map(|file| imu::up_V(file, inputs)).transpose();
+        let ((poses, flag), imu) = mistakes::both(mistakes::both(poses, flag), imu)?;
+        let up = self.up.or(imu);
         let sources = messages.iter().enumerate();
-        let sources = sources.map(|(i, file)| self.source(i, at.get(i), file));
+        let sources =
+            sources.map(|(i, file)| self.source(file, at.get(i), poses.get(i), &flag, up));
         Ok(Environment::Scans(sources.collect()))
     }
 
-    fn source(&self, number: usize, at_s: Option<&f64>, file: &Path) -> ScanSource {
+    fn source(
+        &self,
+        file: &Path,
+        at_s: Option<&f64>,
+        pose: Option<&Isometry3<f64>>,
+        flag: &SensorFlag,
+        up: Option<[f64; 3]>,
+    ) -> ScanSource {
         // Of the standard input the first bytes tell; what cannot be read is said where it is read.
         let standard = provenance::is_standard(file).then(|| provenance::read("scan", file));
         let bytes = standard.and_then(Result::ok).unwrap_or_default();
         let is_image = is_depth_image(file, &bytes);
         let name = file.display().to_string();
-        let pose = self.pose.get(number);
-        let flag = self.sensor.clone().unwrap_or_default();
         let value = |i: usize| flag.pinhole.map(|values| values[i]);
         let lidar = self.calibration.as_ref();
         let lidar = lidar.map(|_| perception::lidar::SENSOR.to_owned());
@@ -111,7 +138,7 @@ impl ScanFlags {
             position_m: pose.map(|pose| pose.translation.vector.into()),
             quat_xyzw: pose.map(|pose| pose.rotation.coords.into()),
             level: self.level,
-            up: self.up.or(self.imu),
+            up,
             extrinsics: None,
         }
     }

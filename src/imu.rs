@@ -2,8 +2,12 @@
 
 #![allow(non_snake_case)]
 
+use std::path::Path;
+
 use anyhow::{Context, Result, bail};
 use nalgebra::Vector3;
+
+use crate::provenance::Inputs;
 
 /// Which way is up in the optical frame V (x right, y down, z forward), by the file of an IMU at rest with
 /// the sensor: the mean of its accelerations, at any unit.
@@ -15,9 +19,9 @@ use nalgebra::Vector3;
 /// # Errors
 /// A file that cannot be read, with its name; no line of names with three such columns; a row of which
 /// they are no numbers.
-pub fn up_V(path: &str) -> Result<[f64; 3]> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("{path}: cannot be read"))?;
-    parse(&text).with_context(|| path.to_owned())
+pub fn up_V(path: &Path, inputs: &mut Inputs) -> Result<[f64; 3]> {
+    let text = inputs.text("imu", path)?;
+    parse(&text).with_context(|| path.display().to_string())
 }
 
 fn parse(text: &str) -> Result<[f64; 3]> {

@@ -59,6 +59,15 @@ impl Inputs {
         Ok(unmarked(role, bytes))
     }
 
+    /// As [`Self::read`], of a text.
+    ///
+    /// # Errors
+    /// As there; what is no text.
+    pub fn text(&mut self, role: &str, path: &Path) -> Result<String> {
+        let text = String::from_utf8(self.read(role, path)?);
+        text.with_context(|| format!("{}: not a text file", path.display()))
+    }
+
     /// The inputs.
     pub fn into_list(self) -> Vec<Input> {
         self.list

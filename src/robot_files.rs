@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use robot_model::Robot;
+use robot_model::load::Document;
 use robot_model::propose::{Kinds, Surface};
 use scenes::scene_file::RobotSource;
 
 use crate::propose::{self, Proposal};
-use crate::provenance::Inputs;
+use crate::provenance::{self, Inputs};
 
 /// What a note begins with that says why contacts and SRDF were not proposed.
 pub const UNPROPOSED: &str = "nothing was proposed";
@@ -89,11 +90,12 @@ impl RobotFiles {
             }
         }
         let files = self.of_model(config)?;
-        if let Some(document) = &files.document {
+        let is_standard = provenance::is_standard(&files.urdf);
+        if let Some(document) = files.document.as_ref().filter(|_| !is_standard) {
             // What it includes counts, too.
             inputs.note("urdf of the MJCF", &self.urdf, document.urdf.as_bytes());
         }
-        let bare = robot_model::load(&files)?;
+        let bare = self.bare(&files)?;
         if self.srdf.is_some() && self.contacts.is_some() {
             return Ok(bare);
         }
@@ -131,6 +133,21 @@ impl RobotFiles {
         Ok(robot)
     }
 
+    /// The robot of these files, nothing proposed.
+    ///
+    /// # Errors
+    /// As [`robot_model::load()`].
+    pub fn bare(&self, files: &robot_model::RobotFiles) -> Result<Robot> {
+        let robot = robot_model::load(files);
+        if !provenance::is_standard(&files.urdf) {
+            return Ok(robot?);
+        }
+        robot.context(
+            "a URDF on the standard input (what it names beside itself is looked for from the current folder on \
+             and under --package-path)",
+        )
+    }
+
     /// Contacts and SRDF for a robot of these files.
     ///
     /// # Errors
@@ -147,7 +164,9 @@ impl RobotFiles {
     pub fn of_model(&self, config: &robot_model::Config) -> Result<robot_model::RobotFiles> {
         let listed = |variable: &str| std::env::var_os(variable).unwrap_or_default();
         let (ros, ament) = (listed("ROS_PACKAGE_PATH"), listed("AMENT_PREFIX_PATH"));
-        let shared = std::env::split_paths(&ament).map(|prefix| prefix.join("share"));
+        let is_named = |dir: &PathBuf| !dir.as_os_str().is_empty();
+        let shared = std::env::split_paths(&ament).filter(is_named);
+        let shared = shared.map(|prefix| prefix.join("share"));
         let packages = self.packages.iter().cloned();
         Ok(robot_model::RobotFiles {
             urdf: PathBuf::from(&self.urdf),
@@ -157,7 +176,7 @@ impl RobotFiles {
             package_dirs: packages
                 .chain(std::env::split_paths(&ros))
                 .chain(shared)
-                .filter(|dir| !dir.as_os_str().is_empty())
+                .filter(is_named)
                 .collect(),
             config: config.clone(),
         })
@@ -177,8 +196,7 @@ impl RobotFiles {
         inputs.note("urdf", &self.urdf, robot.urdf.as_bytes());
         let mut text = |role: &str, path: &Option<PathBuf>, shipped: &str| -> Result<String> {
             match path {
-                Some(path) => String::from_utf8(inputs.read(role, path)?)
-                    .with_context(|| format!("{}: not a text file", path.display())),
+                Some(path) => inputs.text(role, path),
                 None => {
                     inputs.note(role, &self.urdf, shipped.as_bytes());
                     Ok(shipped.to_owned())
@@ -201,9 +219,24 @@ impl RobotFiles {
 /// What makes MuJoCo's library callable, where that is loaded late.
 pub static LOADS_MUJOCO: OnceLock<fn() -> Result<()>> = OnceLock::new();
 
+/// What stands for a file that is not a URDF by its name: the standard input, or MJCF.
+fn document(path: &Path) -> Result<Option<Document>> {
+    if !provenance::is_standard(path) {
+        return of_mjcf(path);
+    }
+    let text = Inputs::default().text("urdf", path)?;
+    if robot_model::is_mjcf(&text) {
+        bail!("-: MJCF is read from a file: it names others beside itself");
+    }
+    Ok(Some(Document {
+        urdf: text,
+        ..Document::default()
+    }))
+}
+
 /// What MuJoCo reads of a file, if that is MJCF; without MuJoCo the loader says what it is.
 #[cfg(feature = "mujoco")]
-fn document(path: &Path) -> Result<Option<robot_model::load::Document>> {
+fn of_mjcf(path: &Path) -> Result<Option<Document>> {
     let is_mjcf = std::fs::read_to_string(path).is_ok_and(|text| robot_model::is_mjcf(&text));
     if !is_mjcf {
         return Ok(None);
@@ -215,7 +248,7 @@ fn document(path: &Path) -> Result<Option<robot_model::load::Document>> {
 }
 
 #[cfg(not(feature = "mujoco"))]
-fn document(_: &Path) -> Result<Option<robot_model::load::Document>> {
+fn of_mjcf(_: &Path) -> Result<Option<Document>> {
     Ok(None)
 }
 
@@ -272,7 +305,7 @@ impl Robots {
 /// The robot on the command line.
 #[derive(Clone, Debug, clap::Args)]
 pub struct RobotFlags {
-    /// The robot: a URDF file, or builtin:NAME
+    /// The robot: a URDF file, - for the standard input, or builtin:NAME
     #[arg(long, value_name = "URDF")]
     pub robot: String,
     #[command(flatten)]
@@ -328,7 +361,7 @@ fn surfaces_beside(urdf: &Path, robot: &str) -> Result<Vec<Surface>> {
     files.sort();
     let mut found = Vec::new();
     for path in files {
-        let text = crate::provenance::read("rsdf", &path)?;
+        let text = provenance::read("rsdf", &path)?;
         let text = String::from_utf8_lossy(&text);
         found.extend(robot_model::propose::surfaces(
             &path.display().to_string(),

@@ -4,13 +4,14 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use nalgebra::{Point3, Vector3};
 use posture::Environment;
 use robot_model::{ContactPatch, Kinematics, PatchId, Robot};
 use scenes::worlds::families::{Build, Drawn};
 
 use crate::output;
+use crate::provenance::is_standard;
 use crate::robot_files::RobotFiles;
 use crate::scene::Start;
 use crate::start;
@@ -102,6 +103,9 @@ pub fn scene(
     let mut scene = format!("name = {name:?}\nmesh_file = {obj:?}\n\n[robot]\n");
     let urdf = match files.is_builtin() {
         true => files.urdf.clone(),
+        false if is_standard(Path::new(&files.urdf)) => {
+            bail!("-: the scene of a drawn world names its robot: give the URDF as a file")
+        }
         false => absolute(Path::new(&files.urdf))?,
     };
     writeln!(scene, "urdf = {urdf:?}")?;

@@ -43,7 +43,7 @@ pub struct Args {
     /// start
     #[arg(long, value_name = "MOUNT.toml", conflicts_with = "pose")]
     extrinsics: Option<PathBuf>,
-    /// The robot: a URDF file, or builtin:NAME (default: builtin:hrp2)
+    /// The robot: a URDF file, - for the standard input, or builtin:NAME (default: builtin:hrp2)
     #[arg(long, value_name = "URDF")]
     robot: Option<String>,
     #[command(flatten)]
@@ -153,9 +153,9 @@ impl Args {
         let (before, mut scene) = match &self.scene {
             Some(name) => {
                 let scene = Scene::open(name, inputs)?;
-                (asked(&scene), self.over(scene)?)
+                (asked(&scene), self.over(scene, inputs)?)
             }
-            None => (String::new(), self.over(self.bare()?)?),
+            None => (String::new(), self.over(self.bare()?, inputs)?),
         };
         if asked(&scene) != before {
             inputs.note(FLAGS, said, said.as_bytes());
@@ -172,11 +172,12 @@ impl Args {
             .chain(beside)
             .flatten()
             .chain(&mut self.scan)
+            .chain(self.how.paths())
     }
 
     /// A scene of defaults; what has none must be among the flags.
     fn bare(&self) -> Result<Scene> {
-        if self.environment()?.is_none() {
+        if self.surfaces.is_none() && self.mesh.is_none() && self.scan.is_empty() {
             let wanted = "give a scene, or one of --surfaces, --scan and --mesh";
             return Err(usage(wanted));
         }
@@ -205,19 +206,19 @@ impl Args {
     }
 
     /// The environment that the flags name.
-    fn environment(&self) -> Result<Option<Environment>> {
+    fn environment(&self, inputs: &mut Inputs) -> Result<Option<Environment>> {
         let named = |path: &PathBuf| path.display().to_string();
         Ok(match (&self.surfaces, &self.mesh) {
             (Some(path), _) => Some(Environment::Surfaces(named(path))),
             (None, Some(path)) => Some(Environment::Mesh(named(path))),
-            (None, None) if !self.scan.is_empty() => Some(self.how.scans(&self.scan)?),
+            (None, None) if !self.scan.is_empty() => Some(self.how.scans(&self.scan, inputs)?),
             (None, None) => None,
         })
     }
 
     /// The scene with what the flags say in the place of what it said.
-    fn over(&self, mut scene: Scene) -> Result<Scene> {
-        if let Some(environment) = self.environment()? {
+    fn over(&self, mut scene: Scene, inputs: &mut Inputs) -> Result<Scene> {
+        if let Some(environment) = self.environment(inputs)? {
             scene.environment = environment;
             scene.files = Files::Folder(PathBuf::new());
         } else if self.how.sensor.is_some() || !self.how.pose.is_empty() {

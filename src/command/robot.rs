@@ -13,7 +13,7 @@ use crate::cli::Global;
 use crate::config::Config;
 use crate::output;
 use crate::propose::Proposal;
-use crate::provenance::Inputs;
+use crate::provenance::{Inputs, is_standard};
 use crate::robot_files::{BesideUrdf, RobotFiles};
 use crate::status::Status;
 use crate::template::render;
@@ -23,7 +23,7 @@ use crate::view;
 /// Flags of `robot`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A URDF file, or builtin:NAME
+    /// A URDF file, - for the standard input, or builtin:NAME
     #[arg(value_name = "URDF")]
     robot: String,
     #[command(flatten)]
@@ -100,16 +100,17 @@ impl Args {
             knees: self.also.contains(&Part::Knees),
             elbows: self.also.contains(&Part::Elbows),
         };
-        let bare = robot_model::load(&files.of_model(&config.robot_model)?)?;
+        let bare = files.bare(&files.of_model(&config.robot_model)?)?;
         let Proposal {
             contacts,
             srdf,
             notes,
         } = files.proposal(&bare, kinds)?;
-        let stem = Path::new(&files.urdf)
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy();
+        let urdf = Path::new(&files.urdf);
+        let stem = match urdf.file_stem() {
+            Some(stem) if !is_standard(urdf) => stem.to_string_lossy(),
+            _ => bare.name.as_str().into(),
+        };
         let mut files = files.clone();
         if files.contacts.is_none() {
             let path = folder.join("contacts.toml");

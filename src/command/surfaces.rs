@@ -46,12 +46,12 @@ pub struct Args {
 /// As [`environment::perceive`]; a file that cannot be written.
 pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
+    let mut inputs = Inputs::default();
     let source = match &args.mesh {
         Some(mesh) => Environment::Mesh(mesh.display().to_string()),
-        None => args.how.scans(&args.scans)?,
+        None => args.how.scans(&args.scans, &mut inputs)?,
     };
     let mut stages = Stages::default();
-    let mut inputs = Inputs::default();
     let files = Files::Folder(PathBuf::new());
     let (source, mut notes) = levelled(&source, &files, &config)?;
     let pool = threads::pool(global.threads)?;

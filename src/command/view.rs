@@ -12,6 +12,7 @@ use crate::cli::Global;
 use crate::config::Config;
 use crate::environment_flags::ScanFlags;
 use crate::plan_file::{self, PlanRobotFlags};
+use crate::provenance::Inputs;
 use crate::scene::Files;
 use crate::status::Status;
 use crate::told::Told;
@@ -42,7 +43,7 @@ pub struct Args {
 /// # Errors
 /// A plan, surfaces, a robot or a scan that cannot be read; a file that cannot be written.
 pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
-    let source = args.how.scans(&args.scan)?;
+    let source = args.how.scans(&args.scan, &mut Inputs::default())?;
     let cloud_W = environment::points_W(&source, &Files::Folder(PathBuf::new()))?;
     let (page, beside) = match &args.files[..] {
         [file] if !is_plan(file)? => (

@@ -70,7 +70,7 @@ pub(super) fn edit(
                 level: true,
                 ..ScanFlags::default()
             };
-            let scan = how.scans(&[path]).map_err(|why| bad(why.into()))?;
+            let scan = how.scans(&[path], &mut Inputs::default()).map_err(bad)?;
             unasked(name, &scan, global).map_err(bad)
         }
         None => refuse(

@@ -75,8 +75,7 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let robot = args.robot.files().load(&config.robot_model, &mut inputs)?;
     let feet = Feet::of(&robot, &args.feet, args.link.as_deref())?;
     let name = args.poses.display().to_string();
-    let text = String::from_utf8(inputs.read("poses", &args.poses)?);
-    let text = text.with_context(|| format!("{name}: not a text file"))?;
+    let text = inputs.text("poses", &args.poses)?;
     let joints: Vec<&str> = robot.joint_names().collect();
     let rows = stances_file::parse(&text, &joints).with_context(|| name.clone())?;
     let work = || {
@@ -89,7 +88,7 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
 
     // Frames → where the sensor saw it.
     let frames = frames(&args.frames, &rows).with_context(|| name.clone())?;
-    let sensor = args.sensor.options(UNNAMED);
+    let sensor = args.sensor.read(&mut inputs)?.options(UNNAMED);
     frames.iter().for_each(|frame| provenance::will_read(frame));
     let results = Folder::new(&args.output, RESULTS)?;
     let measured = told.during("looking for the ground in the frames", || {
