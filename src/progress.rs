@@ -55,8 +55,17 @@ impl ProgressLine {
 
     /// Shows where the search is.
     pub fn show(&self, progress: &Progress) {
+        self.say(|| self.text(progress));
+    }
+
+    /// Shows how many of one stage's pieces are done.
+    pub fn count(&self, stage: &str, done: usize, of: usize) {
+        self.say(|| format!("{stage}: {done} of {of}"));
+    }
+
+    fn say(&self, text: impl Fn() -> String) {
         if !self.plain {
-            self.bar.set_message(self.text(progress));
+            self.bar.set_message(text());
             return;
         }
         // A poisoned lock only means that another thread panicked while it printed.
@@ -64,19 +73,28 @@ impl ProgressLine {
         let mut said = said.unwrap_or_else(std::sync::PoisonError::into_inner);
         if said.elapsed() >= PLAIN_EVERY {
             *said = Instant::now();
-            eprintln!("{}", self.text(progress));
+            eprintln!("{}", text());
         }
     }
 
     fn text(&self, progress: &Progress) -> String {
         let rate = progress.solved as f64 / self.begin.elapsed().as_secs_f64().max(1e-3);
-        let distance = progress.best_distance_m;
-        let nodes = progress.nodes;
+        let Progress {
+            nodes,
+            nodes_max,
+            stances,
+            stances_about,
+            best_distance_m,
+            ..
+        } = progress;
         let doing = match progress.stage {
-            Stage::Search => "",
-            Stage::Motion => ", looking for motions",
+            Stage::Search => String::new(),
+            Stage::Motion { known, of } => format!(", motion {} of {of}", known + 1),
         };
-        format!("{nodes} nodes, {distance:.2} m to go, {rate:.0} postures/s{doing}")
+        format!(
+            "{stances} of about {stances_about} stances, {best_distance_m:.2} m to go, {nodes} nodes of at \
+             most {nodes_max}, {rate:.0} postures/s{doing}"
+        )
     }
 }
 

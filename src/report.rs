@@ -80,7 +80,7 @@ impl Clock {
     pub fn note(&self, stage: Stage) {
         let mut state = self.lock();
         match (stage, state.1) {
-            (Stage::Motion, None) => state.1 = Some(Instant::now()),
+            (Stage::Motion { .. }, None) => state.1 = Some(Instant::now()),
             (Stage::Search, Some(since)) => {
                 state.0 += since.elapsed();
                 state.1 = None;

@@ -42,16 +42,20 @@ impl Search<'_> {
         let config = self.posture_config;
         let (shorter, solved) = shorten(&self.context, config, way.clone(), &mut |_| Ok(true))?;
         self.solved += solved;
-        progress(self.progress(Stage::Motion));
+        let so_far = self.progress(Stage::Search);
+        let told = |known, of| {
+            let stage = Stage::Motion { known, of };
+            progress(Progress { stage, ..so_far });
+        };
         let short = path(&shorter, &goal);
-        if self.motions.along(&short)?.is_none() {
+        if self.motions.along(&short, &told)?.is_none() {
             progress(self.progress(Stage::Search));
             self.keep(short, of_tree(&shorter));
             return Ok(());
         }
 
         // The way as it was found, left out only what motions can do without too.
-        let missing = self.motions.along(&path(&way, &goal))?;
+        let missing = self.motions.along(&path(&way, &goal), &told)?;
         if let Some((stance, failure)) = missing {
             progress(self.progress(Stage::Search));
             self.forbid(&indices, stance, &failure);
@@ -59,7 +63,7 @@ impl Search<'_> {
         }
         let motions = &mut self.motions;
         let (shorter, solved) = shorten(&self.context, config, way, &mut |way| {
-            Ok(motions.along(&path(way, &goal))?.is_none())
+            Ok(motions.along(&path(way, &goal), &told)?.is_none())
         })?;
         self.solved += solved;
         progress(self.progress(Stage::Search));
@@ -77,7 +81,7 @@ impl Search<'_> {
         }
         if self.best.is_none() {
             let more = self.context.config.improve;
-            self.improve_to = [
+            self.budget = [
                 self.nodes.len() + more,
                 self.solved + more * PROBLEMS_A_NODE,
             ];
@@ -106,9 +110,13 @@ impl Search<'_> {
 
     /// Whether there is a plan and nothing more is to be done about it.
     pub(crate) fn is_done(&self) -> bool {
-        let [nodes, solved] = self.improve_to;
-        let spent = self.nodes.len() >= nodes || self.solved >= solved;
-        self.best.is_some() && (spent || !self.could_be_better(self.changes_min))
+        self.best.is_some() && (self.is_spent() || !self.could_be_better(self.changes_min))
+    }
+
+    /// Whether the budget is spent.
+    pub(crate) fn is_spent(&self) -> bool {
+        let [nodes, solved] = self.budget;
+        self.nodes.len() >= nodes || self.solved >= solved
     }
 
     /// The best plan where there is one, or how far the search came.

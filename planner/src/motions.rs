@@ -30,11 +30,15 @@ impl<'a> Motions<'a> {
     }
 
     /// Computes the motions of a path that are not known yet; the first stance that cannot be
-    /// reached from the one before it, and why.
+    /// reached from the one before it, and why. `told` hears how many are known, and of how many.
     ///
     /// # Errors
     /// [`Error::Motion`] where stances do not follow on each other.
-    pub fn along(&mut self, path: &[PathStance]) -> Result<Option<(usize, Failure)>, Error> {
+    pub fn along(
+        &mut self,
+        path: &[PathStance],
+        told: &dyn Fn(usize, usize),
+    ) -> Result<Option<(usize, Failure)>, Error> {
         let pairs: Vec<(Key, &[PathStance])> = path.windows(2).map(|p| (key(p), p)).collect();
         let context = &self.context;
         let solve = |(key, pair): &(Key, &[PathStance])| {
@@ -45,6 +49,7 @@ impl<'a> Motions<'a> {
         // asked for.
         let mut number = 0;
         for batch in pairs.chunks(rayon::current_num_threads()) {
+            told(number, pairs.len());
             let unknown = batch
                 .iter()
                 .filter(|(key, _)| !self.known.contains_key(key));

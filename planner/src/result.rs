@@ -28,8 +28,14 @@ pub enum Status {
 /// How far the search is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// Contact sets with a posture.
+    /// Contact sets with a posture, and the most that there may be.
     pub nodes: usize,
+    /// See [`Self::nodes`].
+    pub nodes_max: usize,
+    /// Stances of the way to the best contact set, and with what is estimated to follow.
+    pub stances: usize,
+    /// See [`Self::stances`].
+    pub stances_about: usize,
     /// Posture problems solved.
     pub solved: usize,
     /// Distance still to go along the guide path from the best contact set, m.
@@ -44,7 +50,12 @@ pub enum Stage {
     /// It searches for a sequence of contact sets.
     Search,
     /// It looks for the motions between the stances of a sequence that it found.
-    Motion,
+    Motion {
+        /// As many are known.
+        known: usize,
+        /// Of so many.
+        of: usize,
+    },
 }
 
 /// A contact change that could not be made.

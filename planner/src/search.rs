@@ -73,8 +73,8 @@ pub(crate) struct Search<'a> {
     pub best: Option<SearchResult>,
     /// Its nodes.
     pub best_way: Vec<usize>,
-    /// Nodes and posture problems up to which it is improved.
-    pub improve_to: [usize; 2],
+    /// Nodes and posture problems up to which a plan is looked for and, once there is one, a shorter one.
+    pub budget: [usize; 2],
     /// A number of contact changes that no plan falls short of.
     pub changes_min: usize,
     pub blocked: Vec<Blocked>,
@@ -104,6 +104,11 @@ pub fn search(
 ) -> Result<SearchResult, Error> {
     let context = way::laid(SearchContext::new(request, config, posture_config)?);
     motion_config.validate()?;
+    let asked = [config.nodes_max, config.candidates_max];
+    let budget = match &context.gap {
+        None => asked.map(|most| context.budget(most)),
+        Some(_) => [asked[0].min(GAP_NODES), asked[1].min(GAP_SOLVED)],
+    };
     let mut search = Search {
         context,
         posture_config,
@@ -121,7 +126,7 @@ pub fn search(
         seen: BTreeMap::new(),
         best: None,
         best_way: Vec::new(),
-        improve_to: [0; 2],
+        budget,
         changes_min: 0,
         blocked: Vec::new(),
         failed: BTreeMap::new(),
@@ -145,16 +150,6 @@ pub fn search(
     if let Some(last) = search.admit(root)? {
         search.finalize(0, last, progress)?;
     }
-    let (nodes_max, solved_max) = match &search.context.gap {
-        None => (
-            search.context.budget(config.nodes_max),
-            search.context.budget(config.candidates_max),
-        ),
-        Some(_) => (
-            config.nodes_max.min(GAP_NODES),
-            config.candidates_max.min(GAP_SOLVED),
-        ),
-    };
     loop {
         if search.is_done() {
             return Ok(search.ended(Status::Found));
@@ -162,8 +157,7 @@ pub fn search(
         if cancel.load(Ordering::Relaxed) {
             return Ok(search.ended(Status::Interrupted));
         }
-        let found = search.best.is_some();
-        if !found && (search.nodes.len() >= nodes_max || search.solved >= solved_max) {
+        if search.best.is_none() && search.is_spent() {
             return Ok(search.ended(Status::BudgetSpent));
         }
         let Some((candidate, solved)) = search.next() else {
@@ -382,10 +376,15 @@ impl<'a> Search<'a> {
 
     /// How far the search is.
     pub fn progress(&self, stage: Stage) -> Progress {
+        let best = &self.nodes[self.nearest()];
+        let rest = estimate(&self.context, &best.feet(&self.context));
         Progress {
             nodes: self.nodes.len(),
+            nodes_max: self.budget[0],
+            stances: best.depth + 1,
+            stances_about: best.depth + 1 + rest.ceil() as usize,
             solved: self.solved,
-            best_distance_m: self.nodes[self.nearest()].distance_m(&self.context),
+            best_distance_m: best.distance_m(&self.context),
             stage,
         }
     }

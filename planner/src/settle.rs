@@ -59,7 +59,7 @@ impl Search<'_> {
                 continue;
             };
             let pair = [parent, index].map(|i| PathStance::from(&self.nodes[i]));
-            if let Some((_, failure)) = self.motions.along(&pair)? {
+            if let Some((_, failure)) = self.motions.along(&pair, &|_, _| {})? {
                 let child = self.nodes[index].clone();
                 let reason = format!("no motion: {}", failure.describe());
                 self.block(parent, Some(child), reason);

@@ -100,7 +100,7 @@ pub fn long<T: Send>(
 fn tell(progress: &Bound<'_, PyAny>, event: &Progress) -> PyResult<bool> {
     let stage = match event.stage {
         planner::Stage::Search => "search",
-        planner::Stage::Motion => "motion",
+        planner::Stage::Motion { .. } => "motion",
     };
     let said = (event.nodes, event.solved, event.best_distance_m, stage);
     let said = progress.call1(said)?;

@@ -172,13 +172,12 @@ impl Job {
             threads: global.threads,
             stage: &|stage| self.change(|state| stage.clone_into(&mut state.stage)),
             progress: &|progress| {
-                let stage = match progress.stage {
-                    Stage::Search => "searching",
-                    Stage::Motion => "looking for motions",
-                };
                 self.change(|state| {
                     state.progress = Some(*progress);
-                    stage.clone_into(&mut state.stage);
+                    state.stage = match progress.stage {
+                        Stage::Search => "searching".to_owned(),
+                        Stage::Motion { known, of } => format!("motion {} of {of}", known + 1),
+                    };
                 });
             },
             cancel: &self.cancel,
