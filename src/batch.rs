@@ -11,6 +11,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Result;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::bench::{self, Ended, Row};
@@ -46,7 +47,8 @@ pub struct Extras {
 }
 
 /// What came of an item, as its folder holds it.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[schemars(title = "BatchItem")]
 pub struct Record {
     /// The program.
     pub program: plan::Program,

@@ -6,6 +6,7 @@ pub mod world;
 use std::time::Instant;
 
 use planner::Status;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::cli::Global;
@@ -34,7 +35,7 @@ pub struct Item {
 }
 
 /// How the planning of a world ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ended {
     /// A plan that the verifier passes.
@@ -72,7 +73,7 @@ impl Ended {
 }
 
 /// One line of the results.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Row {
     /// Name of the world.
     pub world: String,

@@ -40,7 +40,6 @@ pub mod schemas;
 mod search_file;
 pub mod serve;
 pub mod signature;
-#[cfg(feature = "mujoco")]
 pub mod simulate;
 pub mod slope;
 pub mod start;

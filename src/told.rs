@@ -4,21 +4,67 @@ use std::fmt::Display;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::Result;
+use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 use crate::mistakes;
 use crate::progress::ProgressLine;
 use crate::provenance::STANDARD;
 use crate::status::{self, Status, UsageError};
 
+/// The document of a command, told with `--json`.
+#[derive(Default, Serialize, JsonSchema)]
+pub struct Document {
+    /// The command, as `calibrate camera`; nothing where the command line holds none.
+    command: String,
+    /// The program's version.
+    version: String,
+    /// How it ended: `done`, `failed`, `no_plan`, `not_executed`, `undecided`, `usage` or `error`.
+    status: String,
+    /// The exit code that says so.
+    exit_code: u8,
+    /// What was met on the way.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<String>,
+    /// Files and folders of results.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    written: Vec<String>,
+    /// Pages to look at.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    open: Vec<String>,
+    /// Criteria that do not hold.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    failures: Vec<String>,
+    /// Why it did nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<Failure>,
+    /// What was found or done, under names of the command's own.
+    #[serde(flatten)]
+    facts: Map<String, Value>,
+}
+
+/// Why a command did nothing.
+#[derive(Serialize, JsonSchema)]
+struct Failure {
+    /// `usage` or `error`.
+    kind: String,
+    /// All of it in words.
+    message: String,
+    /// Each mistake in words.
+    mistakes: Vec<String>,
+    /// The exit code.
+    exit_code: u8,
+}
+
 /// Takes what a command tells. What is written to it are words, which the document leaves out; what the document
 /// holds are facts. [`Self::note`], [`Self::written`], [`Self::open`] and [`Self::fails`] are both.
 pub struct Told<'a> {
     out: &'a mut dyn Write,
-    document: Option<Map<String, Value>>,
+    document: Option<Box<Document>>,
     /// Whether somebody waits at a terminal.
     is_awaited: bool,
 }
@@ -44,10 +90,14 @@ impl<'a> Told<'a> {
 
     /// One document to `out`, for the command of a name.
     pub fn document(command: &str, out: &'a mut dyn Write) -> Self {
-        let document = json!({ "command": command, "version": crate::program().version });
+        let document = Document {
+            command: command.to_owned(),
+            version: crate::program().version,
+            ..Document::default()
+        };
         Self {
             out,
-            document: document.as_object().cloned(),
+            document: Some(Box::new(document)),
             is_awaited: false,
         }
     }
@@ -58,7 +108,8 @@ impl<'a> Told<'a> {
     /// A map of which the keys are no strings.
     pub fn fact(&mut self, name: &str, value: impl Serialize) -> Result<()> {
         if let Some(document) = &mut self.document {
-            document.insert(name.to_owned(), serde_json::to_value(value)?);
+            let value = serde_json::to_value(value)?;
+            document.facts.insert(name.to_owned(), value);
         }
         Ok(())
     }
@@ -69,20 +120,23 @@ impl<'a> Told<'a> {
     /// Text that is no JSON.
     pub fn written_fact(&mut self, name: &str, json: &[u8]) -> Result<()> {
         if let Some(document) = &mut self.document {
-            document.insert(name.to_owned(), serde_json::from_slice(json)?);
+            let value = serde_json::from_slice(json)?;
+            document.facts.insert(name.to_owned(), value);
         }
         Ok(())
     }
 
     /// Adds to a list, or says it.
-    fn item(&mut self, list: &str, item: &str, words: &str) -> std::io::Result<()> {
+    fn item(
+        &mut self,
+        list: impl FnOnce(&mut Document) -> &mut Vec<String>,
+        item: String,
+        words: &str,
+    ) -> std::io::Result<()> {
         match &mut self.document {
             None => writeln!(self.out, "{words}{item}"),
             Some(document) => {
-                let list = document.entry(list).or_insert_with(|| json!([]));
-                list.as_array_mut()
-                    .into_iter()
-                    .for_each(|l| l.push(item.into()));
+                list(document).push(item);
                 Ok(())
             }
         }
@@ -95,6 +149,20 @@ impl<'a> Told<'a> {
             line.stage(stage);
         }
         work()
+    }
+
+    /// Does many pieces of work, which call what they are given as each is done, and counts them meanwhile.
+    pub fn counting<T>(
+        &self,
+        stage: &str,
+        of: usize,
+        work: impl FnOnce(&(dyn Fn() + Sync)) -> T,
+    ) -> T {
+        let line = self.is_awaited.then(ProgressLine::default);
+        let done = AtomicUsize::new(0);
+        let count = |done| line.iter().for_each(|line| line.count(stage, done, of));
+        count(0);
+        work(&|| count(done.fetch_add(1, Ordering::Relaxed) + 1))
     }
 
     /// Tells at once of one of many that is done; of a document on stderr.
@@ -113,7 +181,7 @@ impl<'a> Told<'a> {
     /// # Errors
     /// When it cannot be written; as of those below.
     pub fn note(&mut self, note: impl Display) -> std::io::Result<()> {
-        self.item("notes", &note.to_string(), "")
+        self.item(|d| &mut d.notes, note.to_string(), "")
     }
 
     /// Tells of a result in a file or folder; who reads the standard output sees that.
@@ -123,7 +191,7 @@ impl<'a> Told<'a> {
     pub fn written(&mut self, path: &Path) -> std::io::Result<()> {
         match path == Path::new(STANDARD) {
             true => Ok(()),
-            false => self.item("written", &path.display().to_string(), "written: "),
+            false => self.item(|d| &mut d.written, path.display().to_string(), "written: "),
         }
     }
 
@@ -132,15 +200,14 @@ impl<'a> Told<'a> {
     /// # Errors
     /// As there.
     pub fn open(&mut self, page: impl Display) -> std::io::Result<()> {
-        self.item("open", &page.to_string(), "open in a browser: ")
+        self.item(|d| &mut d.open, page.to_string(), "open in a browser: ")
     }
 
     /// Tells of a criterion that does not hold; the words go to stderr.
     pub fn fails(&mut self, failure: &str) {
-        match self.document {
+        match &mut self.document {
             None => eprintln!("fails: {failure}"),
-            // A list in memory takes every item.
-            Some(_) => drop(self.item("failures", failure, "")),
+            Some(document) => document.failures.push(failure.to_owned()),
         }
     }
 
@@ -158,19 +225,18 @@ impl<'a> Told<'a> {
                 Ok(())
             }
             (Some(mut document), ended) => {
-                document.insert("status".to_owned(), name.into());
-                document.insert("exit_code".to_owned(), code.into());
-                if let Err(error) = ended {
-                    let message = format!("{error:#}");
-                    let error = json!({
-                        "kind": name,
-                        "message": message,
-                        "mistakes": mistakes::of(error),
-                        "exit_code": code,
-                    });
-                    document.insert("error".to_owned(), error);
-                }
-                writeln!(self.out, "{:#}", Value::Object(document)).and_then(|()| self.out.flush())
+                name.clone_into(&mut document.status);
+                document.exit_code = code;
+                document.error = ended.as_ref().err().map(|error| Failure {
+                    kind: name.to_owned(),
+                    message: format!("{error:#}"),
+                    mistakes: mistakes::of(error),
+                    exit_code: code,
+                });
+                serde_json::to_value(document)
+                    .map_err(Into::into)
+                    .and_then(|document| writeln!(self.out, "{document:#}"))
+                    .and_then(|()| self.out.flush())
             }
         };
         match said {

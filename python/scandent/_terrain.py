@@ -28,6 +28,8 @@ class Face:
     X_WF: Array
     #: Outer ring, then holes, each (n, 2) in F, m.
     rings: List[Array]
+    #: Coefficient of friction that it has at most with whatever touches it; without one the patches' own count.
+    friction: Optional[float] = None
 
     @property
     def normal_W(self) -> Array:
@@ -81,11 +83,14 @@ class Terrain:
     def from_polygons(
         polygons: Union[Mapping[str, npt.ArrayLike], Sequence[npt.ArrayLike]],
         obstacles: Optional[Mapping[str, npt.ArrayLike]] = None,
+        *,
+        friction: Optional[Union[float, Mapping[str, float]]] = None,
     ) -> Terrain:
         """Faces with these corners: (n, 3) each in W, m, in one plane, counter-clockwise seen from outside.
 
         A mapping names the faces; of a sequence they are ``face0``, ``face1``, … ``obstacles`` are convex
-        bodies to avoid, the hulls of points (n, 3) in W, m. Raises ``InputError``.
+        bodies to avoid, the hulls of points (n, 3) in W, m. ``friction`` is that of ``with_friction``. Raises
+        ``InputError``.
         """
         if not isinstance(polygons, Mapping):
             polygons = {f"face{i}": polygon for i, polygon in enumerate(each(polygons, "polygons"))}
@@ -94,7 +99,20 @@ class Terrain:
             {"id": text(name, "obstacles"), "points_W": numbers(points, f"obstacles[{name!r}]", None, 3).tolist()}
             for name, points in mapping(obstacles, "obstacles").items()
         ]
-        return Terrain._of({"faces": faces, "obstacles": bodies}, "polygons")
+        terrain = Terrain._of({"faces": faces, "obstacles": bodies}, "polygons")
+        return terrain if friction is None else terrain.with_friction(friction)
+
+    def with_friction(self, friction: Union[float, Mapping[str, float]]) -> Terrain:
+        """The same with these coefficients of friction: of all faces, or of those named.
+
+        Whatever touches a face has at most the face's own. Raises ``InputError``.
+        """
+        if isinstance(friction, Mapping):
+            own = {text(name, "friction"): number(value, f"friction[{name!r}]") for name, value in friction.items()}
+        else:
+            everywhere = number(friction, "friction")
+            own = {face.id: everywhere for face in self.faces}
+        return Terrain(self._native.with_friction(own))
 
     @staticmethod
     def _of(record: Mapping[str, Any], argument: str) -> Terrain:
@@ -106,7 +124,12 @@ class Terrain:
         """What may be touched."""
         if self._faces is None:
             self._faces = [
-                Face(face["id"], matrix(face["X_WF"]), [np.array(ring["vertices"]) for ring in face["region"]])
+                Face(
+                    face["id"],
+                    matrix(face["X_WF"]),
+                    [np.array(ring["vertices"]) for ring in face["region"]],
+                    face.get("friction"),
+                )
                 for face in json.loads(self.to_json())["faces"]
             ]
         return self._faces

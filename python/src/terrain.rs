@@ -144,6 +144,27 @@ impl Terrain {
         })
     }
 
+    /// The same with these coefficients of friction of faces by their names.
+    fn with_friction(&self, friction: BTreeMap<String, f64>) -> PyResult<Self> {
+        let mut terrain = self.terrain.clone();
+        let blame = |e: anyhow::Error| error::input(e, Some("friction"));
+        for (name, value) in friction {
+            let known = || terrain.faces.iter().map(|face| face.id.to_string());
+            let at = known().position(|id| id == name);
+            let at = at.with_context(|| {
+                let known: Vec<String> = known().collect();
+                format!("friction: no face {name:?}; there are {}", known.join(", "))
+            });
+            terrain.faces[at.map_err(blame)?].friction = Some(value);
+        }
+        terrain.validate().map_err(|e| blame(e.into()))?;
+        Self::of_memory(Perceived {
+            terrain,
+            cloud_W: self.cloud_W.clone(),
+            notes: self.notes.clone(),
+        })
+    }
+
     fn to_json(&self) -> PyResult<String> {
         self.terrain.to_json().map_err(error::of)
     }

@@ -57,7 +57,8 @@ def calls(robot: scandent.Robot, terrain: scandent.Terrain, folder: Path) -> dic
             {"depth": depth, "K": [15.0, 15.0, 7.5, 5.5], "T_WV": pose, "sensor": None, "depth_scale_m": None, "config": None},
         ),
         "from_mesh": (scandent.Terrain.from_mesh, {"mesh": SQUARE, "triangles": [[0, 1, 2], [0, 2, 3]], "config": None}),
-        "from_polygons": (scandent.Terrain.from_polygons, {"polygons": [SQUARE], "obstacles": None}),
+        "from_polygons": (scandent.Terrain.from_polygons, {"polygons": [SQUARE], "obstacles": None, "friction": None}),
+        "with_friction": (terrain.with_friction, {"friction": 0.5}),
         "load_terrain": (scandent.Terrain.load, {"file": folder / "none"}),
         "face": (terrain.face, {"name": "floor"}),
         "save_terrain": (terrain.save, {"file": folder / "none" / "surfaces.json"}),
@@ -124,8 +125,8 @@ def calls(robot: scandent.Robot, terrain: scandent.Terrain, folder: Path) -> dic
     }
 
 
-NAMED = ["perceive", "from_mesh", "from_polygons", "load_terrain", "face", "save_terrain", "load_robot", "solve_posture"]
-NAMED += ["solve_postures", "draw_postures", "plan", "run", "verify", "load_plan", "simulate", "mjcf", "batch"]
+NAMED = ["perceive", "from_mesh", "from_polygons", "with_friction", "load_terrain", "face", "save_terrain", "load_robot"]
+NAMED += ["solve_posture", "solve_postures", "draw_postures", "plan", "run", "verify", "load_plan", "simulate", "mjcf", "batch"]
 NAMED += ["load_episode", "parquet"]
 
 

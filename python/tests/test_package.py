@@ -77,6 +77,24 @@ def test_meshes_of_arrays_and_polygons_agree() -> None:
         assert np.allclose(sorted(face.vertices_W.tolist()), sorted(corners.tolist()))
 
 
+def test_faces_have_a_friction_of_their_own(hrp2: scandent.Robot) -> None:
+    squares = {"floor": rectangle(-0.5, 0.45, 0.0), "step": rectangle(0.45, 1.4, 0.1)}
+    icy = scandent.Terrain.from_polygons(squares, friction={"step": 0.05})
+    assert [face.friction for face in icy.faces] == [None, 0.05]
+    assert [face.friction for face in icy.with_friction(0.4).faces] == [0.4, 0.4]
+    assert [face.friction for face in icy.faces] == [None, 0.05]
+    # A tilted face holds a foot by its friction alone.
+    turn = np.array([[np.cos(0.2), 0, np.sin(0.2)], [0, 1, 0], [-np.sin(0.2), 0, np.cos(0.2)]])
+    tilted = scandent.Terrain.from_polygons({"slope": rectangle(-0.5, 0.5, 0.0) @ turn.T})
+    both = {"right_foot": "slope", "left_foot": "slope"}
+    assert scandent.solve_posture(hrp2, tilted, both).feasible
+    assert not scandent.solve_posture(hrp2, tilted.with_friction(0.1), both).feasible
+    for wrong in (0.0, float("nan"), {"roof": 0.5}, {"slope": -1.0}, "ice"):
+        with pytest.raises(scandent.InputError) as caught:
+            tilted.with_friction(wrong)  # type: ignore[arg-type]
+        assert caught.value.argument is not None and caught.value.argument.startswith("friction")
+
+
 def test_postures_on_a_terrain(step: scandent.Terrain, hrp2: scandent.Robot) -> None:
     found = scandent.solve_posture(hrp2, step, {"right_foot": "floor", "left_foot": "step"})
     assert found.feasible and found.q is not None

@@ -1,9 +1,10 @@
 //! What was measured against what is allowed.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// One criterion of a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Criterion {
     /// What is measured.
     pub name: String,
@@ -23,7 +24,7 @@ pub struct Criterion {
 }
 
 /// On which side of the bound a value has to be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sense {
     /// Not above.

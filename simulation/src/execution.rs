@@ -1,12 +1,11 @@
 //! Whether a reference is executed: the robot starts at its first configuration and follows it to the end.
 use robot_model::Robot;
-use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::Config;
 use crate::control::{Control, servo};
-use crate::criteria::Criterion;
 use crate::monitor::Monitor;
+use crate::outcome::Executed;
 use crate::perturbation::Perturbation;
 use crate::physics::Physics;
 use crate::plant::Plant;
@@ -20,25 +19,6 @@ use crate::world::WorldBody;
 const REST_S: f64 = 1.0;
 /// Deviation of the centre of mass from which on the robot is taken to fall, m.
 const FALL_M: f64 = 0.25;
-
-/// How a reference was executed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Executed {
-    /// Every criterion.
-    pub criteria: Vec<Criterion>,
-    /// Whether all hold.
-    pub pass: bool,
-    /// Whether it stands at the end: it did not fall, and its last contacts bear it.
-    pub stands: bool,
-    /// When the robot fell, s.
-    pub fell_s: Option<f64>,
-    /// The first thing that went wrong, in words.
-    pub cause: Option<String>,
-    /// What was disturbed.
-    pub perturbation: Perturbation,
-    /// Simulated time, s.
-    pub simulated_s: f64,
-}
 
 /// One row of a run's trace.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 use robot_model::{GRAVITY_M_S2, Robot};
-use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::Config;
 use crate::control::{Control, servo};
 use crate::criteria::{Criterion, Unit};
 use crate::monitor::Monitor;
+use crate::outcome::Held;
 use crate::physics::{Physics, Scales};
 use crate::plant::Plant;
 use crate::reference::ReferenceState;
@@ -36,21 +36,6 @@ const JOINT_SPEED_MAX_RAD_S: f64 = 0.02;
 const WEIGHT_ERROR_MAX: f64 = 0.01;
 /// Largest use of the torque limits.
 const TORQUE_USE_MAX: f64 = 0.8;
-
-/// How a stance held.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Held {
-    /// Every criterion.
-    pub criteria: Vec<Criterion>,
-    /// Whether all hold.
-    pub pass: bool,
-    /// Displacement of the centre of mass while the robot settled on the world as it is, mm.
-    pub settled_com_mm: f64,
-    /// Tilt of the base by that, deg.
-    pub settled_tilt_deg: f64,
-    /// Mean normal force of each contact, N.
-    pub normal_n: Vec<(String, f64)>,
-}
 
 /// Holds a stance, pushed by `push_W` (in W, N) where there is one.
 ///

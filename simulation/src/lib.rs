@@ -35,6 +35,7 @@ pub mod criteria;
 pub mod dynamics;
 mod error;
 pub mod mjcf;
+pub mod outcome;
 pub mod perturbation;
 pub mod physics;
 pub mod playback;

@@ -1,6 +1,7 @@
 //! What a robust run changes, drawn from a seed.
 
 use nalgebra::Vector3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Spread;
@@ -11,7 +12,7 @@ use crate::world::WorldBody;
 const PUSH_S: f64 = 0.2;
 
 /// A push on the base.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Push {
     /// When it begins, s.
     pub t_s: f64,
@@ -22,7 +23,7 @@ pub struct Push {
 }
 
 /// How one run differs from what was planned.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Perturbation {
     /// Factor of the coefficients of friction.
     pub friction_factor: Option<f64>,

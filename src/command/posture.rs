@@ -134,9 +134,9 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     // Solves that are to be timed do not share the machine with one another.
     let threads = global.threads.or(args.repeat.and(NonZeroUsize::new(1)));
     let pool = threads::pool(threads)?;
-    let answers = told.during(&format!("solving {} problems", set.problems.len()), || {
+    let answers = told.counting("solving problems", set.problems.len(), |done| {
         pool.install(|| {
-            let solve = |problem| solver.answer(problem);
+            let solve = |problem| solver.answer(problem).inspect(|_| done());
             let answers = set.problems.par_iter().map(solve);
             answers.collect::<Result<Vec<_>>>()
         })

@@ -179,8 +179,9 @@ mod simulated {
     use anyhow::Context;
     use plan::Motion;
     use robot_model::Robot;
-    use simulation::execution::{Executed, execute};
+    use simulation::execution::execute;
     use simulation::mjcf;
+    use simulation::outcome::Executed;
     use simulation::perturbation::{Kinds, Perturbation};
     use simulation::physics::{Physics, Scales, Servo};
     use simulation::playback::Playback;
@@ -191,7 +192,12 @@ mod simulated {
     use crate::pipeline::MOTION_FILE;
     use crate::simulate::report::{Report, SIMULATION_FORMAT};
     use crate::simulate::trace::Trace;
-    use crate::simulate::{self, execute::robust_runs, hold::hold_all, table};
+    use crate::simulate::{
+        self,
+        execute::robust_runs,
+        hold::{HOLDS, hold_all},
+        table,
+    };
     use crate::{plan_file, provenance, threads};
 
     /// Time between two rows of the trace, s.
@@ -238,8 +244,10 @@ mod simulated {
         let which = ["as planned", "the true ones"][usize::from(true_world)];
         writeln!(told, "world: {} bodies, {which}", world.len())?;
         if !args.execute {
-            let hold = || pool.install(|| hold_all(&plan, &robot, &world, &config, cancel));
-            let held = told.during("holding the stances", hold)?;
+            let holds = HOLDS * plan.stances.len();
+            let held = told.counting("holding the stances", holds, |done| {
+                pool.install(|| hold_all(&plan, &robot, &world, &config, cancel, done))
+            })?;
             write!(told, "{}", table::of_stances(&held))?;
             let failed = held.iter().filter(|held| !held.pass());
             failures.extend(failed.map(table::failures_of_stance));
@@ -261,9 +269,13 @@ mod simulated {
             if !args.perturb.is_empty() {
                 let kinds = kinds(&args.perturb);
                 let (runs, asked) = (args.runs, (&config, kinds, seed));
-                let perturbed =
-                    || pool.install(|| robust_runs(&robot, &world, &playback, asked, runs, cancel));
-                report.robust = told.during("executing it perturbed", perturbed)?;
+                let stage = "executing it perturbed";
+                report.robust = told.counting(stage, runs as usize, |done| {
+                    let world = &world;
+                    pool.install(|| {
+                        robust_runs(&robot, world, &playback, asked, runs, cancel, done)
+                    })
+                })?;
                 write!(told, "{}", table::of_robust(&report.robust))?;
                 let robustness = table::robust(&report.robust);
                 write!(told, "{}", table::of_run("all of them", &robustness))?;

@@ -5,14 +5,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
 use robot_model::Robot;
-use simulation::execution::{Executed, Unobserved, execute};
+use simulation::execution::{Unobserved, execute};
+use simulation::outcome::Executed;
 use simulation::perturbation::{Kinds, Perturbation};
 use simulation::playback::Playback;
 use simulation::reference::Reference;
 use simulation::used_faces::touched_normals_W;
 use simulation::world::WorldBody;
 
-/// Runs of a seed: each disturbed in its own way, in the order of their numbers.
+/// Runs of a seed: each disturbed in its own way, in the order of their numbers. `done` is called after each.
 ///
 /// # Errors
 /// A robot that cannot be simulated, a controller without a solution; that `cancel` was raised.
@@ -23,6 +24,7 @@ pub fn robust_runs(
     (config, kinds, seed): (&simulation::Config, Kinds, u64),
     runs: u64,
     cancel: &AtomicBool,
+    done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Executed>> {
     let normals = touched_normals_W(robot, world, playback);
     (0..runs)
@@ -33,6 +35,7 @@ pub fn robust_runs(
             let push =
                 Perturbation::draw(seed, run, &config.perturbation, kinds, &normals, duration_s);
             let executed = execute(robot, world, playback, config, &push, &mut Unobserved);
+            done();
             executed.with_context(|| format!("run {run}"))
         })
         .collect()

@@ -1,17 +1,17 @@
 //! The file of a simulation's results.
 
-use plan::Program;
+use plan::{Change, Program};
+use schemars::JsonSchema;
 use serde::Serialize;
 use simulation::criteria::Criterion;
-use simulation::execution::Executed;
-
-use super::hold::HeldStance;
+use simulation::outcome::{Executed, Held};
 
 /// The value of [`Report::format`].
 pub const SIMULATION_FORMAT: &str = "scandent-simulation/1";
 
 /// Everything that a simulation showed.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[schemars(title = "Simulation")]
 pub struct Report {
     /// Always [`SIMULATION_FORMAT`].
     pub format: &'static str,
@@ -37,4 +37,24 @@ pub struct Report {
     pub robustness: Vec<Criterion>,
     /// Whether every criterion holds.
     pub pass: bool,
+}
+
+/// How one stance of the plan held.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct HeldStance {
+    /// Index in the plan.
+    pub stance: usize,
+    /// How it differs from the one before.
+    pub change: Change,
+    /// Undisturbed.
+    pub plain: Held,
+    /// Pushed along +x, −x, +y and −y of W.
+    pub pushed: Vec<Held>,
+}
+
+impl HeldStance {
+    /// Whether it held undisturbed and pushed.
+    pub fn pass(&self) -> bool {
+        self.plain.pass && self.pushed.iter().all(|held| held.pass)
+    }
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use simulation::criteria::{Criterion, Sense, Unit};
-use simulation::execution::Executed;
+use simulation::outcome::Executed;
 
-use super::hold::HeldStance;
+use super::report::HeldStance;
 
 /// The worst value of every criterion over all stances, plain and pushed.
 pub fn of_stances(held: &[HeldStance]) -> String {

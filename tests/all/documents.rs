@@ -7,7 +7,8 @@ use std::process::{Output, Stdio};
 
 use serde_json::Value;
 
-use crate::support::program::{command, json, list, read, said, succeeds};
+use crate::schemas::assert_as_said;
+use crate::support::program::{command, json, list, read, root, said, succeeds};
 
 /// A floor to walk on, as a mesh.
 const FLOOR: &str = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
@@ -72,7 +73,7 @@ fn folder() -> tempfile::TempDir {
 #[test]
 fn every_command_tells_one_document() {
     let folder = folder();
-    let mut seen = BTreeSet::new();
+    let (mut seen, mut files) = (BTreeSet::new(), Vec::new());
     for (line, code, status, names) in LINES {
         let output = in_folder(folder.path(), &format!("{line} --json"), &[]);
         let document: Value = serde_json::from_slice(&output.stdout)
@@ -92,7 +93,17 @@ fn every_command_tells_one_document() {
             assert!(path.exists(), "{line}: {}", path.display());
         }
         seen.extend(line.split(' ').next());
+        files.push(("document", document));
     }
+    let item = json(folder.path().join("batch/items/a/item.json"));
+    files.push(("bench_row", item["row"].clone()));
+    files.push(("batch_item", item));
+    #[cfg(feature = "mujoco")]
+    files.push((
+        "simulation",
+        json(folder.path().join("out/simulation.json")),
+    ));
+    assert_as_said(&files);
     let help = succeeds("--help", &[]);
     let commands = help.lines().skip_while(|l| !l.starts_with("Commands:"));
     let commands = commands.skip(1).take_while(|l| !l.is_empty());
@@ -138,4 +149,17 @@ fn files_go_in_and_out_by_pipes() {
     assert!(String::from_utf8_lossy(&table).lines().count() > list(&by_name["stances"]).len());
     let page = piped("view - -o -", plan.as_bytes());
     assert!(page.starts_with(b"<!doctype html>"));
+    // Of a robot the URDF, which may name no file beside itself but from the current folder on.
+    let urdf = read(root("scenes/robots/quadruped/quadruped.urdf"));
+    let told = piped("robot - --propose proposed", urdf.as_bytes());
+    assert!(String::from_utf8_lossy(&told).contains("postures: standing"));
+    assert!(folder.path().join("proposed/quadruped.srdf").is_file());
+    let mesh = r#"<robot name="r"><link name="l"><collision><geometry><mesh filename="a.stl"/>"#;
+    let mesh = format!("{mesh}</geometry></collision></link></robot>");
+    let output = in_folder(folder.path(), "robot -", mesh.as_bytes());
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1));
+    for word in ["standard input", "current folder", "a.stl"] {
+        assert!(words.contains(word), "{words}");
+    }
 }

@@ -42,8 +42,8 @@ for schema, file in zip(sys.argv[1::2], sys.argv[2::2]):
         print(f"{file}: an unknown key passes")
 "#;
 
-#[test]
-fn files_are_as_the_schemas_say() {
+/// Asserts that files are as the schemas of these names say; without Python's jsonschema that is skipped.
+pub fn assert_as_said(files: &[(&str, Value)]) {
     let folder = tempfile::tempdir().expect("a folder");
     let venv = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../python-venv/bin/python");
     let python = if venv.exists() {
@@ -57,6 +57,26 @@ fn files_are_as_the_schemas_say() {
         eprintln!("SKIPPED: no jsonschema for Python: scripts/test installs it");
         return;
     }
+    let mut command = Command::new(command.get_program());
+    command.args(["-c", VALIDATE]);
+    for (number, (name, value)) in files.iter().enumerate() {
+        let file = folder.path().join(format!("{number}-{name}.json"));
+        std::fs::write(&file, value.to_string()).expect("writable");
+        command
+            .arg(root(&format!("docs/schemas/{name}.schema.json")))
+            .arg(file);
+    }
+    let output = command.output().expect("Python starts");
+    assert!(
+        output.status.success() && output.stdout.is_empty(),
+        "{}",
+        said(&output)
+    );
+}
+
+#[test]
+fn files_are_as_the_schemas_say() {
+    let folder = tempfile::tempdir().expect("a folder");
     let results = &shipped("irregular-stairs").results;
     let mut files: Vec<(&str, Value)> = ["certificate", "plan", "report", "search", "surfaces"]
         .map(|name| (name, json(results.join(format!("{name}.json")))))
@@ -79,19 +99,5 @@ fn files_are_as_the_schemas_say() {
     let line = "posture-sets --robot builtin:hrp2 --family hard --count 12 -o @";
     succeeds(line, &[&problems]);
     files.push(("posture_problems", json(&problems)));
-    let mut command = Command::new(command.get_program());
-    command.args(["-c", VALIDATE]);
-    for (number, (name, value)) in files.iter().enumerate() {
-        let file = folder.path().join(format!("{number}-{name}.json"));
-        std::fs::write(&file, value.to_string()).expect("writable");
-        command
-            .arg(root(&format!("docs/schemas/{name}.schema.json")))
-            .arg(file);
-    }
-    let output = command.output().expect("Python starts");
-    assert!(
-        output.status.success() && output.stdout.is_empty(),
-        "{}",
-        said(&output)
-    );
+    assert_as_said(&files);
 }

@@ -5,8 +5,9 @@ use robot_model::{GRAVITY_M_S2, Kinematics, Robot};
 
 use simulation::config::{Config, Controller};
 use simulation::dynamics::Dynamics;
-use simulation::execution::{Executed, Unobserved, execute};
-use simulation::hold::{Held, hold};
+use simulation::execution::{Unobserved, execute};
+use simulation::hold::hold;
+use simulation::outcome::{Executed, Held};
 use simulation::perturbation::{Kinds, Perturbation, Push};
 use simulation::physics::{Physics, Scales, Servo};
 use simulation::plant::{Plant, Side};
