@@ -73,7 +73,7 @@ pub fn propose(
         let stand = stand.or_else(|why| {
             let posture = standing::stand(&robot, &limbs, &nearer)?;
             notes.push(format!(
-                "it stands only with a smaller posture.clearance_m: {why:#}"
+                "warning: it stands only with a smaller posture.clearance_m: {why:#}"
             ));
             anyhow::Ok(posture)
         });

@@ -159,9 +159,9 @@ impl<'a> Told<'a> {
         work: impl FnOnce(&(dyn Fn() + Sync)) -> T,
     ) -> T {
         let line = self.is_awaited.then(ProgressLine::default);
+        line.iter().for_each(|line| line.stage(stage));
         let done = AtomicUsize::new(0);
         let count = |done| line.iter().for_each(|line| line.count(stage, done, of));
-        count(0);
         work(&|| count(done.fetch_add(1, Ordering::Relaxed) + 1))
     }
 

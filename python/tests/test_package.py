@@ -85,7 +85,7 @@ def test_faces_have_a_friction_of_their_own(hrp2: scandent.Robot) -> None:
     assert [face.friction for face in icy.faces] == [None, 0.05]
     # A tilted face holds a foot by its friction alone.
     turn = np.array([[np.cos(0.2), 0, np.sin(0.2)], [0, 1, 0], [-np.sin(0.2), 0, np.cos(0.2)]])
-    tilted = scandent.Terrain.from_polygons({"slope": rectangle(-0.5, 0.5, 0.0) @ turn.T})
+    tilted = scandent.Terrain.from_polygons({"slope": np.asarray(rectangle(-0.5, 0.5, 0.0)) @ turn.T})
     both = {"right_foot": "slope", "left_foot": "slope"}
     assert scandent.solve_posture(hrp2, tilted, both).feasible
     assert not scandent.solve_posture(hrp2, tilted.with_friction(0.1), both).feasible

@@ -57,6 +57,29 @@ fn what_cannot_be_done_is_refused_by_name() {
 }
 
 #[test]
+fn mistakes_of_a_scene_are_told_in_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("scene.toml");
+    let floor = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
+    std::fs::write(folder.path().join("floor.obj"), floor).expect("writable");
+    let text = "name = \"x\"\nmesh_file = \"floor.obj\"\nrobot.urdf = \"builtin:hrp2\"\nstart = { posture = \"lying\", \
+        base_position_m = [0.0, 0.0, 0.6487], contacts = [\"left_foot\", \"right_foot\"] }\n\
+        friction.patch = { hoof = 0.5 }\ngoal.contact = [{ patch = \"foot\", surface = \"roof\" }, \
+        { patch = \"left_foot\", surface = \"ground\" }]\n";
+    std::fs::write(&scene, text).expect("writable");
+    let all = ["4 mistakes", "hoof", "lying", "\"foot\"", "roof"];
+    ends_with("plan @", &[&scene], 1, &all);
+    // With a start that holds, what else is wrong.
+    std::fs::write(&scene, text.replace("lying", "half_sitting")).expect("writable");
+    ends_with(
+        "plan @",
+        &[&scene],
+        1,
+        &["3 mistakes", "hoof", "\"foot\"", "roof"],
+    );
+}
+
+#[test]
 fn the_printed_settings_can_be_read_back() {
     let changed = succeeds("config --set planner.nodes_max=123", &[]);
     assert!(changed.contains("nodes_max = 123"));
@@ -185,6 +208,18 @@ fn data_sets_give_depths_poses_and_a_camera_in_files_of_their_own() {
         truth.display()
     );
     assert_eq!(surfaces("set.json", &line, &[&array]).1, plain);
+    // A plan holds the sums of these files, too.
+    let line = line.replace("@ --sensor", "plan --scan @ --goal 0.3,0 -o @ --sensor");
+    let plan = at("out/plan.json");
+    succeeds(&line, &[&array, &at("out")]);
+    succeeds("verify @", &[&plan]);
+    for (file, role) in [(&camera, "intrinsics"), (&truth, "trajectory")] {
+        let text = read(file);
+        std::fs::write(file, format!("{text}\n")).expect("writable");
+        let other = format!("{role} {} is another file now", file.display());
+        ends_with("verify @", &[&plan], 1, &[&other]);
+        std::fs::write(file, text).expect("writable");
+    }
     // In the world of the first camera, levelled by what that one shows.
     let line = format!(
         "@ @ --sensor xtion --level --up -0.679,0,-0.734 --pose {0}@0 --pose {0}@1",
