@@ -28,16 +28,16 @@ pub struct Document {
     /// The exit code that says so.
     exit_code: u8,
     /// What was met on the way.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     notes: Vec<String>,
     /// Files and folders of results.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     written: Vec<String>,
     /// Pages to look at.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     open: Vec<String>,
     /// Criteria that do not hold.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     failures: Vec<String>,
     /// Why it did nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
