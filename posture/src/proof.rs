@@ -6,6 +6,8 @@
 //!
 //! Both are convex in what is free, so that a failure is a proof; they cost a part of one SQP
 //! iteration. Source: the support region of [bretl2008], which is empty where the second fails.
+//! Where the search has found nothing there are two more: links that collide where contacts put them
+//! (`colliding`), and contacts that cannot be reached and balanced on at once (`convex`).
 
 use std::f64::consts::TAU;
 
@@ -19,6 +21,12 @@ use crate::outcome::Violation;
 use crate::qp::{self, Program};
 use crate::rows::{Constraint, Rows, Tag};
 
+mod colliding;
+mod convex;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, non_snake_case)]
+mod tests;
+
 /// Smallest violation that counts as a proof, beyond the engine's accuracy.
 const CERTAIN: f64 = 1e-4;
 /// Curvature that makes the program strictly convex, small against the price of violations.
@@ -31,6 +39,11 @@ const SIDES: usize = 32;
 /// The constraint that no posture fulfils, and by how much; nothing where none is found.
 pub(crate) fn infeasible(ctx: &Context) -> Option<Violation> {
     apart(ctx).or_else(|| unbalanced(ctx))
+}
+
+/// The same by proofs that cost as much as an attempt of the search.
+pub(crate) fn infeasible_after_all(ctx: &Context) -> Option<Violation> {
+    colliding::colliding(ctx).or_else(|| convex::unreachable(ctx))
 }
 
 /// Two contacts at fixed places that are farther apart than the robot is long between them.
@@ -58,24 +71,27 @@ fn apart(ctx: &Context) -> Option<Violation> {
 /// An upper bound of the distance between the frames of two bodies, m.
 fn span_m(ctx: &Context, a: usize, b: usize) -> f64 {
     let bodies = &ctx.robot().bodies;
-    let length = |i: usize| {
-        let slide = match bodies[i].kind {
-            JointKind::Prismatic => bodies[i].lower.abs().max(bodies[i].upper.abs()),
-            _ => 0.0,
-        };
-        bodies[i].X_PJ.translation.vector.norm() + slide
-    };
     // Parents have smaller numbers: the greater one climbs until both meet.
     let (mut a, mut b, mut span) = (a, b, 0.0);
     while a != b {
         let climbs = if a > b { &mut a } else { &mut b };
-        span += length(*climbs);
+        span += length_m(ctx, *climbs);
         match bodies[*climbs].parent {
             Some(parent) => *climbs = parent,
             None => break,
         }
     }
     span
+}
+
+/// An upper bound of the distance between the frames of a body and its parent, m.
+fn length_m(ctx: &Context, body: usize) -> f64 {
+    let body = &ctx.robot().bodies[body];
+    let slide = match body.kind {
+        JointKind::Prismatic => body.lower.abs().max(body.upper.abs()),
+        _ => 0.0,
+    };
+    body.X_PJ.translation.vector.norm() + slide
 }
 
 /// Loaded contacts, all at fixed places, that cannot hold the weight.

@@ -115,6 +115,13 @@ pub(crate) fn solve_relaxed(
             nearest = Some(outcome);
         }
     }
+    // Where several attempts were worth their time, a proof is.
+    if whole
+        && config.restarts > 0
+        && let Some(violation) = proof::infeasible_after_all(&ctx)
+    {
+        return Ok(Outcome::Infeasible(violation));
+    }
     nearest.ok_or(Error::Unsupported)
 }
 
