@@ -66,6 +66,9 @@ pub struct Solver {
     pub step_scale: f64,
     /// How far the base may tilt, where there is a bound.
     pub upright: Option<Upright>,
+    /// Whether, where every attempt failed, proofs are sought and attempts made that cost several times as much.
+    /// Such a proof rests on all margins: it says nothing of smaller ones.
+    pub thorough: bool,
 }
 
 /// The cone about a direction that the base's z axis keeps inside of.
@@ -120,6 +123,7 @@ impl Default for Solver {
             optimality: 5e-2,
             step_scale: 1.0,
             upright: None,
+            thorough: false,
         }
     }
 }

@@ -12,7 +12,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, Vector3};
-use robot_model::JointKind;
+use robot_model::{Configuration, JointKind};
 
 use crate::contact::Freedom;
 use crate::iterate::Context;
@@ -26,6 +26,8 @@ mod convex;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, non_snake_case)]
 mod tests;
+
+pub(crate) use convex::Answer;
 
 /// Smallest violation that counts as a proof, beyond the engine's accuracy.
 const CERTAIN: f64 = 1e-4;
@@ -41,9 +43,30 @@ pub(crate) fn infeasible(ctx: &Context) -> Option<Violation> {
     apart(ctx).or_else(|| unbalanced(ctx))
 }
 
-/// The same by proofs that cost as much as an attempt of the search.
-pub(crate) fn infeasible_after_all(ctx: &Context) -> Option<Violation> {
-    colliding::colliding(ctx).or_else(|| convex::unreachable(ctx))
+/// The same by proofs that cost as much as attempts of the search; or where one more may begin.
+pub(crate) fn after_all(ctx: &Context) -> Option<Answer> {
+    let colliding = colliding::colliding(ctx).map(Answer::Refuted);
+    colliding.or_else(|| convex::answer(ctx, &ranges(ctx)))
+}
+
+/// Where one more may begin that keeps every joint within a part of its range about that of a configuration.
+pub(crate) fn seed_near(ctx: &Context, q: &Configuration, part: f64) -> Option<Configuration> {
+    let mut ranges = ranges(ctx);
+    for (range, q) in ranges.iter_mut().skip(1).zip(q.joints.iter()) {
+        let (lower, upper) = *range;
+        let (at, reach) = (q.max(lower).min(upper), 0.5 * part * (upper - lower));
+        *range = ((at - reach).max(lower), (at + reach).min(upper));
+    }
+    match convex::answer(ctx, &ranges)? {
+        Answer::Seed(q) => Some(q),
+        Answer::Refuted(_) => None,
+    }
+}
+
+/// The bounds of the joint of every body.
+fn ranges(ctx: &Context) -> Vec<(f64, f64)> {
+    let bodies = 0..ctx.robot().bodies.len();
+    bodies.map(|b| ctx.joint_bounds(b)).collect()
 }
 
 /// Two contacts at fixed places that are farther apart than the robot is long between them.

@@ -11,6 +11,7 @@ use crate::contact_ik::ContactIk;
 use crate::iterate::{Context, Iterate, Pyramid, Relaxed};
 use crate::outcome::Outcome;
 use crate::problem::Problem;
+use crate::proof::Answer;
 use crate::seeding::seed;
 use crate::sqp::Sqp;
 use crate::{Config, Error, proof};
@@ -21,6 +22,8 @@ const DRAWN: usize = 8;
 const GOOD_ENOUGH: f64 = 0.02;
 /// A guess that is left farther from its contacts than this waits its turn among the others, m.
 const FAR_M: f64 = 0.05;
+/// Parts of their ranges within which joints are kept about where an attempt began, one after the other.
+const NEARER: [f64; 2] = [0.5, 0.25];
 
 /// Finds a posture for a contact set, or the reason why there is none.
 ///
@@ -107,22 +110,41 @@ pub(crate) fn solve_relaxed(
         if matches!(outcome, Outcome::Feasible(_)) {
             return Ok(outcome);
         }
-        let amount = |o: &Outcome| o.violation().map_or(0.0, |v| v.amount);
-        if nearest
-            .as_ref()
-            .is_none_or(|b| amount(&outcome) < amount(b))
-        {
-            nearest = Some(outcome);
+        keep(&mut nearest, outcome);
+    }
+    // A proof; where there is none, its problem has a place to begin, and another with all joints nearer to that.
+    if whole && config.solver.thorough {
+        let mut seed = match proof::after_all(&ctx) {
+            Some(Answer::Refuted(violation)) => return Ok(Outcome::Infeasible(violation)),
+            Some(Answer::Seed(seed)) => Some(seed),
+            None => None,
+        };
+        let mut nearer = NEARER.iter();
+        while let Some(q) = seed {
+            let mut it = ctx.start(&q);
+            contact_ik.run(&ctx, &mut it);
+            let outcome = sqp.descend(it);
+            if matches!(outcome, Outcome::Feasible(_)) {
+                return Ok(outcome);
+            }
+            keep(&mut nearest, outcome);
+            seed = nearer
+                .next()
+                .and_then(|part| proof::seed_near(&ctx, &q, *part));
         }
     }
-    // Where several attempts were worth their time, a proof is.
-    if whole
-        && config.restarts > 0
-        && let Some(violation) = proof::infeasible_after_all(&ctx)
-    {
-        return Ok(Outcome::Infeasible(violation));
-    }
     nearest.ok_or(Error::Unsupported)
+}
+
+/// Keeps the outcome with the least violation.
+fn keep(nearest: &mut Option<Outcome>, outcome: Outcome) {
+    let amount = |o: &Outcome| o.violation().map_or(0.0, |v| v.amount);
+    if nearest
+        .as_ref()
+        .is_none_or(|b| amount(&outcome) < amount(b))
+    {
+        *nearest = Some(outcome);
+    }
 }
 
 /// A seed that waits for its turn.

@@ -80,7 +80,8 @@ pub fn solve(
 ) -> PyResult<String> {
     let robot = &robot.robot;
     let worked = || {
-        let config = Config::layered(None, &settings(set))?;
+        let mut config = Config::layered(None, &settings(set))?;
+        config.posture.solver.thorough = true;
         let (thickness_m, sigmas) = (config.surfaces.body.thickness_m, config.posture.edge_sigmas);
         let environment = Environment::new(terrain.terrain.clone(), thickness_m, sigmas)?;
         let contacts = contacts.iter().enumerate().map(|(i, wanted)| {

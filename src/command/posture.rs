@@ -196,9 +196,11 @@ impl<'a> Solver<'a> {
         let posed = posture_problem::pose(record, self.robot, &self.reference, self.body_m)?;
         let problem = posed.problem(self.robot);
         let named = || format!("problem {}", record.id);
+        let mut config = self.config.clone();
+        config.solver.thorough = true;
         let solve = || {
             let begin = Instant::now();
-            let outcome = posture::solve(&problem, self.config).with_context(named)?;
+            let outcome = posture::solve(&problem, &config).with_context(named)?;
             anyhow::Ok((outcome, begin.elapsed().as_secs_f64() * 1e6))
         };
         let (outcome, first_us) = solve()?;
