@@ -12,7 +12,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, Vector3};
-use robot_model::{Configuration, JointKind};
+use robot_model::{Configuration, JointKind, Kinematics};
 
 use crate::contact::Freedom;
 use crate::iterate::Context;
@@ -46,7 +46,7 @@ pub(crate) fn infeasible(ctx: &Context) -> Option<Violation> {
 /// The same by proofs that cost as much as attempts of the search; or where one more may begin.
 pub(crate) fn after_all(ctx: &Context) -> Option<Answer> {
     let colliding = colliding::colliding(ctx).map(Answer::Refuted);
-    colliding.or_else(|| convex::answer(ctx, &ranges(ctx)))
+    colliding.or_else(|| convex::answer(ctx, &ranges(ctx), None))
 }
 
 /// Where one more may begin that keeps every joint within a part of its range about that of a configuration.
@@ -57,7 +57,8 @@ pub(crate) fn seed_near(ctx: &Context, q: &Configuration, part: f64) -> Option<C
         let (at, reach) = (q.max(lower).min(upper), 0.5 * part * (upper - lower));
         *range = ((at - reach).max(lower), (at + reach).min(upper));
     }
-    match convex::answer(ctx, &ranges)? {
+    let near = Kinematics::new(ctx.robot(), q);
+    match convex::answer(ctx, &ranges, Some(&near))? {
         Answer::Seed(q) => Some(q),
         Answer::Refuted(_) => None,
     }

@@ -23,7 +23,7 @@ const GOOD_ENOUGH: f64 = 0.02;
 /// A guess that is left farther from its contacts than this waits its turn among the others, m.
 const FAR_M: f64 = 0.05;
 /// Parts of their ranges within which joints are kept about where an attempt began, one after the other.
-const NEARER: [f64; 2] = [0.5, 0.25];
+const NEARER: [f64; 4] = [0.5, 0.5, 0.25, 0.25];
 
 /// Finds a posture for a contact set, or the reason why there is none.
 ///

@@ -10,9 +10,10 @@
 //! has the contact's rotation, the joint next to it then turns in a plane, and its torque is linear in f.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
+use std::ops::AddAssign;
 
 use nalgebra::{DVector, Isometry3, Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
-use robot_model::{Configuration, JointKind};
+use robot_model::{Configuration, JointKind, Kinematics};
 
 use crate::contact::Freedom;
 use crate::iterate::Context;
@@ -29,6 +30,9 @@ const SLACK: f64 = 2e-4;
 /// No point bears more than so many times the weight.
 const FORCE_MAX: f64 = 100.0;
 
+/// Part of the torques' limits that a seed may use with the axes of another configuration.
+const SPARING: f64 = 0.95;
+
 /// What the convex problem says.
 pub(crate) enum Answer {
     /// That the robot does not reach the contacts and balance on them at once.
@@ -37,8 +41,13 @@ pub(crate) enum Answer {
     Seed(Configuration),
 }
 
-/// The answer where all contacts are at fixed places, for joints within ranges.
-pub(super) fn answer(ctx: &Context, ranges: &[(f64, f64)]) -> Option<Answer> {
+/// The answer where all contacts are at fixed places, for joints within ranges; near a configuration always a
+/// seed, with the torques of all joints as they are there.
+pub(super) fn answer(
+    ctx: &Context,
+    ranges: &[(f64, f64)],
+    near: Option<&Kinematics>,
+) -> Option<Answer> {
     let settled = |i: usize| match ctx.problem.contacts[i].freedom {
         Freedom::Fixed => true,
         Freedom::Yaw => ctx.contacts[i].radius.is_some(),
@@ -50,9 +59,9 @@ pub(super) fn answer(ctx: &Context, ranges: &[(f64, f64)]) -> Option<Answer> {
     let mut chain = Chain::new(ctx);
     let com = chain.build(ranges);
     chain.close();
-    chain.balance(&com);
+    chain.balance(&com, near);
     let (mut x, violation) = chain.cones.least_violation()?;
-    if violation.amount > CERTAIN {
+    if near.is_none() && violation.amount > CERTAIN {
         return Some(Answer::Refuted(violation));
     }
     x.push(1.0);
@@ -192,13 +201,14 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// Forces in their cones that balance the weight, within the torques of the joints next to contacts.
-    fn balance(&mut self, com: &Form) {
+    /// Forces in their cones that balance the weight, within torques.
+    fn balance(&mut self, com: &Form, near: Option<&Kinematics>) {
         let n = self.cones.n;
         let (mut force, mut moment) = (self.cones.constant(&-Vector3::z()), Form::zeros(n + 1));
         moment.row_mut(0).copy_from(&-com.row(1));
         moment.row_mut(1).copy_from(&com.row(0));
         let mut first = self.first_force;
+        let mut loads = Vec::with_capacity(self.ctx.contacts.len());
         for (i, model) in self.ctx.contacts.iter().enumerate() {
             let (mut own_force, mut own_moment) = (Form::zeros(n + 1), Form::zeros(n + 1));
             for v in model
@@ -213,42 +223,65 @@ impl<'a> Chain<'a> {
                 own_force += f_W;
                 first += 3;
             }
-            self.limit_torque(model.body, &own_force, &own_moment);
-            force += own_force;
-            moment += own_moment;
+            force += &own_force;
+            moment += &own_moment;
+            loads.push([own_force, own_moment]);
         }
+        self.limit_torques(&loads, near);
         self.cones.violated(&force, Constraint::Equilibrium);
         self.cones.violated(&moment, Constraint::Balance);
     }
 
-    /// The torque of the joint of a body that a contact puts, with nothing but that contact beyond it.
-    fn limit_torque(&mut self, b: usize, force: &Form, moment: &Form) {
+    /// Torques of the joints of bodies that contacts put; near a configuration those of all joints that bear a
+    /// load, with the axes of there, which may be missed by s.
+    fn limit_torques(&mut self, loads: &[[Form; 2]], near: Option<&Kinematics>) {
         let (ctx, n) = (self.ctx, self.cones.n);
-        let body = &ctx.robot().bodies[b];
-        let limit = body.effort * ctx.config.torque_use;
-        let beyond = ctx
-            .contacts
-            .iter()
-            .filter(|other| ctx.robot().supports(b, other.body));
-        let Some(X_WB) = &self.put[b] else { return };
-        if !(limit > 0.0 && limit.is_finite()) || body.parent.is_none() || beyond.count() > 1 {
-            return;
+        let robot = ctx.robot();
+        for (b, body) in robot.bodies.iter().enumerate().skip(1) {
+            let limit_m = body.effort * ctx.config.torque_use / ctx.weight;
+            let limits = limit_m > 0.0 && limit_m.is_finite() && body.kind == JointKind::Revolute;
+            let beyond = ctx.contacts.iter().zip(loads);
+            let mut beyond = beyond
+                .filter(|(model, _)| robot.supports(b, model.body))
+                .peekable();
+            if !limits || beyond.peek().is_none() {
+                continue;
+            }
+            // The axis; what weights beyond exert about it, over the robot's, or may exert wherever they are.
+            let (axis_W, o, weights_m, unsure_m) = match (near, &self.put[b]) {
+                (Some(near), _) => {
+                    let (axis_W, o) = (near.axis_W[b], near.origin_W[b]);
+                    let lever = (near.subtree_com_W[b] - o).cross(&-Vector3::z());
+                    let part = near.subtree_mass[b] / robot.mass_kg;
+                    (axis_W, o, part * lever.dot(&axis_W), 0.0)
+                }
+                (None, Some(X)) => {
+                    let (mass, radius_m) = held(ctx, b);
+                    let unsure_m = mass / robot.mass_kg * radius_m + CERTAIN * limit_m;
+                    (X.rotation * body.axis, X.translation.vector, 0.0, unsure_m)
+                }
+                _ => continue,
+            };
+            let (part, by_s) = if near.is_some() {
+                (SPARING, 1.0)
+            } else {
+                (1.0, 0.0)
+            };
+            let arm = (o - self.middle).cross_matrix();
+            let mut torque = Form::zeros(n + 1);
+            for (_, [f, m]) in beyond {
+                let about = m - arm * f;
+                torque.row_mut(0).add_assign(axis_W.transpose() * about);
+            }
+            torque[(0, n)] += weights_m;
+            let mut rows = Form::zeros(n + 1);
+            for (k, side) in [-1.0, 1.0].into_iter().enumerate() {
+                rows.row_mut(k).copy_from(&(torque.row(0) * side));
+                rows[(k, n)] += limit_m * part + unsure_m;
+                rows[(k, 0)] += by_s;
+            }
+            self.cones.positive(&rows, &[0, 1]);
         }
-        // Weights beyond the joint, as far as they may be from it.
-        let (mass, radius_m) = held(ctx, b);
-        let limit_m = limit / ctx.weight + mass / ctx.robot().mass_kg * radius_m;
-        let o = X_WB.translation.vector - self.middle;
-        let axis_W = X_WB.rotation * body.axis;
-        let torque = (moment - o.cross_matrix() * force)
-            .tr_mul(&axis_W)
-            .transpose();
-        let mut rows = Form::zeros(n + 1);
-        rows.row_mut(0).copy_from(&torque);
-        rows.row_mut(1).copy_from(&-torque);
-        for k in 0..2 {
-            rows[(k, n)] += limit_m * (1.0 + CERTAIN);
-        }
-        self.cones.positive(&rows, &[0, 1]);
     }
 
     /// The configuration nearest to the variables' rotations.
@@ -332,8 +365,8 @@ fn hinge(
     rows.row_mut(1)
         .copy_from(&(onto(&u, &free[1]) + onto(&v, &free[0])));
     cones.zero(&rows, &[0, 1]);
-    for k in 0..2 {
-        rows.row_mut(k).copy_from(&onto(&axis, &free[k]));
+    for (k, free) in free.iter().enumerate() {
+        rows.row_mut(k).copy_from(&onto(&axis, free));
     }
     cones.zero(&rows, &[0, 1]);
     if half < PI {
