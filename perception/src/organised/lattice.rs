@@ -202,6 +202,12 @@ impl Lattice for ImageLattice<'_> {
         region.n < Self::wave(self.noise.systematic_scale_px)
     }
 
+    fn waves(&self, region: &Moments) -> f64 {
+        let (u, v) = (region.u / region.n, region.v / region.n);
+        let square = (region.uu + region.vv) / region.n - u * u - v * v;
+        square / self.noise.systematic_scale_px.powi(2)
+    }
+
     fn is_sliver(&self, region: &Moments) -> bool {
         region.n < SLIVER_PIXELS_MAX
     }
@@ -292,6 +298,37 @@ mod tests {
         assert!((21..=23).contains(&border), "{row:?}");
         let first = &found.regions[usize::from(row[0])];
         assert!(first.plane.0.x.abs() < 1e-5, "{first:?}");
+    }
+
+    #[test]
+    fn the_sides_of_a_small_roof_are_two_regions() {
+        // The wave of an error of 2 κ bends a wall; a roof that is much smaller than the wave it does not.
+        let kappa = Sensor::named("xtion").unwrap().noise.systematic_ratio * 0.5;
+        let (found, _) = regions(|u, _| {
+            1.0 / (0.5 + 2.0 * kappa * (u as f64 * std::f64::consts::TAU / 160.0).sin())
+        });
+        assert_eq!(found.regions.len(), 1);
+        let (found, _) = regions(|u, v| {
+            let is_roof = (52..108).contains(&u) && (40..80).contains(&v);
+            let ridge = 0.5 - 6e-4 * (u as f64 - 79.5).abs();
+            1.0 / if is_roof { ridge } else { 0.3 }
+        });
+        assert_eq!(found.regions.len(), 3);
+    }
+
+    #[test]
+    fn small_plates_apart_are_not_one_plane_though_one_explains_them() {
+        // Two plates of one plane, and a bar before the wall between them.
+        let plates = |half: usize| {
+            move |u: usize, v: usize| match u {
+                72..88 => 1.2,
+                _ if u.abs_diff(80) < 8 + half && v.abs_diff(60) < half => 1.6,
+                _ => 3.0,
+            }
+        };
+        assert_eq!(regions(plates(20)).0.regions.len(), 4);
+        // What is hidden of a larger one is told by what is seen of it.
+        assert_eq!(regions(plates(60)).0.regions.len(), 3);
     }
 
     #[test]

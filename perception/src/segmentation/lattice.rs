@@ -89,6 +89,10 @@ pub(crate) trait Lattice {
     /// Whether a region is smaller than the waves of the slowly varying error: all of it may lie on a
     /// crest.
     fn within_a_wave(&self, region: &Self::Moments) -> bool;
+    /// The mean square of the distances of a region's points from their middle, as the sensor sees them, in
+    /// units of the square of the length over which the slowly varying error varies; infinite where that
+    /// is not known.
+    fn waves(&self, region: &Self::Moments) -> f64;
     /// Whether a region is so small that it must stand out from those around it.
     fn is_sliver(&self, region: &Self::Moments) -> bool;
     /// Whether a region is large enough to tell its plane from what hides a part of it.

@@ -8,9 +8,14 @@ use super::partition::{Partition, Region};
 
 /// Both misfits to the joint plane stay below √((k σ)² + (m κ)²): this is k.
 pub(super) const MISFIT_SIGMAS: f64 = 0.5;
-/// The m of [`MISFIT_SIGMAS`], and the same for regions smaller than the error's waves.
+/// The m of [`MISFIT_SIGMAS`], and the same for regions smaller than the error's waves: all of one may lie on a
+/// crest.
 const MISFIT_SYSTEMATICS: f64 = 2.5;
 const MISFIT_SYSTEMATICS_SMALL: f64 = 4.0;
+/// Regions that together are smaller than its waves the error hardly bends: m is at most a + b t for both of
+/// [`Lattice::waves`] t. Of an error with the correlation exp(−r²/4s²) a plane leaves 0.4 κ t in the root mean square;
+/// a is for what the regions' own planes are off by noise.
+const BEND: (f64, f64) = (0.5, 0.65);
 /// The mean step across the common border stays below this many κ (and 2 σ of the mean): the slowly
 /// varying error bends a plane but does not break it.
 const STEP_SYSTEMATICS: f64 = 1.8;
@@ -104,6 +109,7 @@ fn misfit<L: Lattice>(
     let mut joint = a.moments;
     joint.add(&b.moments, 1.0);
     let plane = joint.plane()?;
+    let bend = BEND.0 + BEND.1 * lattice.waves(&joint);
     // Misfits beyond the regions' own, and in units of their limits.
     let one = |Region {
                    moments,
@@ -116,7 +122,7 @@ fn misfit<L: Lattice>(
         } else {
             MISFIT_SYSTEMATICS
         };
-        let limit = lattice.variance(moments, &plane, MISFIT_SIGMAS, systematics);
+        let limit = lattice.variance(moments, &plane, MISFIT_SIGMAS, systematics.min(bend));
         (excess, excess / limit.sqrt())
     };
     let (of_a, of_b) = (one(a), one(b));

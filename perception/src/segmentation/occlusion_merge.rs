@@ -11,6 +11,9 @@ use super::partition::{NONE, Partition, Region};
 /// Both misfits to the joint plane stay below √((k σ)² + (m κ)²): this is m. Regions apart have no common border that
 /// would show a step.
 const MISFIT_SYSTEMATICS: f64 = 1.5;
+/// One of both at least has so many [`Lattice::waves`]: nearly any two smaller regions have a plane in common,
+/// the tops of blocks far apart too.
+const WAVES_MIN: f64 = 0.5;
 /// A gap is hidden where at least this ratio of its cells is.
 const HIDDEN_RATIO: f64 = 0.7;
 
@@ -31,8 +34,11 @@ pub(super) fn merge<L: Lattice>(lattice: &L, partition: &mut Partition<L::Moment
         };
         let (a, b) = (large(i)?, large(j)?);
         let (score, plane) = misfit(lattice, a, b)?;
+        let told = [a, b]
+            .iter()
+            .any(|r| lattice.waves(&r.moments) >= WAVES_MIN);
         let last = [a, b].iter().all(|r| lattice.within_a_wave(&r.moments));
-        (score < 1.0).then_some((score + f64::from(u8::from(last)), plane, (i, j)))
+        (told && score < 1.0).then_some((score + f64::from(u8::from(last)), plane, (i, j)))
     };
     let pairs = (0..regions.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
     let mut pairs: Vec<_> = pairs.filter_map(|pair| of_pair(&regions, pair)).collect();

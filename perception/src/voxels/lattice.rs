@@ -311,6 +311,11 @@ impl Lattice for VoxelLattice<'_> {
         Self::solid_angle(region) < 4.0 * std::f64::consts::PI * WAVE_RAD * WAVE_RAD
     }
 
+    fn waves(&self, _: &Moments) -> f64 {
+        // A cloud may be of any sensor.
+        f64::INFINITY
+    }
+
     fn is_sliver(&self, region: &Moments) -> bool {
         Self::solid_angle(region) < SLIVER_SR
     }
