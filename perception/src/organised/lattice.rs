@@ -242,7 +242,7 @@ impl Lattice for ImageLattice<'_> {
 mod tests {
     use super::*;
     use crate::organised::image::tests::grids_of;
-    use crate::segmentation::segment;
+    use crate::segmentation::{Region, drop_slivers, segment};
     use crate::sensor::Sensor;
 
     /// Regions of an image of 160 × 120 depths, m, and its small cells.
@@ -329,6 +329,28 @@ mod tests {
         assert_eq!(regions(plates(20)).0.regions.len(), 4);
         // What is hidden of a larger one is told by what is seen of it.
         assert_eq!(regions(plates(60)).0.regions.len(), 3);
+    }
+
+    #[test]
+    fn two_pieces_of_a_small_face_do_not_drop_each_other() {
+        let noise = &Sensor::named("xtion").unwrap().noise;
+        let (lens, grid, _) = &grids_of(|_, _| 2.0);
+        let mut partition = Partition {
+            owner: vec![NONE; grid.cells.len()],
+            ..Partition::default()
+        };
+        for (number, columns) in [(0, 10..18), (1, 18..25)] {
+            let mut moments = Moments::default();
+            for (y, x) in (10..16).flat_map(|y| columns.clone().map(move |x| (y, x))) {
+                moments.add(&grid.cells[y * grid.cols + x], 1.0);
+                partition.owner[y * grid.cols + x] = number;
+            }
+            let plane = moments.plane().unwrap();
+            partition.regions.push(Region { moments, plane });
+        }
+        drop_slivers(&ImageLattice { grid, lens, noise }, &mut partition);
+        let left: Vec<f64> = partition.regions.iter().map(|r| r.moments.n).collect();
+        assert_eq!(left, [768.0]);
     }
 
     #[test]

@@ -20,6 +20,8 @@ mod thin_faces;
 pub(crate) use lattice::{Border, Lattice, Seed, Shape, View, seed_of};
 pub(crate) use moments::Moments;
 pub(crate) use partition::{NONE, Partition, Region};
+#[cfg(test)]
+pub(crate) use slivers::drop_slivers;
 
 use growth::Growth;
 

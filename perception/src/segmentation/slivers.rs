@@ -8,22 +8,24 @@ use super::partition::{NONE, Partition};
 /// Drops the small regions that do not stand out: those of which half of the cells at least lie on planes
 /// of the regions beside theirs, as planar cells that these could have grown over.
 ///
-/// A sliver along the crease of two faces cannot be told from the noise of the faces that meet there.
+/// A sliver along the crease of two faces cannot be told from the noise of the faces that meet there. Only larger
+/// regions explain one: two pieces of a small face would drop each other.
 /// The limit is that of growth, not the wider one of points: a plate of 2 cm on a floor is to stay.
-pub(super) fn drop_slivers<L: Lattice>(lattice: &L, partition: &mut Partition<L::Moments>) {
+pub(crate) fn drop_slivers<L: Lattice>(lattice: &L, partition: &mut Partition<L::Moments>) {
     let Partition { regions, owner } = &*partition;
     let small = regions
         .iter()
         .map(|region| lattice.is_sliver(&region.moments));
     let small: Vec<bool> = small.collect();
     let is_small = |own: u16| small.get(usize::from(own)) == Some(&true);
+    let size = |own: u16| (regions[usize::from(own)].moments.count(), own);
     let cells = (0..).zip(owner.iter().copied());
     let cells: Vec<(usize, u16)> = cells.filter(|(_, own)| is_small(*own)).collect();
     let mut around: Vec<Vec<u16>> = vec![Vec::new(); regions.len()];
     for &(cell, own) in &cells {
         let around = &mut around[usize::from(own)];
         for other in lattice.beside(cell).map(|k| owner[k]) {
-            if other != NONE && other != own && !around.contains(&other) {
+            if other != NONE && size(other) > size(own) && !around.contains(&other) {
                 around.push(other);
             }
         }
