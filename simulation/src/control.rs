@@ -1,4 +1,4 @@
-//! What moves the joints: the whole-body controller beside a servo that damps, or a stiff servo alone.
+//! What moves the joints: the whole-body controller beside a soft servo, or a stiff servo alone.
 
 use robot_model::Robot;
 
@@ -13,6 +13,7 @@ use crate::whole_body::{PERIOD_S, WholeBodyController};
 
 /// A controller with its memory.
 pub(crate) struct Control<'a> {
+    robot: &'a Robot,
     kind: Controller,
     controller: WholeBodyController<'a>,
     footing: Footing<'a>,
@@ -26,7 +27,7 @@ pub(crate) struct Control<'a> {
 pub(crate) fn servo(kind: Controller) -> Servo {
     match kind {
         Controller::Servo => Servo::STIFF,
-        Controller::WholeBody => Servo::DAMPING,
+        Controller::WholeBody => Servo::SOFT,
     }
 }
 
@@ -42,6 +43,7 @@ impl<'a> Control<'a> {
         wanted: &ReferenceState,
     ) -> Result<Self, Error> {
         Ok(Self {
+            robot,
             kind,
             controller: WholeBodyController::new(robot, physics)?,
             footing: Footing::new(robot),
@@ -70,10 +72,20 @@ impl<'a> Control<'a> {
         let torques = self
             .controller
             .torques(&run.state, &run.v, &followed, now)?;
-        // The servo damps. A spring to the plan's joints would press a foot that stands 10 mm off its place
-        // with 60 to 100 N of which the program knows nothing.
-        let (here, rates) = (run.state.joints.as_slice(), &followed.v.as_slice()[6..]);
-        run.plant.command(here, rates, torques);
+        // The servo holds limbs in the air where they are wanted, and damps those that touch or should: a spring to
+        // the plan's joints would press a foot that stands 10 mm off its place with 60 to 100 N of which the program
+        // knows nothing.
+        let touches =
+            |patch: &usize| now[*patch] || wanted.contacts.iter().any(|c| c.patch == *patch);
+        let mut joints = followed.configuration.joints;
+        for patch in (0..now.len()).filter(touches) {
+            let body = self.robot.patches[patch].body;
+            for j in (0..joints.len()).filter(|j| self.robot.supports(j + 1, body)) {
+                joints[j] = run.state.joints[j];
+            }
+        }
+        let rates = &followed.v.as_slice()[6..];
+        run.plant.command(joints.as_slice(), rates, torques);
         Ok(())
     }
 

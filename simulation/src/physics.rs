@@ -54,8 +54,8 @@ impl Servo {
         kp: 5000.0,
         kv: 100.0,
     };
-    /// Damps beside the whole-body controller: it holds each joint where it is, not where it is planned.
-    pub const DAMPING: Self = Self { kp: 200.0, kv: 5.0 };
+    /// Stands beside the whole-body controller.
+    pub const SOFT: Self = Self { kp: 200.0, kv: 5.0 };
 }
 
 /// What the simulated robot differs in from the planned one.
