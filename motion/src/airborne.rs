@@ -63,15 +63,24 @@ impl Airborne {
     }
 
     /// The least distance, m, to a body of the environment that the patch may touch here; nothing
-    /// where it may not.
-    pub fn contact_distance_m(&self, context: &MotionContext, obstacle: usize) -> Option<f64> {
+    /// where it may not. A link that moves by `moves_m` from one sample to the next keeps its clearance at the
+    /// first sample below where it may touch: above that it was not looked at since the last one.
+    pub fn contact_distance_m(
+        &self,
+        context: &MotionContext,
+        obstacle: usize,
+        moves_m: f64,
+    ) -> Option<f64> {
         let patch = &context.robot.patches[self.patch];
         let ends = [(self.leaves, self.heights.0), (self.lands, self.heights.1)];
         let near = ends.into_iter().filter(|(_, height)| *height < STRAIGHT_M);
-        let least_m = near.filter_map(|(face, _)| {
-            context
-                .environment
-                .contact_distance_m(patch, face?, obstacle)
+        let least_m = near.filter_map(|(face, height)| {
+            let environment = context.environment;
+            let least_m = environment.contact_distance_m(patch, face?, obstacle)?;
+            Some(match height + moves_m < STRAIGHT_M {
+                true => least_m,
+                false => context.posture.clearance_m,
+            })
         });
         least_m.min_by(f64::total_cmp)
     }

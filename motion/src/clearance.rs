@@ -26,6 +26,9 @@ pub(crate) const TOLERANCE_M: f64 = 4e-4;
 /// step at a distance d, they come nearer by s² / 8 d.
 const BETWEEN_M: f64 = 2e-4;
 
+/// How much farther a shape may move to the next sample than from the last one.
+const FURTHER: f64 = 1.5;
+
 /// A ball around a shape.
 struct Ball {
     centre_G: Point3<f64>,
@@ -202,7 +205,8 @@ impl<'a> ClearanceMonitor<'a> {
                     continue;
                 }
                 let in_air = air.filter(|_| swings);
-                let touching = (in_air.and_then(|air| air.contact_distance_m(context, o)))
+                let moves_m = (FURTHER * self.moved[i]).min(0.5 * beside);
+                let touching = (in_air.and_then(|air| air.contact_distance_m(context, o, moves_m)))
                     .or_else(|| task.contact_distance_m(context, shape.body, o));
                 // What a patch touches changes while it is in the air alone.
                 if touching == Some(f64::NEG_INFINITY) {

@@ -6,6 +6,7 @@ use robot_model::Kinematics;
 use robot_model::collision::{BodyShape, Other, Proximity};
 
 use crate::airborne::Airborne;
+use crate::generate::STEP_PART;
 use crate::problem::{MotionContext, Task};
 
 /// Pairs whose distance is within this of the required one become inequalities, m.
@@ -48,7 +49,8 @@ pub(crate) fn pairs(
     });
     let touching = |shape: BodyShape, obstacle: usize| {
         let air = air.as_ref().filter(|(body, _)| *body == shape.body);
-        let in_air = air.and_then(|(_, air)| air.contact_distance_m(context, obstacle));
+        let moves_m = STEP_PART * context.posture.clearance_m;
+        let in_air = air.and_then(|(_, air)| air.contact_distance_m(context, obstacle, moves_m));
         in_air.or_else(|| task.contact_distance_m(context, shape.body, obstacle))
     };
     let skip = |shape, obstacle| touching(shape, obstacle) == Some(f64::NEG_INFINITY);

@@ -101,7 +101,7 @@ pub(crate) fn shortfall(
             for o in world.near(&(middle - reach), &(middle + reach), LOOK_M) {
                 let obstacle = &world.obstacles()[o];
                 if obstacle.is_beyond(&middle, radius + LOOK_M)
-                    || air.contact_distance_m(context, o).is_some()
+                    || air.contact_distance_m(context, o, 0.0).is_some()
                 {
                     continue;
                 }
