@@ -171,7 +171,16 @@ fn sampled(
         }
         (all, used)
     });
-    let (samples, used): (Vec<_>, Vec<_>) = all.collect::<Vec<_>>().into_iter().unzip();
+    let all: Vec<(Vec<Paced>, Vec<Excess>)> = all.collect();
+    let (samples, mut used): (Vec<_>, Vec<_>) = all.into_iter().unzip();
+    // The first sample of a phase takes the place of the last one before it.
+    for (k, pair) in samples.windows(2).enumerate() {
+        if let ([.., before, _], [now, ..]) = (&pair[0][..], &pair[1][..])
+            && let Some((_, over)) = used[k].last_mut()
+        {
+            *over = over.max(kink(before, now, config));
+        }
+    }
     (samples, used.concat())
 }
 
