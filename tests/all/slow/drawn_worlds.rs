@@ -23,3 +23,16 @@ fn every_family_is_crossed_by_every_robot() {
         );
     }
 }
+
+/// A leg that lands almost flat under a low door, and a border between phases where an acceleration jumps.
+#[test]
+fn what_the_planner_finds_passes_the_verifier() {
+    let place = tempfile::tempdir().unwrap();
+    for (family, seed) in [("low-door", 9003), ("door", 9007)] {
+        let line = format!(
+            "bench --count 1 --first {seed} --family {family} --robot builtin:quadruped -o @"
+        );
+        let said = succeeds(&line, &[place.path()]);
+        assert!(said.contains("| **all** | quadruped | 1 | 1 |"), "{said}");
+    }
+}
