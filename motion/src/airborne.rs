@@ -63,8 +63,9 @@ impl Airborne {
     }
 
     /// The least distance, m, to a body of the environment that the patch may touch here; nothing
-    /// where it may not. A link that moves by `moves_m` from one sample to the next keeps its clearance at the
-    /// first sample below where it may touch: above that it was not looked at since the last one.
+    /// where it may not. A shank with a ball that moves by `moves_m` from one sample to the next keeps its
+    /// clearance at the first sample below where it may touch: above that it was not looked at since the last
+    /// one, and it may lie almost flat. A sole has nothing below it.
     pub fn contact_distance_m(
         &self,
         context: &MotionContext,
@@ -77,7 +78,8 @@ impl Airborne {
         let least_m = near.filter_map(|(face, height)| {
             let environment = context.environment;
             let least_m = environment.contact_distance_m(patch, face?, obstacle)?;
-            Some(match height + moves_m < STRAIGHT_M {
+            let is_sole = patch.point_radius_m().is_none();
+            Some(match is_sole || height + moves_m < STRAIGHT_M {
                 true => least_m,
                 false => context.posture.clearance_m,
             })
