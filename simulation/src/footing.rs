@@ -1,7 +1,7 @@
 //! The reference of legs that stand on balls, put on the feet where they are.
 //!
 //! A plan keeps a ball's centre in place while its leg turns; the ball rolls instead, by its radius
-//! times the angle. Joints that are drawn to the plan would then draw the base along with the feet.
+//! times the angle. Where the posture task drew its joints to the plan, they would draw the base along.
 //! So the joints of a leg that stands follow from the planned base and the foot as it is:
 //!
 //!   p(q_B*, q_leg) = p        one damped Gauss–Newton step from the plan's joints at every instant
