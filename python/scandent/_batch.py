@@ -129,7 +129,10 @@ def _on_ray(jobs: List[_Job], address: Optional[str]) -> Iterator[Tuple[int, Row
     except ImportError:
         raise InputError("executor: Ray is not installed: pip install 'scandent[ray]'", "executor") from None
     if not ray.is_initialized():
-        ray.init(address=address, log_to_driver=False)
+        try:
+            ray.init(address=address, log_to_driver=False)
+        except (ConnectionError, ValueError) as error:
+            raise InputError(f"executor = {address!r}: {error}", "executor") from error
     count = min(len(jobs), int(ray.cluster_resources().get("CPU", 1)))
     # What an actor had in hand when it died is done again by the one that takes its place.
     actor = ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=-1)(_Actor)
