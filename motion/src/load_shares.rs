@@ -1,9 +1,10 @@
 //! How the contacts share what accelerates the robot.
 //!
 //! Forces of standing still carry the weight; what is needed beyond them is shared by the points in
-//! proportion to what each bears at rest:
+//! proportion to what each bears at rest, and along its normal rather than across it, where it might slip:
 //!
-//!   f = f₀ + W Gᵀ (G W Gᵀ)⁻¹ w,   W = diag(f₀·n),   w: force and moment about the centre of mass
+//!   f = f₀ + W Gᵀ (G W Gᵀ)⁻¹ w,   W = diag(f₀·n (n nᵀ + μ² (1 − n nᵀ))),   w: force and moment about the
+//!                                                                              centre of mass
 //!
 //! so that a contact that bears nothing takes nothing, and forces are continuous where contacts change.
 //! The points are those of the patches shrunk by less than at rest: the zero-moment point may use a part
@@ -30,7 +31,9 @@ pub(crate) struct LoadShares {
     pub points: Vec<ForcePoint>,
     /// For each contact, for each of the postures' points: the parts of each own point.
     parts: Vec<Vec<Vec<f64>>>,
+    /// Normal of each contact, and how much sooner it bears along that than across it.
     normals: Vec<Vector3<f64>>,
+    bearing: Vec<Matrix3<f64>>,
 }
 
 impl LoadShares {
@@ -39,6 +42,10 @@ impl LoadShares {
             points: Vec::new(),
             parts: Vec::new(),
             normals: closed.iter().map(Contact::normal_W).collect(),
+            bearing: closed
+                .iter()
+                .map(|c| bearing(&c.normal_W(), c.friction))
+                .collect(),
         };
         for (k, contact) in closed.iter().enumerate() {
             let patch = &context.robot.patches[contact.patch];
@@ -56,10 +63,13 @@ impl LoadShares {
         shares
     }
 
-    /// The forces of a posture's points as forces at the own ones, N.
+    /// The forces of a posture's points as forces at the own ones, N: each contact's points share what it bears
+    /// across its normal by how hard they press, so that none of them slips first.
+    ///
+    ///   t_i = n_i (T/N + n × r_i M/Σ n_j |n × r_j|²),   r from the centre of pressure
     pub fn at_rest(&self, forces_W: &[Vec<Vector3<f64>>]) -> Vec<Vector3<f64>> {
         let mut own = Vec::with_capacity(self.points.len());
-        for (parts, forces) in self.parts.iter().zip(forces_W) {
+        for (number, (parts, forces)) in self.parts.iter().zip(forces_W).enumerate() {
             let begin = own.len();
             let count = parts.first().map_or(0, Vec::len);
             own.resize(begin + count, Vector3::zeros());
@@ -68,6 +78,8 @@ impl LoadShares {
                     *sum += force * *part;
                 }
             }
+            let points = &self.points[begin..own.len()];
+            shared_across(&self.normals[number], points, &mut own[begin..]);
         }
         own
     }
@@ -103,18 +115,20 @@ impl LoadShares {
     ) -> [Vec<Vector3<f64>>; N] {
         let most = weights.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
         let each = self.points.iter().zip(weights);
-        let each: Vec<_> = each.map(|(p, w)| (p.p_W - com_W, w / most)).collect();
+        let each = each.map(|(p, w)| (p.p_W - com_W, self.bearing[p.contact] * (w / most)));
+        let each: Vec<(Vector3<f64>, Matrix3<f64>)> = each.collect();
         let mut square = Matrix6::zeros();
-        for (r, w) in &each {
+        for (r, W) in &each {
             let R = r.cross_matrix();
-            let turned = R * *w;
-            let [mut upper, mut lower] = [Matrix3::identity() * *w, turned];
-            square.fixed_view_mut::<3, 3>(0, 0).add_assign(&upper);
+            let lower = R * W;
+            square.fixed_view_mut::<3, 3>(0, 0).add_assign(W);
             square.fixed_view_mut::<3, 3>(3, 0).add_assign(&lower);
-            lower.neg_mut();
-            square.fixed_view_mut::<3, 3>(0, 3).add_assign(&lower);
-            upper = R * lower;
-            square.fixed_view_mut::<3, 3>(3, 3).add_assign(&upper);
+            square
+                .fixed_view_mut::<3, 3>(0, 3)
+                .add_assign(&lower.transpose());
+            square
+                .fixed_view_mut::<3, 3>(3, 3)
+                .add_assign(&(-lower * R));
         }
         // Points on one line bear no moment about it; nothing is asked of them there.
         let factor = Cholesky::new(square);
@@ -130,7 +144,7 @@ impl LoadShares {
             };
             let (force, moment) = (y.fixed_rows::<3>(0), y.fixed_rows::<3>(3));
             each.iter()
-                .map(|(r, w)| (force + moment.cross(r)) * *w)
+                .map(|(r, W)| W * (force + moment.cross(r)))
                 .collect()
         })
     }
@@ -162,6 +176,42 @@ impl LoadShares {
         loads.collect()
     }
 }
+
+/// Shares the forces of one contact across its normal `n` by how hard its points press.
+fn shared_across(n: &Vector3<f64>, points: &[ForcePoint], forces_W: &mut [Vector3<f64>]) {
+    let loads: Vec<f64> = forces_W.iter().map(|f| f.dot(n).max(0.0)).collect();
+    let load: f64 = loads.iter().sum();
+    if load < f64::MIN_POSITIVE {
+        return;
+    }
+    let pressed = points.iter().zip(&loads);
+    let centre = pressed.fold(Vector3::zeros(), |sum, (p, w)| sum + p.p_W * (w / load));
+    let arm = |p: &ForcePoint| n.cross(&(p.p_W - centre));
+    let (mut across, mut moment, mut square) = (Vector3::zeros(), 0.0, 0.0);
+    for ((p, f), w) in points.iter().zip(&*forces_W).zip(&loads) {
+        across += f - n * f.dot(n);
+        moment += arm(p).dot(f);
+        square += arm(p).norm_squared() * w;
+    }
+    let turning = if square > AREA_MIN * load {
+        moment / square
+    } else {
+        0.0
+    };
+    for ((f, p), w) in forces_W.iter_mut().zip(points).zip(&loads) {
+        *f = n * f.dot(n) + (across / load + arm(p) * turning) * *w;
+    }
+}
+
+/// n nᵀ + μ² (1 − n nᵀ): a force across the normal costs by the part of the friction that it takes.
+fn bearing(n: &Vector3<f64>, mu: f64) -> Matrix3<f64> {
+    let along = n * n.transpose();
+    let mu = mu.max(MU_MIN);
+    along + (Matrix3::identity() - along) * (mu * mu)
+}
+
+/// Least friction there: without any, points would bear nothing across.
+const MU_MIN: f64 = 0.01;
 
 /// How often loads are sought that lean to a side, and the part to which one falls at most each time.
 const LEANINGS: usize = 5;
@@ -196,3 +246,70 @@ fn coordinates(polygon: &[Point2<f64>], p: &Point2<f64>) -> Vec<f64> {
 
 /// Areas beside a point on an edge are taken as no smaller, m².
 const AREA_MIN: f64 = 1e-10;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_pushes_across_a_slippery_floor_is_borne_by_the_wall_behind() {
+        // Two points on a floor and two on a wall, all at the height of the centre of mass but for moments.
+        let normals = vec![Vector3::z(), Vector3::x()];
+        let at = [
+            (0, [0.0, 0.2, -0.8]),
+            (0, [0.2, -0.2, -0.8]),
+            (1, [-0.5, 0.3, 0.1]),
+            (1, [-0.5, -0.3, -0.1]),
+        ];
+        let shares = LoadShares {
+            points: at
+                .map(|(contact, p)| ForcePoint {
+                    contact,
+                    p_W: p.into(),
+                })
+                .into(),
+            parts: Vec::new(),
+            bearing: normals.iter().map(|n| bearing(n, 0.3)).collect(),
+            normals,
+        };
+        let w = Vector6::new(40.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let [forces] = shares.shared(&[250.0; 4], &Vector3::zeros(), [w]);
+        let wall = forces[2].x + forces[3].x;
+        assert!(wall > 25.0, "the wall bears {wall} N of 40");
+        assert!((shares.resultant(&Vector3::zeros(), &forces) - w).norm() < 1e-9);
+    }
+
+    #[test]
+    fn no_point_of_a_contact_slips_before_the_others() {
+        let n = Vector3::new(0.2, 0.0, 1.0).normalize();
+        let at = [
+            [0.1, 0.05, -0.02],
+            [0.1, -0.05, -0.02],
+            [-0.1, 0.05, 0.02],
+            [-0.1, -0.05, 0.02],
+        ];
+        let points = at.map(|p| ForcePoint {
+            contact: 0,
+            p_W: p.into(),
+        });
+        let x = n.cross(&Vector3::y());
+        // All across is borne by the point that hardly presses.
+        let mut forces = [200.0, 150.0, 100.0, 10.0].map(|load| n * load);
+        forces[3] += x * 30.0;
+        let resultant = |forces: &[Vector3<f64>]| {
+            let moments = points.iter().zip(forces).map(|(p, f)| p.p_W.cross(f));
+            (
+                forces.iter().sum::<Vector3<f64>>(),
+                moments.sum::<Vector3<f64>>(),
+            )
+        };
+        let before = resultant(&forces);
+        shared_across(&n, &points, &mut forces);
+        let after = resultant(&forces);
+        assert!((after.0 - before.0).norm() < 1e-9 && (after.1 - before.1).norm() < 1e-9);
+        for f in &forces {
+            let slips = (f - n * f.dot(&n)).norm() / f.dot(&n);
+            assert!(slips < 0.15, "{slips}, 3.0 before");
+        }
+    }
+}

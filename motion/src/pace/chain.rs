@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::dynamics::between;
-use super::smoothing::{Excess, Grid, binding, excess, smooth};
+use super::smoothing::{Excess, Grid, binding, excess, smooth, worst};
 use super::{Lean, OVER, Pace, Paced, Place};
 use crate::config::Config;
 use crate::load_shares::LoadShares;
@@ -23,9 +23,10 @@ const WORTH: f64 = 0.98;
 /// suited to it, and in the end.
 const ROUGHLY: usize = 3;
 const FINALLY: usize = 8;
-/// How often the limits are drawn in where samples exceed them, and how often all is made slower then, each
-/// time farther than what the last samples say: others meet sharp places of the path elsewhere.
-const DRAWN_IN: usize = 1;
+/// How often the limits are drawn in where samples exceed them, those of the samples taken in as well, and how
+/// often all is made slower then, each time farther than what the last samples say: others meet sharp places of
+/// the path elsewhere.
+const DRAWN_IN: usize = 2;
 const STRETCHED: usize = 24;
 /// Largest difference of velocities from those of the samples, over what the largest acceleration of a joint
 /// makes of it between two of them: more is a kink.
@@ -38,7 +39,7 @@ pub(crate) fn least_s(context: &MotionContext, phase: &PhaseTrajectory) -> f64 {
     let rows = places.iter().map(|place| binding(pace.rows(place)));
     let rows = rows.collect();
     let law = smooth(&Grid::new(vec![rows]), context.config, ROUGHLY);
-    law.map_or(0.0, |(law, over)| law.duration_s() * over.max(1.0))
+    law.map_or(0.0, |(law, over)| law.duration_s() * over)
 }
 
 /// The samples of the phases, `dt_s` apart, both ends of each included, and by what shares their contacts
@@ -58,10 +59,10 @@ pub(crate) fn samples(
         let Some((law, over)) = smooth(&grid, context.config, FINALLY) else {
             break;
         };
-        let law = law.slower(over.max(1.0) * slower);
+        let law = law.slower(over * slower);
         let used;
         (samples, used) = sampled(&mut paces, &leans, &law, context.config);
-        let over = used.iter().fold(0.0, |a: f64, (_, over)| a.max(*over));
+        let over = worst(&used);
         settled = over <= 1.0 + OVER;
         if settled {
             break;
@@ -159,14 +160,25 @@ fn sampled(
         for [tau, slower, change] in states {
             let [s, rate, bend] = law.at(tau);
             let (rate, bend) = (rate * slower, bend * slower * slower + rate * change);
-            let s = (s - k as f64).clamp(0.0, 1.0);
-            let place = pace.place(s, &between(leans, s));
+            let along = (s - k as f64).clamp(0.0, 1.0);
+            let place = pace.place(along, &between(leans, along));
             let now = pace.paced(&place, rate, bend);
-            let mut over = excess(&pace.rows(&place), rate, bend);
+            let rows = pace.rows(&place);
+            let mut over = excess(&rows, rate, bend);
+            let rows = if over > 1.0 + OVER {
+                binding(rows)
+            } else {
+                Vec::new()
+            };
             if let Some(before) = all.last() {
                 over = over.max(kink(before, &now, config));
             }
-            used.push((law.span(tau), over));
+            used.push(Excess {
+                s,
+                span: law.span(tau),
+                over,
+                rows,
+            });
             all.push(now);
         }
         (all, used)
@@ -176,12 +188,12 @@ fn sampled(
     // The first sample of a phase takes the place of the last one before it.
     for (k, pair) in samples.windows(2).enumerate() {
         if let ([.., before, _], [now, ..]) = (&pair[0][..], &pair[1][..])
-            && let Some((_, over)) = used[k].last_mut()
+            && let Some(last) = used[k].last_mut()
         {
-            *over = over.max(kink(before, now, config));
+            last.over = last.over.max(kink(before, now, config));
         }
     }
-    (samples, used.concat())
+    (samples, used.into_iter().flatten().collect())
 }
 
 /// How much slower a step has to be for velocities and accelerations that agree with where it leads:

@@ -20,8 +20,21 @@ pub(super) struct Grid {
 /// A little more than what an excess asks for.
 const DRAWN: f64 = 1.0005;
 
-/// By how much the mean over a stretch of s exceeds a limit.
-pub(super) type Excess = ([f64; 2], f64);
+/// By how much a law exceeds the limits at `s`.
+pub(super) struct Excess {
+    pub s: f64,
+    /// The stretch of s over which the law's mean is taken there.
+    pub span: [f64; 2],
+    pub over: f64,
+    /// What binds at `s`, where that is known better than from the places beside it.
+    pub rows: Vec<Row>,
+}
+
+/// The largest excess, 1 at least.
+pub(super) fn worst(used: &[Excess]) -> f64 {
+    used.iter()
+        .fold(1.0, |worst, excess| worst.max(excess.over))
+}
 
 impl Grid {
     /// Of the limits of every phase, all of which bind.
@@ -61,21 +74,39 @@ impl Grid {
             let (k, at) = self.along(s);
             let low = (at as usize).min(self.own[k].len() - 2);
             let [a, b] = [low, low + 1].map(|i| excess(&self.own[k][i], rate, bend));
-            (law.span(t), a + (at - low as f64) * (b - a))
+            Excess {
+                s,
+                span: law.span(t),
+                over: a + (at - low as f64) * (b - a),
+                rows: Vec::new(),
+            }
         });
         over.collect()
     }
 
-    /// Draws in the limits from which excesses come.
+    /// Draws in the limits from which excesses come, and takes in those that are known between the places.
     pub fn draw_in(&mut self, used: &[Excess]) {
         let mut drawn = vec![1.0_f64; self.limits.len()];
-        for ([from, to], over) in used {
+        for Excess {
+            s,
+            span,
+            over,
+            rows,
+        } in used
+        {
+            let [from, to] = span;
             let number = |s: f64, round: fn(f64) -> f64| {
                 let (k, at) = self.along(s);
                 self.first[k] + round(at) as usize
             };
             for k in &mut drawn[number(*from, f64::floor)..=number(*to, f64::ceil)] {
                 *k = k.max(over * over * DRAWN);
+            }
+            let (k, at) = self.along(*s);
+            let low = (at as usize).min(self.own[k].len() - 2);
+            for i in [low, low + 1] {
+                self.own[k][i].extend(rows);
+                self.limits[self.first[k] + i].extend(rows);
             }
         }
         for (rows, k) in self.limits.iter_mut().zip(drawn) {
@@ -137,8 +168,8 @@ pub(super) fn smooth(grid: &Grid, config: &Config, tries: usize) -> Option<(Time
             break;
         };
         let used = grid.excesses(&law, config.dt_s);
-        let over = used.iter().fold(0.0, |a: f64, (_, over)| a.max(*over));
-        let time = |law: &TimeLaw, over: f64| law.duration_s() * over.max(1.0);
+        let over = worst(&used);
+        let time = |law: &TimeLaw, over: f64| law.duration_s() * over;
         if best
             .as_ref()
             .is_none_or(|(b, o)| time(&law, over) < time(b, *o))
@@ -171,5 +202,27 @@ mod tests {
             let [one, other] = [&all, &kept].map(|rows| excess(rows, rate, bend));
             assert!((one - other).abs() < 1e-12 * (1.0 + one), "{one} {other}");
         }
+    }
+
+    #[test]
+    fn a_limit_between_two_places_slows_a_law_there_alone() {
+        let config = Config::default();
+        let row = |a: f64, b: f64| Row { a, b, c: 1.0 };
+        let place = vec![row(0.1, 0.0), row(-0.1, 0.0), row(0.0, 0.25)];
+        let mut grid = Grid::new(vec![vec![place; 41]]);
+        let (before, _) = smooth(&grid, &config, 8).unwrap();
+        let sharp = vec![row(0.0, 1.0)];
+        let at = |law: &TimeLaw| law.at(law.time_s(0.51))[1];
+        assert!(at(&before) > 1.5);
+        grid.draw_in(&[Excess {
+            s: 0.51,
+            span: [0.5, 0.52],
+            over: 1.0,
+            rows: sharp,
+        }]);
+        let (law, over) = smooth(&grid, &config, 8).unwrap();
+        assert!(at(&law) * over.recip() < 1.01, "{}", at(&law));
+        // All of it slowed down by as much would take 1.9 times as long.
+        assert!(law.duration_s() * over < 1.3 * before.duration_s());
     }
 }
