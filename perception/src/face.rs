@@ -16,7 +16,7 @@ pub(crate) struct Known {
 /// has its origin at the region's centroid; `covariance` is asked for with that, on P.
 ///
 /// # Errors
-/// [`Error::Face`] naming the plane where the rings are no region, or the face not valid.
+/// [`Error::Part`] naming the plane where the rings are no region, or the face not valid.
 pub(crate) fn face(
     rings: &[Vec<Point2<f64>>],
     of: impl Fn(usize, usize) -> Edge,
@@ -29,10 +29,8 @@ pub(crate) fn face(
         vertices: vertices.clone(),
         edges: (0..vertices.len()).map(|i| of(k, i)).collect(),
     };
-    let region = Region::new(rings.iter().enumerate().map(ring)).map_err(|cause| Error::Face {
-        id: id.clone(),
-        cause: Box::new(cause),
-    })?;
+    let region =
+        Region::new(rings.iter().enumerate().map(ring)).map_err(|cause| cause.of_face(&id))?;
     let centroid = region.centroid();
     let X_PF = Translation3::new(centroid.x, centroid.y, 0.0);
     let face = Face {

@@ -193,8 +193,7 @@ impl Face {
     /// Checks everything that a region does not check by itself.
     ///
     /// # Errors
-    /// [`Error::Face`] with the id and one of [`Error::BadNumber`], [`Error::NonUnitQuaternion`],
-    /// [`Error::BadCovariance`].
+    /// [`Error::Part`] with the id and the [`Error::Value`].
     pub fn validate(&self) -> Result<(), Error> {
         self.check()
             .map_err(|cause| cause.of_face(self.id.as_str()))
@@ -239,25 +238,27 @@ impl Face {
 
 /// A covariance is finite, symmetric and has no negative eigenvalue, up to rounding.
 pub(crate) fn check_covariance(rows: &[[f64; 3]; 3]) -> Result<(), Error> {
+    let wrong = |why: String| {
+        let what = "plane_covariance is not symmetric and positive semi-definite";
+        Err(Error::Value(format!("{what}: {why}")))
+    };
     let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
     let scale = matrix.abs().max();
     if !matrix.iter().all(|c| c.is_finite()) {
-        let why = "an entry is not finite".into();
-        return Err(Error::BadCovariance { why });
+        return wrong("an entry is not finite".into());
     }
     // 1e-9 of the largest entry: what a product of f64 matrices or a printed number may be off.
     let tolerance = 1e-9 * scale;
     for (i, j) in [(0, 1), (0, 2), (1, 2)] {
         let (upper, lower) = (rows[i][j], rows[j][i]);
         if (upper - lower).abs() > tolerance {
-            let why = format!("entry ({i}, {j}) is {upper}, entry ({j}, {i}) is {lower}");
-            return Err(Error::BadCovariance { why });
+            let entries = format!("entry ({i}, {j}) is {upper}, entry ({j}, {i}) is {lower}");
+            return wrong(entries);
         }
     }
     let smallest = matrix.symmetric_eigenvalues().min();
     if smallest < -tolerance {
-        let why = format!("its smallest eigenvalue is {smallest}");
-        return Err(Error::BadCovariance { why });
+        return wrong(format!("its smallest eigenvalue is {smallest}"));
     }
     Ok(())
 }

@@ -61,7 +61,7 @@ mod nearest;
 mod obstacle;
 pub mod outline;
 pub mod polygon;
-pub mod pose;
+mod pose;
 mod region;
 pub mod role;
 mod terrain;

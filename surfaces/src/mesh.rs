@@ -71,8 +71,8 @@ pub struct Report {
 /// Faces are named `m0`, `m1`, … by falling area. The mesh's bodies are the obstacles of the terrain;
 /// those behind the faces of what is no convex solid are `thickness_m` deep.
 /// # Errors
-/// [`Error::VertexBeyondWorld`], [`Error::MeshIndex`], [`Error::EmptyMesh`], and
-/// [`Error::BadNumber`] for a thickness below a micrometre.
+/// [`Error::Shape`] for a vertex beyond the world or that is not there, and where no triangle has an area;
+/// [`Error::Value`] for a thickness below a micrometre.
 pub fn extract(mesh: &TriangleMesh, thickness_m: f64) -> Result<(Terrain, Report), Error> {
     if !(thickness_m.is_finite() && thickness_m >= 1e-6) {
         return Err(Error::bad(

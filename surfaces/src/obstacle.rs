@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, beyond_world};
+use crate::Error;
 
 /// A convex body in W: the hull of its points.
 #[allow(non_snake_case)]
@@ -28,28 +28,19 @@ impl Obstacle {
     /// Checks the points.
     ///
     /// # Errors
-    /// [`Error::Obstacle`] with the id and [`Error::TooFewPoints`] or [`Error::VertexBeyondWorld`].
+    /// [`Error::Part`] with the id: fewer than 4 points, or one beyond the world.
     pub fn validate(&self) -> Result<(), Error> {
-        let cause = if self.points_W.len() < 4 {
-            Error::TooFewPoints {
-                count: self.points_W.len(),
-            }
-        } else if let Some((vertex, p)) = self
-            .points_W
-            .iter()
-            .enumerate()
-            .find(|(_, p)| beyond_world(p.coords.as_slice()).is_some())
-        {
-            Error::VertexBeyondWorld {
-                vertex,
-                point: p.coords.iter().copied().collect(),
-            }
-        } else {
-            return Ok(());
+        let checked = match self.points_W.len() {
+            count @ ..4 => Err(Error::Shape(format!(
+                "a convex body needs at least 4 points, this one has {count}"
+            ))),
+            _ => Error::check_in_world(&self.points_W),
         };
-        Err(Error::Obstacle {
-            id: self.id.clone(),
-            cause: Box::new(cause),
-        })
+        checked.map_err(|cause| self.named(cause))
+    }
+
+    /// What is wrong with this obstacle.
+    pub(crate) fn named(&self, cause: Error) -> Error {
+        cause.of(format_args!("obstacle `{}`", self.id))
     }
 }

@@ -80,9 +80,8 @@ impl ConvexPolygon {
     ///
     /// A vertex may lie on the line through its neighbours.
     /// # Errors
-    /// [`Error::TooFewVertices`], [`Error::VertexBeyondWorld`], [`Error::RepeatedVertex`] (nearer
-    /// than [`VERTEX_SEPARATION_M`]), [`Error::Collinear`], [`Error::Clockwise`],
-    /// [`Error::NotConvex`] and [`Error::SelfCrossing`], each naming the vertex at fault.
+    /// [`Error::Shape`] naming the vertex at fault: fewer than 3, one beyond the world or at the place of another
+    /// (nearer than [`VERTEX_SEPARATION_M`]), all on one line, clockwise, not convex, crossing themselves.
     pub fn new(vertices: Vec<Point2<f64>>) -> Result<Self, Error> {
         validate::check(&vertices)?;
         Ok(Self { vertices })

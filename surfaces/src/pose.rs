@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use crate::{Error, beyond_world};
 
@@ -47,25 +47,10 @@ impl TryFrom<PoseRecord> for Isometry3<f64> {
         } else if (norm - 1.0).abs() <= UNIT_TOLERANCE {
             UnitQuaternion::new_normalize(quaternion)
         } else {
-            return Err(Error::NonUnitQuaternion { norm });
+            let wrong = format!("quat_xyzw has the norm {norm}, which is not 1");
+            return Err(Error::Value(wrong));
         };
         let [x, y, z] = record.p;
         Ok(Self::from_parts(Translation3::new(x, y, z), rotation))
     }
-}
-
-/// Writes a pose; for `#[serde(with = "surfaces::pose")]`.
-///
-/// # Errors  those of the serializer.
-pub fn serialize<S: Serializer>(pose: &Isometry3<f64>, serializer: S) -> Result<S::Ok, S::Error> {
-    PoseRecord::from(pose).serialize(serializer)
-}
-
-/// Reads a pose; for `#[serde(with = "surfaces::pose")]`.
-///
-/// # Errors  when a number is not finite or the quaternion is not a unit one.
-pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Isometry3<f64>, D::Error> {
-    PoseRecord::deserialize(deserializer)?
-        .try_into()
-        .map_err(serde::de::Error::custom)
 }

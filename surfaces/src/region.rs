@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::polygon::{ConvexPolygon, VERTEX_SEPARATION_M, check_width, ring_area};
-use crate::{EdgeKind, Error, beyond_world};
+use crate::{EdgeKind, Error};
 
 /// What is known of an edge of a ring.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -91,20 +91,16 @@ impl Region {
     /// The region inside the first ring and outside the others, each given in either direction.
     ///
     /// # Errors
-    /// [`Error::Outline`] naming the ring with [`Error::TooFewVertices`], [`Error::EdgeCount`],
-    /// [`Error::VertexBeyondWorld`], [`Error::BadNumber`] (of an edge), [`Error::RepeatedVertex`]
-    /// (neighbours) or [`Error::Collinear`]; [`Error::CrossingOutline`] when the rings cross
-    /// themselves or each other.
+    /// [`Error::Part`] naming the ring: fewer than 3 vertices, as many edges as it has not, a bad number of an edge,
+    /// vertices beyond the world, at the place of the one before or all on one line; [`Error::Shape`] when the rings
+    /// cross themselves or each other.
     pub fn new<R: Into<Ring>>(rings: impl IntoIterator<Item = R>) -> Result<Self, Error> {
         let mut rings: Vec<Ring> = rings.into_iter().map(Into::into).collect();
         if rings.is_empty() {
-            return Err(Error::TooFewVertices { count: 0 });
+            Error::check_count(0)?;
         }
         for (ring, points) in rings.iter_mut().enumerate() {
-            check_ring(points).map_err(|cause| Error::Outline {
-                ring,
-                cause: Box::new(cause),
-            })?;
+            check_ring(points).map_err(|cause| cause.of(format_args!("outline ring {ring}")))?;
             // The interior is on the left of every edge.
             if (points.area() < 0.0) != (ring > 0) {
                 points.reverse();
@@ -115,10 +111,9 @@ impl Region {
         let enclosed_m2 = region.area();
         // A triangulation of rings that do not cross covers their area, up to rounding.
         if (triangles_m2 - enclosed_m2).abs() > 1e-6 * region.rings[0].area() {
-            return Err(Error::CrossingOutline {
-                enclosed_m2,
-                triangles_m2,
-            });
+            return Err(Error::Shape(format!(
+                "the outline crosses itself: its rings enclose {enclosed_m2} m², its triangles {triangles_m2} m²"
+            )));
         }
         Ok(region)
     }
@@ -209,15 +204,11 @@ impl From<&ConvexPolygon> for Region {
 
 fn check_ring(ring: &Ring) -> Result<(), Error> {
     let (points, count) = (&ring.vertices, ring.vertices.len());
-    if count < 3 {
-        return Err(Error::TooFewVertices { count });
-    }
+    Error::check_count(count)?;
     if ring.edges.len() != count {
-        return Err(Error::EdgeCount {
-            field: "edges".into(),
-            found: format!("{} edges", ring.edges.len()),
-            expected: format!("{count} vertices"),
-        });
+        let edges = ring.edges.len();
+        let wrong = format!("edges: {edges} edges for {count} vertices");
+        return Err(Error::Shape(wrong));
     }
     for edge in &ring.edges {
         if !edge.inside_rad.is_finite() {
@@ -225,22 +216,12 @@ fn check_ring(ring: &Ring) -> Result<(), Error> {
         }
         Error::check_not_negative("further_m", edge.further_m)?;
     }
-    for (vertex, p) in points.iter().enumerate() {
-        if beyond_world(p.coords.as_slice()).is_some() {
-            let point = p.coords.iter().copied().collect();
-            return Err(Error::VertexBeyondWorld { vertex, point });
-        }
-    }
+    Error::check_in_world(points)?;
     for vertex in 0..count {
         // The last vertex is compared with the first: a ring must not be closed explicitly.
         let (of, p) = ((vertex + 1) % count, points[vertex]);
         if (p - points[of]).norm() < VERTEX_SEPARATION_M {
-            return Err(Error::RepeatedVertex {
-                vertex: vertex.max(of),
-                of: vertex.min(of),
-                x: p.x,
-                y: p.y,
-            });
+            return Err(Error::repeated(vertex.max(of), vertex.min(of), &p));
         }
     }
     check_width(points)

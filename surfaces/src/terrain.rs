@@ -50,8 +50,8 @@ impl Terrain {
     /// Checks every face and obstacle, and that ids are unique among each kind.
     ///
     /// # Errors
-    /// [`Error::Face`], [`Error::Obstacle`], [`Error::EmptyId`], [`Error::DuplicateId`], and
-    /// [`Error::Unknown`] for an obstacle that names a face outside the terrain.
+    /// [`Error::Part`] with what is wrong with a face or an obstacle, which may be that it names a face outside the
+    /// terrain; [`Error::Value`] for an empty or repeated id.
     pub fn validate(&self) -> Result<(), Error> {
         self.faces.iter().try_for_each(Face::validate)?;
         self.obstacles.iter().try_for_each(Obstacle::validate)?;
@@ -59,11 +59,8 @@ impl Terrain {
         check_ids("obstacle", self.obstacles.iter().map(|o| o.id.as_str()))?;
         for obstacle in &self.obstacles {
             if let Some(face) = &obstacle.surface {
-                self.index_of(&face.as_str().into())
-                    .map_err(|cause| Error::Obstacle {
-                        id: obstacle.id.clone(),
-                        cause: Box::new(cause),
-                    })?;
+                let known = self.index_of(&face.as_str().into());
+                known.map_err(|cause| obstacle.named(cause))?;
             }
         }
         Ok(())
@@ -92,21 +89,15 @@ impl Terrain {
 }
 
 /// Refuses empty and repeated ids.
-fn check_ids<'a>(what: &'static str, ids: impl Iterator<Item = &'a str>) -> Result<(), Error> {
+fn check_ids<'a>(what: &str, ids: impl Iterator<Item = &'a str>) -> Result<(), Error> {
     let mut seen = std::collections::BTreeMap::new();
     for (index, id) in ids.enumerate() {
-        if id.is_empty() {
-            return Err(Error::EmptyId { what, index });
-        }
-        if let Some(of) = seen.insert(id, index) {
-            let id = id.into();
-            return Err(Error::DuplicateId {
-                what,
-                id,
-                index,
-                of,
-            });
-        }
+        let wrong = match seen.insert(id, index) {
+            _ if id.is_empty() => "has an empty id".to_owned(),
+            Some(of) => format!("repeats the id `{id}` of number {of}"),
+            None => continue,
+        };
+        return Err(Error::Value(format!("{what} number {index} {wrong}")));
     }
     Ok(())
 }

@@ -82,7 +82,10 @@ impl TryFrom<FaceRecord> for Face {
                 edges: Vec::new(),
             }],
             (None, false) => record.region,
-            _ => return Err(named(Error::OneShape)),
+            _ => {
+                let wrong = "it needs either `region`, a list of rings, or `polygon`, one ring";
+                return Err(named(Error::Shape(wrong.into())));
+            }
         };
         let face = Self {
             X_WF: record.X_WF.try_into().map_err(&named)?,

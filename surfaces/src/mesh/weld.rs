@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::{Point3, Vector3};
 
 use super::{TriangleMesh, WELD_M};
-use crate::{Error, beyond_world};
+use crate::Error;
 
 /// A mesh whose vertices are distinct and whose triangles have areas.
 pub(super) struct Welded {
@@ -45,10 +45,10 @@ impl Welded {
             }
         }
         if triangles.is_empty() {
-            return Err(Error::EmptyMesh {
-                triangles: mesh.triangles.len(),
-                vertices: mesh.vertices.len(),
-            });
+            let (triangles, vertices) = (mesh.triangles.len(), mesh.vertices.len());
+            return Err(Error::Shape(format!(
+                "the mesh has no triangle with an area ({triangles} triangles, {vertices} vertices)"
+            )));
         }
         Ok(Self {
             degenerate: mesh.triangles.len() - triangles.len(),
@@ -65,19 +65,13 @@ impl Welded {
 }
 
 fn check(mesh: &TriangleMesh) -> Result<(), Error> {
-    let beyond = |p: &Point3<f64>| beyond_world(p.coords.as_slice()).is_some();
-    if let Some(vertex) = mesh.vertices.iter().position(beyond) {
-        let point = mesh.vertices[vertex].coords.iter().copied().collect();
-        return Err(Error::VertexBeyondWorld { vertex, point });
-    }
+    Error::check_in_world(&mesh.vertices)?;
     let count = mesh.vertices.len();
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
         if let Some(vertex) = corners.iter().copied().find(|i| *i >= count) {
-            return Err(Error::MeshIndex {
-                triangle,
-                vertex,
-                count,
-            });
+            return Err(Error::Shape(format!(
+                "triangle {triangle} refers to vertex {vertex}, but the mesh has {count} vertices"
+            )));
         }
     }
     Ok(())

@@ -9,16 +9,12 @@ impl ConvexPolygon {
     /// The smallest convex polygon around the points, up to [`super::VERTEX_SEPARATION_M`].
     ///
     /// # Errors
-    /// [`Error::TooFewVertices`], [`Error::VertexBeyondWorld`], [`Error::Collinear`] (also when all
-    /// points are at one place).
+    /// [`Error::Shape`]: fewer than 3 points, points beyond the world or on one line (also when all are at
+    /// one place).
     /// Source: Andrew's monotone chain.
     pub fn hull(points: &[Point2<f64>]) -> Result<Self, Error> {
-        if points.len() < 3 {
-            return Err(Error::TooFewVertices {
-                count: points.len(),
-            });
-        }
-        validate::check_finite(points)?;
+        Error::check_count(points.len())?;
+        Error::check_in_world(points)?;
         // Left to right, then back: a vertex stays while the chain turns left at it.
         let mut sorted = points.to_vec();
         sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));

@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{VERTEX_SEPARATION_M, ring_area};
-use crate::{Error, beyond_world};
+use crate::Error;
 
 /// A right turn up to this angle is the rounding of a straight edge, rad.
 ///
@@ -13,28 +13,11 @@ const STRAIGHT_RAD: f64 = 1e-6;
 
 /// Checks the vertices from the plainest fault to the subtlest.
 pub(super) fn check(vertices: &[Point2<f64>]) -> Result<(), Error> {
-    let count = vertices.len();
-    if count < 3 {
-        return Err(Error::TooFewVertices { count });
-    }
-    check_finite(vertices)?;
+    Error::check_count(vertices.len())?;
+    Error::check_in_world(vertices)?;
     check_distinct(vertices)?;
     check_width(vertices)?;
     check_turns(vertices)
-}
-
-/// Refuses NaN and infinite coordinates.
-pub(super) fn check_finite(vertices: &[Point2<f64>]) -> Result<(), Error> {
-    match vertices
-        .iter()
-        .position(|v| beyond_world(v.coords.as_slice()).is_some())
-    {
-        Some(vertex) => Err(Error::VertexBeyondWorld {
-            vertex,
-            point: vertices[vertex].coords.iter().copied().collect(),
-        }),
-        None => Ok(()),
-    }
 }
 
 /// Refuses two vertices at one place, neighbours or not.
@@ -42,12 +25,7 @@ fn check_distinct(vertices: &[Point2<f64>]) -> Result<(), Error> {
     for (vertex, v) in vertices.iter().enumerate() {
         let near = |w: &Point2<f64>| (v - w).norm() < VERTEX_SEPARATION_M;
         if let Some(of) = vertices[..vertex].iter().position(near) {
-            return Err(Error::RepeatedVertex {
-                vertex,
-                of,
-                x: v.x,
-                y: v.y,
-            });
+            return Err(Error::repeated(vertex, of, v));
         }
     }
     Ok(())
@@ -74,11 +52,10 @@ pub(crate) fn check_width(vertices: &[Point2<f64>]) -> Result<(), Error> {
         }
     }
     if off_m < VERTEX_SEPARATION_M {
-        return Err(Error::Collinear {
-            count: vertices.len(),
-            vertex,
-            off_m,
-        });
+        let count = vertices.len();
+        return Err(Error::Shape(format!(
+            "all {count} vertices lie on one line: vertex {vertex}, the farthest from it, is off by {off_m:.3e} m"
+        )));
     }
     Ok(())
 }
@@ -109,12 +86,17 @@ fn check_turns(vertices: &[Point2<f64>]) -> Result<(), Error> {
             gone_round = Some(vertex);
         }
     }
-    match (first_right, gone_round) {
-        (Some((vertex, _)), _) if only_right && ring_area(vertices) < 0.0 => {
-            Err(Error::Clockwise { vertex })
+    Err(Error::Shape(match (first_right, gone_round) {
+        (Some((vertex, _)), _) if only_right && ring_area(vertices) < 0.0 => format!(
+            "the vertices run clockwise about the outward normal (at vertex {vertex} the boundary turns right): give \
+             them counter-clockwise"
+        ),
+        (Some((vertex, turn_rad)), _) => {
+            format!("not convex: the boundary turns right by {turn_rad:.3e} rad at vertex {vertex}")
         }
-        (Some((vertex, turn_rad)), _) => Err(Error::NotConvex { vertex, turn_rad }),
-        (None, Some(vertex)) => Err(Error::SelfCrossing { vertex }),
-        (None, None) => Ok(()),
-    }
+        (None, Some(vertex)) => {
+            format!("the boundary crosses itself: it has gone round once before vertex {vertex}")
+        }
+        (None, None) => return Ok(()),
+    }))
 }

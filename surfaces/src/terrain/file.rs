@@ -34,18 +34,15 @@ impl Terrain {
     /// The terrain in a file's text, checked; of a file of version 1 the pieces of a face as one.
     ///
     /// # Errors
-    /// [`Error::Json`] with line and column, [`Error::Format`], and those of [`Self::validate`];
-    /// whatever is wrong inside a face or obstacle names it.
+    /// [`Error::File`], and those of [`Self::validate`]; whatever is wrong inside a face or obstacle names it.
     pub fn from_json(text: &str) -> Result<Self, Error> {
         let Versioned { format } = parse(text)?;
         if format == version_1::FORMAT {
             return parse::<version_1::File>(text)?.try_into();
         }
         if format != TERRAIN_FORMAT {
-            return Err(Error::Format {
-                found: format,
-                expected: TERRAIN_FORMAT,
-            });
+            let wrong = format!("the format is `{format}`, not `{TERRAIN_FORMAT}`");
+            return Err(Error::File(wrong));
         }
         // First as plain values, so that what is wrong inside one of them can name it.
         let file: FileRecord<serde_json::Value, serde_json::Value> = parse(text)?;
@@ -81,10 +78,7 @@ fn parse<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, Error> {
 }
 
 fn json(error: &serde_json::Error) -> Error {
-    Error::Json {
-        place: String::new(),
-        message: error.to_string(),
-    }
+    Error::File(error.to_string())
 }
 
 /// Reads a list entry by entry; an error that does not name its entry yet is given the name.
@@ -101,7 +95,7 @@ pub(super) fn read_each<T: serde::de::DeserializeOwned>(
                 Some(id) => format!("{what} `{id}` (number {index}): "),
                 None => format!("{what} number {index}: "),
             };
-            Error::Json { place, message }
+            Error::File(place + &message)
         })
     };
     values.into_iter().enumerate().map(read).collect()

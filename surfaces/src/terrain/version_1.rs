@@ -132,11 +132,8 @@ impl TryFrom<Record> for Piece {
             (found == 0 || found == expected)
                 .then_some(())
                 .ok_or_else(|| {
-                    named(Error::EdgeCount {
-                        field: field.into(),
-                        found: format!("{found} entries"),
-                        expected: format!("{expected} edges"),
-                    })
+                    let wrong = format!("{field}: {found} entries for {expected} edges");
+                    named(Error::Shape(wrong))
                 })
         };
         counted("polygon_edges", record.polygon_edges.len(), edges)?;
