@@ -190,35 +190,16 @@ fn half_width_m(patch: &ContactPatch) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use surfaces::{Face, Terrain};
+    use surfaces::{Face, Obstacle, Terrain};
 
     use super::*;
-
-    fn body(id: &str, low: [f64; 3], high: [f64; 3]) -> surfaces::Obstacle {
-        let corner = |i: usize| {
-            let pick = |axis: usize| {
-                if i >> axis & 1 == 1 {
-                    high[axis]
-                } else {
-                    low[axis]
-                }
-            };
-            Point3::new(pick(0), pick(1), pick(2))
-        };
-        surfaces::Obstacle {
-            id: id.to_owned(),
-            points_W: (0..8).map(corner).collect(),
-            surface: None,
-            assumed: false,
-        }
-    }
 
     #[test]
     fn what_stands_on_a_face_is_taken_off_and_what_hangs_over_it_is_not() {
         let floor = Face::rectangle("floor", Isometry3::identity(), [4.0, 4.0]).unwrap();
         let bodies = vec![
-            body("box", [0.5, -0.1, -0.2], [0.7, 0.1, 0.1]),
-            body("lamp", [-1.2, -0.2, 1.8], [-0.8, 0.2, 2.0]),
+            Obstacle::cuboid("box", [0.5, -0.1, -0.2], [0.7, 0.1, 0.1]),
+            Obstacle::cuboid("lamp", [-1.2, -0.2, 1.8], [-0.8, 0.2, 2.0]),
         ];
         let terrain = Terrain::new(vec![floor], bodies).unwrap();
         let environment = Environment::new(terrain, 0.03, 0.0).unwrap();

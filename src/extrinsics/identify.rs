@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow};
 use calibration::camera::{Checked, PlanePair, identify_checked};
 use calibration::ground::{Ground, ground};
-use calibration::stance::{StanceMethod, footprint};
+use calibration::stance::footprint;
 use calibration::{Config, GroundPlane};
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use perception::{Intrinsics, Noise, Scan, SensorOptions};
@@ -100,7 +100,7 @@ pub fn stances(robot: &Robot, feet: &Feet, rows: &[StanceRow]) -> Result<Stances
             footholds: None,
         });
     };
-    let found = footprint(&postures, &feet.heights_m(robot), StanceMethod::AllFeet)?;
+    let found = footprint(&postures, &feet.heights_m(robot))?;
     Ok(Stances {
         poses: found.X_GR.into_iter().zip(found.error_m).collect(),
         footholds: Some(Footholds {

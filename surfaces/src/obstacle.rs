@@ -25,6 +25,17 @@ pub struct Obstacle {
 }
 
 impl Obstacle {
+    /// The body between two corners, its edges along the axes of W.
+    pub fn cuboid(id: impl Into<String>, low: [f64; 3], high: [f64; 3]) -> Self {
+        let corner = |k: usize| [0, 1, 2].map(|axis| [low, high][k >> axis & 1][axis]);
+        Self {
+            id: id.into(),
+            points_W: (0..8).map(|k| corner(k).into()).collect(),
+            surface: None,
+            assumed: false,
+        }
+    }
+
     /// Checks the points.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::program::{ends_with, read, root, said, scandent, succeeds};
+use crate::support::program::{FLOOR, ends_with, read, root, said, scandent, succeeds};
 
 /// Command lines with their exit codes and what the message must say.
 #[rustfmt::skip]
@@ -60,8 +60,7 @@ fn what_cannot_be_done_is_refused_by_name() {
 fn mistakes_of_a_scene_are_told_in_one() {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = folder.path().join("scene.toml");
-    let floor = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
-    std::fs::write(folder.path().join("floor.obj"), floor).expect("writable");
+    std::fs::write(folder.path().join("floor.obj"), FLOOR).expect("writable");
     let text = "name = \"x\"\nmesh_file = \"floor.obj\"\nrobot.urdf = \"builtin:hrp2\"\nstart = { posture = \"lying\", \
         base_position_m = [0.0, 0.0, 0.6487], contacts = [\"left_foot\", \"right_foot\"] }\n\
         friction.patch = { hoof = 0.5 }\ngoal.contact = [{ patch = \"foot\", surface = \"roof\" }, \

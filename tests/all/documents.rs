@@ -8,10 +8,8 @@ use std::process::{Output, Stdio};
 use serde_json::Value;
 
 use crate::schemas::assert_as_said;
-use crate::support::program::{command, json, list, read, root, said, succeeds};
+use crate::support::program::{FLOOR, command, json, list, read, root, said, succeeds};
 
-/// A floor to walk on, as a mesh.
-const FLOOR: &str = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
 /// A short way over it.
 const SCENE: &str = "name = \"floor\"\nmesh_file = \"floor.obj\"\nrobot = { urdf = \"builtin:quadruped\" }\n\
     goal = { base_position_m = [0.2, 0.0], tolerance_m = 0.1 }\n";

@@ -6,10 +6,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::support::program::{assert_ended, command, ends_with, json, read, succeeds};
+use crate::support::program::{FLOOR, assert_ended, command, ends_with, json, read, succeeds};
 
-/// A floor to walk on, as a mesh.
-const FLOOR: &str = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
 const LINE: &str = "plan --mesh @ --robot builtin:quadruped --goal";
 
 #[test]

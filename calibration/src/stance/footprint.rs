@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{StanceMethod, foot_error_m, stance};
-use crate::Error;
+use super::foot_error_m;
+use crate::{Error, register};
 
 /// Rounds in which places and poses are made to agree; each gains a digit or more.
 const ROUNDS: usize = 20;
@@ -34,11 +34,7 @@ pub struct Footprint {
 ///
 /// # Errors
 /// [`Error::Feet`] naming the posture of which the feet do not fit the others'; [`Error::Collinear`].
-pub fn footprint(
-    postures: &[Vec<Point3<f64>>],
-    heights_m: &[f64],
-    method: StanceMethod,
-) -> Result<Footprint, Error> {
+pub fn footprint(postures: &[Vec<Point3<f64>>], heights_m: &[f64]) -> Result<Footprint, Error> {
     let first = postures.first().ok_or_else(|| Error::Feet {
         cause: "there is no posture".to_owned(),
     })?;
@@ -70,7 +66,7 @@ pub fn footprint(
             .iter()
             .enumerate()
             .map(|(i, feet)| {
-                stance(feet, &feet_G, method).map_err(|error| Error::Feet {
+                register(feet, &feet_G, "feet").map_err(|error| Error::Feet {
                     cause: format!("posture {}: {error}", i + 1),
                 })
             })
@@ -165,7 +161,6 @@ fn over_plane(feet_R: &[Point3<f64>], heights_m: &[f64]) -> Result<Isometry3<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stance::trilateration;
     use proptest::prelude::*;
 
     const RADIUS: f64 = 0.03;
@@ -189,19 +184,6 @@ mod tests {
 
     proptest! {
         #[test]
-        fn both_ways_find_the_pose(
-            rpy_deg in prop::array::uniform3(-20.0f64..20.0),
-            p in prop::array::uniform3(-0.1f64..0.1),
-        ) {
-            let X_GR = pose(rpy_deg, [p[0], p[1], 0.68 + p[2]]);
-            for method in [StanceMethod::AllFeet, StanceMethod::ThreeFeet] {
-                let found = stance(&in_R(&X_GR), &feet_G(), method).unwrap();
-                let error = (found.to_homogeneous() - X_GR.to_homogeneous()).norm();
-                prop_assert!(error < 1e-9, "{method:?}: {error}");
-            }
-        }
-
-        #[test]
         fn unknown_places_are_found_with_the_poses(
             tilts in prop::collection::vec(prop::array::uniform3(-15.0f64..15.0), 2..6),
         ) {
@@ -209,7 +191,7 @@ mod tests {
             let mut poses = vec![pose([4.0, -7.0, 0.0], [0.0, 0.0, 0.68])];
             poses.extend(tilts.iter().map(|rpy| pose(*rpy, [0.02, -0.05, 0.7])));
             let feet: Vec<_> = poses.iter().map(in_R).collect();
-            let found = footprint(&feet, &[RADIUS; 6], StanceMethod::AllFeet).unwrap();
+            let found = footprint(&feet, &[RADIUS; 6]).unwrap();
             for (found, X_GR) in found.X_GR.iter().zip(&poses) {
                 // Heading is a convention; tilt and height are not.
                 let up = |X: &Isometry3<f64>| X.rotation.inverse() * Vector3::z();
@@ -220,27 +202,13 @@ mod tests {
     }
 
     #[test]
-    fn of_the_mirror_images_the_one_above_the_ground_is_taken() {
-        let X_GR = pose([5.0, -3.0, 2.0], [0.01, 0.02, 0.65]);
-        // Both ways round the triangle.
-        for order in [[0, 2, 4], [4, 2, 0]] {
-            let feet = order.map(|i| (in_R(&X_GR)[i], feet_G()[i]));
-            let found = trilateration(&feet.map(|f| f.0), &feet.map(|f| f.1)).unwrap();
-            assert!((found.translation.z - 0.65).abs() < 1e-9, "{found}");
-        }
-        let far = [10.0, 0.1, 0.1].map(|r| Point3::new(r, 0.0, 0.0));
-        let three = [0, 2, 4].map(|i| feet_G()[i]);
-        assert!(trilateration(&far, &three).is_err());
-    }
-
-    #[test]
     fn a_foot_that_slipped_is_named_by_its_posture() {
         let poses = [0.0, 5.0, 10.0].map(|roll| pose([roll, 2.0, 0.0], [0.0, 0.0, 0.68]));
         let mut feet: Vec<_> = poses.iter().map(in_R).collect();
         feet[2][4].x += 0.2;
-        let error = footprint(&feet, &[RADIUS; 6], StanceMethod::AllFeet).unwrap_err();
+        let error = footprint(&feet, &[RADIUS; 6]).unwrap_err();
         assert!(error.to_string().contains("posture"), "{error}");
         let two: Vec<_> = feet.iter().map(|f| f[..2].to_vec()).collect();
-        assert!(footprint(&two, &[RADIUS; 2], StanceMethod::AllFeet).is_err());
+        assert!(footprint(&two, &[RADIUS; 2]).is_err());
     }
 }

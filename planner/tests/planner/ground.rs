@@ -3,7 +3,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use nalgebra::{Point3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use planner::{Config, Request, SearchResult, Status};
 use posture::Environment;
 use surfaces::{Face, Obstacle, Terrain};
@@ -13,26 +13,6 @@ use crate::support::{face, humanoid, request, robot};
 /// A rectangle in the level plane of that height.
 fn level(id: &str, [x, y, z]: [f64; 3], half: [f64; 2]) -> Face {
     face(id, Vector3::new(x, y, z), Vector3::x(), Vector3::y(), half)
-}
-
-/// A box between two corners.
-fn block(id: &str, low: [f64; 3], high: [f64; 3]) -> Obstacle {
-    let corner = |i: usize| {
-        let pick = |axis: usize| {
-            if i >> axis & 1 == 1 {
-                high[axis]
-            } else {
-                low[axis]
-            }
-        };
-        Point3::new(pick(0), pick(1), pick(2))
-    };
-    Obstacle {
-        id: id.to_owned(),
-        points_W: (0..8).map(corner).collect(),
-        surface: None,
-        assumed: false,
-    }
 }
 
 fn world(faces: Vec<Face>, obstacles: Vec<Obstacle>) -> Environment {
@@ -78,8 +58,16 @@ fn check(found: &SearchResult, nodes_a_stance: f64) {
 fn what_lies_on_a_floor_is_stepped_over() {
     let robot = humanoid();
     for things in [
-        vec![block("rib", [0.67, -1.0, 0.0], [0.73, 1.0, 0.03])],
-        vec![block("box", [0.55, 0.01, 0.0], [0.65, 0.15, 0.10])],
+        vec![Obstacle::cuboid(
+            "rib",
+            [0.67, -1.0, 0.0],
+            [0.73, 1.0, 0.03],
+        )],
+        vec![Obstacle::cuboid(
+            "box",
+            [0.55, 0.01, 0.0],
+            [0.65, 0.15, 0.10],
+        )],
     ] {
         let environment = world(vec![floor()], things);
         let found = plan(&request(&robot, &environment, Vector3::new(1.5, 0.0, 0.0)));
@@ -137,7 +125,7 @@ fn a_start_that_faces_away_turns_and_walks() {
 fn the_way_goes_round_a_wall_and_over_a_bridge() {
     let robot = humanoid();
     // Open beyond y = −0.9 only.
-    let wall = block("wall", [1.1, -0.9, 0.0], [1.25, 3.9, 1.0]);
+    let wall = Obstacle::cuboid("wall", [1.1, -0.9, 0.0], [1.25, 3.9, 1.0]);
     let environment = world(vec![floor()], vec![wall]);
     let found = plan(&request(&robot, &environment, Vector3::new(2.4, 0.4, 0.0)));
     check(&found, 1.5);
@@ -206,7 +194,7 @@ fn what_lengths_exclude_is_refused_with_the_place() {
 #[test]
 fn a_plan_that_is_improved_is_no_longer_and_no_shorter_than_lengths_allow() {
     let robot = humanoid();
-    let rib = block("rib", [0.67, -1.0, 0.0], [0.73, 1.0, 0.03]);
+    let rib = Obstacle::cuboid("rib", [0.67, -1.0, 0.0], [0.73, 1.0, 0.03]);
     let environment = world(vec![floor()], vec![rib]);
     let request = request(&robot, &environment, Vector3::new(1.9, 0.0, 0.0));
     let plan = |improve: usize| {

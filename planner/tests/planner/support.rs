@@ -1,10 +1,10 @@
 //! Robots, worlds and requests.
 
-use nalgebra::{Isometry3, Point2, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use planner::Request;
 use posture::{Environment, stand};
 use robot_model::{PatchId, Robot};
-use surfaces::{Face, Region};
+use surfaces::Face;
 
 pub fn humanoid() -> Robot {
     robot("hrp2")
@@ -24,9 +24,7 @@ pub fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [
         Translation3::from(p),
         UnitQuaternion::from_rotation_matrix(&rotation),
     );
-    let [a, b] = half;
-    let corners = [(-a, -b), (a, -b), (a, b), (-a, b)].map(|(u, v)| Point2::new(u, v));
-    Face::new(id, pose, Region::new([corners.to_vec()]).unwrap())
+    Face::rectangle(id, pose, half.map(|half| 2.0 * half)).unwrap()
 }
 
 /// A robot on its feet over the origin of the face "floor", on its way to a place.

@@ -1,6 +1,6 @@
 //! The hexapod crosses a field of blocks on a level body, from exactly known surfaces: feet onto and
 //! between them, one leg at a time; the verifier agrees, and physics.
-use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use surfaces::{Obstacle, Terrain};
 
 use crate::support::program::robot;
@@ -31,19 +31,10 @@ fn field() -> Terrain {
         let half = [0.5 * lx, 0.5 * ly];
         let id = format!("block{k}");
         faces.push(face(&id, Vector3::new(cx, cy, height), x, y, half));
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let points_W = corners
-            .into_iter()
-            .flat_map(|(i, j)| {
-                let (px, py) = (cx + i * half[0], cy + j * half[1]);
-                [Point3::new(px, py, 0.0), Point3::new(px, py, height)]
-            })
-            .collect();
+        let [low, high] = [-1.0, 1.0].map(|side| [cx + side * half[0], cy + side * half[1]]);
         obstacles.push(Obstacle {
-            id: id.clone(),
-            points_W,
-            surface: Some(id),
-            assumed: false,
+            surface: Some(id.clone()),
+            ..Obstacle::cuboid(id, [low[0], low[1], 0.0], [high[0], high[1], height])
         });
     }
     Terrain { faces, obstacles }

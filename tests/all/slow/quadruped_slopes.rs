@@ -1,7 +1,7 @@
 //! The quadruped walks up slopes from exactly known surfaces, straight and at an angle to the fall
 //! line; the verifier agrees with every stance and every sample of the motion, and physics with the
 //! whole.
-use nalgebra::{Point3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use planner::Status;
 use surfaces::{Obstacle, Terrain};
 
@@ -83,17 +83,8 @@ fn past_a_pole_no_limb_leaps() {
     let places = [0.6, 0.8].map(|x| [[x, 0.26], [x, -0.26]]);
     for [x, y] in places.into_iter().flatten() {
         let (mut terrain, way) = slope(10.5, 0.0);
-        let corner = |i: usize| {
-            let side = |bit: usize| if i >> bit & 1 == 1 { 0.02 } else { -0.02 };
-            let z = if i >> 2 == 1 { 1.5 } else { 0.0 };
-            Point3::new(x + side(0), y + side(1), z)
-        };
-        terrain.obstacles.push(Obstacle {
-            id: "pole".to_owned(),
-            points_W: (0..8).map(corner).collect(),
-            surface: None,
-            assumed: false,
-        });
+        let (low, high) = ([x - 0.02, y - 0.02, 0.0], [x + 0.02, y + 0.02, 1.5]);
+        terrain.obstacles.push(Obstacle::cuboid("pole", low, high));
         let walked = walk(terrain, way);
         if walked.answer.status == Status::Found {
             walked.assert_certified();

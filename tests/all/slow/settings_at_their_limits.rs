@@ -11,10 +11,9 @@ use scenes::simulator::lidar::{RangeNoise, Vlp16, pcap, sweep};
 use scenes::worlds::slope::room;
 
 use crate::calibrate_camera::{STANCES, write_set};
-use crate::support::program::{command, ends_with, root, said, succeeds};
+use crate::support::program::{FLOOR, command, ends_with, root, said, succeeds};
 
 const PLAN: &str = "plan --robot builtin:quadruped --goal 0.2,0 --mesh @ -o @";
-const FLOOR: &str = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
 
 /// Key, least and greatest value of every number that `scandent config` lists.
 fn ranges() -> Vec<(String, [f64; 2])> {

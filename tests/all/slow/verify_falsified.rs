@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use crate::support::program::{ends_with, json as read_json, root, said, scandent};
+use crate::support::program::{FLOOR, ends_with, json as read_json, root, said, scandent};
 use crate::support::shipped::shipped;
 
 /// One way to falsify a plan.
@@ -168,8 +168,7 @@ fn a_plan_from_flags_rests_on_its_files() {
     for name in ["quadruped.urdf", "quadruped.srdf", "contacts.toml"] {
         std::fs::copy(robot.join(name), folder.join(name)).unwrap();
     }
-    let floor = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
-    std::fs::write(folder.join("floor.obj"), floor).unwrap();
+    std::fs::write(folder.join("floor.obj"), FLOOR).unwrap();
     let names = [
         "quadruped.urdf",
         "quadruped.srdf",

@@ -1,7 +1,6 @@
 //! What a page shows: the biped's plan with names that must not break out of the page, a motion and
 //! a cloud.
 
-use nalgebra::Point3;
 use plan::{
     Alternative, Barrier, Change, Choice, Input, Limits, MOTION_FORMAT, Motion, Phase, PhaseKind,
     Plan, Refusal, Sample, Trace, TracedNode,
@@ -15,10 +14,6 @@ pub use super::biped::robot;
 pub fn plan() -> Plan {
     let text = serde_json::to_string(&biped::plan()).expect("JSON");
     let named = text.replace("\"step\"", "\"<step & 1>\"");
-    let corner = |k: i32| {
-        let at = |bit: i32| f64::from(k >> bit & 1);
-        Point3::new(0.4 + 0.1 * at(0), 0.5 + 0.1 * at(1), 0.5 * at(2))
-    };
     Plan {
         scene: "</script><b>one step".to_owned(),
         inputs: vec![Input {
@@ -26,12 +21,7 @@ pub fn plan() -> Plan {
             name: "one-step.toml".into(),
             sha256: "0".repeat(64),
         }],
-        obstacles: vec![Obstacle {
-            id: "post".into(),
-            points_W: (0..8).map(corner).collect(),
-            surface: None,
-            assumed: false,
-        }],
+        obstacles: vec![Obstacle::cuboid("post", [0.4, 0.5, 0.0], [0.5, 0.6, 0.5])],
         ..serde_json::from_str(&named).expect("a plan")
     }
 }

@@ -269,13 +269,10 @@ fn transition_bears(plan: &mut Plan) {
 
 /// A cube of 60 mm.
 fn obstacle(plan: &mut Plan, centre: Point3<f64>, surface: Option<String>) {
-    let sign = |k: usize, bit: usize| if k & bit == 0 { -0.03 } else { 0.03 };
-    let corner = |k| centre + Vector3::new(sign(k, 1), sign(k, 2), sign(k, 4));
+    let [low, high] = [-0.03, 0.03].map(|side| (centre.coords.add_scalar(side)).into());
     plan.obstacles.push(Obstacle {
-        id: "planted".to_owned(),
-        points_W: (0..8).map(corner).collect(),
         surface,
-        assumed: false,
+        ..Obstacle::cuboid("planted", low, high)
     });
 }
 

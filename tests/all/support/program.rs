@@ -56,6 +56,9 @@ pub fn assert_ended(output: &Output, code: i32, words: &[&str]) -> String {
     text
 }
 
+/// A floor to walk on, as a Wavefront OBJ.
+pub const FLOOR: &str = "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n";
+
 /// A file of this repository.
 pub fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)

@@ -2,12 +2,12 @@
 
 use std::sync::atomic::AtomicBool;
 
-use nalgebra::{Isometry3, Point2, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
 use plan::{GoalContact, GoalRecord, Motion, Plan, RequiredMargins};
 use planner::{Goal, Guide, Request, SearchResult, Start, Status};
 use posture::{BaseGoal, Environment};
 use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
-use surfaces::{ConvexPolygon, Face, Region, Terrain};
+use surfaces::{Face, Terrain};
 
 use super::record::record;
 
@@ -18,11 +18,8 @@ const BODY_M: f64 = 0.05;
 pub fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64; 2]) -> Face {
     let rotation = Rotation3::from_basis_unchecked(&[x, y, x.cross(&y)]);
     let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
-    let [a, b] = half;
-    let corners = [(-a, -b), (a, -b), (a, b), (-a, b)].map(|(u, v)| Point2::new(u, v));
-    let polygon = ConvexPolygon::new(corners.to_vec()).unwrap();
     let pose = Isometry3::from_parts(p.into(), rotation);
-    Face::new(id, pose, Region::from(&polygon))
+    Face::rectangle(id, pose, half.map(|half| 2.0 * half)).unwrap()
 }
 
 /// A walk of a robot that stands on the first face of a terrain.
