@@ -1,52 +1,20 @@
 //! Everything that can go wrong between a scan file and its surfaces.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 /// Why a scan could not be read or turned into surfaces.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The file could not be opened or read.
-    #[error("{}: {source}", path.display())]
-    Io {
+    /// A file that cannot be read, is of no known format, contradicts its format, itself or its length, holds no valid
+    /// point, or needs what was not given.
+    #[error("{}: {cause}", path.display())]
+    File {
         /// The file.
         path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A field of the file contradicts the format, another field or the file's length.
-    #[error("{}: {field}: {cause}", path.display())]
-    Field {
-        /// The file.
-        path: PathBuf,
-        /// The header field or part of the file, as the format calls it.
-        field: String,
-        /// What is wrong with it.
+        /// What is wrong with it, after the header field or the part, as the format calls it.
         cause: String,
-    },
-    /// The parser of the format refused the file.
-    #[error("{}: not a readable {format} file: {source}", path.display())]
-    Parse {
-        /// The file.
-        path: PathBuf,
-        /// The format that was tried.
-        format: &'static str,
-        /// What the parser said.
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
-    /// Neither the extension nor the first bytes name a known format.
-    #[error("{}: unknown scan format; known are depth images (16-bit PNG, npy), PCD, PLY, LAS, E57 and MCAP, and pcap of a LiDAR", path.display())]
-    UnknownFormat {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The file was read and holds no finite point in front of the sensor.
-    #[error("{}: no valid point ({total} read, all zero, NaN or infinite)", path.display())]
-    Empty {
-        /// The file.
-        path: PathBuf,
-        /// Points or pixels read before the invalid ones were dropped.
-        total: usize,
     },
     /// The sensor table has no entry of this name.
     #[error("unknown sensor {name:?}; known are {}", candidates.join(", "))]
@@ -55,18 +23,6 @@ pub enum Error {
         name: String,
         /// The names in the table.
         candidates: Vec<&'static str>,
-    },
-    /// A depth image needs intrinsics that neither the options nor the sensor table give.
-    #[error("{}: sensor {sensor:?} has no intrinsics for {width}x{height} pixels; give fx, fy, cx, cy", path.display())]
-    NoIntrinsics {
-        /// The file.
-        path: PathBuf,
-        /// The sensor's name.
-        sensor: String,
-        /// Image width, px.
-        width: usize,
-        /// Image height, px.
-        height: usize,
     },
     /// Hardly a point of a scan is in range: its unit is another one, or the range too short.
     #[error(
@@ -143,25 +99,22 @@ pub enum Error {
 }
 
 impl Error {
-    /// A field error of `path`.
-    pub(crate) fn field(path: &Path, field: impl Into<String>, cause: impl Into<String>) -> Self {
-        Self::Field {
+    /// An error of `path`.
+    pub(crate) fn file(path: &Path, cause: impl Into<String>) -> Self {
+        Self::File {
             path: path.to_owned(),
-            field: field.into(),
             cause: cause.into(),
         }
     }
 
-    /// A parser's error of `path`, wrapped opaquely.
-    pub(crate) fn parse<E>(path: &Path, format: &'static str, source: E) -> Self
-    where
-        E: Into<Box<dyn std::error::Error + Send + Sync>>,
-    {
-        Self::Parse {
-            path: path.to_owned(),
-            format,
-            source: source.into(),
-        }
+    /// An error of a part of `path`.
+    pub(crate) fn field(path: &Path, field: impl Display, cause: impl Display) -> Self {
+        Self::file(path, format!("{field}: {cause}"))
+    }
+
+    /// A parser's error of `path`.
+    pub(crate) fn parse(path: &Path, format: &str, cause: impl Display) -> Self {
+        Self::file(path, format!("not a readable {format} file: {cause}"))
     }
 }
 

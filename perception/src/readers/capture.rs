@@ -37,7 +37,7 @@ pub(super) fn is_capture(bytes: &[u8]) -> bool {
 /// The payloads of a capture.
 ///
 /// # Errors
-/// [`Error::Parse`] for a header or a block that is none.
+/// [`Error::File`] for a header or a block that is none.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Capture, Error> {
     let fail = |what: String| Error::parse(path, FORMAT, what);
     let mut reader = create_reader(CAPACITY, Cursor::new(bytes))

@@ -43,7 +43,7 @@ fn check_unit(path: &Path, z_m: &[f32], sensor: &Sensor, scale: f64) -> Result<(
 /// Width and height, and the pixels row by row.
 ///
 /// # Errors
-/// [`Error::Field`] for another pixel type, absurd sizes or a file too short for them; [`Error::Parse`] from
+/// [`Error::File`] for another pixel type, absurd sizes or a file too short for them, and from
 /// the decoder.
 pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<((usize, usize), Vec<u16>), Error> {
     // Check the promised size against the bytes that are there.
@@ -96,7 +96,7 @@ pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<((usize, usize), Vec<u
 /// Depths outside the sensor's range count as not measured.
 ///
 /// # Errors
-/// [`Error::Field`] for depths in another unit; [`Error::NoIntrinsics`]; [`Error::Config`].
+/// [`Error::File`] for depths in another unit or without intrinsics; [`Error::Config`].
 pub(super) fn metric(
     path: &Path,
     (width, height): (usize, usize),
@@ -124,28 +124,17 @@ pub(super) fn metric(
     let intrinsics = options
         .intrinsics
         .or_else(|| sensor.intrinsics_for(width, height))
-        .ok_or_else(|| Error::NoIntrinsics {
-            path: path.to_owned(),
-            sensor: sensor.name.to_owned(),
-            width,
-            height,
+        .ok_or_else(|| {
+            let what = format!("no intrinsics for {width}x{height} pixels");
+            let cause = format!("sensor {:?} has {what}; give fx, fy, cx, cy", sensor.name);
+            Error::file(path, cause)
         })?;
-    within(
-        "fx",
-        intrinsics.fx,
-        1.0,
-        1e6,
-        "must be a focal length in pixels",
-    )?;
-    within(
-        "fy",
-        intrinsics.fy,
-        1.0,
-        1e6,
-        "must be a focal length in pixels",
-    )?;
-    within("cx", intrinsics.cx, -1e6, 1e6, "must be a pixel column")?;
-    within("cy", intrinsics.cy, -1e6, 1e6, "must be a pixel row")?;
+    let k = intrinsics;
+    for (key, focal) in [("fx", k.fx), ("fy", k.fy)] {
+        within(key, focal, 1.0, 1e6, "must be a focal length in pixels")?;
+    }
+    within("cx", k.cx, -1e6, 1e6, "must be a pixel column")?;
+    within("cy", k.cy, -1e6, 1e6, "must be a pixel row")?;
     Ok(DepthImage {
         width,
         height,

@@ -18,8 +18,8 @@ const FIELDS_MAX: usize = 32;
 /// The points in V, m, and X_WV; of several scans the one of that name, or at that place from 0 on.
 ///
 /// # Errors
-/// [`Error::Field`] with the list of scans where it is not clear which, and for a scan without coordinates or
-/// pose; [`Error::Parse`] for what is not E57.
+/// [`Error::File`] with the list of scans where it is not clear which, and for a scan without coordinates or
+/// pose, or what is not E57.
 pub(super) fn parse(
     path: &Path,
     bytes: &[u8],

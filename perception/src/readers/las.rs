@@ -11,7 +11,7 @@ pub(super) const MAGIC: &[u8] = b"LASF";
 /// The points, m or what the file's coordinates are in.
 ///
 /// # Errors
-/// [`Error::Field`] for a packed file (LAZ) and for a header that contradicts the file's length.
+/// [`Error::File`] for a packed file (LAZ) and for a header that contradicts the file's length.
 pub(super) fn parse(
     path: &Path,
     bytes: &[u8],

@@ -58,21 +58,16 @@ impl Default for SensorOptions {
 /// Reads the scan at `path`, in the format that its first bytes or its extension name.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read; else as [`parse_scan`].
+/// [`Error::File`] when the file cannot be read; else as [`parse_scan`].
 pub fn read_scan(path: &Path, options: &SensorOptions) -> Result<Scan, Error> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Io {
-        path: path.to_owned(),
-        source,
-    })?;
+    let bytes = std::fs::read(path).map_err(|cause| Error::file(path, cause.to_string()))?;
     parse_scan(path, &bytes, options)
 }
 
 /// The scan in `bytes`; `path` is for the messages and the extension only.
 ///
 /// # Errors
-/// [`Error::UnknownFormat`]; [`Error::Field`] or [`Error::Parse`] for a file that contradicts its
-/// format; [`Error::Empty`] when no valid point is left; [`Error::UnknownSensor`],
-/// [`Error::NoIntrinsics`] and [`Error::Config`] for bad options.
+/// [`Error::File`]; [`Error::UnknownSensor`] and [`Error::Config`] for bad options.
 pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<Scan, Error> {
     let sensor = Sensor::named(&options.sensor)?;
     let format = format_of(path, bytes);
@@ -143,16 +138,20 @@ fn stated_pose(position_m: [f64; 3], quat_xyzw: [f64; 4]) -> Option<Isometry3<f6
 }
 
 fn unknown(path: &Path) -> Error {
-    Error::UnknownFormat {
-        path: path.to_owned(),
-    }
+    let known = "depth images (16-bit PNG, npy), PCD, PLY, LAS, E57 and MCAP, and pcap of a LiDAR";
+    Error::file(path, format!("unknown scan format; known are {known}"))
+}
+
+fn empty(path: &Path, total: usize) -> Error {
+    let cause = format!("no valid point ({total} read, all zero, NaN or infinite)");
+    Error::file(path, cause)
 }
 
 /// The scan of a depth image that is at hand: `size` is width and height, `units` its pixels row by row in
 /// the unit of the sensor, 0 where nothing was measured; `name` is for the messages.
 ///
 /// # Errors
-/// [`Error::Field`] of another number of pixels or depths in another unit; else as [`parse_scan`].
+/// [`Error::File`] of another number of pixels or depths in another unit; else as [`parse_scan`].
 pub fn depth_scan(
     name: &Path,
     size: (usize, usize),
@@ -188,10 +187,7 @@ fn scan(
     }
     if cloud.finite().next().is_none() {
         let total = cloud.points.len().max(cloud.invalid);
-        return Err(Error::Empty {
-            path: path.to_owned(),
-            total,
-        });
+        return Err(empty(path, total));
     }
     Ok(Scan {
         cloud,
@@ -208,20 +204,16 @@ fn scan(
 /// `sweep` picks one of a capture's sweeps; without it the first whole one is taken.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read; else as [`parse_lidar`].
+/// [`Error::File`] when the file cannot be read; else as [`parse_lidar`].
 pub fn read_lidar(path: &Path, sweep: Option<usize>) -> Result<LidarScan, Error> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Io {
-        path: path.to_owned(),
-        source,
-    })?;
+    let bytes = std::fs::read(path).map_err(|cause| Error::file(path, cause.to_string()))?;
     parse_lidar(path, &bytes, sweep)
 }
 
 /// The LiDAR's points in `bytes`; `path` is for the messages and the extension only.
 ///
 /// # Errors
-/// [`Error::UnknownFormat`]; [`Error::Field`] or [`Error::Parse`] for a file that contradicts its
-/// format; [`Error::Empty`] when no valid point is left.
+/// [`Error::File`].
 pub fn parse_lidar(path: &Path, bytes: &[u8], sweep: Option<usize>) -> Result<LidarScan, Error> {
     let whole = |cloud| LidarScan {
         cloud,
@@ -248,10 +240,7 @@ pub fn parse_lidar(path: &Path, bytes: &[u8], sweep: Option<usize>) -> Result<Li
         }
     };
     if scan.cloud.is_empty() {
-        return Err(Error::Empty {
-            path: path.to_owned(),
-            total: scan.cloud.invalid,
-        });
+        return Err(empty(path, scan.cloud.invalid));
     }
     Ok(scan)
 }

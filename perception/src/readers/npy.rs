@@ -24,7 +24,7 @@ pub(super) struct Depths {
 /// The depths of the array.
 ///
 /// # Errors
-/// [`Error::Field`] naming the part of the header that is not a depth image's or contradicts the file's length.
+/// [`Error::File`] naming the part of the header that is not a depth image's or contradicts the file's length.
 pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<Depths, Error> {
     let fail = |field: &str, cause: String| Error::field(path, field, cause);
     // Magic, version, the header's length (two bytes, later four), header.

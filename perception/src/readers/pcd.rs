@@ -22,8 +22,8 @@ const LZF_RATIO_MAX: u64 = 88;
 /// The points in V and the pose X_WV that VIEWPOINT states.
 ///
 /// # Errors
-/// [`Error::Field`] naming the header field that contradicts another one or the file's length;
-/// [`Error::Parse`] for anything else that is not PCD.
+/// [`Error::File`] naming the header field that contradicts another one or the file's length,
+/// and for anything else that is not PCD.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(PointCloud, Isometry3<f64>), Error> {
     let (meta, organised, records) = records(path, bytes)?;
     let points = records.into_iter().map(|record| record.xyz).collect();

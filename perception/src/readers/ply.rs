@@ -17,8 +17,8 @@ const FORMAT: &str = "PLY";
 /// The vertices, in V; elements after them are not read.
 ///
 /// # Errors
-/// [`Error::Field`] naming the element whose count contradicts the file's length or that lacks a
-/// coordinate; [`Error::Parse`] for anything else that is not PLY.
+/// [`Error::File`] naming the element whose count contradicts the file's length or that lacks a
+/// coordinate, and for anything else that is not PLY.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<PointCloud, Error> {
     let parser = Parser::<Xyz>::new();
     let mut reader = Reader::new(bytes);

@@ -69,7 +69,7 @@ pub struct LidarScan {
 /// data of a VLP-16 are counted, by what is wrong with them.
 ///
 /// # Errors
-/// [`Error::Parse`] for a file that is no capture; [`Error::Field`] where no packet is good, with what
+/// [`Error::File`] for a file that is no capture, or where no packet is good, with what
 /// the bad ones are, or where there is no such sweep.
 pub(super) fn parse(path: &Path, bytes: &[u8], sweep: Option<usize>) -> Result<LidarScan, Error> {
     let Capture {

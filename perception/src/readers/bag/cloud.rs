@@ -14,7 +14,7 @@ const FLOAT64: u8 = 8;
 /// The points in the cloud's own frame.
 ///
 /// # Errors
-/// [`Error::Field`] for x, y or z that are not there as floats, and sizes that contradict each other.
+/// [`Error::File`] for x, y or z that are not there as floats, and sizes that contradict each other.
 pub(super) fn points(path: &Path, cloud: &PointCloud2<'_>) -> Result<PointCloud, Error> {
     let (width, height) = (cloud.width as usize, cloud.height as usize);
     let (point, row) = (cloud.point_step as usize, cloud.row_step as usize);

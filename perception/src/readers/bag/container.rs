@@ -68,7 +68,7 @@ impl<'a> Bag<'a> {
     /// ends in the middle of a record, as where a recorder was killed.
     ///
     /// # Errors
-    /// [`Error::Field`] for a chunk that cannot be unpacked or whose sum is another; those of `visit`.
+    /// [`Error::File`] for a chunk that cannot be unpacked or whose sum is another; those of `visit`.
     pub fn messages(
         &mut self,
         mut skip: impl FnMut(&Span) -> bool,

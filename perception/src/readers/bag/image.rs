@@ -108,7 +108,7 @@ pub(super) fn packed(path: &Path, image: &CompressedImage<'_>) -> Result<Depths,
 /// Images called rectified have the projection P; all others K and the lens.
 ///
 /// # Errors
-/// [`Error::Field`] of a CameraInfo of another size, not calibrated, or of a lens that is not known.
+/// [`Error::File`] of a CameraInfo of another size, not calibrated, or of a lens that is not known.
 pub(super) fn pinhole(
     path: &Path,
     topic: &str,

@@ -53,7 +53,7 @@ struct Chosen {
 /// The scan in the bag.
 ///
 /// # Errors
-/// [`Error::Field`] with the topic for all that is wrong with it; a list of topics where it is not clear
+/// [`Error::File`] with the topic for all that is wrong with it; a list of topics where it is not clear
 /// which is the scan; as [`super::parse_scan`].
 pub(super) fn parse(
     path: &Path,

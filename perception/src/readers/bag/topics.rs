@@ -41,7 +41,7 @@ pub(super) struct Topics {
 
 impl Topics {
     /// # Errors
-    /// Those of the container; [`Error::Field`] for a CameraInfo that is none.
+    /// Those of the container; [`Error::File`] for a CameraInfo that is none.
     pub fn of(path: &Path, bag: &mut Bag<'_>) -> Result<Self, Error> {
         let mut topics: BTreeMap<String, Topic> = BTreeMap::new();
         let mut cameras = BTreeMap::new();
@@ -83,7 +83,7 @@ impl Topics {
     /// The topic that is asked for, or the only one of depth images, or without one the only one of clouds.
     ///
     /// # Errors
-    /// [`Error::Field`] that lists the topics: none or several may be it, or the one asked for is no scan's.
+    /// [`Error::File`] that lists the topics: none or several may be it, or the one asked for is no scan's.
     pub fn choose(&self, path: &Path, asked: Option<&str>) -> Result<(&str, &Topic), Error> {
         let fail = |cause: String| {
             let cause = format!("{cause}; it holds {}", self.list());
