@@ -98,6 +98,18 @@ pub enum Command {
     Man(command::man::Args),
 }
 
+impl Cli {
+    /// What flags ask for, as if they stood on the command line.
+    ///
+    /// # Errors
+    /// Flags that are none.
+    pub fn of(flags: &[String]) -> Result<Self> {
+        let program = std::iter::once("scandent");
+        let words = program.chain(flags.iter().map(String::as_str));
+        Ok(Self::try_parse_from(words)?)
+    }
+}
+
 /// Parses the command line, runs the command and reports how it ended.
 pub fn main() -> ExitCode {
     // The one thread of a browser's worker is in our pool before anything makes rayon take it into another.

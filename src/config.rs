@@ -118,8 +118,7 @@ impl Layers {
     /// As [`Self::lay`]; a file that cannot be read or is no TOML, with the line.
     pub fn lay_file(&mut self, path: &Path) -> Result<()> {
         let name = path.display();
-        let text = String::from_utf8(provenance::read("config", path)?);
-        let text = text.with_context(|| format!("{name}: not a text file"))?;
+        let text = provenance::text(&name, provenance::read("config", path)?)?;
         let table = text.parse::<Table>();
         let table = table.with_context(|| format!("{name}: not valid TOML"))?;
         self.lay(&name.to_string(), &table)

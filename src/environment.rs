@@ -11,7 +11,7 @@ use surfaces::{Terrain, TriangleMesh};
 
 use crate::config::Config;
 use crate::mistakes;
-use crate::provenance::Inputs;
+use crate::provenance::{self, Inputs};
 use crate::report::Stages;
 use crate::scene::{Environment, Files};
 use crate::slope::calibration_file;
@@ -53,10 +53,8 @@ pub fn perceive(
             Ok(perceived)
         }
         Environment::Surfaces(name) => {
-            let bytes = files.read("surfaces", name, inputs)?;
-            let text = std::str::from_utf8(&bytes);
-            let text = text.with_context(|| format!("{name}: not a text file"))?;
-            let terrain = Terrain::from_json(text).with_context(|| name.clone())?;
+            let text = provenance::text(name, files.read("surfaces", name, inputs)?)?;
+            let terrain = Terrain::from_json(&text).with_context(|| name.clone())?;
             Ok(Perceived {
                 notes: plausible::doubts(name, &terrain),
                 terrain,

@@ -1,6 +1,7 @@
 //! What a result was computed from: each input's role, name and SHA-256.
 
 use std::collections::BTreeSet;
+use std::fmt::Display;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -64,14 +65,21 @@ impl Inputs {
     /// # Errors
     /// As there; what is no text.
     pub fn text(&mut self, role: &str, path: &Path) -> Result<String> {
-        let text = String::from_utf8(self.read(role, path)?);
-        text.with_context(|| format!("{}: not a text file", path.display()))
+        text(path.display(), self.read(role, path)?)
     }
 
     /// The inputs.
     pub fn into_list(self) -> Vec<Input> {
         self.list
     }
+}
+
+/// The text of a file of that name.
+///
+/// # Errors
+/// What is no text.
+pub fn text(name: impl Display, bytes: Vec<u8>) -> Result<String> {
+    String::from_utf8(bytes).with_context(|| format!("{name}: not a text file"))
 }
 
 /// The bytes of a file, without the byte-order mark that some editors begin a text with.
@@ -173,10 +181,12 @@ fn identity(path: &Path) -> Option<PathBuf> {
 
 /// SHA-256 in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    hex(&Sha256::digest(bytes))
+}
+
+/// Two digits a byte.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

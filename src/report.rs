@@ -118,6 +118,15 @@ fn peak_in_status(status: &str) -> Option<f64> {
     Some(kib * 1024.0 / 1e6)
 }
 
+/// The value below which the part `q` of the values lies: the nearest rank; 0 of no values.
+pub fn quantile(values: &mut [f64], q: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    let rank = (q * values.len() as f64).ceil() as usize;
+    let value = values.get(rank.saturating_sub(1).min(last));
+    value.copied().unwrap_or(0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -138,5 +147,15 @@ mod tests {
             stages.measure("perception", || std::thread::sleep(pause));
         }
         assert!(stages.ms["perception"] >= 4.0, "{:?}", stages.ms);
+    }
+
+    #[test]
+    fn quantiles_are_nearest_ranks() {
+        let mut values: Vec<f64> = (1..=20).rev().map(f64::from).collect();
+        assert_eq!(quantile(&mut values, 0.5), 10.0);
+        assert_eq!(quantile(&mut values, 0.95), 19.0);
+        assert_eq!(quantile(&mut values, 1.0), 20.0);
+        assert_eq!(quantile(&mut [3.0], 0.5), 3.0);
+        assert_eq!(quantile(&mut [], 0.5), 0.0);
     }
 }

@@ -77,6 +77,17 @@ pub enum Start {
     Contacts(Vec<(String, Isometry3<f64>)>),
 }
 
+impl Default for Start {
+    /// In the resting posture over the origin, on all feet.
+    fn default() -> Self {
+        Self::Posture {
+            name: None,
+            base: None,
+            contacts: Vec::new(),
+        }
+    }
+}
+
 /// Where the environment's files are.
 #[derive(Clone, Debug)]
 pub enum Files {
@@ -128,9 +139,7 @@ impl Scene {
                 "no scene is called {name_or_path:?}; those that ship: {known}; or give a scene.toml"
             );
         }
-        let bytes = inputs.read("scene", path)?;
-        let text = String::from_utf8(bytes);
-        let text = text.with_context(|| format!("{name_or_path}: not a text file"))?;
+        let text = inputs.text("scene", path)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Self::parse(&text, Files::Folder(folder)).with_context(|| name_or_path.to_owned())
     }
@@ -145,8 +154,7 @@ impl Scene {
         inputs: &mut Inputs,
     ) -> Result<Self> {
         let files = Files::Memory(files);
-        let text = String::from_utf8(files.read("scene", name, inputs)?);
-        let text = text.with_context(|| format!("{name}: not a text file"))?;
+        let text = provenance::text(name, files.read("scene", name, inputs)?)?;
         Self::parse(&text, files).with_context(|| name.to_owned())
     }
 

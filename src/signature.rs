@@ -12,7 +12,7 @@ use ed25519_dalek::{Signature, Signer, SigningKey, VerifyingKey};
 use serde::{Deserialize, Serialize};
 
 use crate::output;
-use crate::provenance::{read, sha256};
+use crate::provenance::{self, hex, read, sha256};
 
 /// The value of `format` that is written and read here.
 const FORMAT: &str = "scandent-signature/1";
@@ -91,12 +91,7 @@ pub fn beside(certificate: &Path) -> PathBuf {
 }
 
 fn text(role: &str, path: &Path) -> Result<String> {
-    let bytes = read(role, path)?;
-    String::from_utf8(bytes).with_context(|| format!("{}: not a text file", path.display()))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    provenance::text(path.display(), read(role, path)?)
 }
 
 fn unhex(text: &str) -> Option<[u8; 64]> {

@@ -9,6 +9,7 @@ use anyhow::{Context, Result};
 use super::done;
 use super::item::Item;
 use crate::bench::Row;
+use crate::export::quoted;
 use crate::{output, provenance};
 
 /// Its name in the folder of a batch.
@@ -71,10 +72,6 @@ fn line(text: &mut String, row: &Row) {
         row.friction_use.to_string(),
         or_nothing(row.reason.clone()),
     ];
-    let quoted = fields.map(|field| match field.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", field.replace('"', "\"\"")),
-        false => field,
-    });
-    text.push_str(&quoted.join(","));
+    text.push_str(&fields.map(|field| quoted(&field)).join(","));
     text.push('\n');
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, anyhow, bail};
-use scenes::worlds::families::{FAMILIES, Family};
+use scenes::worlds::families::Family;
 use serde_json::{Map, Value};
 
 use crate::bench::{Ended, Row, world};
@@ -120,10 +120,7 @@ impl Item {
                 OF_WORLDS.join(", ")
             );
         }
-        let family = Family::named(family).ok_or_else(|| {
-            let known: Vec<&str> = FAMILIES.iter().map(|f| f.name).collect();
-            anyhow!("no family {family:?}; there are {}", known.join(", "))
-        })?;
+        let family = world::family(family)?;
         let text = |key: &str| said.get(key).and_then(Value::as_str);
         let seed = said.get("world_seed").and_then(Value::as_u64);
         let seed = seed.context("a drawn world needs world_seed, a whole number")?;

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use super::{Ended, Row};
+use crate::report::quantile;
 
 /// Prints the table.
 ///
@@ -47,10 +48,10 @@ pub fn print(rows: &[Row], out: &mut dyn Write) -> std::io::Result<()> {
 fn line(family: &str, robot: &str, rows: &[&Row], out: &mut dyn Write) -> std::io::Result<()> {
     let ended = |ended: Ended| rows.iter().filter(|row| row.ended == ended).count();
     let solved = || rows.iter().filter(|row| row.ended == Ended::Solved);
-    let nodes: Vec<f64> = solved().map(|row| row.nodes as f64).collect();
+    let mut nodes: Vec<f64> = solved().map(|row| row.nodes as f64).collect();
     let each = |row: &&Row| row.nodes as f64 / row.stances.max(1) as f64;
-    let per_stance: Vec<f64> = solved().map(each).collect();
-    let ms: Vec<f64> = rows.iter().map(|row| row.planning_ms).collect();
+    let mut per_stance: Vec<f64> = solved().map(each).collect();
+    let mut ms: Vec<f64> = rows.iter().map(|row| row.planning_ms).collect();
     writeln!(
         out,
         "| {family} | {robot} | {} | {} | {} | {} | {} | {} | {} | {:.0} | {:.1} | {:.0} | {:.0} | {:.0} |",
@@ -61,32 +62,10 @@ fn line(family: &str, robot: &str, rows: &[&Row], out: &mut dyn Write) -> std::i
         ended(Ended::BudgetSpent),
         ended(Ended::Refused),
         ended(Ended::Error),
-        quantile(nodes, 0.5),
-        quantile(per_stance, 0.5),
-        quantile(ms.clone(), 0.5),
-        quantile(ms.clone(), 0.95),
-        quantile(ms, 1.0)
+        quantile(&mut nodes, 0.5),
+        quantile(&mut per_stance, 0.5),
+        quantile(&mut ms, 0.5),
+        quantile(&mut ms, 0.95),
+        quantile(&mut ms, 1.0)
     )
-}
-
-/// The least value that at least so much of the values do not exceed; 0 of none.
-fn quantile(mut values: Vec<f64>, part: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let rank = (part * values.len() as f64).ceil() as usize;
-    values.get(rank.max(1) - 1).copied().unwrap_or(0.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_are_of_the_values() {
-        let values = || vec![4.0, 1.0, 3.0, 2.0];
-        assert_eq!(
-            [0.5, 0.95, 1.0].map(|p| quantile(values(), p)),
-            [2.0, 4.0, 4.0]
-        );
-        assert_eq!(quantile(Vec::new(), 0.5), 0.0);
-    }
 }

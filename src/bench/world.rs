@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use nalgebra::{Point3, Vector3};
 use posture::Environment;
 use robot_model::{ContactPatch, Kinematics, PatchId, Robot};
-use scenes::worlds::families::{Build, Drawn};
+use scenes::worlds::families::{Build, Drawn, FAMILIES, Family};
 
 use crate::output;
 use crate::provenance::is_standard;
@@ -16,17 +16,23 @@ use crate::robot_files::RobotFiles;
 use crate::scene::Start;
 use crate::start;
 
+/// The family of worlds of this name.
+///
+/// # Errors
+/// An unknown name, with those that there are.
+pub fn family(name: &str) -> Result<&'static Family> {
+    Family::named(name).with_context(|| {
+        let known: Vec<&str> = FAMILIES.iter().map(|f| f.name).collect();
+        format!("no family {name:?}; there are {}", known.join(", "))
+    })
+}
+
 /// The measures of a robot that stands.
 ///
 /// # Errors
 /// A robot without feet.
 pub fn build(robot: &Robot, config: &posture::Config) -> Result<Build> {
-    let start = Start::Posture {
-        name: None,
-        base: None,
-        contacts: Vec::new(),
-    };
-    let stands = start::stand(robot, &start, &Environment::default(), config)?;
+    let stands = start::stand(robot, &Start::default(), &Environment::default(), config)?;
     let kinematics = Kinematics::new(robot, &stands.configuration);
     let feet = &stands.patches;
     let corners = |foot: &PatchId| -> Vec<Point3<f64>> {

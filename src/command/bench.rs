@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use scenes::worlds::families::{FAMILIES, Family};
 
 use crate::argument;
@@ -145,7 +145,7 @@ impl Args {
             [] => FAMILIES.iter().collect(),
             names => names
                 .iter()
-                .map(|name| named(name))
+                .map(|name| world::family(name))
                 .collect::<Result<_>>()?,
         };
         let config = Config::layered(None, global)?;
@@ -190,13 +190,6 @@ impl Args {
         });
         Ok(files.collect())
     }
-}
-
-fn named(name: &str) -> Result<&'static Family> {
-    Family::named(name).ok_or_else(|| {
-        let known: Vec<&str> = FAMILIES.iter().map(|f| f.name).collect();
-        anyhow!("no family {name:?}; there are {}", known.join(", "))
-    })
 }
 
 /// `i/n` with 1 ≤ i ≤ n.

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
-use clap::Parser;
 use scenes::scene_file::{Friction, Goal, GoalContact, Guide};
 
 use super::run::plan_with_progress;
@@ -122,8 +121,7 @@ pub fn global_of(flags: &[String]) -> Result<Global> {
 }
 
 fn parsed(flags: &[String]) -> Result<(Box<Args>, Global)> {
-    let program = std::iter::once("scandent");
-    let cli = Cli::try_parse_from(program.chain(flags.iter().map(String::as_str)))?;
+    let cli = Cli::of(flags)?;
     match cli.command {
         Some(Command::Plan(args)) => Ok((args, cli.global)),
         _ => Err(usage("no flags of `plan`")),
@@ -189,11 +187,7 @@ impl Args {
             environment: Environment::Scans(Vec::new()),
             mounts: Vec::new(),
             robot: RobotFiles::named("builtin:hrp2"),
-            start: Start::Posture {
-                name: None,
-                base: None,
-                contacts: Vec::new(),
-            },
+            start: Start::default(),
             goal: Goal {
                 tolerance_m: GOAL_TOLERANCE_M,
                 ..Goal::default()

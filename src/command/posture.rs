@@ -18,6 +18,7 @@ use crate::config::Config;
 use crate::output;
 use crate::posture_problem;
 use crate::provenance::Inputs;
+use crate::report::quantile;
 use crate::robot_files::RobotFlags;
 use crate::status::Status;
 use crate::threads;
@@ -216,7 +217,7 @@ impl<'a> Solver<'a> {
         Ok(Answer {
             expected: record.expected,
             explanation,
-            us: timing::quantile(&mut times_us, 0.5),
+            us: quantile(&mut times_us, 0.5),
             ..Answer::new(&record.id, &outcome, &problem, self.robot)
         })
     }

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Result, bail};
-use clap::Parser;
 pub use simulation::MUJOCO_VERSION;
 
 use crate::argument;
@@ -128,8 +127,7 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
 /// # Errors
 /// Flags that are none.
 pub fn asked_by(flags: &[String]) -> Result<(Box<Args>, Global)> {
-    let program = std::iter::once("scandent");
-    let cli = Cli::try_parse_from(program.chain(flags.iter().map(String::as_str)))?;
+    let cli = Cli::of(flags)?;
     match cli.command {
         Some(Command::Simulate(args)) => Ok((args, cli.global)),
         _ => bail!("no flags of `simulate`"),

@@ -141,7 +141,6 @@ fn is_plan(path: &Path) -> Result<bool> {
 /// A file that cannot be read or is none.
 pub fn open_surfaces(path: &Path) -> Result<Terrain> {
     let name = path.display();
-    let text = String::from_utf8(provenance::read("surfaces", path)?);
-    let text = text.with_context(|| format!("{name}: not a text file"))?;
+    let text = provenance::text(&name, provenance::read("surfaces", path)?)?;
     Terrain::from_json(&text).with_context(|| name.to_string())
 }

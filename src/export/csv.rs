@@ -74,7 +74,7 @@ fn number(value: f64) -> String {
 }
 
 /// A cell that may hold anything, quoted where RFC 4180 wants it.
-fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

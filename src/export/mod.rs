@@ -13,6 +13,7 @@
 
 mod config;
 mod csv;
+pub use csv::quoted;
 pub mod frames;
 mod json;
 mod limbs;

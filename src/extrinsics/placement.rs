@@ -9,7 +9,7 @@ use robot_model::Kinematics;
 use super::file::Extrinsics;
 use crate::cli::Global;
 use crate::config::Config;
-use crate::provenance::Inputs;
+use crate::provenance::{self, Inputs};
 use crate::scene::{Environment, Scene};
 use crate::start;
 
@@ -55,9 +55,8 @@ pub fn place(
             (None, Some(name)) => (name.clone(), scene.files.read("extrinsics", name, inputs)?),
             (None, None) => continue,
         };
-        let text = std::str::from_utf8(&bytes);
-        let text = text.with_context(|| format!("{name}: not a text file"))?;
-        let mount = Extrinsics::parse(text).with_context(|| name.clone())?;
+        let text = provenance::text(&name, bytes)?;
+        let mount = Extrinsics::parse(&text).with_context(|| name.clone())?;
         if mount.robot != robot.name {
             let (on, given) = (&mount.robot, &robot.name);
             bail!("{name}: the mount is on robot {on:?}, the scene's is {given:?}");

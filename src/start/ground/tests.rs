@@ -14,11 +14,7 @@ fn humanoid() -> Robot {
 
 /// Where it is at rest over the origin, its soles on z = 0.
 fn at_rest(robot: &Robot) -> StartState {
-    let start = Start::Posture {
-        name: None,
-        base: None,
-        contacts: Vec::new(),
-    };
+    let start = Start::default();
     stand(
         robot,
         &start,
