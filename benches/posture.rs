@@ -18,10 +18,7 @@ const SEED: u64 = 1;
 const REPEATS: usize = 3;
 
 fn robot(name: &str) -> Robot {
-    scenes::builtin_robot(name)
-        .expect("it ships")
-        .load(&robot_model::Config::default())
-        .expect("it loads")
+    scenes::robot(name).expect("it ships")
 }
 
 /// The value below which the part `q` of the values lies: the nearest rank.

@@ -7,9 +7,7 @@ use posture::{Environment, stand};
 use surfaces::{Face, Terrain};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let robot = &scenes::builtin_robot("hrp2")
-        .ok_or("no robot")?
-        .load(&Default::default())?;
+    let robot = &scenes::robot("hrp2").ok_or("no robot")?;
     // The tops of three boxes behind a floor, each 10 cm higher than the one before.
     let top = |(name, x, z)| Face::rectangle(name, Isometry3::translation(x, 0.0, z), [0.4, 1.0]);
     let boxes = [("low", 0.4, 0.1), ("middle", 0.8, 0.2), ("high", 1.2, 0.3)];

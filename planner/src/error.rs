@@ -21,12 +21,6 @@ pub enum Error {
         /// Which constraint fails, by how much.
         reason: String,
     },
-    /// The goal cannot be understood.
-    #[error("the goal: {reason}")]
-    Goal {
-        /// Why.
-        reason: String,
-    },
     /// The guide path has less than two points, or one that is not finite.
     #[error("the guide path: {reason}")]
     Guide {

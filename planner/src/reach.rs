@@ -135,8 +135,7 @@ mod tests {
     /// Every bound holds in postures all over the joints' ranges, and that of neighbours is sharp.
     #[test]
     fn no_posture_reaches_farther_than_the_bounds() {
-        let robot = scenes::builtin_robot("hrp2").unwrap();
-        let robot = robot.load(&robot_model::Config::default()).unwrap();
+        let robot = scenes::robot("hrp2").unwrap();
         let mut q = Configuration::zero(robot.nj());
         let reach = Reach::new(&robot, &Kinematics::new(&robot, &q));
         let (mut widest, mut draw) = (0.0_f64, 0.5_f64);

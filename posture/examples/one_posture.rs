@@ -7,8 +7,7 @@ use posture::{Config, Contact, Environment, Outcome, Problem, stand};
 use surfaces::{Face, Terrain};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let robot = scenes::builtin_robot("hrp2").ok_or("no such robot")?;
-    let robot = robot.load(&robot_model::Config::default())?;
+    let robot = scenes::robot("hrp2").ok_or("no such robot")?;
 
     // Two faces, known exactly, and bodies 3 cm deep behind them.
     let floor = Isometry3::translation(0.0, -0.2, 0.0);

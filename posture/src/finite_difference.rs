@@ -14,8 +14,7 @@ use crate::{Config, Solver, Upright, cost};
 
 /// A robot that ships, read from its files.
 pub(crate) fn shipped(name: &str) -> Robot {
-    let builtin = scenes::builtin_robot(name).unwrap();
-    builtin.load(&robot_model::Config::default()).unwrap()
+    scenes::robot(name).unwrap()
 }
 
 /// The humanoid that ships.

@@ -30,8 +30,7 @@
 //! use posture::{Config, Contact, Environment, Problem, stand};
 //! use surfaces::{Face, Terrain};
 //!
-//! let robot = scenes::builtin_robot("hrp2").expect("it ships");
-//! let robot = robot.load(&robot_model::Config::default())?;
+//! let robot = scenes::robot("hrp2").expect("it ships");
 //! let floor = Face::rectangle("floor", nalgebra::Isometry3::identity(), [1.0, 1.0])?;
 //! // Bodies 3 cm deep behind faces whose edges are known exactly.
 //! let environment = Environment::new(Terrain::new(vec![floor], vec![])?, 0.03, 0.0)?;

@@ -13,7 +13,7 @@
 //! `cargo run -p scandent-scenes --example make_robots`.
 //!
 //! ```
-//! let robot = scenes::builtin_robot("hrp2").ok_or("it ships")?.load(&Default::default())?;
+//! let robot = scenes::robot("hrp2").ok_or("it ships")?;
 //! let scene = scenes::builtin("irregular-stairs").ok_or("it ships")?;
 //! let file = scenes::SceneFile::parse(scene.toml)?;
 //! let truth = (scene.truth)();
@@ -35,6 +35,6 @@ pub mod worlds;
 
 pub use builtin::{Builtin, builtin, names};
 pub use error::Error;
-pub use robots::{BuiltinRobot, builtin_robot, robot_names};
+pub use robots::{BuiltinRobot, builtin_robot, robot, robot_names};
 pub use scene_file::SceneFile;
 pub use truth::{Face, OrientedBox, Truth};

@@ -56,6 +56,11 @@ pub fn builtin_robot(name: &str) -> Option<&'static BuiltinRobot> {
     ROBOTS.iter().find(|robot| robot.name == name)
 }
 
+/// The robot of this name, by the default settings.
+pub fn robot(name: &str) -> Option<Robot> {
+    builtin_robot(name)?.load(&Default::default()).ok()
+}
+
 /// Names of all robots that ship.
 pub fn robot_names() -> impl Iterator<Item = &'static str> {
     ROBOTS.iter().map(|robot| robot.name)

@@ -17,86 +17,36 @@ pub struct Compared<'a> {
     pub input: ViewInput<'a>,
 }
 
-/// How a figure is written, and whether less of it is better.
-struct Figure {
-    name: &'static str,
-    unit: &'static str,
-    scale: f64,
-    digits: usize,
-    less: Option<bool>,
-}
+/// A unit: its sign, what of it a figure's own is, and the digits that are told.
+type Unit = (&'static str, f64, usize);
 
-const fn figure(
-    name: &'static str,
-    unit: &'static str,
-    scale: f64,
-    digits: usize,
-    less: Option<bool>,
-) -> Figure {
-    Figure {
-        name,
-        unit,
-        scale,
-        digits,
-        less,
-    }
-}
+const COUNT: Unit = ("", 1.0, 0);
+const METRES: Unit = ("\u{a0}m", 1.0, 2);
+const MILLIMETRES: Unit = ("\u{a0}mm", 1e3, 1);
+const SECONDS: Unit = ("\u{a0}s", 1.0, 1);
+const DEGREES: Unit = ("°", 180.0 / std::f64::consts::PI, 1);
+const PERCENT: Unit = ("\u{a0}%", 1e2, 1);
 
-const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+/// A figure's name, how it is written, and whether less of it is better.
+type Figure = (&'static str, Unit, Option<bool>);
 
 /// The rows of the table, in the order of [`values`].
 const FIGURES: [Figure; 15] = [
-    figure("Stances", "", 1.0, 0, Some(true)),
-    figure("Contact changes, at least", "", 1.0, 0, None),
-    figure("Duration of the motion", "\u{a0}s", 1.0, 1, Some(true)),
-    figure("Way of the base", "\u{a0}m", 1.0, 2, Some(true)),
-    figure("Way of the centre of mass", "\u{a0}m", 1.0, 2, Some(true)),
-    figure("Largest tilt of the base", "°", DEGREES, 1, Some(true)),
-    figure(
-        "Friction used, of μ, at most",
-        "\u{a0}%",
-        1e2,
-        1,
-        Some(true),
-    ),
-    figure(
-        "Torque used, of limit, at most",
-        "\u{a0}%",
-        1e2,
-        1,
-        Some(true),
-    ),
-    figure("Joint range left, at least", "°", DEGREES, 1, Some(false)),
-    figure(
-        "Clearance to scene, at least",
-        "\u{a0}mm",
-        1e3,
-        1,
-        Some(false),
-    ),
-    figure(
-        "Clearance to itself, at least",
-        "\u{a0}mm",
-        1e3,
-        1,
-        Some(false),
-    ),
-    figure(
-        "Patch inside surface, at least",
-        "\u{a0}mm",
-        1e3,
-        1,
-        Some(false),
-    ),
-    figure(
-        "CoM inside support, at least",
-        "\u{a0}mm",
-        1e3,
-        1,
-        Some(false),
-    ),
-    figure("Contact sets in the tree", "", 1.0, 0, None),
-    figure("Posture problems solved", "", 1.0, 0, None),
+    ("Stances", COUNT, Some(true)),
+    ("Contact changes, at least", COUNT, None),
+    ("Duration of the motion", SECONDS, Some(true)),
+    ("Way of the base", METRES, Some(true)),
+    ("Way of the centre of mass", METRES, Some(true)),
+    ("Largest tilt of the base", DEGREES, Some(true)),
+    ("Friction used, of μ, at most", PERCENT, Some(true)),
+    ("Torque used, of limit, at most", PERCENT, Some(true)),
+    ("Joint range left, at least", DEGREES, Some(false)),
+    ("Clearance to scene, at least", MILLIMETRES, Some(false)),
+    ("Clearance to itself, at least", MILLIMETRES, Some(false)),
+    ("Patch inside surface, at least", MILLIMETRES, Some(false)),
+    ("CoM inside support, at least", MILLIMETRES, Some(false)),
+    ("Contact sets in the tree", COUNT, None),
+    ("Posture problems solved", COUNT, None),
 ];
 
 /// Settings of which differences are told.
@@ -145,14 +95,14 @@ pub fn compare_page(plans: &[Compared]) -> Result<String> {
 }
 
 /// A row of the table: the figures in words, and which is the best where they differ as they are written.
-fn row(figure: &Figure, values: &[Option<f64>]) -> Value {
+fn row(&(name, (unit, scale, digits), less): &Figure, values: &[Option<f64>]) -> Value {
     let shown = |value: &Option<f64>| match value {
-        Some(value) => format!("{:.*}", figure.digits, figure.scale * value),
+        Some(value) => format!("{:.*}", digits, scale * value),
         None => "–".to_owned(),
     };
     let words: Vec<String> = values.iter().map(shown).collect();
     let all = values.iter().flatten().copied();
-    let best = match figure.less {
+    let best = match less {
         Some(true) => all.reduce(f64::min),
         Some(false) => all.reduce(f64::max),
         None => None,
@@ -162,7 +112,7 @@ fn row(figure: &Figure, values: &[Option<f64>]) -> Value {
     let cells = words
         .iter()
         .map(|word| json!({ "text": word, "best": !all_same && *word == best && best != "–" }));
-    json!({ "name": figure.name, "unit": figure.unit, "cells": cells.collect::<Vec<_>>() })
+    json!({ "name": name, "unit": unit, "cells": cells.collect::<Vec<_>>() })
 }
 
 /// The figures of a plan, in the order of [`FIGURES`].

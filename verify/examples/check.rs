@@ -10,8 +10,7 @@ use verify::{Options, verify_with};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1);
     let folder = PathBuf::from(args.next().ok_or("the folder of a plan")?);
-    let robot = scenes::builtin_robot(&args.next().ok_or("a robot")?).ok_or("no such robot")?;
-    let robot = robot.load(&robot_model::Config::default())?;
+    let robot = scenes::robot(&args.next().ok_or("a robot")?).ok_or("no such robot")?;
 
     let plan: Plan = serde_json::from_slice(&std::fs::read(folder.join("plan.json"))?)?;
     let motion: Option<Motion> = match &plan.motion {

@@ -20,7 +20,7 @@
 //! A plan that fails is told where: stance, contact or joint or pair, check, and by how much.
 //!
 //! ```
-//! let robot = scenes::builtin_robot("quadruped").expect("it ships").load(&Default::default())?;
+//! let robot = scenes::robot("quadruped").expect("it ships");
 //! let plan: plan::Plan = serde_json::from_value(serde_json::json!({
 //!     "format": plan::PLAN_FORMAT, "program": {"name": "by hand", "version": "1"}, "scene": "none",
 //!     "seed": 0, "config": null, "inputs": [], "faces": [], "obstacles": [], "thin_body_m": 0.03,

@@ -169,8 +169,7 @@ mod tests {
 
     /// A robot with legs that branch and feet at their ends.
     fn robot() -> Robot {
-        let built_in = scenes::builtin_robot("quadruped").unwrap();
-        built_in.load(&robot_model::Config::default()).unwrap()
+        scenes::robot("quadruped").unwrap()
     }
 
     /// Base anywhere and turned anyhow, joints within their limits.

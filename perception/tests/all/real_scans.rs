@@ -17,6 +17,12 @@ fn options(sensor: &str, k: Option<[f64; 4]>) -> SensorOptions {
     }
 }
 
+/// A scan where it is there, with the intrinsics of its sensor.
+fn read(name: &str, sensor: &str, k: Option<[f64; 4]>) -> Option<Scan> {
+    let path = shared(name)?;
+    Some(read_scan(&path, &options(sensor, k)).unwrap())
+}
+
 fn angle_deg(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     a.angle(b).to_degrees()
 }
@@ -34,10 +40,9 @@ const K2_UP: Vector3<f64> = Vector3::new(-0.0683299, -0.2251696, -0.9719206);
 
 #[test]
 fn the_treads_of_real_stairs_are_parallel_and_a_step_apart() {
-    let Some(path) = shared("rgbd/k2_stairs_0000_depth.png") else {
+    let Some(scan) = read(STAIRS, "kinect_v2", Some(K2)) else {
         return;
     };
-    let scan = read_scan(&path, &options("kinect_v2", Some(K2))).unwrap();
     let found = faces_of(&scan, Method::Auto);
     let level: Vec<&Face> = found
         .iter()
@@ -63,102 +68,39 @@ fn the_treads_of_real_stairs_are_parallel_and_a_step_apart() {
     }
 }
 
-/// A face of a real scan: pixels inside its outline, picked by hand, and the part of them that lies in what may be
-/// stepped on of faces along a plane fitted to nothing but them.
-struct Picked {
-    name: &'static str,
-    corners: &'static [(f64, f64)],
-    least: f64,
-}
+const STAIRS: &str = "rgbd/k2_stairs_0000_depth.png";
+const OTHER_STAIRS: &str = "rgbd/k2_stairs_0001_depth.png";
+
+/// A face of a real scan: the scan, the face, the part of the pixels inside its outline, picked by hand, that lies in
+/// what may be stepped on of faces along a plane fitted to nothing but them, and that outline, px.
+type Picked = (&'static str, &'static str, f64, &'static [[u16; 2]]);
 
 /// The Kinect v2's two staircases. The treads of the second one are 33, 15 and 7 px high where they are farthest.
-const PICKED: [(&str, &[Picked]); 2] = [
-    (
-        "rgbd/k2_stairs_0000_depth.png",
-        &[
-            Picked {
-                name: "tread 1",
-                corners: &[
-                    (222.0, 166.0),
-                    (390.0, 173.0),
-                    (391.0, 280.0),
-                    (232.0, 277.0),
-                ],
-                least: 0.9,
-            },
-            Picked {
-                name: "tread 2",
-                corners: &[(66.0, 49.0), (398.0, 48.0), (398.0, 152.0), (50.0, 146.0)],
-                least: 0.9,
-            },
-        ],
-    ),
-    (
-        "rgbd/k2_stairs_0001_depth.png",
-        &[
-            Picked {
-                name: "floor",
-                corners: &[
-                    (0.0, 350.0),
-                    (250.0, 352.0),
-                    (372.0, 362.0),
-                    (374.0, 423.0),
-                    (0.0, 423.0),
-                ],
-                least: 0.85,
-            },
-            Picked {
-                name: "tread 1",
-                corners: &[
-                    (52.0, 241.0),
-                    (357.0, 245.0),
-                    (378.0, 317.0),
-                    (0.0, 301.0),
-                    (0.0, 275.0),
-                ],
-                least: 0.9,
-            },
-            Picked {
-                name: "tread 2",
-                corners: &[(95.0, 171.0), (349.0, 171.0), (360.0, 203.0), (43.0, 203.0)],
-                least: 0.75,
-            },
-            Picked {
-                name: "tread 3",
-                corners: &[
-                    (127.0, 123.0),
-                    (345.0, 119.0),
-                    (350.0, 134.0),
-                    (90.0, 139.0),
-                ],
-                least: 0.65,
-            },
-            Picked {
-                name: "tread 4",
-                corners: &[(151.0, 87.0), (336.0, 82.0), (342.0, 89.0), (124.0, 94.0)],
-                least: 0.4,
-            },
-        ],
-    ),
+#[rustfmt::skip]
+const PICKED: [Picked; 7] = [
+    (STAIRS, "tread 1", 0.9, &[[222, 166], [390, 173], [391, 280], [232, 277]]),
+    (STAIRS, "tread 2", 0.9, &[[66, 49], [398, 48], [398, 152], [50, 146]]),
+    (OTHER_STAIRS, "floor", 0.85, &[[0, 350], [250, 352], [372, 362], [374, 423], [0, 423]]),
+    (OTHER_STAIRS, "tread 1", 0.9, &[[52, 241], [357, 245], [378, 317], [0, 301], [0, 275]]),
+    (OTHER_STAIRS, "tread 2", 0.75, &[[95, 171], [349, 171], [360, 203], [43, 203]]),
+    (OTHER_STAIRS, "tread 3", 0.65, &[[127, 123], [345, 119], [350, 134], [90, 139]]),
+    (OTHER_STAIRS, "tread 4", 0.4, &[[151, 87], [336, 82], [342, 89], [124, 94]]),
 ];
 
 #[test]
 fn treads_of_real_stairs_can_be_stood_on() {
-    for (file, picked) in PICKED {
-        let Some(path) = shared(file) else { return };
-        let scan = read_scan(&path, &options("kinect_v2", Some(K2))).unwrap();
+    for file in [STAIRS, OTHER_STAIRS] {
+        let Some(scan) = read(file, "kinect_v2", Some(K2)) else {
+            return;
+        };
         let depth = scan.depth.as_ref().unwrap();
         let k = depth.intrinsics;
         let faces = faces_of(&scan, Method::Organised);
-        for Picked {
-            name,
-            corners,
-            least,
-        } in picked
-        {
+        for (_, name, least, corners) in PICKED.iter().filter(|picked| picked.0 == file) {
+            let corners: Vec<[f64; 2]> = corners.iter().map(|c| c.map(f64::from)).collect();
             let inside = |u: f64, v: f64| {
                 let next = corners.iter().cycle().skip(1);
-                let crosses = corners.iter().zip(next).filter(|((x1, y1), (x2, y2))| {
+                let crosses = corners.iter().zip(next).filter(|([x1, y1], [x2, y2])| {
                     (*y1 > v) != (*y2 > v) && u < (x2 - x1) * (v - y1) / (y2 - y1) + x1
                 });
                 crosses.count() % 2 == 1
@@ -240,10 +182,9 @@ fn rises(scan: &Scan, found: &Segmentation, up: &Vector3<f64>, column: usize) ->
 
 #[test]
 fn the_risers_of_real_stairs_are_as_high_as_the_depth_says() {
-    let Some(path) = shared("rgbd/k2_stairs_0000_depth.png") else {
+    let Some(scan) = read(STAIRS, "kinect_v2", Some(K2)) else {
         return;
     };
-    let scan = read_scan(&path, &options("kinect_v2", Some(K2))).unwrap();
     let found = extract(&scan, &scan.X_WV, &Config::default()).unwrap();
     let treads = found.faces.iter().filter(|s| s.region.area() > 0.05);
     let level = treads.filter(|s| angle_deg(&s.normal_W(), &K2_UP) < 4.0);
@@ -267,10 +208,9 @@ fn the_risers_of_real_stairs_are_as_high_as_the_depth_says() {
 
 #[test]
 fn the_levelled_cloud_of_the_same_stairs_takes_voxels_and_agrees() {
-    let Some(path) = shared("rgbd/k2_stairs_0000.pcd") else {
+    let Some(scan) = read("rgbd/k2_stairs_0000.pcd", "kinect_v2", None) else {
         return;
     };
-    let scan = read_scan(&path, &options("kinect_v2", None)).unwrap();
     // Organised, but turned to level after the scan: no pinhole explains it.
     assert_eq!(scan.cloud.organised, Some((512, 424)));
     assert!(scan.depth.is_none());
@@ -284,14 +224,11 @@ fn the_levelled_cloud_of_the_same_stairs_takes_voxels_and_agrees() {
 
 #[test]
 fn a_wall_and_shelves_come_out_as_such() {
-    let Some(path) = shared("rgbd/mrpt_kinect_depth.png") else {
+    let k = [572.9, 542.7, 314.6, 240.2];
+    let Some(scan) = read("rgbd/mrpt_kinect_depth.png", "kinect_v1", Some(k)) else {
         return;
     };
-    let k = [572.9, 542.7, 314.6, 240.2];
-    let found = faces_of(
-        &read_scan(&path, &options("kinect_v1", Some(k))).unwrap(),
-        Method::Auto,
-    );
+    let found = faces_of(&scan, Method::Auto);
     // The wall is the largest, 2.3 m away, and upright; it was measured to 16 mm.
     let wall = &found[0];
     assert!(wall.normal_W().y.abs() < 0.2, "{:?}", wall.normal_W());
@@ -301,19 +238,20 @@ fn a_wall_and_shelves_come_out_as_such() {
 
 #[test]
 fn a_floor_is_one_plane_for_the_stereo_camera() {
-    let Some(path) = shared("rgbd/rs_polylidar_00000002_depth.png") else {
-        return;
-    };
     let k = [
         307.8533935546875,
         307.8641357421875,
         204.47328186035156,
         121.65782165527344,
     ];
-    let found = faces_of(
-        &read_scan(&path, &options("realsense_d4xx", Some(k))).unwrap(),
-        Method::Auto,
-    );
+    let Some(scan) = read(
+        "rgbd/rs_polylidar_00000002_depth.png",
+        "realsense_d4xx",
+        Some(k),
+    ) else {
+        return;
+    };
+    let found = faces_of(&scan, Method::Auto);
     // Level with the camera but for its tilt: the normal is mostly −y.
     let floor: f64 = found
         .iter()
@@ -325,11 +263,10 @@ fn a_floor_is_one_plane_for_the_stereo_camera() {
 
 #[test]
 fn no_face_of_a_curved_tunnel_strays_far_from_its_plane() {
-    let Some(path) = shared("rgbd/cape_seq_example_depth.png") else {
+    let k = Some([575.9, 576.4, 315.15, 230.6]);
+    let Some(scan) = read("rgbd/cape_seq_example_depth.png", "kinect_v1", k) else {
         return;
     };
-    let k = [575.9, 576.4, 315.15, 230.6];
-    let scan = read_scan(&path, &options("kinect_v1", Some(k))).unwrap();
     let found = faces_of(&scan, Method::Auto);
     assert!(!found.is_empty());
     let depth = scan.depth.as_ref().unwrap();
@@ -371,31 +308,14 @@ fn no_face_of_a_curved_tunnel_strays_far_from_its_plane() {
 
 #[test]
 fn lidar_clouds_of_tilted_blocks_show_the_blocks() {
+    let steps = "lidar/planeseg_tilted-steps.pcd";
+    let terrain = "lidar/planeseg_terrain_close_rect.pcd";
+    let (over_steps, over_terrain) = ([0.248, 0.012, 1.806], [-0.029, -0.006, 0.088]);
     for (name, eye_m, method, least) in [
-        (
-            "lidar/planeseg_tilted-steps.pcd",
-            [0.248, 0.012, 1.806],
-            Method::Brossette2013,
-            3,
-        ),
-        (
-            "lidar/planeseg_tilted-steps.pcd",
-            [0.248, 0.012, 1.806],
-            Method::Voxels,
-            5,
-        ),
-        (
-            "lidar/planeseg_terrain_close_rect.pcd",
-            [-0.029, -0.006, 0.088],
-            Method::Brossette2013,
-            8,
-        ),
-        (
-            "lidar/planeseg_terrain_close_rect.pcd",
-            [-0.029, -0.006, 0.088],
-            Method::Voxels,
-            9,
-        ),
+        (steps, over_steps, Method::Brossette2013, 3),
+        (steps, over_steps, Method::Voxels, 5),
+        (terrain, over_terrain, Method::Brossette2013, 8),
+        (terrain, over_terrain, Method::Voxels, 9),
     ] {
         let Some(path) = shared(name) else { return };
         let options = SensorOptions {
@@ -421,10 +341,13 @@ fn lidar_clouds_of_tilted_blocks_show_the_blocks() {
 
 #[test]
 fn a_sparse_lidar_turn_is_read_and_its_walls_are_found() {
-    let Some(path) = shared("lidar/nebula_vlp16_1673400472138016708.pcd") else {
+    let Some(scan) = read(
+        "lidar/nebula_vlp16_1673400472138016708.pcd",
+        "generic",
+        None,
+    ) else {
         return;
     };
-    let scan = read_scan(&path, &options("generic", None)).unwrap();
     assert_eq!(scan.cloud.points.len() + scan.cloud.invalid, 14831);
     faces_of(&scan, Method::Brossette2013);
     // Rings on the walls around, decimetres apart; on the floor they are too far apart for voxels.

@@ -5,7 +5,7 @@
 //! later one saw it; poses that are a little off are found again.
 
 use crate::support::{
-    Block, against, block, camera, floor, on_face, scan, top, unorganised, whole,
+    Block, against, block, camera, floor, on_face, on_threads, scan, top, unorganised, whole,
 };
 use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{
@@ -170,13 +170,7 @@ fn a_face_keeps_the_name_that_the_first_scan_gave_it() {
         }
     }
     // The same from the same scans, on any number of threads.
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| fused(&scans).terrain)
-    };
+    let run = |threads: usize| on_threads(threads, || fused(&scans).terrain);
     assert_eq!(run(1), run(3));
 }
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::support::{
-    against, block, by, concave, every, faces_of, floor, lattice, on_face, pose, scan, stairs, top,
-    unorganised, whole,
+    against, block, by, concave, every, faces_of, floor, lattice, on_face, on_threads, pose, scan,
+    stairs, top, unorganised, whole,
 };
 use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{Config, DepthImage, Method, PointCloud, Scan, extract};
@@ -187,13 +187,8 @@ fn a_leg_beside_the_floor_is_no_part_of_it() {
 fn results_are_the_same_on_any_number_of_threads() {
     for (method, image) in METHODS {
         let scan = as_asked(scan(&concave(), &pose(), true, 1), image);
-        let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| extract(&scan, &scan.X_WV, &by(method)).unwrap())
-        };
+        let found = || extract(&scan, &scan.X_WV, &by(method)).unwrap();
+        let run = |threads: usize| on_threads(threads, found);
         let one = run(1);
         assert!(!one.faces.is_empty());
         assert_eq!(one, run(2), "{method:?}");

@@ -57,6 +57,12 @@ pub fn by(method: Method) -> Config {
     }
 }
 
+/// What comes of work on that many threads.
+pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().unwrap().install(work)
+}
+
 /// The faces of a scan, which are valid, named in order and look at the sensor.
 pub fn faces_of(scan: &Scan, method: Method) -> Vec<surfaces::Face> {
     let found = extract(scan, &scan.X_WV, &by(method)).unwrap().faces;

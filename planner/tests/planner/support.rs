@@ -11,10 +11,7 @@ pub fn humanoid() -> Robot {
 }
 
 pub fn robot(name: &str) -> Robot {
-    scenes::builtin_robot(name)
-        .unwrap()
-        .load(&robot_model::Config::default())
-        .unwrap()
+    scenes::robot(name).unwrap()
 }
 
 /// The rectangle with that middle, axes and half sizes.

@@ -5,16 +5,12 @@ use robot_model::Robot;
 use scenes::contact_sets::{self, Family, Margins, ProblemRecord};
 
 use super::{Answer, after_all, infeasible};
+use crate::finite_difference::humanoid;
 use crate::iterate::{Context, Relaxed};
 use crate::{Config, Constraint, Contact, Environment, Outcome, Problem, solve, stand};
 
 /// Problems a family.
 const COUNT: usize = 10;
-
-fn hrp2() -> Robot {
-    let robot = scenes::builtin_robot("hrp2").unwrap();
-    robot.load(&robot_model::Config::default()).unwrap()
-}
 
 fn drawn(robot: &Robot, family: Family, count: usize, seed: u64) -> Vec<ProblemRecord> {
     let config = Config::default();
@@ -56,7 +52,7 @@ fn with<T>(robot: &Robot, contacts: Vec<Contact>, then: impl Fn(&Problem, &Confi
 
 #[test]
 fn what_has_a_posture_is_not_refuted() {
-    let robot = hrp2();
+    let robot = humanoid();
     let mut solved = 0;
     for family in Family::HARD {
         for record in drawn(&robot, family, COUNT, 11) {
@@ -79,7 +75,7 @@ fn what_has_a_posture_is_not_refuted() {
 
 #[test]
 fn hands_that_reach_their_places_only_out_of_balance_are_a_proof() {
-    let robot = hrp2();
+    let robot = humanoid();
     let record = drawn(&robot, Family::OneFoot, 40, 7001).pop().unwrap();
     with(&robot, contacts(&robot, &record), |problem, config| {
         let ctx = Context::new(problem, config, Relaxed::default());
@@ -91,7 +87,7 @@ fn hands_that_reach_their_places_only_out_of_balance_are_a_proof() {
 
 #[test]
 fn soles_in_each_other_are_a_proof() {
-    let robot = hrp2();
+    let robot = humanoid();
     let at = |foot: &str, y: f64| {
         let patch = robot.patch_id(foot).unwrap();
         Contact::at(&robot, patch, Isometry3::translation(0.0, y, 0.0))

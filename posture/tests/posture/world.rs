@@ -8,8 +8,7 @@ use surfaces::{Face, Terrain};
 
 /// A robot that ships, standing in one of its postures on z = 0.
 pub fn standing(robot: &str, posture: &str, foot: &str) -> (Robot, Configuration) {
-    let builtin = scenes::builtin_robot(robot).unwrap();
-    let robot = builtin.load(&robot_model::Config::default()).unwrap();
+    let robot = scenes::robot(robot).unwrap();
     let feet = [robot.patch_id(foot).unwrap()];
     let q = stand::on_level_ground(&robot, &robot.posture(posture).unwrap(), &feet);
     (robot, q)

@@ -32,19 +32,7 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 /// More than this many vertices or triangles is no mesh of a robot or room.
 const GREATEST_COUNT: usize = 20_000_000;
 
-/// Reads a mesh file; the kind follows from its extension (`.stl`, `.obj`, `.dae`).
-///
-/// # Errors
-/// [`Error::Io`] when it cannot be read, [`Error::File`] when it is malformed.
-pub fn read(path: &Path) -> Result<TriangleMesh, Error> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Io {
-        path: path.into(),
-        source,
-    })?;
-    parse(path, &bytes)
-}
-
-/// Reads a mesh out of the bytes of the file at `path`.
+/// Reads a mesh out of the bytes of the file at `path`; the kind follows from its extension (`.stl`, `.obj`, `.dae`).
 ///
 /// # Errors
 /// [`Error::File`] with the line or byte: unknown kind, truncated, a header that lies, an index

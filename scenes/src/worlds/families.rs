@@ -50,8 +50,6 @@ pub struct Drawn {
 pub struct Family {
     /// Name.
     pub name: &'static str,
-    /// What the robot meets, in a few words.
-    pub about: &'static str,
     /// Whether it is meant to be within what a robot of that build can do; else that is not known.
     pub likely: bool,
     /// Hands that a robot must have.
@@ -61,71 +59,54 @@ pub struct Family {
 
 /// All families.
 pub const FAMILIES: [Family; 17] = [
-    family("stairs-up", "four to seven steps up", |w| stairs(w, 1.0)),
-    family("stairs-down", "four to seven steps down", |w| {
-        stairs(w, -1.0)
-    }),
-    family("tilted-blocks", "blocks tilted by up to 8°", |w| {
-        blocks(w, 8.0, 0.05)
-    }),
-    family("stones", "level stones with gaps between them", |w| {
-        blocks(w, 0.0, 0.12)
-    }),
-    family("gaps", "floors with two or three gaps", gaps),
-    family("ribs", "three to six ribs across a floor", ribs),
-    family("clutter", "ten to twenty low boxes on a floor", clutter),
-    family("wall", "a wall that is open at one side", |w| {
-        walls(w, false)
-    }),
-    family("door", "a wall with a door", |w| walls(w, true)),
-    family(
-        "bridge",
-        "a gap with a bridge beside the straight way",
-        bridge,
-    ),
-    family("turn", "a turn by 90° or more on a floor", turn),
-    family("ramp", "a ramp of 5° to 12° onto a platform", ramp),
-    family(
-        "bridge-turn",
-        "a gap with a bridge that turns by 90°",
-        harder::bridge_turn,
-    ),
-    unsure("bar", "a bar to duck under", 0, harder::bar),
-    unsure("low-door", "a door to duck under", 0, harder::low_door),
-    unsure(
-        "hand-step",
-        "a high step beside a block for a hand",
-        1,
-        harder::hand_step,
-    ),
-    unsure(
-        "hand-corridor",
-        "a slippery ramp between walls for both hands",
-        2,
-        harder::hand_corridor,
-    ),
+    // Four to seven steps.
+    family("stairs-up", |w| stairs(w, 1.0)),
+    family("stairs-down", |w| stairs(w, -1.0)),
+    // Tilted by up to 8°.
+    family("tilted-blocks", |w| blocks(w, 8.0, 0.05)),
+    // Level, with gaps between them.
+    family("stones", |w| blocks(w, 0.0, 0.12)),
+    // Floors with two or three.
+    family("gaps", gaps),
+    // Three to six across a floor.
+    family("ribs", ribs),
+    // Ten to twenty low boxes on a floor.
+    family("clutter", clutter),
+    // Open at one side.
+    family("wall", |w| walls(w, false)),
+    // In a wall.
+    family("door", |w| walls(w, true)),
+    // Over a gap, beside the straight way.
+    family("bridge", bridge),
+    // By 90° or more on a floor.
+    family("turn", turn),
+    // Of 5° to 12° onto a platform.
+    family("ramp", ramp),
+    // Over a gap, turned by 90°.
+    family("bridge-turn", harder::bridge_turn),
+    // Both to duck under.
+    unsure("bar", 0, harder::bar),
+    unsure("low-door", 0, harder::low_door),
+    // A high step beside a block for a hand.
+    unsure("hand-step", 1, harder::hand_step),
+    // A slippery ramp between walls for both hands.
+    unsure("hand-corridor", 2, harder::hand_corridor),
 ];
 
-const fn family(name: &'static str, about: &'static str, build: fn(&mut World) -> Drawn) -> Family {
+const fn family(name: &'static str, build: fn(&mut World) -> Drawn) -> Family {
     Family {
         name,
-        about,
         likely: true,
         hands: 0,
         build,
     }
 }
 
-const fn unsure(
-    name: &'static str,
-    about: &'static str,
-    hands: usize,
-    build: fn(&mut World) -> Drawn,
-) -> Family {
+const fn unsure(name: &'static str, hands: usize, build: fn(&mut World) -> Drawn) -> Family {
     Family {
         likely: false,
         hands,
-        ..family(name, about, build)
+        ..family(name, build)
     }
 }
 

@@ -22,10 +22,7 @@ const QUADRUPED_LEGS: [(&str, [f64; 2]); 4] = [
 
 /// A robot that ships.
 pub fn shipped(name: &str) -> Robot {
-    let robot = scenes::builtin_robot(name).expect("it ships");
-    robot
-        .load(&robot_model::Config::default())
-        .expect("it loads")
+    scenes::robot(name).expect("it ships")
 }
 
 #[test]

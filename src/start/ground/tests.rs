@@ -1,15 +1,11 @@
 //! The ground under a humanoid that stands in various places.
 
 use super::*;
-use crate::provenance::Inputs;
-use crate::robot_files::RobotFiles;
 use crate::scene::Start;
 use crate::start::{StartState, stand};
 
 fn humanoid() -> Robot {
-    let files = RobotFiles::named("builtin:hrp2");
-    let config = robot_model::Config::default();
-    files.load(&config, &mut Inputs::default()).unwrap()
+    scenes::robot("hrp2").unwrap()
 }
 
 /// Where it is at rest over the origin, its soles on z = 0.
@@ -35,13 +31,8 @@ fn standing(terrain: &mut Terrain) -> (Ground, Robot) {
 
 fn rectangle(id: &str, x: [f64; 2], y: [f64; 2], z: f64, tilt: f64) -> Face {
     let middle = [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]), z];
-    let (a, b) = (0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0]));
-    let corners = [[-a, -b], [a, -b], [a, b], [-a, b]].map(Point2::from);
-    Face::new(
-        id,
-        Isometry3::new(middle.into(), Vector3::y() * tilt),
-        Region::new([corners.to_vec()]).unwrap(),
-    )
+    let pose = Isometry3::new(middle.into(), Vector3::y() * tilt);
+    Face::rectangle(id, pose, [x[1] - x[0], y[1] - y[0]]).unwrap()
 }
 
 fn scanned(id: &str, x: [f64; 2], y: [f64; 2], z: f64, tilt: f64) -> Face {

@@ -93,10 +93,7 @@ pub fn list(value: &Value) -> &[Value] {
 
 /// A robot that ships.
 pub fn robot(name: &str) -> Robot {
-    let robot = scenes::builtin_robot(name).expect("it ships");
-    robot
-        .load(&robot_model::Config::default())
-        .expect("it loads")
+    scenes::robot(name).expect("it ships")
 }
 
 /// Points, m, as a PLY file.
