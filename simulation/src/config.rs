@@ -49,8 +49,8 @@ pub struct Spread {
     /// Largest relative change of the robot's mass.
     #[schemars(range(min = 0.0, max = 0.9))]
     pub mass: f64,
-    /// Largest displacement of a touched body along the contact's normal, m; what carries the
-    /// robot at the start stays where it is.
+    /// Largest displacement of a touched body along each axis, m, and of its contacts where it is turned as well,
+    /// by 1° about each axis at most; what carries the robot at the start stays where it is.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub surface_m: f64,
     /// Horizontal force of a push on the base, N.

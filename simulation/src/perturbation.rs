@@ -1,15 +1,20 @@
 //! What a robust run changes, drawn from a seed.
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Spread;
 use crate::physics::Scales;
+use crate::used_faces::Used;
 use crate::world::WorldBody;
 
 /// Duration of a push, s.
 const PUSH_S: f64 = 0.2;
+/// Largest turn of a body of the world about each axis: what a plane from a scan is off, rad.
+const TURN_RAD: f64 = 0.0175;
+/// Distance of a sole's rim from its middle: a body turns about what stands on it, m.
+const SOLE_M: f64 = 0.1;
 
 /// A push on the base.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,6 +27,26 @@ pub struct Push {
     pub force_W: [f64; 3],
 }
 
+/// How a body of the world is displaced: turned about a point, then shifted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Displacement {
+    /// Shift in W, m.
+    pub shift_W: [f64; 3],
+    /// Rotation vector in W, rad.
+    pub turn_W: [f64; 3],
+    /// The point, in W, m.
+    pub about_W: [f64; 3],
+}
+
+impl Displacement {
+    /// The motion in W.
+    pub fn motion_W(&self) -> Isometry3<f64> {
+        let about = Translation3::from(self.about_W);
+        let turned = UnitQuaternion::new(self.turn_W.into());
+        Translation3::from(self.shift_W) * about * turned * about.inverse()
+    }
+}
+
 /// How one run differs from what was planned.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Perturbation {
@@ -29,8 +54,8 @@ pub struct Perturbation {
     pub friction_factor: Option<f64>,
     /// Factor of all masses and inertias.
     pub mass_factor: Option<f64>,
-    /// Displacement of each body of the world in W, m; none where empty.
-    pub shifts_W: Vec<[f64; 3]>,
+    /// Displacement of each body of the world; none where empty.
+    pub moved: Vec<Displacement>,
     /// Pushes on the base.
     pub pushes: Vec<Push>,
 }
@@ -61,22 +86,30 @@ impl Kinds {
 impl Perturbation {
     /// Run `run` of the seed's runs.
     ///
-    /// `normals_W` holds for each body of the world the normal of the contact that uses it, `None`
-    /// for a body that stays where it is.
+    /// `used` tells of each body of the world how contacts use it, `None` for one that stays where it
+    /// is. A body is displaced along all axes, and turned about its contacts as far as none of them is
+    /// displaced farther by that.
     pub fn draw(
         seed: u64,
         run: u64,
         spread: &Spread,
         kinds: Kinds,
-        normals_W: &[Option<Vector3<f64>>],
+        used: &[Option<Used>],
         duration_s: f64,
     ) -> Self {
         let draw = |what: u64, index: u64| symmetric(seed, run, what, index);
-        let shift = |(k, normal): (u64, &Option<Vector3<f64>>)| {
-            let shift = |n| n * spread.surface_m * draw(1, k);
-            normal.map_or([0.0; 3], |n| shift(n).into())
+        let three = |what: u64, k: u64| Vector3::from([0, 1, 2].map(|axis| draw(what + axis, k)));
+        let displacement = |(k, used): (u64, &Option<Used>)| {
+            used.map_or_else(Displacement::default, |used| {
+                let turn = TURN_RAD.min(spread.surface_m / used.reach_m.max(SOLE_M));
+                Displacement {
+                    shift_W: (three(4, k) * spread.surface_m).into(),
+                    turn_W: (three(7, k) * turn).into(),
+                    about_W: used.centre_W.into(),
+                }
+            })
         };
-        let moved = if kinds.surfaces { normals_W } else { &[] };
+        let moved = if kinds.surfaces { used } else { &[] };
         let push = |k: u64| {
             let within = (draw(2, k) + 1.0) / 2.0;
             let (sin, cos) = (draw(3, k) * std::f64::consts::PI).sin_cos();
@@ -94,7 +127,7 @@ impl Perturbation {
         Self {
             friction_factor: kinds.friction.then_some(spread.friction_factor),
             mass_factor: kinds.mass.then(|| 1.0 + spread.mass * draw(0, 0)),
-            shifts_W: (0..).zip(moved).map(shift).collect(),
+            moved: (0..).zip(moved).map(displacement).collect(),
             pushes: (0..count).map(push).collect(),
         }
     }
@@ -110,8 +143,8 @@ impl Perturbation {
     /// The world with its bodies displaced.
     pub fn applied(&self, world: &[WorldBody]) -> Vec<WorldBody> {
         let mut world = world.to_vec();
-        for (body, shift) in world.iter_mut().zip(&self.shifts_W) {
-            body.shift(&Vector3::from(*shift));
+        for (body, moved) in world.iter_mut().zip(&self.moved) {
+            body.transform(&moved.motion_W());
         }
         world
     }
@@ -142,6 +175,7 @@ fn mix(mut x: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Point3;
 
     #[test]
     fn draws_are_spread_and_repeat() {
@@ -157,14 +191,26 @@ mod tests {
 
     #[test]
     fn a_run_changes_what_it_says() {
-        let normals = [None, Some(Vector3::z()), Some(Vector3::x())];
+        let used = |reach_m| {
+            let centre_W = Vector3::x();
+            Some(Used { centre_W, reach_m })
+        };
+        let used = [None, used(0.1), used(2.0)];
         let spread = Spread::default();
-        let drawn = Perturbation::draw(1, 0, &spread, Kinds::ALL, &normals, 25.0);
+        let drawn = Perturbation::draw(1, 0, &spread, Kinds::ALL, &used, 25.0);
         assert_eq!(drawn.scales().friction, 0.75);
         assert!((drawn.scales().mass - 1.0).abs() <= 0.05 && drawn.scales().mass != 1.0);
-        assert_eq!(drawn.shifts_W[0], [0.0; 3]);
-        assert!(drawn.shifts_W[1][2].abs() <= 0.01 && drawn.shifts_W[1][2] != 0.0);
-        assert!(drawn.shifts_W[2][0] != 0.0 && drawn.shifts_W[2][2] == 0.0);
+        assert_eq!(drawn.moved[0], Displacement::default());
+        for (moved, turn) in drawn.moved[1..].iter().zip([TURN_RAD, 0.005]) {
+            let inside =
+                |values: [f64; 3], most| values.iter().all(|x| x.abs() <= most && *x != 0.0);
+            assert!(
+                inside(moved.shift_W, 0.01) && inside(moved.turn_W, turn),
+                "{moved:?}"
+            );
+            let there = moved.motion_W() * Point3::new(1.0, 0.0, 0.0);
+            assert!((there.coords - Vector3::x() - Vector3::from(moved.shift_W)).norm() < 1e-12);
+        }
         assert_eq!(drawn.pushes.len(), 3);
         for (k, push) in drawn.pushes.iter().enumerate() {
             assert!(push.t_s >= 10.0 * k as f64 && push.t_s < 10.0 * (k + 1) as f64);
@@ -172,7 +218,7 @@ mod tests {
             assert!((force.norm() - 60.0).abs() < 1e-9);
             assert_eq!(drawn.force_W(push.t_s + 0.2), Vector3::zeros());
         }
-        let plain = Perturbation::draw(1, 0, &spread, Kinds::default(), &normals, 25.0);
+        let plain = Perturbation::draw(1, 0, &spread, Kinds::default(), &used, 25.0);
         assert_eq!(plain, Perturbation::default());
     }
 }

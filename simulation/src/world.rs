@@ -28,11 +28,11 @@ pub enum WorldShape {
 }
 
 impl WorldBody {
-    /// Moves the body by `shift_W`.
-    pub fn shift(&mut self, shift_W: &Vector3<f64>) {
+    /// Moves the body as a motion in W does.
+    pub fn transform(&mut self, motion_W: &Isometry3<f64>) {
         match &mut self.shape {
-            WorldShape::Box { X_WO, .. } => X_WO.translation.vector += shift_W,
-            WorldShape::Hull(points) => points.iter_mut().for_each(|p| *p += shift_W),
+            WorldShape::Box { X_WO, .. } => *X_WO = motion_W * *X_WO,
+            WorldShape::Hull(points) => points.iter_mut().for_each(|p| *p = motion_W * *p),
         }
     }
 

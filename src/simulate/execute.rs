@@ -10,7 +10,7 @@ use simulation::outcome::Executed;
 use simulation::perturbation::{Kinds, Perturbation};
 use simulation::playback::Playback;
 use simulation::reference::Reference;
-use simulation::used_faces::touched_normals_W;
+use simulation::used_faces::used_faces;
 use simulation::world::WorldBody;
 
 /// Runs of a seed: each disturbed in its own way, in the order of their numbers. `done` is called after each.
@@ -26,14 +26,14 @@ pub fn robust_runs(
     cancel: &AtomicBool,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Executed>> {
-    let normals = touched_normals_W(robot, world, playback);
+    let used = used_faces(robot, world, playback);
     (0..runs)
         .into_par_iter()
         .map(|run| {
             ensure!(!cancel.load(Ordering::Relaxed), "interrupted");
             let duration_s = playback.duration_s();
             let push =
-                Perturbation::draw(seed, run, &config.perturbation, kinds, &normals, duration_s);
+                Perturbation::draw(seed, run, &config.perturbation, kinds, &used, duration_s);
             let executed = execute(robot, world, playback, config, &push, &mut Unobserved);
             done();
             executed.with_context(|| format!("run {run}"))

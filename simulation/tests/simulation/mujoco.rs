@@ -199,7 +199,7 @@ fn a_step_in_place_survives_other_mass_friction_and_pushes() {
         let disturbed = Perturbation {
             friction_factor: Some(0.75),
             mass_factor: Some(mass),
-            shifts_W: Vec::new(),
+            moved: Vec::new(),
             pushes: vec![push(1.0), push(3.2)],
         };
         let run = stepping(Controller::WholeBody, &disturbed);
@@ -227,10 +227,14 @@ fn a_push_that_is_too_strong_fells_and_is_reported() {
 
 #[test]
 fn the_world_is_displaced_as_drawn() {
-    let normals = [Some(Vector3::z())];
+    let used = [Some(Used {
+        centre_W: Vector3::zeros(),
+        reach_m: 0.0,
+    })];
     let spread = Config::default().perturbation;
-    let drawn = Perturbation::draw(3, 0, &spread, Kinds::ALL, &normals, 6.5);
+    let drawn = Perturbation::draw(3, 0, &spread, Kinds::ALL, &used, 6.5);
     let moved = drawn.applied(&floor(5.0));
-    let lift = moved[0].corners_W()[7].z;
-    assert!((lift - drawn.shifts_W[0][2]).abs() < 1e-12 && lift != 0.0);
+    let [was, is] = [&floor(5.0), &moved].map(|world| world[0].corners_W()[7]);
+    let wanted = drawn.moved[0].motion_W() * was;
+    assert!((is - wanted).norm() < 1e-12 && (is - was).norm() > 1e-3);
 }
