@@ -17,7 +17,7 @@ pub struct Compared<'a> {
     pub input: ViewInput<'a>,
 }
 
-/// A unit: its sign, what of it a figure's own is, and the digits that are told.
+/// A unit: how it is written, how many of it a figure's SI unit is, and the digits behind the point.
 type Unit = (&'static str, f64, usize);
 
 const COUNT: Unit = ("", 1.0, 0);

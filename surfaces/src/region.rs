@@ -91,7 +91,7 @@ impl Region {
     /// The region inside the first ring and outside the others, each given in either direction.
     ///
     /// # Errors
-    /// [`Error::Part`] naming the ring: fewer than 3 vertices, as many edges as it has not, a bad number of an edge,
+    /// [`Error::Part`] naming the ring: fewer than 3 vertices, another number of edges, a bad number of an edge,
     /// vertices beyond the world, at the place of the one before or all on one line; [`Error::Shape`] when the rings
     /// cross themselves or each other.
     pub fn new<R: Into<Ring>>(rings: impl IntoIterator<Item = R>) -> Result<Self, Error> {
