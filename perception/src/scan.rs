@@ -33,7 +33,7 @@ impl PointCloud {
     pub fn finite(&self) -> impl Iterator<Item = &[f32; 3]> {
         self.points
             .iter()
-            .filter(|p| p.iter().all(|c| c.is_finite()))
+            .filter(|p| p.iter().fold(true, |all, c| all & c.is_finite()))
     }
 }
 

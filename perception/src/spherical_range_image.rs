@@ -6,7 +6,7 @@
 
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 use surfaces::EdgeKind;
-use wide::f64x4;
+use wide::{f32x8, i32x8};
 
 use crate::density::is_dense;
 use crate::edges::{self, NONE, Picture, PixelRay, Shown};
@@ -46,16 +46,16 @@ pub(crate) struct SphericalRangeImage<'a> {
 }
 
 impl<'a> SphericalRangeImage<'a> {
-    /// `points` are taken from the eye and have the label of their plane, [`NONE`] for none; those
-    /// beyond `range_max_m` were not used.
+    /// `points` (not all of them need to be finite) have the label of their plane, [`NONE`] for none; those
+    /// farther than `range_max_m` from the eye were not used.
     pub fn new(
-        points: impl Iterator<Item = (Vector3<f64>, u16)>,
+        (points, labels): (&[[f32; 3]], &[u16]),
+        eye_V: &Vector3<f64>,
         planes: Vec<(Vector3<f64>, f64)>,
         range_max_m: f64,
         noise: &'a Noise,
     ) -> Self {
-        let points: Vec<_> = points.collect();
-        let axis = axis(points.iter().map(|(p, _)| p));
+        let axis = farthest_axis(points, eye_V);
         let mut found = Self {
             cells: Vec::new(),
             cols: 0,
@@ -67,29 +67,42 @@ impl<'a> SphericalRangeImage<'a> {
             range_max_m,
             noise,
         };
-        let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(-1e9));
-        let mut seen = Vec::with_capacity(points.len());
-        for four in points.chunks(4) {
-            let point = |k: usize| &four[k.min(four.len() - 1)].0;
-            let angles = found.angles([point(0), point(1), point(2), point(3)]);
-            for ((p, label), angles) in four.iter().zip(angles) {
-                (low, high) = (low.inf(&angles), high.sup(&angles));
-                let w = (1.0 / p.norm().max(1e-6)) as f32;
-                seen.push((angles, Cell { w, label: *label }));
+        let mut bounds = [(f32x8::splat(f32::INFINITY), f32x8::splat(f32::NEG_INFINITY)); 2];
+        let mut seen = Vec::with_capacity(points.len().div_ceil(8));
+        for (p, n) in from_eye(points, eye_V) {
+            let finite = n.is_finite();
+            let angles = angles_of_eight([1, 2, 0].map(|k| p[(axis + k) % 3]));
+            for ((low, high), angle) in bounds.iter_mut().zip(angles) {
+                *low = finite.select(angle, *low).min(*low);
+                *high = finite.select(angle, *high).max(*high);
             }
+            let w = finite.select(f32x8::ONE / n.max(f32x8::splat(1e-6)), f32x8::ZERO);
+            seen.push((angles, w));
         }
-        if !(low.x <= high.x && low.y <= high.y) {
+        let [(left, right), (below, above)] = bounds.map(|(low, high)| {
+            let least = |of: f32x8| of.to_array().into_iter().fold(f32::INFINITY, f32::min);
+            (least(low), -least(-high))
+        });
+        if !(left <= right && below <= above) {
             return found;
         }
-        found.low = low;
-        found.cols = ((high.x - low.x) / CELL_RAD) as usize + 1;
-        found.rows = ((high.y - low.y) / CELL_RAD) as usize + 1;
+        found.low = Vector2::new(left, below).map(f64::from);
+        let cell = |angle: f32x8, low: f32| {
+            ((angle - f32x8::splat(low)) * f32x8::splat(1.0 / CELL_RAD as f32)).fast_trunc_int()
+        };
+        let count = |low, high| cell(f32x8::splat(high), low).to_array()[0] as usize + 1;
+        (found.cols, found.rows) = (count(left, right), count(below, above));
         found.cells = vec![EMPTY; found.cols * found.rows];
-        for (angles, seen) in seen {
-            let at = (angles - low) / CELL_RAD;
-            let cell = &mut found.cells[at.y as usize * found.cols + at.x as usize];
-            if seen.w > cell.w {
-                *cell = seen;
+        for (([azimuth, elevation], w), labels) in seen.into_iter().zip(labels.chunks(8)) {
+            let (x, y) = (cell(azimuth, left), cell(elevation, below));
+            let at = (y * i32x8::splat(found.cols as i32) + x).to_array();
+            for ((&label, at), w) in labels.iter().zip(at).zip(w.to_array()) {
+                if w > 0.0 {
+                    let cell = &mut found.cells[at as usize];
+                    if w > cell.w {
+                        *cell = Cell { w, label };
+                    }
+                }
             }
         }
         for _ in 0..DOUBLINGS_MAX {
@@ -99,16 +112,6 @@ impl<'a> SphericalRangeImage<'a> {
             found.coarsen();
         }
         found
-    }
-
-    /// Azimuth and elevation of four points, rad.
-    fn angles(&self, points: [&Vector3<f64>; 4]) -> [Vector2<f64>; 4] {
-        let each = |axis: usize| f64x4::from(points.map(|p| p[axis % 3]));
-        let (a, b, c) = (each(self.axis + 1), each(self.axis + 2), each(self.axis));
-        // From the side on which nothing is cut at half a turn for a camera that looks along an axis.
-        let azimuths = b.atan2(a).to_array();
-        let elevations = c.atan2((a * a + b * b).sqrt()).to_array();
-        std::array::from_fn(|k| Vector2::new(azimuths[k], elevations[k]))
     }
 
     /// The ray of a place, a unit vector.
@@ -131,8 +134,7 @@ impl<'a> SphericalRangeImage<'a> {
 
     /// The place of a point, in cells.
     fn place(&self, p: &Point3<f64>) -> Point2<f64> {
-        let [angles, ..] = self.angles([&p.coords; 4]);
-        let at = (angles - self.low) / self.side;
+        let at = (angles_of(self.axis, &p.coords) - self.low) / self.side;
         Point2::new(at.x - 0.5, at.y - 0.5)
     }
 
@@ -178,6 +180,51 @@ impl<'a> SphericalRangeImage<'a> {
     }
 }
 
+/// The points from the eye and their distances, m, in eights: the last is filled up by what is no number. Of an eye far
+/// off, as on a map, the part that is lost in 32 bits is taken off, too.
+fn from_eye(
+    points: &[[f32; 3]],
+    eye_V: &Vector3<f64>,
+) -> impl Iterator<Item = ([f32x8; 3], f32x8)> {
+    let eye: [f32; 3] = eye_V.map(|c| c as f32).into();
+    let rest: [f32; 3] = std::array::from_fn(|k| (eye_V[k] - f64::from(eye[k])) as f32);
+    let (eights, left) = points.as_chunks::<8>();
+    let last: [[f32; 3]; 8] =
+        std::array::from_fn(|i| left.get(i).copied().unwrap_or([f32::NAN; 3]));
+    let last = Some(last).filter(|_| !left.is_empty());
+    eights.iter().copied().chain(last).map(move |eight| {
+        let p: [f32x8; 3] = std::array::from_fn(|k| {
+            f32x8::from(eight.map(|p| p[k])) - f32x8::splat(eye[k]) - f32x8::splat(rest[k])
+        });
+        (p, (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt())
+    })
+}
+
+/// Index of the axis from which the points of a cloud lie farthest off.
+fn farthest_axis(points: &[[f32; 3]], eye_V: &Vector3<f64>) -> usize {
+    let mut sums = Vector3::<f64>::zeros();
+    // Sums of few in 32 bits.
+    for many in points.chunks(1024) {
+        let mut sum = [f32x8::ZERO; 3];
+        for (p, n) in from_eye(many, eye_V) {
+            let is = n.is_finite() & n.simd_gt(f32x8::splat(1e-9));
+            let one = is.select(f32x8::ONE / n, f32x8::ZERO);
+            for (sum, p) in sum.iter_mut().zip(p) {
+                *sum += is.select(p.abs() * one, f32x8::ZERO);
+            }
+        }
+        sums += Vector3::from(sum.map(|sum| f64::from(sum.reduce_add())));
+    }
+    sums.imin()
+}
+
+/// Azimuths and elevations of eight points, rad: as [`angles_of`], to 32 bits.
+///
+/// From the side on which nothing is cut at half a turn for a camera that looks along an axis.
+fn angles_of_eight([a, b, c]: [f32x8; 3]) -> [f32x8; 2] {
+    [b.atan2(a), c.atan2((a * a + b * b).sqrt())]
+}
+
 /// Index of the axis from which points lie farthest off.
 pub(crate) fn axis<'a>(points: impl Iterator<Item = &'a Vector3<f64>>) -> usize {
     let unit = |p: &Vector3<f64>| p.abs().try_normalize(1e-9).unwrap_or_default();
@@ -185,7 +232,7 @@ pub(crate) fn axis<'a>(points: impl Iterator<Item = &'a Vector3<f64>>) -> usize 
 }
 
 /// Azimuth and elevation of a point about an axis, rad.
-pub(crate) fn angles(axis: usize, p: &Vector3<f64>) -> Vector2<f64> {
+pub(crate) fn angles_of(axis: usize, p: &Vector3<f64>) -> Vector2<f64> {
     let (a, b, c) = (p[(axis + 1) % 3], p[(axis + 2) % 3], p[axis]);
     Vector2::new(b.atan2(a), c.atan2(a.hypot(b)))
 }
@@ -252,14 +299,22 @@ mod tests {
         points
     }
 
+    /// Those of an eye that is somewhere, in 32 bits, and their labels.
+    fn from(eye_V: &Vector3<f64>, seen: &[(Vector3<f64>, u16)]) -> (Vec<[f32; 3]>, Vec<u16>) {
+        let point = |p: &Vector3<f64>| <[f32; 3]>::from((p + eye_V).map(|c| c as f32));
+        seen.iter().map(|(p, label)| (point(p), *label)).unzip()
+    }
+
     #[test]
     fn a_floor_ends_at_a_wall_and_at_a_drop_and_is_cut_by_the_view() {
         let noise = Sensor::named("generic").unwrap().noise;
         let down = -Vector3::z();
+        let eye_V = Vector3::new(100.03, -20.0, 0.7);
         for wall_x in [3.0, 5.0] {
             let planes = vec![(down, 1.0), (Vector3::x(), wall_x)];
+            let (points, labels) = from(&eye_V, &seen(wall_x));
             let directions =
-                SphericalRangeImage::new(seen(wall_x).into_iter(), planes, 20.0, &noise);
+                SphericalRangeImage::new((&points, &labels), &eye_V, planes, 20.0, &noise);
             let ring = [[2.9, -1.0], [2.9, 1.0], [0.7, 0.3], [0.7, -0.3]];
             let ring = ring.map(|[x, y]| Point3::new(x, y, -1.0));
             let sides = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()];
@@ -275,7 +330,11 @@ mod tests {
             }
         }
         let planes = vec![(down, 1.0), (Vector3::x(), 3.0), (Vector3::x(), 1.0)];
-        let directions = SphericalRangeImage::new(points.into_iter(), planes, 20.0, &noise);
+        let (mut points, mut labels) = from(&eye_V, &points);
+        // What is not finite is no point.
+        points.push([f32::NAN, 0.0, f32::INFINITY]);
+        labels.push(2);
+        let directions = SphericalRangeImage::new((&points, &labels), &eye_V, planes, 20.0, &noise);
         let ring = [[1.9, -0.5], [1.9, 0.5], [1.0, 0.0]].map(|[x, y]| Point3::new(x, y, -1.0));
         let kinds = directions.kinds(0, &ring, &[Vector3::x(), Vector3::y(), -Vector3::y()]);
         assert_eq!(kinds[0], EdgeKind::Occluded);
@@ -283,20 +342,20 @@ mod tests {
 
     #[test]
     fn angles_are_those_of_single_points() {
-        let noise = Sensor::named("generic").unwrap().noise;
-        let directions = SphericalRangeImage::new(seen(3.0).into_iter(), Vec::new(), 20.0, &noise);
         let signs = [-1.0_f64, -0.0, 0.0, 1.0];
         for (x, y, z) in signs.iter().flat_map(|x| {
             let rest = signs.iter().flat_map(|y| signs.iter().map(move |z| (y, z)));
             rest.map(move |(y, z)| (2.0 * x, 3.0 * y, 0.7 * z))
         }) {
-            let p = Vector3::new(x, y, z);
-            let expected = angles(directions.axis, &p);
-            for angles in directions.angles([&p; 4]) {
-                assert!(
-                    (angles - expected).iter().all(|x| x.abs() < 1e-12),
-                    "{p} {angles}"
-                );
+            let expected: [f64; 2] = angles_of(2, &Vector3::new(x, y, z)).into();
+            let got = angles_of_eight([x, y, z].map(|c| f32x8::splat(c as f32)));
+            for (got, expected) in got.iter().zip(expected) {
+                for got in got.to_array() {
+                    assert!(
+                        (f64::from(got) - expected).abs() < 1e-6,
+                        "{x} {y} {z}: {got}"
+                    );
+                }
             }
         }
     }

@@ -171,14 +171,21 @@ fn directions<'a>(
             of_point[i] = number as u16;
         }
     }
-    let from_eye = points.iter().zip(&of_point);
-    let from_eye = from_eye.map(|(p, label)| (p.coords - scan.eye_V, *label));
+    let points: Vec<[f32; 3]> = (points.iter())
+        .map(|p| [p.x, p.y, p.z].map(|c| c as f32))
+        .collect();
     let from_origin = |plane: &plane_extraction::PlaneFit| {
         let offset = plane.normal.dot(&(plane.centroid.coords - scan.eye_V));
         (plane.normal, offset)
     };
     let planes = planes.iter().map(from_origin).collect();
-    SphericalRangeImage::new(from_eye, planes, range_max_m, &scan.noise)
+    SphericalRangeImage::new(
+        (&points, &of_point),
+        &scan.eye_V,
+        planes,
+        range_max_m,
+        &scan.noise,
+    )
 }
 
 /// What ends a face at each edge of its hull in S.

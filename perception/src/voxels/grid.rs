@@ -1,5 +1,7 @@
 //! Points in voxels of several sizes, found by hashing.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 use super::moments::Moments;
@@ -10,6 +12,9 @@ pub(super) const NONE: u32 = u32::MAX;
 /// Offset that keeps the coordinates of voxels positive: 21 bits each.
 const HALF: i64 = 1 << 20;
 
+/// Places of a table at first.
+const TABLE_MIN: usize = 1 << 12;
+
 /// From a voxel's coordinates to its number, by open addressing. Numbers are given in the order of
 /// insertion and looked up only, so nothing depends on the order of the table.
 struct Index {
@@ -19,12 +24,11 @@ struct Index {
 }
 
 impl Index {
-    /// A table for so many voxels at most.
-    fn new(most: usize) -> Self {
-        let bits = usize::BITS - (2 * most.max(8)).leading_zeros();
+    /// A table of so many places, a power of two.
+    fn new(size: usize) -> Self {
         Self {
-            slots: vec![(0, NONE); 1 << bits],
-            shift: 64 - bits,
+            slots: vec![(0, NONE); size],
+            shift: 64 - size.ilog2(),
             count: 0,
         }
     }
@@ -43,13 +47,26 @@ impl Index {
         self.slots[self.slot(key)].1
     }
 
+    /// The number of a voxel; the next one for a new voxel.
     fn insert(&mut self, key: u64) -> u32 {
         let slot = self.slot(key);
-        if self.slots[slot].1 == NONE {
-            self.slots[slot] = (key, self.count);
-            self.count += 1;
+        if self.slots[slot].1 != NONE {
+            return self.slots[slot].1;
         }
-        self.slots[slot].1
+        let number = self.count;
+        self.slots[slot] = (key, number);
+        self.count += 1;
+        if 2 * self.count as usize > self.slots.len() {
+            // Room for the voxels there are, not for one a point: most points share theirs.
+            let mut larger = Self::new(2 * self.slots.len());
+            for &(key, number) in self.slots.iter().filter(|(_, number)| *number != NONE) {
+                let slot = larger.slot(key);
+                larger.slots[slot] = (key, number);
+            }
+            self.slots = larger.slots;
+            self.shift = larger.shift;
+        }
+        number
     }
 }
 
@@ -69,13 +86,25 @@ pub(super) struct Level {
 pub(super) struct Grid {
     /// The smallest first.
     pub levels: Vec<Level>,
-    /// Number of each point's smallest voxel.
-    pub of_point: Vec<u32>,
+    /// The points in order, those after each other that share their smallest voxel together, and its number.
+    pub runs: Vec<(Range<u32>, u32)>,
 }
 
 /// A key of 21 bits an axis, z first.
 fn packed([x, y, z]: [i64; 3]) -> u64 {
     ((z as u64) << 42) | ((y as u64) << 21) | x as u64
+}
+
+/// The key of the voxel of a point, in sides of a voxel.
+fn key(p: &Vector3<f64>) -> u64 {
+    // In the lowest bits of 2⁵² + n is n: to convert takes much longer.
+    let (least, most) = (1.0 - HALF as f64, HALF as f64 - 2.0);
+    let place = p.map(|c| c.floor().clamp(least, most) + (HALF as f64 + (1_u64 << 52) as f64));
+    packed(
+        place
+            .map(|c| (c.to_bits() & (2 * HALF as u64 - 1)) as i64)
+            .into(),
+    )
 }
 
 fn unpacked(key: u64) -> [i64; 3] {
@@ -84,29 +113,31 @@ fn unpacked(key: u64) -> [i64; 3] {
 
 impl Grid {
     /// The voxels of the points about the origin.
-    pub fn new(points: &[Vector3<f64>], leaf_m: f64, levels: usize) -> Self {
+    pub fn new(
+        mut points: impl Iterator<Item = Vector3<f64>> + Clone,
+        leaf_m: f64,
+        levels: usize,
+    ) -> Self {
         let count = levels.max(1);
-        let mut index = Index::new(points.len());
-        let mut cells: Vec<Moments> = Vec::new();
-        let mut keys = Vec::new();
         let per_m = 1.0 / leaf_m;
-        let of_point = points
-            .iter()
-            .map(|p| {
-                let place = [p.x, p.y, p.z].map(|c| {
-                    let cell = (c * per_m).floor() as i64 + HALF;
-                    cell.clamp(1, 2 * HALF - 2)
-                });
-                let key = packed(place);
-                let number = index.insert(key);
-                if number as usize == cells.len() {
-                    cells.push(Moments::default());
-                    keys.push(key);
-                }
-                cells[number as usize].push(p, 1.0);
-                number
-            })
-            .collect();
+        let of_point: Vec<u64> = points.clone().map(|p| key(&(p * per_m))).collect();
+        let mut index = Index::new(TABLE_MIN);
+        let (mut cells, mut keys) = (Vec::<Moments>::new(), Vec::new());
+        let (mut runs, mut start) = (Vec::new(), 0);
+        for alike in of_point.chunk_by(u64::eq) {
+            let number = index.insert(alike[0]);
+            if number as usize == cells.len() {
+                cells.push(Moments::default());
+                keys.push(alike[0]);
+            }
+            let mut moments = cells[number as usize];
+            let its = points.by_ref().take(alike.len());
+            its.for_each(|p| moments.push(&p, 1.0));
+            cells[number as usize] = moments;
+            let end = start + alike.len() as u32;
+            runs.push((start..end, number));
+            start = end;
+        }
         // Each size from the one before.
         let mut levels = Vec::with_capacity(count);
         let mut side_m = leaf_m;
@@ -114,7 +145,7 @@ impl Grid {
         for _ in 1..count {
             let (mut upper, mut upper_keys) = (Vec::new(), Vec::new());
             let mut parents = Vec::with_capacity(keys.len());
-            let mut upper_index = Index::new(keys.len());
+            let mut upper_index = Index::new(TABLE_MIN);
             for (key, cell) in keys.iter().zip(&cells) {
                 let key = packed(unpacked(*key).map(|c| c >> 1));
                 let number = upper_index.insert(key);
@@ -146,7 +177,7 @@ impl Grid {
         for (i, keys) in all_keys.iter().enumerate().rev() {
             levels[i].around = among_children(keys, &levels[i].parents, &levels[i + 1].around);
         }
-        Self { levels, of_point }
+        Self { levels, runs }
     }
 }
 
@@ -208,6 +239,50 @@ mod tests {
     use super::*;
 
     #[test]
+    fn numbers_stay_as_the_table_grows() {
+        let mut index = Index::new(TABLE_MIN);
+        let keys: Vec<u64> = (1..4 * TABLE_MIN as u64).map(|k| (k * k) << 9).collect();
+        for _ in 0..2 {
+            let numbers = keys.iter().map(|key| index.insert(*key));
+            assert!(numbers.eq(0..keys.len() as u32));
+        }
+        assert!(
+            keys.iter()
+                .map(|key| index.get(*key))
+                .eq(0..keys.len() as u32)
+        );
+        assert_eq!(index.get(3), NONE);
+        assert!(2 * keys.len() <= index.slots.len());
+    }
+
+    #[test]
+    fn keys_are_of_the_integers_below() {
+        let far = HALF as f64;
+        for x in [
+            -1e9,
+            -far,
+            -2.5,
+            -2.0,
+            -0.0,
+            0.3,
+            7.0,
+            7.999,
+            far - 2.0,
+            far,
+            1e300,
+        ] {
+            let expected = ((x.floor() as i64).saturating_add(HALF)).clamp(1, 2 * HALF - 2);
+            for (p, at) in [
+                ([x, 0.5, -0.5], 0),
+                ([0.5, x, -0.5], 1),
+                ([0.5, -0.5, x], 2),
+            ] {
+                assert_eq!(unpacked(key(&p.into()))[at], expected, "{x}");
+            }
+        }
+    }
+
+    #[test]
     fn every_point_is_in_one_voxel_of_every_size_and_all_around_it_are_found() {
         let points: Vec<Vector3<f64>> = (0..500)
             .map(|i| {
@@ -215,7 +290,7 @@ mod tests {
                 Vector3::new((t * 0.37).sin(), (t * 0.73).cos(), 0.3 * (t * 0.11).sin())
             })
             .collect();
-        let grid = Grid::new(&points, 0.05, 4);
+        let grid = Grid::new(points.iter().copied(), 0.05, 4);
         assert_eq!(grid.levels.len(), 4);
         for level in &grid.levels {
             let n: f64 = level.cells.iter().map(|c| c.n).sum();

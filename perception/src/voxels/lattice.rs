@@ -1,7 +1,5 @@
 //! The voxels of one size as a lattice to segment.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 
 use super::grid::Level;
@@ -10,7 +8,7 @@ use super::tolerance::Tolerance;
 use crate::segmentation::{
     self, Border, Lattice, MISFIT, NONE, ON_PLANE, Partition, Seed, Shape, View, seed_of,
 };
-use crate::spherical_range_image::{angles, axis};
+use crate::spherical_range_image::{angles_of, axis};
 
 /// Fewest points of a voxel with a plane of its own.
 const CELL_POINTS_MIN: f64 = 6.0;
@@ -273,20 +271,27 @@ impl Lattice for VoxelLattice<'_> {
     }
 
     fn borders(&self, partition: &Partition<Moments>) -> Vec<((u16, u16), Border)> {
-        let mut borders: BTreeMap<(u16, u16), Border> = BTreeMap::new();
+        // By the first region: each has few neighbours.
+        let mut borders: Vec<Vec<(u16, Border)>> = vec![Vec::new(); partition.regions.len()];
         let owner = &partition.owner;
         for (i, &a) in owner.iter().enumerate().filter(|(_, a)| **a != NONE) {
             for k in self.beside(i) {
                 let b = owner[k];
                 if b != NONE && a < b {
-                    borders
-                        .entry((a, b))
-                        .or_default()
-                        .push([i as u32, k as u32]);
+                    let pair = [i as u32, k as u32];
+                    let own = &mut borders[usize::from(a)];
+                    match own.iter_mut().find(|(other, _)| *other == b) {
+                        Some((_, border)) => border.push(pair),
+                        None => own.push((b, vec![pair])),
+                    }
                 }
             }
         }
-        borders.into_iter().collect()
+        let sorted = borders.into_iter().zip(0_u16..).flat_map(|(mut own, a)| {
+            own.sort_unstable_by_key(|(b, _)| *b);
+            own.into_iter().map(move |(b, border)| ((a, b), border))
+        });
+        sorted.collect()
     }
 
     fn frontier(&self, owner: &[u16]) -> Vec<u32> {
@@ -328,7 +333,10 @@ impl Lattice for VoxelLattice<'_> {
     fn view(&self) -> View {
         let means: Vec<Vector3<f64>> = self.level.cells.iter().map(Moments::mean).collect();
         let axis = axis(means.iter());
-        let seen: Vec<_> = means.iter().map(|p| angles(axis, p) / VIEW_RAD).collect();
+        let seen: Vec<_> = means
+            .iter()
+            .map(|p| angles_of(axis, p) / VIEW_RAD)
+            .collect();
         let Some(low) = seen.iter().copied().reduce(|a, b| a.inf(&b)) else {
             return View {
                 cols: 0,

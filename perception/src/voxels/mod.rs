@@ -8,6 +8,7 @@
 mod grid;
 mod lattice;
 mod moments;
+mod near;
 mod outline;
 mod points;
 mod tolerance;
@@ -29,6 +30,7 @@ use crate::sensor::Noise;
 use crate::spherical_range_image::SphericalRangeImage;
 use grid::Grid;
 use lattice::{POINTS_ALIKE, VoxelLattice, WAVE_RAD};
+use near::Near;
 use points::Final;
 use tolerance::Tolerance;
 
@@ -44,17 +46,8 @@ const NOISE_FACTOR_MAX: f64 = 10.0;
 #[allow(non_snake_case)]
 pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Extraction {
     // 1. The points within range, about the eye; their voxels, in several sizes.
-    let square = config.range_max_m * config.range_max_m;
-    let (mut near, mut places) = (Vec::new(), Vec::new());
-    for (place, p) in scan.cloud.points.iter().enumerate() {
-        let p = Vector3::from(p.map(f64::from)) - scan.eye_V;
-        // Not so for what is not finite.
-        if p.norm_squared() <= square {
-            near.push(p);
-            places.push(place);
-        }
-    }
-    let grid = Grid::new(&near, LEAF_M, LEVELS);
+    let near = Near::new(scan, config.range_max_m);
+    let grid = Grid::new(near.iter(), LEAF_M, LEVELS);
     let noise = tolerance::measured(&grid.levels[0], &scan.noise, NOISE_FACTOR_MAX);
     let tolerance = Tolerance {
         noise: &noise,
@@ -72,7 +65,7 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
 
     // 3. Every point to the nearest plane around it, and the final planes.
     let mut labels = points::label(&near, &grid, &found, &tolerance);
-    let mut planes = points::fit(&near, &mut labels, &found, &tolerance);
+    let mut planes = points::fit(&near, &mut labels);
     // Labels are 16 bits.
     planes.truncate(usize::from(Segmentation::NONE));
 
@@ -81,16 +74,13 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
     let mut of_point = vec![Segmentation::NONE; scan.cloud.points.len()];
     for (number, plane) in planes.iter().enumerate() {
         for &i in &plane.members {
-            of_point[places[i as usize]] = number as u16;
+            of_point[near.places[i as usize] as usize] = number as u16;
         }
     }
-    let all = scan.cloud.points.iter().zip(&of_point);
-    let from_eye = all
-        .map(|(p, label)| (Vector3::from(p.map(f64::from)) - scan.eye_V, *label))
-        .filter(|(p, _)| p.iter().all(|x| x.is_finite()));
     let own = |p: &Final| (p.plane.normal, p.plane.offset);
     let directions = SphericalRangeImage::new(
-        from_eye,
+        (&scan.cloud.points, &of_point),
+        &scan.eye_V,
         planes.iter().map(own).collect(),
         config.range_max_m,
         &noise,
@@ -124,7 +114,7 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
     let statistics = Statistics {
         points: scan.cloud.points.len(),
         valid: scan.cloud.finite().count(),
-        used: near.len(),
+        used: near.places.len(),
         regions,
         planes: planes.len(),
         assigned: (labels.of_point.iter())
@@ -143,8 +133,7 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
 /// The points of a scan, and how they were seen.
 #[allow(non_snake_case)]
 struct Cloud<'a> {
-    /// From the eye, m.
-    points: &'a [Vector3<f64>],
+    points: &'a Near<'a>,
     /// Which of them surely belong to their plane.
     sure: &'a [bool],
     directions: &'a SphericalRangeImage<'a>,
@@ -165,13 +154,12 @@ impl Cloud<'_> {
         // not change them.
         let R_VP =
             Rotation3::from_matrix_unchecked(tangent_frame(&normal, &Vector3::z(), &-Vector3::y()));
-        let in_P = |i: &u32| {
-            (R_VP.inverse() * (self.points[*i as usize] - foot))
-                .xy()
-                .into()
-        };
+        let R_PV = R_VP.inverse();
+        let in_P = |i: &u32| (R_PV * (self.points.at(*i) - foot)).xy().into();
         let sure = found.members.iter().filter(|i| self.sure[**i as usize]);
-        let points: Vec<Point2<f64>> = sure.map(in_P).collect();
+        // Nearly all are.
+        let mut points: Vec<Point2<f64>> = Vec::with_capacity(found.members.len());
+        points.extend(sure.map(in_P));
         let standing: Vec<Point2<f64>> = found.standing.iter().map(in_P).collect();
 
         let parts = outline::outlines(&points, &standing, FACE_AREA_MIN_M2);
@@ -262,14 +250,14 @@ impl Cloud<'_> {
         let step = (found.members.len() / SUPPORT).max(1);
         let members = || found.members.iter().step_by(step);
         let count = members().count() as f64;
-        let points = || members().map(|&i| &self.points[i as usize]);
+        let points = || members().map(|&i| self.points.at(i));
         let middle = points().sum::<Vector3<f64>>() / count;
         let (mut white, mut shape, mut range) = (Matrix3::zeros(), Matrix3::zeros(), 0.0);
         for p in points() {
             let q = R_VS.inverse() * (p - middle);
             let g = Vector3::new(q.y, -q.x, 1.0);
             let r = p.norm();
-            let slant = (found.plane.normal.dot(p).abs() / r.max(1e-9)).max(0.1);
+            let slant = (found.plane.normal.dot(&p).abs() / r.max(1e-9)).max(0.1);
             let sigma = self.noise.sigma_z_m(r) * slant;
             white += g * g.transpose() * (step as f64 / (POINTS_ALIKE * sigma * sigma));
             shape += g * g.transpose() / count;

@@ -17,12 +17,14 @@ const CORNERS_MAX: usize = 40;
 pub(super) const INSET_M: f64 = 0.01;
 
 /// Cells of a plane, row by row.
-#[derive(Clone)]
-struct Mask {
-    inside: Vec<bool>,
+struct Raster<T> {
+    cells: Vec<T>,
     cols: usize,
     rows: usize,
 }
+
+/// Those that are inside of something.
+type Mask = Raster<bool>;
 
 /// Gaps of so many cells are closed.
 const GAP: usize = 2;
@@ -32,20 +34,31 @@ const HOLE_MAX: f64 = 16.0;
 /// Most cells of a mask; larger faces take larger cells.
 const CELLS_MAX: f64 = 4e6;
 
-impl Mask {
-    /// Cells of half as many columns and rows: those of which one of four is inside.
-    fn coarser(&self) -> Self {
+impl<T: Copy + Default> Raster<T> {
+    /// Cells of half as many columns and rows: four together make one.
+    fn coarser(&self, join: impl Fn(T, T) -> T) -> Self {
         let (cols, rows) = (self.cols.div_ceil(2), self.rows.div_ceil(2));
-        let mut inside = vec![false; cols * rows];
-        for (y, line) in self.inside.chunks_exact(self.cols).enumerate() {
-            let to = &mut inside[(y / 2) * cols..(y / 2 + 1) * cols];
-            for (x, _) in line.iter().enumerate().filter(|(_, inside)| **inside) {
-                to[x / 2] = true;
+        let mut cells = vec![T::default(); cols * rows];
+        for (y, line) in self.cells.chunks_exact(self.cols).enumerate() {
+            let to = &mut cells[(y / 2) * cols..(y / 2 + 1) * cols];
+            for (two, to) in line.chunks(2).zip(to) {
+                *to = two.iter().fold(*to, |to, cell| join(to, *cell));
             }
         }
-        Self { inside, cols, rows }
+        Self { cells, cols, rows }
     }
 
+    /// The cells of which something holds.
+    fn mask(&self, is: impl Fn(T) -> bool) -> Mask {
+        Mask {
+            cells: self.cells.iter().map(|cell| is(*cell)).collect(),
+            cols: self.cols,
+            rows: self.rows,
+        }
+    }
+}
+
+impl Mask {
     /// With gaps of up to `most` cells between two of a row, then of a column, closed: how points
     /// fall into cells leaves some of them empty.
     fn closed(mut self, most: usize) -> Self {
@@ -53,11 +66,11 @@ impl Mask {
         let mut close = |start: usize, step: usize, count: usize| {
             let mut last = None;
             for k in 0..count {
-                if !self.inside[start + k * step] {
+                if !self.cells[start + k * step] {
                     continue;
                 }
                 if let Some(from) = last.filter(|from| (2..=most + 1).contains(&(k - from))) {
-                    (from + 1..k).for_each(|j| self.inside[start + j * step] = true);
+                    (from + 1..k).for_each(|j| self.cells[start + j * step] = true);
                 }
                 last = Some(k);
             }
@@ -69,52 +82,25 @@ impl Mask {
 
     /// The cells that are inside with all eight around them: the face's edge is not in them.
     fn interior(&self) -> Self {
-        let mut inside = vec![false; self.inside.len()];
+        let mut inside = vec![false; self.cells.len()];
         for y in 1..self.rows.saturating_sub(1) {
-            let rows = [y - 1, y, y + 1].map(|y| &self.inside[y * self.cols..(y + 1) * self.cols]);
+            let rows = [y - 1, y, y + 1].map(|y| &self.cells[y * self.cols..(y + 1) * self.cols]);
             let line = &mut inside[y * self.cols..(y + 1) * self.cols];
             for x in 1..self.cols.saturating_sub(1) {
                 line[x] = rows.iter().all(|row| row[x - 1] && row[x] && row[x + 1]);
             }
         }
         Self {
-            inside,
+            cells: inside,
             cols: self.cols,
             rows: self.rows,
         }
     }
 
-    /// The cells with all eight around them on which nothing stands: those with no fewer points on the plane than over
-    /// it.
-    fn bare(
-        &self,
-        points: &[Point2<f64>],
-        standing: &[Point2<f64>],
-        low: Point2<f64>,
-        side_m: f64,
-    ) -> Self {
-        let mut excess = vec![0_i32; self.inside.len()];
-        for (points, each) in [(points, 1), (standing, -1)] {
-            for p in points {
-                let (x, y) = ((p.x - low.x) / side_m, (p.y - low.y) / side_m);
-                let within =
-                    (0.0..self.cols as f64).contains(&x) && (0.0..self.rows as f64).contains(&y);
-                if within {
-                    excess[y as usize * self.cols + x as usize] += each;
-                }
-            }
-        }
-        Self {
-            inside: excess.iter().map(|excess| *excess >= 0).collect(),
-            ..*self
-        }
-        .interior()
-    }
-
     /// Adds the cells of a mask that is coarser by two.
     fn add_coarser(&mut self, coarse: &Self) {
-        for (y, line) in self.inside.chunks_exact_mut(self.cols).enumerate() {
-            let from = &coarse.inside[(y / 2) * coarse.cols..];
+        for (y, line) in self.cells.chunks_exact_mut(self.cols).enumerate() {
+            let from = &coarse.cells[(y / 2) * coarse.cols..];
             for (x, inside) in line.iter_mut().enumerate() {
                 *inside |= from[x / 2];
             }
@@ -124,7 +110,7 @@ impl Mask {
     /// The cells as an outline, the first corner at `low`.
     fn outline(&self, low: Point2<f64>, side_m: f64) -> Outline {
         let mut rectangles = Vec::new();
-        for (y, line) in self.inside.chunks_exact(self.cols).enumerate() {
+        for (y, line) in self.cells.chunks_exact(self.cols).enumerate() {
             let mut x = 0;
             while x < self.cols {
                 let start = x;
@@ -156,12 +142,12 @@ pub(super) fn outlines(
     standing: &[Point2<f64>],
     area_min_m2: f64,
 ) -> Vec<Outline> {
-    let bound = |axis: usize, pick: fn(f64, f64) -> f64, from: f64| {
-        points.iter().map(|p| p[axis]).fold(from, pick)
-    };
-    let low = [0, 1].map(|axis| bound(axis, f64::min, f64::INFINITY));
-    let high = [0, 1].map(|axis| bound(axis, f64::max, f64::NEG_INFINITY));
-    let (width, height) = (high[0] - low[0], high[1] - low[1]);
+    let none = [f64::INFINITY; 2].map(|most| (most, -most));
+    let [(left, right), (below, above)] = points.iter().fold(none, |[x, y], p| {
+        let with = |(low, high): (f64, f64), at: f64| (low.min(at), high.max(at));
+        [with(x, p.x), with(y, p.y)]
+    });
+    let (width, height) = (right - left, above - below);
     if !(width > 0.0 && height > 0.0 && width.is_finite() && height.is_finite()) {
         return Vec::new();
     }
@@ -169,30 +155,37 @@ pub(super) fn outlines(
     while (width / side_m) * (height / side_m) > CELLS_MAX {
         side_m *= 2.0;
     }
-    let low = Point2::new(low[0] - side_m, low[1] - side_m);
+    let low = Point2::new(left - side_m, below - side_m);
     let cells = |length: f64| (length / side_m).ceil() as usize + 3;
     let (cols, rows) = (cells(width), cells(height));
-    let mut mask = Mask {
-        inside: vec![false; cols * rows],
+    let place = |p: &Point2<f64>, side_m: f64| (p - low) / side_m;
+    let mut count = Raster {
+        cells: vec![0_i32; cols * rows],
         cols,
         rows,
     };
-    for p in points {
-        let (x, y) = ((p.x - low.x) / side_m, (p.y - low.y) / side_m);
-        mask.inside[y as usize * cols + x as usize] = true;
+    for at in points.iter().map(|p| place(p, side_m)) {
+        // 32 bits convert in half the time.
+        count.cells[at.y as u32 as usize * cols + at.x as u32 as usize] += 1;
     }
-    while !is_dense(&mask.inside, mask.cols, |inside| *inside) && 2.0 * side_m <= CELL_MAX_M {
-        mask = mask.coarser();
+    while !is_dense(&count.cells, count.cols, |n| *n > 0) && 2.0 * side_m <= CELL_MAX_M {
+        count = count.coarser(|a, b| a + b);
         side_m *= 2.0;
     }
-    let bare = mask.bare(points, standing, low, side_m);
-    let mask = mask.closed(GAP);
+    let mask = count.mask(|n| n > 0).closed(GAP);
+    // Something stands where fewer points are on the plane than over it.
+    for at in standing.iter().map(|p| place(p, side_m)) {
+        let (cols, rows) = (count.cols as f64, count.rows as f64);
+        if (0.0..cols).contains(&at.x) && (0.0..rows).contains(&at.y) {
+            count.cells[at.y as usize * count.cols + at.x as usize] -= 1;
+        }
+    }
+    let bare = count.mask(|excess| excess >= 0).interior();
     let mut sure = mask.interior();
-    sure.add_coarser(&mask.coarser().interior());
-    sure.inside
-        .iter_mut()
-        .zip(&bare.inside)
-        .for_each(|(sure, bare)| *sure &= bare);
+    sure.add_coarser(&mask.coarser(|a, b| a | b).interior());
+    for (sure, bare) in sure.cells.iter_mut().zip(&bare.cells) {
+        *sure &= bare;
+    }
     let whole = sure.outline(low, side_m);
     let whole = whole.without_specks(area_min_m2.min(HOLE_MAX * side_m * side_m));
     let parts = whole.parts().into_iter();

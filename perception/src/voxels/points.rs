@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::grid::{self, Grid};
 use super::lattice::POINTS_MIN;
 use super::moments::{Moments, Plane};
+use super::near::Near;
 use super::tolerance::Tolerance;
 use crate::segmentation::{AMBIGUOUS_SYSTEMATICS, NONE, ON_PLANE, Partition};
 
@@ -18,11 +19,13 @@ pub(super) struct Labels {
     /// For every region the points of no plane that are beside it on its free side. The lowest points of what stands on
     /// a face without a plane of its own, the foot of a table's leg, are as near to its plane as the face's own.
     pub standing: Vec<Vec<u32>>,
+    /// Of every region how many points it has, and their weighted moments.
+    sums: Vec<(usize, Moments)>,
 }
 
 /// Every point to the nearest of the planes around it.
 pub(super) fn label(
-    points: &[Vector3<f64>],
+    points: &Near,
     grid: &Grid,
     found: &Partition<Moments>,
     tolerance: &Tolerance,
@@ -47,36 +50,44 @@ pub(super) fn label(
     }
     starts.push(candidates.len());
     let plane = |r: u16| &found.regions[usize::from(r)].plane;
+    let count = points.places.len();
     let mut labels = Labels {
-        of_point: Vec::with_capacity(points.len()),
-        sure: Vec::with_capacity(points.len()),
+        of_point: Vec::with_capacity(count),
+        sure: Vec::with_capacity(count),
         standing: vec![Vec::new(); found.regions.len()],
+        sums: vec![Default::default(); found.regions.len()],
     };
-    for (number, (p, &cell)) in (0..).zip(points.iter().zip(&grid.of_point)) {
-        let here = &candidates[starts[cell as usize]..starts[cell as usize + 1]];
-        let nearest = (here.iter())
-            .map(|&r| (plane(r).height(p).abs(), r))
-            .reduce(|a, b| if b < a { b } else { a });
-        let limit = |r: u16| tolerance.at(p, plane(r), ON_PLANE.0, ON_PLANE.1);
-        let own = nearest.filter(|(off, r)| *off <= limit(*r));
-        let own = own.map_or(NONE, |(_, r)| r);
-        let others = || here.iter().copied().filter(|r| *r != own);
-        // The eye is the origin.
-        let above = |r: u16| -plane(r).height(p) * plane(r).offset.signum();
-        for r in here.iter().filter(|r| own == NONE && above(**r) > 0.0) {
-            labels.standing[usize::from(*r)].push(number);
-        }
-        labels.of_point.push(own);
-        labels.sure.push(
-            own != NONE && {
+    for (run, cell) in &grid.runs {
+        let here = &candidates[starts[*cell as usize]..starts[*cell as usize + 1]];
+        for number in run.clone() {
+            let p = &points.at(number);
+            let nearest = (here.iter())
+                .map(|&r| (plane(r).height(p).abs(), r))
+                .reduce(|a, b| if b < a { b } else { a });
+            let limit = |r: u16| tolerance.at(p, plane(r), ON_PLANE.0, ON_PLANE.1);
+            let own = nearest.filter(|(off, r)| *off <= limit(*r));
+            let Some((_, own)) = own else {
+                // The eye is the origin.
+                let above = |r: u16| -plane(r).height(p) * plane(r).offset.signum();
+                for r in here.iter().filter(|r| above(**r) > 0.0) {
+                    labels.standing[usize::from(*r)].push(number);
+                }
+                labels.of_point.push(NONE);
+                labels.sure.push(false);
+                continue;
+            };
+            let agrees = |other: u16| {
                 let on_plane = p - plane(own).normal * plane(own).height(p);
-                let agrees = |other: u16| {
-                    let limit = tolerance.at(p, plane(other), 0.0, AMBIGUOUS_SYSTEMATICS);
-                    plane(other).height(&on_plane).abs() < limit
-                };
-                !others().any(agrees)
-            },
-        );
+                let limit = tolerance.at(p, plane(other), 0.0, AMBIGUOUS_SYSTEMATICS);
+                plane(other).height(&on_plane).abs() < limit
+            };
+            let others = here.iter().filter(|r| **r != own);
+            labels.of_point.push(own);
+            labels.sure.push(!others.copied().any(agrees));
+            let (count, moments) = &mut labels.sums[usize::from(own)];
+            *count += 1;
+            moments.push(p, tolerance.weight(p, plane(own)));
+        }
     }
     labels
 }
@@ -101,17 +112,13 @@ impl Final {
     }
 }
 
-/// Weighted least squares on the points of every region: an error of σ along the ray is one of
-/// σ |n·ray| along the normal.
-///
-///   min Σ (n·p − d)² / (σ² + (κ r)²) (n·r̂)²
-pub(super) fn fit(
-    points: &[Vector3<f64>],
-    labels: &mut Labels,
-    found: &Partition<Moments>,
-    tolerance: &Tolerance,
-) -> Vec<Final> {
-    let mut members: Vec<Vec<u32>> = vec![Vec::new(); found.regions.len()];
+/// Weighted least squares on the points of every region.
+pub(super) fn fit(points: &Near, labels: &mut Labels) -> Vec<Final> {
+    let room = labels
+        .sums
+        .iter()
+        .map(|(count, _)| Vec::with_capacity(*count));
+    let mut members: Vec<Vec<u32>> = room.collect();
     for (i, &r) in (0_u32..).zip(&labels.of_point) {
         if r != NONE {
             members[usize::from(r)].push(i);
@@ -121,24 +128,14 @@ pub(super) fn fit(
     let sets = members
         .into_iter()
         .zip(std::mem::take(&mut labels.standing));
-    for (region, (members, standing)) in found.regions.iter().zip(sets) {
+    for ((_, moments), (members, standing)) in labels.sums.iter().zip(sets) {
         if members.len() < POINTS_MIN {
             continue;
-        }
-        let mut moments = Moments::default();
-        for &i in &members {
-            let p = &points[i as usize];
-            // Without the cap of the distance limit: that one says nothing of the noise.
-            let range = p.norm();
-            let sigma = tolerance.noise.sigma_z_m(range);
-            let slow = tolerance.noise.systematic_ratio * range;
-            let slant = (region.plane.normal.dot(p).abs() / range.max(1e-9)).max(0.1);
-            moments.push(p, 1.0 / ((sigma * sigma + slow * slow) * slant * slant));
         }
         // Weights are of the order of 1e5: as a count they are far above three.
         let Some(fit) = moments.fit() else { continue };
         let square: f64 = (members.iter())
-            .map(|&i| fit.plane.height(&points[i as usize]).powi(2))
+            .map(|&i| fit.plane.height(&points.at(i)).powi(2))
             .sum();
         planes.push(Final {
             plane: fit.plane,

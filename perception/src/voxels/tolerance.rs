@@ -20,6 +20,19 @@ impl Tolerance<'_> {
         let slow = m * self.noise.systematic_ratio * p.norm();
         ((sigma * sigma + slow * slow).sqrt() * slant(p, plane)).min(self.distance_max_m)
     }
+
+    /// The weight of a point in its plane, 1/m²: an error of σ along the ray is one of σ |n·ray| along the normal.
+    ///
+    ///   min Σ (n·p − d)² / (σ² + (κ r)²) (n·r̂)²
+    ///
+    /// Without the cap of the distance limit: that one says nothing of the noise.
+    pub fn weight(&self, p: &Vector3<f64>, plane: &Plane) -> f64 {
+        let range = p.norm();
+        let sigma = self.noise.sigma_z_m(range);
+        let slow = self.noise.systematic_ratio * range;
+        let slant = (plane.normal.dot(p).abs() / range.max(1e-9)).max(0.1);
+        1.0 / ((sigma * sigma + slow * slow) * slant * slant)
+    }
 }
 
 /// Cosine of the angle between the normal and the ray, at flat angles that at which the noise across
@@ -84,7 +97,7 @@ mod tests {
                 .collect()
         };
         for (factor, most, expected) in [(0.3, 9.0, 1.0), (4.0, 9.0, 4.0), (4.0, 3.0, 3.0)] {
-            let grid = Grid::new(&floor(factor), 0.04, 1);
+            let grid = Grid::new(floor(factor).into_iter(), 0.04, 1);
             let got = measured(&grid.levels[0], &noise, most).floor_m / noise.floor_m;
             assert!((got / expected - 1.0).abs() < 0.1, "{factor}: {got}");
         }
