@@ -12,6 +12,7 @@ use simulation::perturbation::{Kinds, Perturbation, Push};
 use simulation::physics::{Physics, Scales, Servo};
 use simulation::plant::{Plant, Side};
 use simulation::playback::Playback;
+use simulation::used_faces::Used;
 use simulation::world::{WorldBody, WorldShape};
 
 use crate::robot::{half_sitting, hrp2, standing};
