@@ -8,9 +8,6 @@ pub fn quintic(s: f64) -> f64 {
     s * s * s * (10.0 + s * (6.0 * s - 15.0))
 }
 
-/// Largest first derivative of [`quintic`].
-pub const RATE_MAX: f64 = 1.875;
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -27,7 +24,7 @@ mod tests {
             let values = (1..1000).map(|i| f(f64::from(i) / 1000.0).abs());
             values.fold(0.0, f64::max)
         };
-        assert!((over(&rate) - RATE_MAX).abs() < 1e-4);
+        assert!((over(&rate) - 1.875).abs() < 1e-4);
         assert!((over(&acceleration) - 10.0 / 3.0_f64.sqrt()).abs() < 1e-3);
     }
 }

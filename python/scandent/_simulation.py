@@ -18,7 +18,7 @@ from ._arguments import Array, Config, PathLike, each, options, path, text, whol
 from ._errors import InputError
 
 _WORLDS = ("known", "true", "planned")
-_KINDS = ("all", "friction", "mass", "surfaces", "pushes")
+_KINDS = ("all", "friction", "mass", "surfaces", "pushes", "sensing")
 
 
 def load_mujoco() -> None:
@@ -65,7 +65,7 @@ def simulate(
 
     ``hold`` and ``execute`` say which of both. ``world`` is what really stands there where that is known
     (``known``), ``true`` or ``planned``. ``perturb`` are what ``runs`` further executions are disturbed in: ``all``,
-    or some of ``friction``, ``mass``, ``surfaces``, ``pushes``, drawn from ``seed``. ``config`` are settings such
+    or some of ``friction``, ``mass``, ``surfaces``, ``pushes``, ``sensing``, drawn from ``seed``. ``config`` are settings such
     as ``{"simulation": {"hold_push_n": 30.0}}``.
 
     Needs the wheel ``mujoco`` (``pip install 'scandent[simulation]'``). Raises ``InputError``.

@@ -8,6 +8,7 @@ use crate::footing::Footing;
 use crate::physics::{Physics, Servo};
 use crate::reference::ReferenceState;
 use crate::run::Run;
+use crate::sensing::Sensing;
 use crate::touching::Touching;
 use crate::whole_body::{PERIOD_S, WholeBodyController};
 
@@ -18,6 +19,7 @@ pub(crate) struct Control<'a> {
     controller: WholeBodyController<'a>,
     footing: Footing<'a>,
     touching: Touching,
+    sensing: Sensing,
     dt_s: f64,
     /// Steps of the physics between two commands.
     pub period: usize,
@@ -32,7 +34,7 @@ pub(crate) fn servo(kind: Controller) -> Servo {
 }
 
 impl<'a> Control<'a> {
-    /// A controller of a robot that is where it is wanted.
+    /// A controller of a robot that is where it is wanted; `sensing` is the seed of what it is told wrongly.
     ///
     /// # Errors
     /// As [`WholeBodyController::new`].
@@ -41,6 +43,7 @@ impl<'a> Control<'a> {
         physics: &Physics,
         kind: Controller,
         wanted: &ReferenceState,
+        sensing: Option<u64>,
     ) -> Result<Self, Error> {
         Ok(Self {
             robot,
@@ -48,6 +51,7 @@ impl<'a> Control<'a> {
             controller: WholeBodyController::new(robot, physics)?,
             footing: Footing::new(robot),
             touching: Touching::new(robot, wanted),
+            sensing: Sensing::new(sensing, &wanted.configuration, robot.patches.len()),
             dt_s: physics.dt_s,
             period: ((PERIOD_S / physics.dt_s).round() as usize).max(1),
         })
@@ -68,10 +72,10 @@ impl<'a> Control<'a> {
         }
         let dt_s = self.period as f64 * self.dt_s;
         let now = touching.now();
-        let followed = self.footing.followed(&run.state, wanted, now, dt_s);
-        let torques = self
-            .controller
-            .torques(&run.state, &run.v, &followed, now)?;
+        self.sensing.see(&run.state, &run.v, dt_s);
+        let (state, v) = (&self.sensing.state, &self.sensing.v);
+        let followed = self.footing.followed(state, wanted, now, dt_s);
+        let torques = self.controller.torques(state, v, &followed, now)?;
         // The servo holds limbs in the air where they are wanted, and damps those that touch or should: a spring to
         // the plan's joints would press a foot that stands 10 mm off its place with 60 to 100 N of which the program
         // knows nothing.
@@ -81,7 +85,7 @@ impl<'a> Control<'a> {
         for patch in (0..now.len()).filter(touches) {
             let body = self.robot.patches[patch].body;
             for j in (0..joints.len()).filter(|j| self.robot.supports(j + 1, body)) {
-                joints[j] = run.state.joints[j];
+                joints[j] = state.joints[j];
             }
         }
         let rates = &followed.v.as_slice()[6..];
@@ -93,7 +97,8 @@ impl<'a> Control<'a> {
     pub fn feel(&mut self, run: &Run, wanted: &ReferenceState) {
         let monitor = &run.monitor;
         let lands = monitor.nears_landing(wanted);
+        self.sensing.feel(&monitor.normal_n, self.dt_s);
         self.touching
-            .update(&monitor.normal_n, wanted, lands, self.dt_s);
+            .update(&self.sensing.normal_n, wanted, lands, self.dt_s);
     }
 }

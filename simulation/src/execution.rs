@@ -54,8 +54,8 @@ impl Observer for Unobserved {
 
 /// Executes a reference.
 ///
-/// The controller knows the planned robot and measures state and touch exactly; the simulated
-/// robot and world differ from the planned ones by the perturbation.
+/// The controller knows the planned robot; the simulated robot and world, and what it is told of them, differ
+/// by the perturbation.
 ///
 /// # Errors
 /// As [`Plant::new`] and [`WholeBodyController::new`]; a program of the controller that has no
@@ -78,7 +78,7 @@ pub fn execute(
     let closed = closures(reference, &wanted, CONTACT_N);
     let monitor = Monitor::new(robot, &world, closed, CONTACT_DELAY_S, CONTACT_N);
     let mut run = Run::new(robot, plant, monitor, &wanted);
-    let mut control = Control::new(robot, &physics, kind, &wanted)?;
+    let mut control = Control::new(robot, &physics, kind, &wanted, perturbation.sensing)?;
     let duration_s = reference.duration_s() + REST_S;
     let steps = (duration_s / physics.dt_s).round() as usize;
     let mut fell_s = None;

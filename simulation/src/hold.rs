@@ -63,7 +63,7 @@ pub fn hold(
     // What bears nothing is held where it is, and has nothing to search for.
     let mut bearing = wanted.clone();
     bearing.contacts.retain(|c| c.normal_n() > CONTACT_N);
-    let mut control = Control::new(robot, &physics, kind, &bearing)?;
+    let mut control = Control::new(robot, &physics, kind, &bearing, None)?;
     let mut next = |run: &mut Run, step: usize| -> Result<bool, Error> {
         if step.is_multiple_of(control.period) {
             control.command(run, &bearing)?;

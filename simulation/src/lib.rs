@@ -8,6 +8,7 @@
 //! | torques from one quadratic program | [`whole_body`] |
 //! | what robust runs change | [`perturbation`]; the faces that it moves: [`used_faces`] |
 //! | a robot's MJCF as the URDF that stands for it | `from_mjcf` (feature `mujoco`) |
+//! | what the controller is told of the robot | `sensing` |
 //! | what was measured against what is allowed | [`criteria`] |
 //! | does a stance hold, is a motion executed | `hold`, `execution` (feature `mujoco`) |
 //! | pictures | `picture` (feature `render`) |
@@ -66,6 +67,8 @@ pub mod picture;
 pub mod plant;
 #[cfg(feature = "mujoco")]
 mod run;
+#[cfg(feature = "mujoco")]
+mod sensing;
 #[cfg(feature = "mujoco")]
 mod touching;
 #[cfg(feature = "mujoco")]

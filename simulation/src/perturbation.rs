@@ -58,6 +58,9 @@ pub struct Perturbation {
     pub moved: Vec<Displacement>,
     /// Pushes on the base.
     pub pushes: Vec<Push>,
+    /// Seed of the noise of what the controller is told; exact and at once without one.
+    #[serde(default)]
+    pub sensing: Option<u64>,
 }
 
 /// What a run may be disturbed in.
@@ -71,6 +74,8 @@ pub struct Kinds {
     pub surfaces: bool,
     /// Pushes.
     pub pushes: bool,
+    /// Noise and delay of what the controller is told.
+    pub sensing: bool,
 }
 
 impl Kinds {
@@ -80,6 +85,7 @@ impl Kinds {
         mass: true,
         surfaces: true,
         pushes: true,
+        sensing: true,
     };
 }
 
@@ -129,6 +135,7 @@ impl Perturbation {
             mass_factor: kinds.mass.then(|| 1.0 + spread.mass * draw(0, 0)),
             moved: (0..).zip(moved).map(displacement).collect(),
             pushes: (0..count).map(push).collect(),
+            sensing: kinds.sensing.then(|| mix(seed.wrapping_add(run)) >> 12),
         }
     }
 
@@ -158,7 +165,7 @@ impl Perturbation {
 }
 
 /// A number in [−1, 1) that depends on its place alone (SplitMix64 of a counter).
-fn symmetric(seed: u64, run: u64, what: u64, index: u64) -> f64 {
+pub(crate) fn symmetric(seed: u64, run: u64, what: u64, index: u64) -> f64 {
     let mut x = seed;
     for part in [run, what, index] {
         x = mix(x.wrapping_add(0x9E37_79B9_7F4A_7C15).wrapping_add(part));

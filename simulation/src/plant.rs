@@ -36,22 +36,21 @@ pub struct Touch {
 }
 
 /// A robot in its world.
-pub struct Plant<'a> {
-    robot: &'a Robot,
+pub struct Plant {
     data: MjData<Box<MjModel>>,
     sides: Vec<Side>,
     bodies: Vec<usize>,
     servo: Servo,
 }
 
-impl<'a> Plant<'a> {
+impl Plant {
     /// Sets the robot up in its world, at its neutral configuration.
     ///
     /// # Errors
     /// As [`mjcf::model`]; [`Error::MuJoCo`] where the model is refused or
     /// does not come out with the robot's mass and number of velocities.
     pub fn new(
-        robot: &'a Robot,
+        robot: &Robot,
         world: &[WorldBody],
         physics: &Physics,
         servo: Servo,
@@ -87,7 +86,6 @@ impl<'a> Plant<'a> {
             .collect::<Result<_, _>>()?;
         let data = MjData::try_new(Box::new(model)).map_err(|e| Error::MuJoCo(e.to_string()))?;
         Ok(Self {
-            robot,
             data,
             sides,
             bodies,
@@ -104,11 +102,6 @@ impl<'a> Plant<'a> {
         qpos[3..7].copy_from_slice(&[q.w, q.i, q.j, q.k]);
         qpos[7..].copy_from_slice(configuration.joints.as_slice());
         self.data.forward();
-    }
-
-    /// Time since the start, s.
-    pub fn time_s(&self) -> f64 {
-        self.data.time()
     }
 
     /// Reads the state: configuration and v = [v_B, ω_B, joint rates…], v_B and ω_B in W.
@@ -184,11 +177,6 @@ impl<'a> Plant<'a> {
                 force_W: on_second * sign,
             });
         }
-    }
-
-    /// The robot.
-    pub fn robot(&self) -> &'a Robot {
-        self.robot
     }
 
     /// MuJoCo's data, for pictures.

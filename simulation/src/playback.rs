@@ -85,11 +85,6 @@ impl Playback {
         })
     }
 
-    /// The motion that is played.
-    pub fn motion(&self) -> &Motion {
-        &self.motion
-    }
-
     /// Force at a point of a contact of a phase, between the samples around a time that belong to
     /// the phase.
     fn force_W(&self, phase: usize, contact: usize, point: usize, t_s: f64) -> Vector3<f64> {

@@ -9,7 +9,7 @@ use crate::reference::ReferenceState;
 
 /// A run of the simulation.
 pub(crate) struct Run<'a> {
-    pub plant: Plant<'a>,
+    pub plant: Plant,
     pub monitor: Monitor<'a>,
     /// Configuration and velocity after the last step.
     pub state: Configuration,
@@ -21,7 +21,7 @@ impl<'a> Run<'a> {
     /// The robot at rest where it is wanted at first.
     pub fn new(
         robot: &Robot,
-        mut plant: Plant<'a>,
+        mut plant: Plant,
         monitor: Monitor<'a>,
         wanted: &ReferenceState,
     ) -> Self {

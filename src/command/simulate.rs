@@ -79,6 +79,8 @@ pub enum Perturb {
     Surfaces,
     /// Pushes on the base
     Pushes,
+    /// Noise and delay of what the controller is told
+    Sensing,
 }
 
 /// What a simulation showed.
@@ -391,6 +393,7 @@ mod simulated {
             mass: any(Perturb::Mass),
             surfaces: any(Perturb::Surfaces),
             pushes: any(Perturb::Pushes),
+            sensing: any(Perturb::Sensing),
         }
     }
 }

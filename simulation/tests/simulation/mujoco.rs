@@ -34,7 +34,7 @@ fn floor(end_x_m: f64) -> Vec<WorldBody> {
 }
 
 /// The robot in a world with a floor, under these conditions.
-fn plant<'a>(robot: &'a Robot, physics: &Physics, servo: Servo, scales: &Scales) -> Plant<'a> {
+fn plant(robot: &Robot, physics: &Physics, servo: Servo, scales: &Scales) -> Plant {
     Plant::new(robot, &floor(5.0), physics, servo, scales).expect("a model")
 }
 
@@ -200,8 +200,8 @@ fn a_step_in_place_survives_other_mass_friction_and_pushes() {
         let disturbed = Perturbation {
             friction_factor: Some(0.75),
             mass_factor: Some(mass),
-            moved: Vec::new(),
             pushes: vec![push(1.0), push(3.2)],
+            ..Perturbation::default()
         };
         let run = stepping(Controller::WholeBody, &disturbed);
         assert_eq!(run.fell_s, None, "{:#?}", run.criteria);
