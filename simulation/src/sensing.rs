@@ -1,8 +1,8 @@
 //! What the controller knows of the robot: what is, or what an estimator and sensors would tell of it.
 //!
-//! Told, the base's pose and velocity are off by what wanders like an estimator's errors, joints are counted in an encoder's steps and their rates are
-//! differences of these, all of it is late and carried on by the velocity, and the force at a patch is a noisy sensor's,
-//! filtered.
+//! Told, the base's pose and velocity are off by what wanders like an estimator's errors, joints are counted in an
+//! encoder's steps and their rates are differences of these, all of it is late and carried on by the velocity, and the
+//! force at a patch is a noisy sensor's, filtered.
 
 use std::collections::VecDeque;
 use std::ops::AddAssign;
