@@ -65,8 +65,8 @@ def simulate(
 
     ``hold`` and ``execute`` say which of both. ``world`` is what really stands there where that is known
     (``known``), ``true`` or ``planned``. ``perturb`` are what ``runs`` further executions are disturbed in: ``all``,
-    or some of ``friction``, ``mass``, ``surfaces``, ``pushes``, ``sensing``, drawn from ``seed``. ``config`` are settings such
-    as ``{"simulation": {"hold_push_n": 30.0}}``.
+    or some of ``friction``, ``mass``, ``surfaces``, ``pushes``, ``sensing``, drawn from ``seed``.
+    ``config`` are settings such as ``{"simulation": {"hold_push_n": 30.0}}``.
 
     Needs the wheel ``mujoco`` (``pip install 'scandent[simulation]'``). Raises ``InputError``.
     """

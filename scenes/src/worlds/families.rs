@@ -59,32 +59,32 @@ pub struct Family {
 
 /// All families.
 pub const FAMILIES: [Family; 17] = [
-    // Four to seven steps.
+    // Four to seven steps up, or down.
     family("stairs-up", |w| stairs(w, 1.0)),
     family("stairs-down", |w| stairs(w, -1.0)),
-    // Tilted by up to 8°.
+    // Blocks tilted by up to 8°.
     family("tilted-blocks", |w| blocks(w, 8.0, 0.05)),
-    // Level, with gaps between them.
+    // Level stones with gaps between them.
     family("stones", |w| blocks(w, 0.0, 0.12)),
-    // Floors with two or three.
+    // Floors with two or three gaps.
     family("gaps", gaps),
-    // Three to six across a floor.
+    // Three to six ribs across a floor.
     family("ribs", ribs),
     // Ten to twenty low boxes on a floor.
     family("clutter", clutter),
-    // Open at one side.
+    // A wall that is open at one side.
     family("wall", |w| walls(w, false)),
-    // In a wall.
+    // A wall with a door.
     family("door", |w| walls(w, true)),
-    // Over a gap, beside the straight way.
+    // A gap with a bridge beside the straight way.
     family("bridge", bridge),
-    // By 90° or more on a floor.
+    // A turn by 90° or more on a floor.
     family("turn", turn),
-    // Of 5° to 12° onto a platform.
+    // A ramp of 5° to 12° onto a platform.
     family("ramp", ramp),
-    // Over a gap, turned by 90°.
+    // A gap with a bridge that turns by 90°.
     family("bridge-turn", harder::bridge_turn),
-    // Both to duck under.
+    // A bar, and a door, to duck under.
     unsure("bar", 0, harder::bar),
     unsure("low-door", 0, harder::low_door),
     // A high step beside a block for a hand.
