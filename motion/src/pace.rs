@@ -11,7 +11,7 @@ mod dynamics;
 mod limits;
 mod smoothing;
 
-use nalgebra::{DVector, Matrix3x6, Vector3, Vector6};
+use nalgebra::{DVector, Matrix3, Matrix3x6, Vector3, Vector6};
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics};
 
 use crate::interpolation::{Curve, Instant};
@@ -80,6 +80,8 @@ pub(crate) struct Pace<'a> {
     phase: &'a PhaseTrajectory,
     curve: Curve,
     shares: LoadShares,
+    /// The axes along which the sides of each contact's cone stand, in W.
+    cones: Vec<Matrix3<f64>>,
     kinematics: Kinematics,
     accelerations: Accelerations,
 }
@@ -93,6 +95,12 @@ impl<'a> Pace<'a> {
             kinematics: Kinematics::new(context.robot, &curve.at(0.0).q),
             accelerations: Accelerations::new(context.robot),
             shares: LoadShares::new(context, &phase.task.closed),
+            cones: phase
+                .task
+                .closed
+                .iter()
+                .map(|c| limits::cone(context, c))
+                .collect(),
             curve,
             context,
             phase,
@@ -121,9 +129,9 @@ impl<'a> Pace<'a> {
             .map(|(f, rest)| (f - rest) / FARTHER);
         let leaning: Vec<Vector3<f64>> = leaning.collect();
         // By what part of their limits they grow.
-        let used = |forces: &Vec<Vector3<f64>>| {
+        let used = |forces: &[Vector3<f64>]| {
             let mut rows = Vec::new();
-            self.bearing(&[still.clone(), forces.clone(), forces.clone()], &mut rows);
+            self.bearing([still, forces, forces], &mut rows);
             rows.iter().map(|row| row.a / row.c).fold(0.0, f64::max)
         };
         let weight = self.context.robot.mass_kg * GRAVITY_M_S2;

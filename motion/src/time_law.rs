@@ -30,9 +30,9 @@ pub struct TimeLaw {
     slower: f64,
 }
 
-/// How often the time of a place is halved, to a hundredth of a percent of the whole, and how often it is
-/// then improved where the path moves faster than this, 1/s.
-const HALVINGS: usize = 14;
+/// How often the time of a place is halved, to a hundredth of what the law takes from one grid point to the
+/// next, and how often it is then improved where the path moves faster than this, 1/s.
+const HALVINGS: usize = 7;
 const NEWTONS: usize = 3;
 const SLOW: f64 = 1e-3;
 /// Part of ṡ² that is kept from one grid point to the next before the end: what stands still stays there.
@@ -100,7 +100,11 @@ impl TimeLaw {
 
     /// When the path is at `s`, s.
     pub fn time_s(&self, s: f64) -> f64 {
-        let (mut low, mut high) = (0.0, self.duration_s());
+        // The mean is there after the law is, by no more than the time over which it is taken.
+        let after = self.knots.partition_point(|knot| knot[1] < s);
+        let at = |k: usize| self.knots[k.min(self.knots.len() - 1)][0];
+        let mut low = at(after.saturating_sub(1)) * self.slower;
+        let mut high = (at(after) + self.smooth_s) * self.slower;
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             if self.at(middle)[0] < s {

@@ -100,7 +100,7 @@ impl Pace<'_> {
                 both([0, 1, 2].map(|k| place.tau[k][j]), limit);
             }
         }
-        self.bearing(&place.forces_W, &mut rows);
+        self.bearing(place.forces_W.each_ref().map(Vec::as_slice), &mut rows);
         rows
     }
 
@@ -137,11 +137,11 @@ impl Pace<'_> {
     }
 
     /// Forces push, inside eight sides of their contact's cone whose edges are on it.
-    pub(super) fn bearing(&self, forces_W: &Parts<Vec<Vector3<f64>>>, rows: &mut Vec<Row>) {
+    pub(super) fn bearing(&self, forces_W: Parts<&[Vector3<f64>]>, rows: &mut Vec<Row>) {
         let (friction_use, _) = self.uses();
         for (i, point) in self.shares.points.iter().enumerate() {
             let contact = &self.phase.task.closed[point.contact];
-            let axes = axes(self.context, contact);
+            let axes = &self.cones[point.contact];
             let parts = [0, 1, 2].map(|k| axes.tr_mul(&forces_W[k][i]));
             let n = parts.map(|f| f.z);
             // No more than floors keep that are wet or dusty, unless rest takes nearly as much.
@@ -177,7 +177,7 @@ impl Pace<'_> {
 
 /// The axes along which the sides of a contact's cone stand, in W. Eight sides of nine tenths of the
 /// friction hold all of the postures' cone of eight tenths, however these stand.
-fn axes(context: &MotionContext, contact: &Contact) -> nalgebra::Matrix3<f64> {
+pub(super) fn cone(context: &MotionContext, contact: &Contact) -> nalgebra::Matrix3<f64> {
     let axes = contact.X_WC.rotation.to_rotation_matrix().into_inner();
     match context.robot.patches[contact.patch].point_radius_m() {
         Some(_) => pyramid_axes_W(&axes, &-Vector3::z()),

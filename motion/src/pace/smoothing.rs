@@ -117,28 +117,39 @@ impl Grid {
 
 /// What binds at some s̈ and ṡ² ≥ 0, over what is allowed: of the points (a, b)/c the upper hull.
 pub(super) fn binding(mut rows: Vec<Row>) -> Vec<Row> {
-    for row in &mut rows {
-        *row = Row {
-            a: row.a / row.c,
-            b: row.b / row.c,
+    let Some(&first) = rows.first() else {
+        return rows;
+    };
+    let unit = |row: &Row| {
+        let part = row.c.recip();
+        Row {
+            a: row.a * part,
+            b: row.b * part,
             c: 1.0,
-        };
+        }
+    };
+    let [mut left, mut top, mut right] = [unit(&first); 3];
+    for row in &mut rows {
+        *row = unit(row);
+        if row.a < left.a {
+            left = *row;
+        }
+        if row.a > right.a {
+            right = *row;
+        }
+        if row.b > top.b {
+            top = *row;
+        }
     }
     // How far a point is over the line from p on to q, by its sign.
     let over =
         |p: &Row, q: &Row, row: &Row| (q.a - p.a) * (row.b - p.b) - (q.b - p.b) * (row.a - p.a);
     // Most points are under the lines from the leftmost to the topmost and on to the rightmost.
-    let most = |of: fn(&Row) -> f64| {
-        let rows = rows.iter().copied();
-        rows.reduce(|most, row| if of(&row) > of(&most) { row } else { most })
-    };
-    if let (Some(left), Some(top), Some(right)) = (most(|r| -r.a), most(|r| r.b), most(|r| r.a)) {
-        rows.retain(|row| match row.a <= top.a {
-            true => over(&left, &top, row) >= 0.0,
-            false => over(&top, &right, row) >= 0.0,
-        });
-    }
-    rows.sort_by(|p, q| p.a.total_cmp(&q.a).then(p.b.total_cmp(&q.b)));
+    rows.retain(|row| match row.a <= top.a {
+        true => over(&left, &top, row) >= 0.0,
+        false => over(&top, &right, row) >= 0.0,
+    });
+    rows.sort_unstable_by(|p, q| p.a.total_cmp(&q.a).then(p.b.total_cmp(&q.b)));
     let mut hull: Vec<Row> = Vec::new();
     for row in &rows {
         while matches!(hull.as_slice(), [.., p, q] if over(p, q, row) >= 0.0) {
