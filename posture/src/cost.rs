@@ -14,15 +14,14 @@ use crate::iterate::{Context, Iterate};
 const WEIGHT_POSTURE: f64 = 0.1;
 /// Weight of the contact forces over the robot's weight.
 const WEIGHT_FORCES: f64 = 1e-2;
-/// Weight of the distance of a free contact from its wanted place, 1/m².
-const WEIGHT_PLACEMENT: f64 = 5.0;
+/// Weight of the distance of a free contact from its wanted place, and of a relaxed one from its own, over the
+/// robot's size ([`robot_model::Robot::size_m`]): more than the other terms, less than any constraint, whatever
+/// joints turn for it.
+const WEIGHT_PLACEMENT: f64 = 8.0;
 /// Weight of the heading of a free contact, where one is wanted, 1/rad².
 const WEIGHT_HEADING: f64 = 1.0;
 /// Weight that keeps the base position's block positive definite, 1/m².
 const WEIGHT_POSITION: f64 = 1e-3;
-/// Weight that draws a relaxed contact to its place, 1/m²: more than the other terms, less than any
-/// constraint.
-const WEIGHT_DRAWN: f64 = 5.0;
 
 /// Least friction coefficient in the cost: a contact without friction would cost without bound.
 const MU_MIN: f64 = 0.05;
@@ -122,10 +121,11 @@ fn squares(
     it: &Iterate,
     mut term: impl FnMut(f64, f64, usize, &Vector3<f64>, Option<&Vector3<f64>>),
 ) {
+    let weight = WEIGHT_PLACEMENT / ctx.problem.robot.size_m.powi(2);
     for (i, (contact, model)) in ctx.problem.contacts.iter().zip(&ctx.contacts).enumerate() {
         let (body, X_WC) = (model.body, ctx.X_WC(it, i));
         let is = ctx.patch_point_W(it, i, &Point2::origin());
-        let mut draw = |weight: f64, to: Vector3<f64>| {
+        let mut draw = |to: Vector3<f64>| {
             for k in 0..3 {
                 let (direction, p) = (Vector3::ith(k, 1.0), &X_WC.translation.vector);
                 term(is[k] - to[k], weight, body, &direction, Some(p));
@@ -133,13 +133,13 @@ fn squares(
         };
         // A relaxed contact is drawn to its place.
         if ctx.relaxed.place(i) {
-            draw(WEIGHT_DRAWN, ctx.wanted_W(it, i));
+            draw(ctx.wanted_W(it, i));
         }
         let Some(area) = contact.area() else {
             continue;
         };
         if let Some(toward) = &area.toward {
-            draw(WEIGHT_PLACEMENT, toward.coords);
+            draw(toward.coords);
         }
         if let Some(yaw) = area.yaw_rad
             && model.radius.is_none()

@@ -31,6 +31,9 @@ pub struct Robot {
     pub meeting_at_rest: Vec<CollidingPair>,
     /// Total mass.
     pub mass_kg: f64,
+    /// How far it reaches from its base with its limbs stretched, to the middle of the farthest shape: the
+    /// length that others are measured by, so that robots of all sizes move alike.
+    pub size_m: f64,
     /// What was assumed while loading.
     pub notes: Vec<String>,
     /// One past the last body that body i carries.
@@ -57,6 +60,7 @@ impl Robot {
             return Err(Error::value("robot", cause));
         }
         let mass_kg = bodies.iter().map(|b| b.mass_kg).sum();
+        let size_m = size_m(&bodies, &collision);
         Ok(Robot {
             name,
             bodies,
@@ -67,6 +71,7 @@ impl Robot {
             collision,
             meeting_at_rest: Vec::new(),
             mass_kg,
+            size_m,
             notes: Vec::new(),
             subtree_end,
         })
@@ -226,6 +231,27 @@ fn position<'a>(
     let found = names.position(|n| n == name);
     found.ok_or_else(|| Error::unknown(None, kind, name, all))
 }
+
+/// The length from the base to the middle of the farthest shape, limbs stretched, m.
+fn size_m(bodies: &[Body], collision: &CollisionModel) -> f64 {
+    let mut length_m: Vec<f64> = Vec::with_capacity(bodies.len());
+    for body in bodies {
+        let before = body.parent.map_or(0.0, |parent| {
+            length_m[parent] + body.X_PJ.translation.vector.norm()
+        });
+        length_m.push(before);
+    }
+    let shapes = collision.shapes().iter().map(|shape| {
+        let middle = shape.X_BG * shape.geometry.bounds().0;
+        length_m[shape.body] + middle.coords.norm()
+    });
+    shapes
+        .chain(length_m.iter().copied())
+        .fold(SIZE_MIN_M, f64::max)
+}
+
+/// No robot counts as smaller, m.
+const SIZE_MIN_M: f64 = 0.01;
 
 /// One past the last body of each subtree, having checked the depth-first order.
 fn subtree_ends(bodies: &[Body]) -> Result<Vec<usize>, Error> {

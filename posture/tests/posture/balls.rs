@@ -1,8 +1,9 @@
 //! The hexapod that ships, which stands on balls.
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use posture::{BaseGoal, Config, Constraint, Contact, Environment, Freedom, Outcome, Posture};
-use robot_model::{Configuration, Kinematics, Robot};
+use robot_model::collision::CollisionModel;
+use robot_model::{Configuration, Kinematics, PatchKind, Robot};
 use surfaces::{ConvexPolygon, Face};
 
 use crate::world::{self, solve, square, standing, world};
@@ -209,4 +210,53 @@ fn a_ball_out_of_reach_is_said_to_be_out_of_reach() {
     let outcome = hexapod.solve(&contacts, None, margin_m, &hexapod.q);
     let violation = outcome.violation().expect("a foot at 3 m is not possible");
     assert!(violation.amount > 0.01, "{violation:?}");
+}
+
+/// A robot without shapes, `k` times as large and no heavier.
+fn resized(robot: &Robot, k: f64) -> Robot {
+    let mut bodies = robot.bodies.clone();
+    for body in &mut bodies {
+        body.X_PJ.translation.vector *= k;
+        body.com_B *= k;
+        body.effort *= k;
+    }
+    let mut other = Robot::new(
+        robot.name.clone(),
+        bodies,
+        Vec::new(),
+        CollisionModel::default(),
+    )
+    .unwrap();
+    other.patches.clone_from(&robot.patches);
+    for patch in &mut other.patches {
+        patch.X_BC.translation.vector *= k;
+        if let PatchKind::Point { radius_m } = &mut patch.kind {
+            *radius_m *= k;
+        }
+    }
+    other
+}
+
+#[test]
+fn a_small_robot_steps_as_far_for_its_size_as_a_large_one() {
+    let steps = |k: f64| {
+        let mut hexapod = Hexapod::new(vec![floor()]);
+        hexapod.robot = resized(&hexapod.robot, k);
+        hexapod.q.p_WB *= k;
+        let ahead = Vector3::x() * 0.2 * k;
+        let stood = hexapod.centre("front_left");
+        let mut foot = hexapod.on("front_left", "floor").loaded(false);
+        if let Freedom::Within(area) = &mut foot.freedom {
+            area.toward = Some(Point3::from(stood + ahead));
+        }
+        let mut contacts: Vec<Contact> = FEET[1..].iter().map(|f| hexapod.fixed(f)).collect();
+        contacts.push(foot);
+        let outcome = hexapod.solve(&contacts, None, 0.0, &hexapod.q);
+        let posture = outcome.posture().unwrap();
+        let now = posture.contacts[5].X_WC.translation.vector;
+        (now - stood).x / k
+    };
+    let (large, small) = (steps(1.0), steps(0.2));
+    assert!(large > 0.12, "{large} m of 0.2 m");
+    assert!((small / large - 1.0).abs() < 0.05, "{small} for {large}");
 }
