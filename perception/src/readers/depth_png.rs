@@ -9,7 +9,7 @@ use super::SensorOptions;
 use crate::Error;
 use crate::error::within;
 use crate::scan::DepthImage;
-use crate::sensor::Sensor;
+use crate::sensor::{SENSORS, Sensor};
 
 const FORMAT: &str = "PNG";
 /// Deflate expands by at most this factor, so a smaller file cannot hold the image it promises.
@@ -126,7 +126,18 @@ pub(super) fn metric(
         .or_else(|| sensor.intrinsics_for(width, height))
         .ok_or_else(|| {
             let what = format!("no intrinsics for {width}x{height} pixels");
-            let cause = format!("sensor {:?} has {what}; give fx, fy, cx, cy", sensor.name);
+            let of_size = SENSORS
+                .iter()
+                .filter(|s| s.intrinsics_for(width, height).is_some());
+            let names: Vec<&str> = of_size.map(|sensor| sensor.name).collect();
+            let other = match names[..] {
+                [] => String::new(),
+                _ => format!(" (those of {} are of this size)", names.join(", ")),
+            };
+            let cause = format!(
+                "sensor {:?} has {what}; name the sensor{other}, or give fx, fy, cx, cy",
+                sensor.name
+            );
             Error::file(path, cause)
         })?;
     let k = intrinsics;

@@ -101,7 +101,15 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
             } else {
                 sensor.depth_scale_m
             };
-            image(depths.size, depths.units, unit_m)?
+            match depths.size {
+                // No image is three pixels wide.
+                (3, _) if depths.metres => {
+                    let points = depths.units.chunks_exact(3);
+                    let points = points.map(|p| [p[0], p[1], p[2]]);
+                    (tidy(points.collect(), None), None, still)
+                }
+                size => image(size, depths.units, unit_m)?,
+            }
         }
         Some(Format::Pcd) => {
             let (cloud, pose) = pcd::parse(path, bytes)?;

@@ -1,5 +1,5 @@
 //! A depth image as numpy saves it (`.npy`): one array of rows × columns, whole numbers in the sensor's unit or
-//! floating ones in m.
+//! floating ones in m; or a cloud, points × 3 floating ones.
 //!
 //! The header is a Python literal of three known keys, which are looked for by name: nothing in it nests.
 

@@ -89,6 +89,15 @@ fn a_depth_array_is_the_depth_image_it_came_from() {
     ] {
         assert_eq!(parse("a.npy", &bytes).unwrap().depth, image.depth);
     }
+    // An array of three columns is a cloud.
+    let mut bytes = npy("<f4", false, |z| {
+        (f32::from(z) * 1e-3 + 1.0).to_le_bytes().to_vec()
+    });
+    let at = bytes.windows(8).position(|w| w == b"(48, 64)").unwrap();
+    bytes[at..at + 8].copy_from_slice(b"(999, 3)");
+    let scan = parse("a.npy", &bytes).unwrap();
+    assert!(scan.depth.is_none() && scan.cloud.points.len() == 999);
+    assert_eq!(scan.cloud.points[0], [2.0; 3]);
     let text = |from: &str, to: &str| {
         let bytes = npy("<u2", false, le);
         let at = bytes
