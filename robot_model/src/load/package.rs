@@ -2,11 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+/// Places named where a mesh is in none.
+const TOLD_MAX: usize = 8;
+
 /// The places that a mesh name may stand for, most likely first.
 ///
 /// `package://NAME/REST` is looked for as NAME/REST in each package folder and in each folder
-/// above the URDF, then as REST where such a folder is itself the package (or where nothing
-/// better was found, a package that goes by another folder name). No ROS is asked.
+/// above the URDF, then as REST where such a folder is itself the package, then as what REST ends with, longest
+/// first, where a part of the package was copied alone. No ROS is asked.
 pub(super) fn places(filename: &str, urdf_dir: &Path, package_dirs: &[PathBuf]) -> Vec<PathBuf> {
     if let Some(path) = filename.strip_prefix("file://") {
         return vec![urdf_dir.join(path)];
@@ -22,16 +25,15 @@ pub(super) fn places(filename: &str, urdf_dir: &Path, package_dirs: &[PathBuf]) 
             .collect();
     };
     let whole = in_package.trim_start_matches('/');
-    let rest = whole.split_once('/').map_or(whole, |(_package, rest)| rest);
+    let rests = std::iter::successors(Some(whole), |name| Some(name.split_once('/')?.1));
     let above = || {
         urdf_dir
             .ancestors()
             .filter(|dir| !dir.as_os_str().is_empty())
     };
     let dirs = || package_dirs.iter().map(PathBuf::as_path).chain(above());
-    dirs()
-        .map(|dir| dir.join(whole))
-        .chain(dirs().map(|dir| dir.join(rest)))
+    rests
+        .flat_map(|rest| dirs().map(move |dir| dir.join(rest)))
         .collect()
 }
 
@@ -48,14 +50,14 @@ pub(super) fn find(
     if let Some(found) = places.iter().find(|place| place.is_file()) {
         return Ok(found.clone());
     }
-    let looked: Vec<String> = places
-        .iter()
-        .map(|place| place.display().to_string())
-        .collect();
-    Err(format!(
-        "no such mesh file; looked for\n  {}",
-        looked.join("\n  ")
-    ))
+    let told = places.iter().take(TOLD_MAX);
+    let told: Vec<String> = told.map(|place| place.display().to_string()).collect();
+    let more = match places.len().saturating_sub(TOLD_MAX) {
+        0 => String::new(),
+        more => format!("\n  and {more} more places"),
+    };
+    let told = told.join("\n  ");
+    Err(format!("no such mesh file; looked for\n  {told}{more}"))
 }
 
 #[cfg(test)]
@@ -73,6 +75,10 @@ mod tests {
             assert_eq!(places[0], Path::new("/ros/tall/meshes/a.stl"));
             assert!(places.contains(&PathBuf::from("/robots/tall/meshes/a.stl")));
         }
+        // A folder of a package, copied alone.
+        let places_of = |name| places(name, Path::new("/tall/urdf"), &[]);
+        let copied = places_of("package://all/robots/tall/meshes/a.stl");
+        assert!(copied.contains(&PathBuf::from("/tall/meshes/a.stl")));
         assert_eq!(places("a.stl", dir, &[]), [dir.join("a.stl")]);
         assert_eq!(places("/x/a.stl", dir, &[]), [Path::new("/x/a.stl")]);
         assert_eq!(places("file:///x/a.stl", dir, &[]), [Path::new("/x/a.stl")]);
