@@ -93,15 +93,7 @@ pub fn pose(
             }
             _ => None,
         };
-        let (posture, feet) = (&stand.configuration, &stand.patches);
-        let ground = ground::add_ground(
-            &mut terrain,
-            &robot,
-            posture,
-            feet,
-            &config.ground,
-            edge_sigmas,
-        )?;
+        let ground = ground::add_ground(&mut terrain, &robot, &stand, &config.ground, edge_sigmas)?;
         let clearance_m = config.posture.clearance_m;
         let raised_m = config.motion.swing_height_m;
         let refuted = assumed::drop_refuted(&mut terrain, &robot, &stand, clearance_m, raised_m);

@@ -54,6 +54,7 @@ pub fn propose(
     }
     // Feet as they are with legs stretched, then as they are where the robot stands.
     let given = !robot.patches.is_empty();
+    let mut backward = false;
     let mut at = standing::stretched(&robot, &limbs);
     let mut found = Vec::new();
     let mut stands = None;
@@ -64,6 +65,7 @@ pub fn propose(
             robot.patches = patches.iter().map(patch).collect();
         }
         found = patches;
+        backward = propose::looks_backward(&robot);
         // Some ankles are nearer to the ground than is asked for, wherever the foot stands.
         let nearer = posture::Config {
             clearance_m: 0.5 * config.clearance_m,
@@ -73,7 +75,8 @@ pub fn propose(
         let stand = stand.or_else(|why| {
             let posture = standing::stand(&robot, &limbs, &nearer)?;
             notes.push(format!(
-                "warning: it stands only with a smaller posture.clearance_m: {why:#}"
+                "warning: it stands only with a smaller posture.clearance_m (--set posture.clearance_m={}): {why:#}",
+                nearer.clearance_m
             ));
             anyhow::Ok(posture)
         });
@@ -87,6 +90,17 @@ pub fn propose(
                 break;
             }
         }
+    }
+    if backward {
+        // Sides were told as if its x were ahead.
+        for patch in &mut found {
+            patch.name = other_side(&patch.name);
+        }
+        notes.push(
+            "its soles reach farther behind the ankles than ahead: the base's x looks backward, and where nothing else \
+             is said of the start the robot stands with x aback"
+                .to_owned(),
+        );
     }
     let feet = robot.patches.iter().filter(|p| p.has_role("foot")).count();
     if feet < 2 {
@@ -111,6 +125,19 @@ pub fn propose(
         srdf: render("robot.srdf", include_str!("propose/robot.srdf.jinja"), srdf)?,
         notes,
     })
+}
+
+/// The name of a patch with left for right and front for rear.
+fn other_side(name: &str) -> String {
+    let part = |part| match part {
+        "left" => "right",
+        "right" => "left",
+        "front" => "rear",
+        "rear" => "front",
+        part => part,
+    };
+    let parts: Vec<&str> = name.split('_').map(part).collect();
+    parts.join("_")
 }
 
 /// The text of a contacts file.

@@ -59,6 +59,8 @@ pub enum Start {
         /// Pose of the base in W; without it the base is upright over the origin, the soles on
         /// z = 0.
         base: Option<Isometry3<f64>>,
+        /// Moved on to just before the floor that is seen there.
+        before_floor: bool,
         /// Patches that touch the ground; all feet where there are none.
         contacts: Vec<String>,
     },
@@ -83,6 +85,7 @@ impl Default for Start {
         Self::Posture {
             name: None,
             base: None,
+            before_floor: false,
             contacts: Vec::new(),
         }
     }
@@ -100,13 +103,20 @@ pub enum Files {
 }
 
 impl Scene {
-    /// Whether nothing says where the robot stands but the ground that a scan shows.
+    /// Whether nothing says where the robot stands but the floor that is seen.
     pub fn starts_before_floor(&self) -> bool {
         let levelled = match &self.environment {
             Environment::Scans(sources) => sources.iter().any(|source| source.level),
             _ => false,
         };
-        levelled && matches!(self.start, Start::Posture { base: None, .. })
+        match self.start {
+            Start::Posture {
+                base: None,
+                before_floor,
+                ..
+            } => levelled || before_floor,
+            _ => false,
+        }
     }
 
     /// Notes the environment's file among the inputs that no result may replace, before it is read.
@@ -207,6 +217,7 @@ impl From<&scene_file::Start> for Start {
         Start::Posture {
             name: start.posture.clone(),
             base: start.base_position_m.map(|p| pose(p, start.base_rpy_rad)),
+            before_floor: start.before_floor,
             contacts: start.contacts.clone(),
         }
     }

@@ -1,4 +1,5 @@
 //! The start: the robot's configuration before its first step, and which patches bear.
+#![allow(non_snake_case)]
 
 pub mod agreement;
 pub mod assumed;
@@ -7,8 +8,12 @@ pub mod ground;
 pub mod settle;
 mod standing;
 
+use std::f64::consts::PI;
+
 use anyhow::{Context, Result, bail};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use posture::{Contact, Environment, Outcome, Problem, stand};
+use robot_model::propose::looks_backward;
 use robot_model::{Configuration, PatchId, Robot};
 
 use crate::mistakes;
@@ -24,6 +29,8 @@ pub struct StartState {
     pub configuration: Configuration,
     /// Patches that touch the ground.
     pub patches: Vec<PatchId>,
+    /// The ground that it is put on, its plane z = 0: balls do not tell how it leans.
+    pub X_WG: Isometry3<f64>,
 }
 
 /// The configuration that a scene's start describes, in these surroundings.
@@ -42,16 +49,25 @@ pub fn stand(
             name,
             base,
             contacts,
+            ..
         } => {
             let posture = named_posture(robot, name.as_deref());
             let (posture, patches) = mistakes::both(posture, patches(robot, contacts))?;
             let configuration = match base {
                 Some(base) => posture.with_base(base),
-                None => stand::on_level_ground(robot, &posture, &patches),
+                // It looks ahead, whichever way its base does.
+                None => {
+                    let turn = f64::from(u8::from(looks_backward(robot))) * PI;
+                    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn);
+                    let level = stand::on_level_ground(robot, &posture, &patches);
+                    let p_WB = level.p_WB.into();
+                    level.with_base(&Isometry3::from_parts(p_WB, turn))
+                }
             };
             Ok(StartState {
                 configuration,
                 patches,
+                X_WG: Isometry3::identity(),
             })
         }
         Start::Over {
@@ -125,10 +141,32 @@ fn on_contacts(
         Outcome::Feasible(posture) => Ok(StartState {
             configuration: posture.q,
             patches,
+            X_WG: Isometry3::identity(),
         }),
         other => {
             let reason = other.violation().map(|v| v.describe(&problem));
             bail!("the start is no stance: {}", reason.unwrap_or_default())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As an iCub's base, whose x looks backward: it is the robot that looks ahead.
+    #[test]
+    fn a_robot_looks_ahead_whichever_way_its_base_does() {
+        let start = |robot: &Robot| {
+            let config = posture::Config::default();
+            let stands = stand(robot, &Start::default(), &Environment::default(), &config);
+            stands.unwrap().configuration.R_WB * Vector3::x()
+        };
+        let mut robot = scenes::robot("hrp2").unwrap();
+        assert!((start(&robot) - Vector3::x()).norm() < 1e-9);
+        for patch in robot.patches.iter_mut().filter(|p| p.has_role(FOOT)) {
+            patch.X_BC.translation.x -= 0.2;
+        }
+        assert!((start(&robot) + Vector3::x()).norm() < 1e-9);
     }
 }

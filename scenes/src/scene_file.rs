@@ -158,6 +158,10 @@ pub struct Start {
     /// Its heading there, rad.
     #[serde(default)]
     pub yaw_rad: f64,
+    /// In the place of all of these: over W's origin, x ahead, moved on to just before the floor that is seen there
+    /// and onto its plane; so it is, too, where nothing is said and a scan is levelled.
+    #[serde(default)]
+    pub before_floor: bool,
     /// Patches that touch the ground in that posture.
     #[serde(default)]
     pub contacts: Vec<String>,

@@ -255,6 +255,7 @@ impl Args {
                 *start = Start::Posture {
                     name: name.clone(),
                     base: *base,
+                    before_floor: false,
                     contacts: Vec::new(),
                 };
             }

@@ -27,16 +27,20 @@ pub fn stand_before(stand: &mut StartState, robot: &Robot, terrain: &Terrain) ->
     let soles = stand.patches.iter().flat_map(|&patch| {
         let patch = &robot.patches[patch];
         let X_WC = kinematics.X_WC(patch);
+        let radius = patch.point_radius_m().unwrap_or(0.0);
         let corners = patch.polygon.iter();
-        corners.map(move |v| X_WC * Point3::new(v.x, v.y, 0.0))
+        corners.map(move |v| (X_WC * Point3::new(v.x, v.y, 0.0), radius))
     });
-    let soles: Vec<Point3<f64>> = soles.collect();
+    // The lowest point of a ball is what touches, and its front is its toe.
+    let soles: Vec<(Point3<f64>, f64)> = soles.collect();
     let [low, high] = [f64::min, f64::max].map(|pick| {
-        let across = soles.iter().map(|p| p.y);
+        let across = soles.iter().map(|(p, _)| p.y);
         across.reduce(pick).unwrap_or_default()
     });
-    let toes_x = soles.iter().map(|p| p.x).fold(f64::NEG_INFINITY, f64::max);
-    let height = soles.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    let toes_x = soles.iter().map(|(p, radius)| p.x + radius);
+    let toes_x = toes_x.fold(f64::NEG_INFINITY, f64::max);
+    let height = soles.iter().map(|(p, radius)| p.z - radius);
+    let height = height.fold(f64::INFINITY, f64::min);
     let lean = |face: &Face| face.normal_W().angle(&Vector3::z());
     // Where each face's edges that are ahead of the feet begin.
     let level = terrain.faces.iter().filter(|face| lean(face) < LEAN_RAD);
@@ -61,6 +65,7 @@ pub fn stand_before(stand: &mut StartState, robot: &Robot, terrain: &Terrain) ->
     let base = &mut stand.configuration;
     let X_WB = moved * Isometry3::from_parts(base.p_WB.into(), base.R_WB);
     (base.p_WB, base.R_WB) = (X_WB.translation.vector, X_WB.rotation);
+    stand.X_WG = Isometry3::from_parts(to.into(), turn);
     let lean = lean(floor);
     (lean > NOTED_RAD).then(|| {
         format!(
@@ -79,4 +84,56 @@ fn ahead([a, b]: [Point3<f64>; 2], [low, high]: [f64; 2]) -> Option<[Point3<f64>
     let at = |y: f64| ((y - a.y) / (b.y - a.y)).clamp(0.0, 1.0);
     let ends = [at(low), at(high)];
     (ends[0] != ends[1]).then(|| ends.map(|t| a + t * (b - a)))
+}
+
+#[cfg(test)]
+mod tests {
+    use posture::Environment;
+    use surfaces::Source;
+
+    use super::*;
+    use crate::scene::Start;
+    use crate::start::{self, ground};
+
+    /// A floor ahead that leans by 3.2° against the level, as in `k2_stairs_0001_depth.png`.
+    fn leaning() -> Terrain {
+        let pose = Isometry3::new(Vector3::new(0.9, 0.0, 0.02), Vector3::y() * -0.056);
+        let floor = Face {
+            source: Source::Scan,
+            ..Face::rectangle("floor", pose, [1.0, 1.0]).unwrap()
+        };
+        Terrain {
+            faces: vec![floor],
+            obstacles: Vec::new(),
+        }
+    }
+
+    /// Balls do not tell how the ground under them leans: it is as the floor that is seen.
+    #[test]
+    fn soles_and_balls_stand_on_a_floor_that_leans() {
+        for name in ["hrp2", "quadruped", "hexapod"] {
+            let robot = scenes::robot(name).unwrap();
+            let config = posture::Config::default();
+            let nothing = Environment::default();
+            let mut stand = start::stand(&robot, &Start::default(), &nothing, &config).unwrap();
+            let mut terrain = leaning();
+            let said = stand_before(&mut stand, &robot, &terrain).unwrap();
+            assert!(said.contains("leans by 3.2°"), "{name}: {said}");
+            let config = ground::Config::default();
+            let on = ground::add_ground(&mut terrain, &robot, &stand, &config, 2.0).unwrap();
+            let first = &on.contacts[0].1;
+            assert!(on.contacts.iter().all(|(_, face)| face == first), "{name}");
+            let kinematics = Kinematics::new(&robot, &stand.configuration);
+            let face = terrain.get(first).unwrap();
+            for (patch, _) in &on.contacts {
+                let patch = &robot.patches[*patch];
+                let touches =
+                    kinematics.X_WC(patch) * Point3::from(patch.polygon[0].coords.push(0.0));
+                let radius = patch.point_radius_m().unwrap_or(0.0);
+                assert!((face.height_of(&touches) - radius).abs() < 1e-3, "{name}");
+                let toe = touches.x + radius - (0.4 - BEFORE_M);
+                assert!(toe < 1e-3, "{name}: {toe} m over the edge");
+            }
+        }
+    }
 }

@@ -6,10 +6,12 @@
 #![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
-use robot_model::{Configuration, Kinematics, PatchId, Robot};
+use robot_model::{Kinematics, PatchId, Robot};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use surfaces::{ConvexPolygon, Face, FaceId, Region, Source, Terrain};
+
+use super::StartState;
 
 mod join;
 
@@ -52,7 +54,7 @@ pub struct Ground {
     pub notes: Vec<String>,
 }
 
-/// Adds to `terrain` the faces that the robot stands on in `start` with the patches `standing`.
+/// Adds to `terrain` the faces that the robot stands on at the start.
 ///
 /// 1. Soles in one plane are one face: their hull with a border. Where the terrain has a face in
 ///    that plane with room for all of them, it is that face.
@@ -65,18 +67,18 @@ pub struct Ground {
 pub fn add_ground(
     terrain: &mut Terrain,
     robot: &Robot,
-    start: &Configuration,
-    standing: &[PatchId],
+    stand: &StartState,
     config: &Config,
     edge_sigmas: f64,
 ) -> anyhow::Result<Ground> {
-    let kinematics = Kinematics::new(robot, start);
+    let kinematics = Kinematics::new(robot, &stand.configuration);
     let given = terrain.faces.len();
     let mut ground = Ground {
         contacts: Vec::new(),
         notes: Vec::new(),
     };
-    let soles = standing.iter().map(|&p| Sole::new(robot, &kinematics, p));
+    let soles = stand.patches.iter();
+    let soles = soles.map(|&p| Sole::new(robot, &kinematics, p, &stand.X_WG));
     let soles: Vec<Sole> = soles.collect();
 
     for (number, members) in faces(&soles).iter().enumerate() {
@@ -105,7 +107,7 @@ pub fn add_ground(
         });
     }
     // Back into the order in which the contacts were named.
-    let named = |patch: &PatchId| standing.iter().position(|s| s == patch);
+    let named = |patch: &PatchId| stand.patches.iter().position(|s| s == patch);
     ground.contacts.sort_by_key(|(patch, _)| named(patch));
     Ok(ground)
 }
@@ -116,20 +118,19 @@ struct Sole {
     X_WC: Isometry3<f64>,
     /// Radius of a ball, m.
     radius_m: Option<f64>,
-    /// Of a ball the point that touches level ground.
+    /// Of a ball the point that touches the ground of the start.
     vertices_W: Vec<Point3<f64>>,
 }
 
 impl Sole {
-    fn new(robot: &Robot, kinematics: &Kinematics, patch: PatchId) -> Self {
+    fn new(robot: &Robot, kinematics: &Kinematics, patch: PatchId, X_WG: &Isometry3<f64>) -> Self {
         let shape = &robot.patches[patch];
         let mut X_WC = kinematics.X_WC(shape);
         let radius_m = shape.point_radius_m();
-        // A ball does not tell how the ground under it is tilted: where nothing else does, it is
-        // level.
+        // A ball does not tell how the ground under it is tilted.
         if let Some(radius) = radius_m {
-            X_WC.rotation = UnitQuaternion::identity();
-            X_WC.translation.z -= radius;
+            X_WC.rotation = X_WG.rotation;
+            X_WC.translation.vector -= X_WG.rotation * Vector3::z() * radius;
         }
         let vertices = shape.polygon.iter();
         Self {
@@ -144,7 +145,8 @@ impl Sole {
 
     /// What touches a plane of that normal: the vertices, or the point of a ball.
     fn touching(&self, normal: &Vector3<f64>) -> impl Iterator<Item = Point3<f64>> + '_ {
-        let turned = self.radius_m.unwrap_or(0.0) * (Vector3::z() - normal);
+        let up = self.X_WC.rotation * Vector3::z();
+        let turned = self.radius_m.unwrap_or(0.0) * (up - normal);
         self.vertices_W.iter().map(move |v| v + turned)
     }
 

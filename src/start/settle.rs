@@ -19,7 +19,7 @@ const STANDS_M: f64 = 3e-4;
 /// Farthest that a sole is turned to lie flat, rad.
 const TURNED_MAX_RAD: f64 = 0.03;
 
-/// Puts the feet onto the level, or onto the faces of a file or a mesh, that are under them within
+/// Puts the feet onto the start's ground, or onto the faces of a file or a mesh, that are under them within
 /// [`MOVED_MAX_M`], by the posture nearest to the one that is wished for; says by how much joints
 /// changed. Scanned faces are put under the feet instead, and nothing is done where feet stand already
 /// or where nothing is so near.
@@ -30,18 +30,18 @@ pub fn settle(
     robot: &Robot,
     stand: &mut StartState,
     terrain: &Terrain,
-    on_level: bool,
+    on_ground: bool,
     config: &posture::Config,
 ) -> Result<Option<String>> {
     let kinematics = Kinematics::new(robot, &stand.configuration);
-    let level = Face::rectangle("level", Isometry3::identity(), [1e3, 1e3])?;
+    let ground = Face::rectangle("level", stand.X_WG, [1e3, 1e3])?;
     let known = || terrain.faces.iter().filter(|f| f.source != Source::Scan);
     let mut moved_m: f64 = 0.0;
     let mut contacts = Vec::new();
     for &id in &stand.patches {
         let patch = &robot.patches[id];
         let X_WC = kinematics.X_WC(patch);
-        let under = known().chain(on_level.then_some(&level));
+        let under = known().chain(on_ground.then_some(&ground));
         let mut near = under.filter_map(|face| on(robot, id, &X_WC, face));
         let Some((X_WS, off_m)) = near.next() else {
             return Ok(None);

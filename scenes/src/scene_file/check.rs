@@ -45,6 +45,11 @@ impl Start {
         }
         within("start.base_rpy_rad", &self.base_rpy_rad, wrong);
         within("start.yaw_rad", &[self.yaw_rad], wrong);
+        let placed = self.base_position_m.is_some() || self.over_m.is_some();
+        if self.before_floor && (placed || !self.contact.is_empty()) {
+            let reason = "is in the place of base_position_m, over_m and contact";
+            wrong.push(Error::field("start.before_floor", reason));
+        }
         if let Some(over_m) = &self.over_m {
             if self.base_position_m.is_some() || !self.contact.is_empty() {
                 let reason = "goes with posture, yaw_rad and contacts only";

@@ -24,8 +24,7 @@ fn at_rest(robot: &Robot) -> StartState {
 fn standing(terrain: &mut Terrain) -> (Ground, Robot) {
     let robot = humanoid();
     let stand = at_rest(&robot);
-    let (start, feet, config) = (&stand.configuration, &stand.patches, Config::default());
-    let ground = add_ground(terrain, &robot, start, feet, &config, 2.0).unwrap();
+    let ground = add_ground(terrain, &robot, &stand, &Config::default(), 2.0).unwrap();
     (ground, robot)
 }
 
@@ -56,7 +55,7 @@ fn fit(terrain: &Terrain, ground: &Ground, robot: &Robot) -> (f64, f64) {
     for (patch, face) in &ground.contacts {
         let face = terrain.get(face).unwrap();
         let polygon = face.region.as_convex().unwrap();
-        for v in Sole::new(robot, &kinematics, *patch).vertices_W {
+        for v in Sole::new(robot, &kinematics, *patch, &Isometry3::identity()).vertices_W {
             let p = face.X_WF.inverse_transform_point(&v);
             worst.0 = worst.0.max(p.z.abs());
             worst.1 = worst.1.min(-polygon.signed_distance(&p.xy()));
