@@ -162,11 +162,14 @@ impl RobotFiles {
     /// # Errors
     /// MJCF that MuJoCo refuses, or that holds no robot.
     pub fn of_model(&self, config: &robot_model::Config) -> Result<robot_model::RobotFiles> {
-        let listed = |variable: &str| std::env::var_os(variable).unwrap_or_default();
-        let (ros, ament) = (listed("ROS_PACKAGE_PATH"), listed("AMENT_PREFIX_PATH"));
         let is_named = |dir: &PathBuf| !dir.as_os_str().is_empty();
-        let shared = std::env::split_paths(&ament).filter(is_named);
-        let shared = shared.map(|prefix| prefix.join("share"));
+        // A browser has no variables, and no lists of paths.
+        let listed = |variable: &str| {
+            let list = std::env::var_os(variable).into_iter();
+            let dirs = list.flat_map(|list| std::env::split_paths(&list).collect::<Vec<_>>());
+            dirs.filter(is_named)
+        };
+        let shared = listed("AMENT_PREFIX_PATH").map(|prefix| prefix.join("share"));
         let packages = self.packages.iter().cloned();
         Ok(robot_model::RobotFiles {
             urdf: PathBuf::from(&self.urdf),
@@ -174,7 +177,7 @@ impl RobotFiles {
             srdf: self.srdf.clone(),
             contacts: self.contacts.clone(),
             package_dirs: packages
-                .chain(std::env::split_paths(&ros))
+                .chain(listed("ROS_PACKAGE_PATH"))
                 .chain(shared)
                 .filter(is_named)
                 .collect(),

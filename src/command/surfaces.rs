@@ -12,9 +12,9 @@ use crate::cli::Global;
 use crate::config::Config;
 use crate::environment::levelled::{doubt, levelled};
 use crate::environment_flags::ScanFlags;
+use crate::goal::suggested;
 use crate::provenance::Inputs;
 use crate::report::Stages;
-use crate::roles::why_not;
 use crate::scene::{Environment, Files};
 use crate::status::Status;
 use crate::told::Told;
@@ -80,6 +80,7 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
             cloud_W: &perceived.cloud_W,
             config: &config,
             asked: &Value::Null,
+            robots: &[],
             served: false,
         })?;
         output::write(path, page.as_bytes())?;
@@ -100,14 +101,9 @@ impl Args {
         names.collect::<Vec<String>>().join(", ")
     }
 
-    /// A command that plans on what was seen, to the middle of the farthest face that a foot may touch, with the
-    /// flags of this one.
+    /// A command that plans on what was seen, to a goal that is suggested, with the flags of this one.
     fn next(&self, terrain: &Terrain, config: &Config) -> Option<String> {
-        let (roles, sigmas) = (&config.surfaces.roles, config.posture.edge_sigmas);
-        let walkable = terrain.faces.iter();
-        let walkable = walkable.filter(|face| why_not("foot", face, roles, sigmas).is_none());
-        let middles = walkable.map(|face| face.point_W(&face.region.centroid()));
-        let goal = middles.max_by(|a, b| a.xy().coords.norm().total_cmp(&b.xy().coords.norm()))?;
+        let [x, y] = suggested(terrain, config)?;
         let ours = ["-o", "--output", "--view", "--json"];
         let outputs: Vec<String> = [&self.output, &self.view]
             .into_iter()
@@ -132,9 +128,9 @@ impl Args {
         if !scans.is_empty() {
             flags.insert(0, format!("--scan {}", scans.join(" ")));
         }
-        let (flags, [x, y]) = (flags.join(" "), [goal.x, goal.y]);
+        let flags = flags.join(" ");
         Some(format!(
-            "scandent plan {flags} --robot builtin:hrp2 --goal {x:.2},{y:.2} -o out/plan"
+            "scandent plan {flags} --robot builtin:hrp2 --goal {x},{y} -o out/plan"
         ))
     }
 }

@@ -101,6 +101,7 @@ impl Args {
             cloud_W,
             config: &Config::layered(None, global)?,
             asked: &Value::Null,
+            robots: &[],
             served: false,
         })
     }

@@ -30,6 +30,7 @@ pub(super) fn page(folder: &Folder) -> Result<String, Refusal> {
         "builtin": builtin.collect::<Vec<_>>(),
         "scenes": of(|name| kind(name) == Some(Kind::Scene)),
         "scans": of(|name| kind(name) == Some(Kind::Scan)),
+        "sensors": perception::SENSORS.map(|sensor| sensor.name),
         "meshes": of(|name| kind(name) == Some(Kind::Mesh)),
         "surfaces": of(|name| name.ends_with("surfaces.json")),
         "plans": of(|name| Path::new(name).file_name().is_some_and(|n| n == "view.html")),

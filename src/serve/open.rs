@@ -16,6 +16,7 @@ use crate::command::view::open_surfaces;
 use crate::config::Config;
 use crate::environment::{self, Perceived, levelled::levelled};
 use crate::environment_flags::ScanFlags;
+use crate::goal::suggested;
 use crate::provenance::Inputs;
 use crate::report::Stages;
 use crate::scene::{Environment, Files, Scene};
@@ -43,10 +44,11 @@ pub(super) fn edit(
     sensor: &str,
     global: &Global,
 ) -> Result<String, Refusal> {
+    let robots = robots(folder);
     if let Some(scene) = name.strip_prefix("builtin:") {
         let shipped = scenes::builtin(scene);
         let shipped = shipped.ok_or_else(|| Refusal(404, format!("no scene {scene:?} ships")))?;
-        return scene_page(scene, shipped.toml, global).map_err(bad);
+        return scene_page(scene, shipped.toml, &robots, global).map_err(bad);
     }
     let path = folder.file(name)?;
     match kind(name) {
@@ -55,12 +57,12 @@ pub(super) fn edit(
             let text = text.map_err(|cause| Refusal(400, format!("{name}: {cause}")))?;
             let scene = SceneFile::parse(&text).with_context(|| name.to_owned());
             folder.holds(&scene.map_err(bad)?)?;
-            scene_page(&path.display().to_string(), &text, global).map_err(bad)
+            scene_page(&path.display().to_string(), &text, &robots, global).map_err(bad)
         }
-        Some(Kind::Surfaces) => surfaces(name, &path, global).map_err(bad),
+        Some(Kind::Surfaces) => surfaces(name, &path, &robots, global).map_err(bad),
         Some(Kind::Mesh) => {
             let mesh = Environment::Mesh(path.display().to_string());
-            unasked(name, &mesh, global).map_err(bad)
+            unasked(name, &mesh, &robots, global).map_err(bad)
         }
         Some(Kind::Scan) => {
             let sensor = (!sensor.is_empty()).then(|| argument::sensor(sensor));
@@ -71,7 +73,7 @@ pub(super) fn edit(
                 ..ScanFlags::default()
             };
             let scan = how.scans(&[path], &mut Inputs::default()).map_err(bad)?;
-            unasked(name, &scan, global).map_err(bad)
+            unasked(name, &scan, &robots, global).map_err(bad)
         }
         None => refuse(
             400,
@@ -103,18 +105,41 @@ pub(super) fn kind(name: &str) -> Option<Kind> {
     }
 }
 
-fn surfaces(name: &str, path: &Path, global: &Global) -> Result<String> {
-    let terrain = open_surfaces(path)?;
-    let config = Config::layered(None, global)?;
-    page(name, &terrain, &[], &config, &Value::Null)
+/// The URDFs of the folder.
+fn robots(folder: &Folder) -> Vec<String> {
+    let mut files = folder.files();
+    files.retain(|name| name.to_ascii_lowercase().ends_with(".urdf"));
+    files
 }
 
-/// The page of the surfaces of an environment of which nothing is asked yet.
-fn unasked(name: &str, source: &Environment, global: &Global) -> Result<String> {
+fn surfaces(name: &str, path: &Path, robots: &[String], global: &Global) -> Result<String> {
+    let seen = Perceived {
+        terrain: open_surfaces(path)?,
+        cloud_W: Vec::new(),
+        notes: Vec::new(),
+    };
+    let config = Config::layered(None, global)?;
+    page(name, &seen, &config, &unset(&seen.terrain, &config), robots)
+}
+
+/// What a form begins with for surfaces of which nothing is asked yet: a goal that is suggested.
+fn unset(terrain: &Terrain, config: &Config) -> Value {
+    match suggested(terrain, config) {
+        Some(place) => json!({ "goal": { "base_position_m": place } }),
+        None => json!({}),
+    }
+}
+
+/// The page of the surfaces of a mesh or of a scan that is levelled.
+fn unasked(name: &str, source: &Environment, robots: &[String], global: &Global) -> Result<String> {
     let config = Config::layered(None, global)?;
     let files = Files::Folder(PathBuf::new());
     let seen = perceived(source, &files, &config, global)?;
-    page(name, &seen.terrain, &seen.cloud_W, &config, &Value::Null)
+    let mut asked = unset(&seen.terrain, &config);
+    if matches!(source, Environment::Scans(_)) {
+        asked["start"] = json!({ "before_floor": true });
+    }
+    page(name, &seen, &config, &asked, robots)
 }
 
 fn perceived(
@@ -130,13 +155,11 @@ fn perceived(
 }
 
 /// The page of a scene's surfaces, with what it asks.
-fn scene_page(name: &str, text: &str, global: &Global) -> Result<String> {
+fn scene_page(name: &str, text: &str, robots: &[String], global: &Global) -> Result<String> {
     let mut inputs = Inputs::default();
     let scene = Scene::open(name, &mut inputs)?;
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
-    let Perceived {
-        terrain, cloud_W, ..
-    } = perceived(&scene.environment, &scene.files, &config, global)?;
+    let seen = perceived(&scene.environment, &scene.files, &config, global)?;
     let mut table: Table = text.parse()?;
     let mut settings = Table::new();
     for key in SETTINGS {
@@ -148,22 +171,26 @@ fn scene_page(name: &str, text: &str, global: &Global) -> Result<String> {
             asked[key] = serde_json::to_value(value)?;
         }
     }
-    page(&scene.name, &terrain, &cloud_W, &config, &asked)
+    if scene.starts_before_floor() {
+        asked["start"]["before_floor"] = json!(true);
+    }
+    page(&scene.name, &seen, &config, &asked, robots)
 }
 
 fn page(
     name: &str,
-    terrain: &Terrain,
-    cloud_W: &[[f32; 3]],
+    seen: &Perceived,
     config: &Config,
     asked: &Value,
+    robots: &[String],
 ) -> Result<String> {
     surfaces_page(&SurfacesInput {
         name,
-        terrain,
-        cloud_W,
+        terrain: &seen.terrain,
+        cloud_W: &seen.cloud_W,
         config,
         asked,
+        robots,
         served: true,
     })
 }

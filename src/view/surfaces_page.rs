@@ -23,6 +23,8 @@ pub struct SurfacesInput<'a> {
     pub config: &'a Config,
     /// The fields of a scene that are known already, for the form; null where there are none.
     pub asked: &'a Value,
+    /// URDFs that are at hand, beside those that ship.
+    pub robots: &'a [String],
     /// Whether the page may ask the server that gave it for a plan.
     pub served: bool,
 }
@@ -53,6 +55,7 @@ pub fn surfaces_page(input: &SurfacesInput<'_>) -> Result<String> {
         cloud::thinned(input.cloud_W, CLOUD_POINTS_MAX),
         input.cloud_W.len(),
     );
+    let shipped = scenes::robot_names().map(|name| format!("builtin:{name}"));
     let data = json!({
         "format": FORMAT,
         "kind": "surfaces",
@@ -75,6 +78,7 @@ pub fn surfaces_page(input: &SurfacesInput<'_>) -> Result<String> {
             "terrain": serde_json::from_str::<Value>(&terrain.to_json()?)?,
             "roles": roles,
             "asked": input.asked,
+            "robots": input.robots.iter().cloned().chain(shipped).collect::<Vec<_>>(),
             "served": input.served,
         },
     });

@@ -131,7 +131,11 @@ fn edit_save_and_plan(page: &mut Page, downloads: &Path) -> Result<()> {
     // The step is for nothing; a face beside it is drawn.
     tab_to(page, "select[aria-label$=\"step\"]")?;
     page.press(&Key::DOWN)?;
-    // The floor is slippery; what is no number is not saved.
+    // A goal is suggested.
+    let goal = page.evaluate("document.querySelector('#goal_x').value")?;
+    ensure!(goal == "95", "{goal}");
+    page.evaluate("document.querySelector('#goal_x').value = ''")?;
+    // The floor is slippery; what is no number is not saved, nor what has no goal.
     for (friction, said) in [("ice", "friction of floor"), ("0.4", "goal")] {
         page.evaluate("document.activeElement.blur()")?;
         fill(page, "input[aria-label^=\"friction of floor\"]", friction)?;

@@ -34,7 +34,8 @@ export class Editor {
           el('thead', {}, el('tr', {}, ['face', 'for, friction', 'what its shape allows'].map((name) => el('th', { scope: 'col' }, name)))),
           this.rows))),
       this.drawing(),
-      this.group('Robot', 'urdf', 'srdf', 'contacts', 'friction'),
+      this.group('Robot', 'urdf', 'srdf', 'contacts', 'friction',
+        el('datalist', { id: 'robots' }, this.edit.robots.map((value) => el('option', { value })))),
       this.group('Start of the base', 'start_x', 'start_y', 'start_yaw', this.placing('start')),
       this.group('Goal of the base', 'goal_x', 'goal_y', 'goal_yaw', 'tolerance', this.placing('goal')),
       this.group('Files', 'name',
@@ -54,16 +55,19 @@ export class Editor {
     const [gx, gy] = goal.base_position_m ?? [];
     const [sx, sy] = start.over_m ?? [];
     const inDegrees = (rad) => (typeof rad === 'number' ? rounded((180 * rad) / Math.PI) : '');
+    const given = this.edit.robots.filter((name) => !name.startsWith('builtin:'));
     const values = {
-      urdf: ['URDF', robot.urdf ?? 'builtin:hrp2'], srdf: ['SRDF', robot.srdf ?? ''], contacts: ['contacts', robot.contacts ?? ''],
+      urdf: ['URDF', robot.urdf ?? (given.length === 1 ? given[0] : 'builtin:hrp2')], srdf: ['SRDF', robot.srdf ?? ''], contacts: ['contacts', robot.contacts ?? ''],
       friction: ['friction', friction.default ?? ''],
       start_x: ['x, m', sx ?? ''], start_y: ['y, m', sy ?? ''], start_yaw: ['heading, °', sx === undefined ? '' : inDegrees(start.yaw_rad)],
       goal_x: ['x, m', gx ?? ''], goal_y: ['y, m', gy ?? ''], goal_yaw: ['heading, °', inDegrees(goal.yaw_rad)],
       tolerance: ['within, m', goal.tolerance_m ?? 0.1],
       name: ['name', this.data.scene.replace(/^.*\//, '').replace(/\.[a-z.]+$/i, '').replace(/[^A-Za-z0-9_-]+/g, '-').slice(0, 60) || 'scene'],
     };
-    return Object.fromEntries(Object.entries(values).map(([id, [label, value]]) =>
+    const fields = Object.fromEntries(Object.entries(values).map(([id, [label, value]]) =>
       [id, { label, input: el('input', { id, value, autocomplete: 'off', spellcheck: 'false' }) }]));
+    fields.urdf.input.setAttribute('list', 'robots');
+    return fields;
   }
 
   group(title, ...content) {

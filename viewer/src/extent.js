@@ -4,6 +4,8 @@ import { setPose } from './data.js';
 
 /** A floor may be large: surfaces count this far around the way of the robot. */
 const AROUND_M = 0.7;
+/** Where a robot is yet to go, its base is about this high, m. */
+const BASE_M = 0.8;
 
 /**
  * `boxes`: the corners of a box around each body, in the body. Points to keep in view, their box's centre and
@@ -16,6 +18,12 @@ export function extentOf(data, boxes) {
   const corners = data.surfaces.flatMap((surface) => surface.vertices_W.map((v) => new Vector3(...v)));
   const [gx, gy] = data.goal.base_position_m ?? [];
   if (typeof gx === 'number' && typeof gy === 'number' && robot.length) robot.push(new Vector3(gx, gy, robot[0].z));
+
+  // Of a scan that is levelled the way begins about the origin, on z = 0.
+  const { start, goal } = data.edit?.asked ?? {};
+  if (!robot.length && start?.before_floor && goal?.base_position_m) {
+    for (const [x, y] of [[0, 0], goal.base_position_m]) robot.push(new Vector3(x, y, 0), new Vector3(x, y, BASE_M));
+  }
 
   // A large floor counts only where it is near the robot.
   const around = new Box3().setFromPoints(robot).expandByScalar(AROUND_M);

@@ -106,6 +106,86 @@ fn use_it(page: &mut Page) -> Result<()> {
     )
 }
 
+/// All files of a folder and its folders, with their paths from `below` on.
+fn all_files(folder: &Path, below: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let files = paths.flat_map(|path| match path.is_dir() {
+        true => all_files(&path, below),
+        false => {
+            let name = path.strip_prefix(below).expect("below it");
+            let bytes = std::fs::read(&path).expect("a file");
+            vec![(name.display().to_string(), bytes)]
+        }
+    });
+    files.collect()
+}
+
+/// A picture of a real staircase and a bare URDF with its meshes: levelled, planned with what the form suggests and
+/// shown; from the files that are left the program plans the same.
+fn real_stairs(page: &mut Page, folder: &Path) -> Result<()> {
+    let shared = std::env::var_os("SCANDENT_SHARED").map_or_else(|| root("../shared"), Into::into);
+    let (scan, robot) = (
+        shared.join("scans/rgbd/k2_stairs_0001_depth.png"),
+        shared.join("robots/jvrc1"),
+    );
+    if !scan.exists() || !robot.exists() {
+        eprintln!("SKIPPED: {} is not there", scan.display());
+        return Ok(());
+    }
+    let mut files = all_files(&robot, &shared.join("robots"));
+    files.retain(|(name, _)| !name.ends_with("orig.urdf"));
+    files.push(("stairs.png".to_owned(), std::fs::read(&scan)?));
+    page.evaluate("window.given = []")?;
+    for (name, bytes) in &files {
+        let (name, bytes) = (json!(name), json!(bytes));
+        page.evaluate(&format!(
+            "given.push([{name}, new Blob([new Uint8Array({bytes})])]), 0"
+        ))?;
+    }
+    page.evaluate("scandentHost.add(given)")?;
+    page.evaluate("scandentHost.go('edit/stairs.png?sensor=kinect_v2')")?;
+    shown(
+        page,
+        "page?.querySelector('#urdf')?.value.endsWith('jvrc1.urdf')",
+    )?;
+    click(page, "#plan")?;
+    shown(
+        page,
+        "page.querySelector('#state')?.textContent.includes('contact sets') || page.querySelector('#verdict')",
+    )?;
+    shown(
+        page,
+        "page.querySelector('#verdict')?.textContent.includes('PASS')",
+    )?;
+    let left = |page: &mut Page, name: &str| -> Result<String> {
+        let text = page.evaluate(&format!(
+            "new TextDecoder().decode(scandentHost.files().get('{name}'))"
+        ))?;
+        Ok(text.as_str().context("a text")?.to_owned())
+    };
+    for (name, bytes) in &files {
+        let path = folder.join(name);
+        std::fs::create_dir_all(path.parent().context("a folder")?)?;
+        std::fs::write(path, bytes)?;
+    }
+    for name in ["stairs.toml", "stairs.surfaces.json"] {
+        std::fs::write(folder.join(name), left(page, name)?)?;
+    }
+    let planned = scandent(
+        "plan @ -o @",
+        &[&folder.join("stairs.toml"), &folder.join("here")],
+    );
+    ensure!(planned.status.success(), "no plan");
+    let stances = |text: &str| -> Result<serde_json::Value> {
+        Ok(serde_json::from_str::<serde_json::Value>(text)?["stances"].take())
+    };
+    let here = std::fs::read_to_string(folder.join("here/plan.json"))?;
+    let there = left(page, "out/stairs/plan.json")?;
+    ensure!(stances(&here)? == stances(&there)?, "the stances differ");
+    Ok(())
+}
+
 #[test]
 fn the_page_plans_without_a_server_what_the_program_plans() {
     let Some(chromium) = chromium() else { return };
@@ -129,7 +209,9 @@ fn the_page_plans_without_a_server_what_the_program_plans() {
     let mut page = Page::open(&chromium, &address, (1100, 760)).unwrap();
     // The compiler rounds what it knows beforehand itself, and in a page more than in a test: `elementary` tells.
     let scenes = ["irregular-stairs", "hexapod-obstacles"];
-    let done = use_it(&mut page).and_then(|()| {
+    let done = use_it(&mut page);
+    let done = done.and_then(|()| real_stairs(&mut page, folder.path()));
+    let done = done.and_then(|()| {
         let mut scenes = scenes.iter();
         scenes.try_for_each(|scene| plans_the_same(&mut page, folder.path(), scene))
     });
