@@ -7,8 +7,6 @@ use crate::{Kinematics, PatchKind, Robot};
 
 /// Part of a sole's length by which its middle must lie behind the ankle to tell.
 const TELLS: f64 = 0.1;
-/// The role of what a robot stands on.
-const FOOT: &str = "foot";
 
 /// Whether the base's x looks backward, as an iCub's does: every sole reaches farther behind its ankle, against x,
 /// than ahead of it. Balls, and soles about as long to both sides, do not tell, and x is ahead.
@@ -17,7 +15,7 @@ pub fn looks_backward(robot: &Robot) -> bool {
     let kinematics = Kinematics::new(robot, &upright);
     let soles = robot.patches.iter();
     let mut soles = soles
-        .filter(|patch| patch.kind == PatchKind::Area && patch.has_role(FOOT))
+        .filter(|patch| patch.kind == PatchKind::Area && patch.has_role("foot"))
         .map(|patch| {
             let (X_WC, ankle) = (kinematics.X_WC(patch), kinematics.origin_W[patch.body]);
             let reach = patch.polygon.iter();
