@@ -164,6 +164,12 @@ fn mended(rows: &[StanceRow]) -> Vec<Mended> {
                     scaled(-1.0, &|name| name == joint, reading)
                 });
             }
+            for (k, one) in values.keys().enumerate() {
+                for other in values.keys().skip(k + 1) {
+                    let what = format!("the columns of {one:?} and {other:?} are swapped");
+                    add(what, &|reading| swap(reading, one, other));
+                }
+            }
             // Small angles make all postures the same, and the same feet fit any.
             if values.values().any(|value| value.abs() > PI) {
                 add("the joint readings are in degrees".to_owned(), &|reading| {
@@ -174,6 +180,16 @@ fn mended(rows: &[StanceRow]) -> Vec<Mended> {
         None => {}
     }
     all
+}
+
+/// Exchanges the readings of two joints.
+fn swap(reading: &mut Reading, one: &str, other: &str) {
+    if let Reading::Joints(values) = reading
+        && let (Some(&a), Some(&b)) = (values.get(one), values.get(other))
+    {
+        values.insert(one.to_owned(), b);
+        values.insert(other.to_owned(), a);
+    }
 }
 
 /// What is left where the frames of all rows, or of those from one on, stand some rows earlier or later.

@@ -156,6 +156,18 @@ fn mistakes_are_named() {
         write(&table(&hexapod, &wrong, &plain)).expect("written");
         assert_ended(&run(), 1, &["poses.csv", words]);
     }
+    // The columns of two of them, swapped.
+    let [a, b] = ["front_left_coxa", "rear_right_thigh"].map(|name| {
+        let mut names = hexapod.joint_names();
+        names.position(|joint| joint == name).expect("a joint")
+    });
+    let mut wrong = right.clone();
+    for configuration in &mut wrong {
+        configuration.joints.swap_rows(a, b);
+    }
+    write(&table(&hexapod, &wrong, &plain)).expect("written");
+    let words = "columns of \"front_left_coxa\" and \"rear_right_thigh\" are swapped";
+    assert_ended(&run(), 1, &["poses.csv", words]);
     // Poses: factors of height, roll and pitch.
     for (factors, words) in [
         ([1.0, 180.0 / PI, 180.0 / PI], "pitch_rad are in degrees"),
