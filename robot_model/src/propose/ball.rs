@@ -2,8 +2,10 @@
 
 use nalgebra::{Matrix4, Point3, Vector3, Vector4};
 
-/// Half of the cone of directions that a foot's end is touched from, rad.
-const CONE_RAD: f64 = 0.7;
+/// Half of the cone of directions that a foot's end is touched from, rad: of the first in which it is round to
+/// within [`ROUND_M`]. A leg that leans shows its side in a wide one.
+const CONES_RAD: [f64; 3] = [0.7, 0.5, 0.35];
+const ROUND_M: f64 = 1e-3;
 /// Rings and directions a ring.
 const RINGS: usize = 4;
 const AROUND: usize = 12;
@@ -27,13 +29,25 @@ pub struct Ball {
 ///
 /// linear in centre and radius, and exact where a ball is what is there.
 pub fn fit(support: &dyn Fn(&Vector3<f64>) -> Point3<f64>, down: &Vector3<f64>) -> Option<Ball> {
+    let balls = CONES_RAD.map(|cone| within(support, down, cone));
+    let mut balls = balls.into_iter().flatten();
+    let round = balls.clone().find(|ball| ball.off_m <= ROUND_M);
+    round.or_else(|| balls.next())
+}
+
+/// That of the directions within a cone.
+fn within(
+    support: &dyn Fn(&Vector3<f64>) -> Point3<f64>,
+    down: &Vector3<f64>,
+    cone_rad: f64,
+) -> Option<Ball> {
     let x = down
         .cross(&Vector3::ith(down.iamin(), 1.0))
         .try_normalize(1e-9)?;
     let y = down.cross(&x);
     let mut directions = vec![*down];
     for ring in 1..=RINGS {
-        let (sin, cos) = (CONE_RAD * ring as f64 / RINGS as f64).sin_cos();
+        let (sin, cos) = (cone_rad * ring as f64 / RINGS as f64).sin_cos();
         directions.extend((0..AROUND).map(|k| {
             let (s, c) = (std::f64::consts::TAU * k as f64 / AROUND as f64).sin_cos();
             down * cos + (x * c + y * s) * sin
@@ -61,4 +75,29 @@ pub fn fit(support: &dyn Fn(&Vector3<f64>) -> Point3<f64>, down: &Vector3<f64>) 
         radius_m,
         off_m,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A shank that leans by 43° shows its side to a wide cone, and stands on its round tip.
+    #[test]
+    fn a_leg_that_leans_stands_on_its_tip() {
+        let (tip, radius_m) = (Point3::new(0.1, 0.0, -0.1), 3e-3);
+        let side = [Point3::new(0.0, 0.0, -0.022), Point3::new(0.022, 0.0, 0.0)];
+        let support = |u: &Vector3<f64>| {
+            let ball = tip + u * radius_m;
+            let height = |p: &Point3<f64>| p.coords.dot(u);
+            let ends = side.into_iter().chain([ball]);
+            ends.max_by(|a, b| height(a).total_cmp(&height(b))).unwrap()
+        };
+        let ball = fit(&support, &-Vector3::z()).unwrap();
+        assert!((ball.centre - tip).norm() < 1e-6, "{ball:?}");
+        assert!(
+            (ball.radius_m - radius_m).abs() < 1e-6 && ball.off_m < 1e-6,
+            "{ball:?}"
+        );
+        assert!(within(&support, &-Vector3::z(), 0.7).unwrap().off_m > 1e-3);
+    }
 }
