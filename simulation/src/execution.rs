@@ -12,7 +12,7 @@ use crate::plant::Plant;
 use crate::reference::{Reference, ReferenceContact, ReferenceState};
 use crate::run::Run;
 use crate::schedule::closures;
-use crate::verdict::{CONTACT_DELAY_S, CONTACT_N, cause, judge};
+use crate::verdict::{CONTACT_DELAY_S, cause, contact_n, judge};
 use crate::world::WorldBody;
 
 /// Time held at the end of the motion, s.
@@ -75,8 +75,9 @@ pub fn execute(
 
     let mut wanted = ReferenceState::at_rest(robot.neutral());
     reference.at(0.0, &mut wanted);
-    let closed = closures(reference, &wanted, CONTACT_N);
-    let monitor = Monitor::new(robot, &world, closed, CONTACT_DELAY_S, CONTACT_N);
+    let touches_n = contact_n(robot);
+    let closed = closures(reference, &wanted, touches_n);
+    let monitor = Monitor::new(robot, &world, closed, CONTACT_DELAY_S, touches_n);
     let mut run = Run::new(robot, plant, monitor, &wanted);
     let mut control = Control::new(robot, &physics, kind, &wanted, perturbation.sensing)?;
     let duration_s = reference.duration_s() + REST_S;
@@ -107,7 +108,7 @@ pub fn execute(
     let criteria = judge(robot, &run.monitor, pushed, fell_s, simulated_s);
     Ok(Executed {
         pass: criteria.iter().all(|c| c.pass),
-        stands: fell_s.is_none() && stands(&wanted, &run.monitor),
+        stands: fell_s.is_none() && stands(&wanted, &run.monitor, touches_n),
         cause: cause(&criteria, fell_s),
         criteria,
         fell_s,
@@ -116,10 +117,10 @@ pub fn execute(
     })
 }
 
-/// Whether every contact that is to bear does.
-fn stands(wanted: &ReferenceState, monitor: &Monitor) -> bool {
-    let borne = |c: &ReferenceContact| monitor.normal_n[c.patch] >= CONTACT_N;
-    let mut loaded = wanted.contacts.iter().filter(|c| c.normal_n() >= CONTACT_N);
+/// Whether every contact that is to bear does, from this force on.
+fn stands(wanted: &ReferenceState, monitor: &Monitor, touches_n: f64) -> bool {
+    let borne = |c: &ReferenceContact| monitor.normal_n[c.patch] >= touches_n;
+    let mut loaded = wanted.contacts.iter().filter(|c| c.normal_n() >= touches_n);
     loaded.all(borne)
 }
 

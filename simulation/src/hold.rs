@@ -14,7 +14,7 @@ use crate::plant::Plant;
 use crate::reference::ReferenceState;
 use crate::run::Run;
 use crate::schedule::Closure;
-use crate::verdict::{COM_ERROR_FINAL_MAX_M, CONTACT_N, PENETRATION_MAX_M, TILT_MAX_RAD};
+use crate::verdict::{COM_ERROR_FINAL_MAX_M, PENETRATION_MAX_M, TILT_MAX_RAD, contact_n};
 use crate::world::WorldBody;
 
 /// Time given to settle on the world as it is before anything is measured, s.
@@ -54,15 +54,16 @@ pub fn hold(
     let physics = Physics::from(config);
     let kind = config.controller;
     let plant = Plant::new(robot, world, &physics, servo(kind), &Scales::default())?;
+    let touches_n = contact_n(robot);
     let closed = wanted.contacts.iter().map(|contact| Closure {
-        loaded_from_s: (contact.normal_n() > CONTACT_N).then_some(0.0),
+        loaded_from_s: (contact.normal_n() > touches_n).then_some(0.0),
         ..Closure::new(contact, 0.0)
     });
-    let monitor = Monitor::new(robot, world, closed.collect(), 0.0, CONTACT_N);
+    let monitor = Monitor::new(robot, world, closed.collect(), 0.0, touches_n);
     let mut run = Run::new(robot, plant, monitor, wanted);
     // What bears nothing is held where it is, and has nothing to search for.
     let mut bearing = wanted.clone();
-    bearing.contacts.retain(|c| c.normal_n() > CONTACT_N);
+    bearing.contacts.retain(|c| c.normal_n() > touches_n);
     let mut control = Control::new(robot, &physics, kind, &bearing, None)?;
     let mut next = |run: &mut Run, step: usize| -> Result<bool, Error> {
         if step.is_multiple_of(control.period) {
@@ -136,7 +137,8 @@ fn judge(robot: &Robot, wanted: &ReferenceState, monitor: &Monitor, drift: &Drif
     let forces = pairs.map(|(closure, seen)| (name(closure.patch), seen.force_sum_n / steps));
     let normal_n: Vec<(String, f64)> = forces.collect();
     let bearing = wanted.contacts.iter().zip(&normal_n);
-    let bearing = bearing.filter(|(contact, _)| contact.normal_n() > CONTACT_N);
+    let touches_n = contact_n(robot);
+    let bearing = bearing.filter(|(contact, _)| contact.normal_n() > touches_n);
     let least = bearing.min_by(|a, b| a.1.1.total_cmp(&b.1.1));
     let bound_drift = if drift.pushed {
         COM_DRIFT_PUSHED_MAX_M
@@ -158,7 +160,7 @@ fn judge(robot: &Robot, wanted: &ReferenceState, monitor: &Monitor, drift: &Drif
     ];
     if let Some((_, (patch, force))) = least {
         let newton = Unit::Plain("N");
-        let borne = Criterion::at_least("least contact force", *force, CONTACT_N, newton);
+        let borne = Criterion::at_least("least contact force", *force, touches_n, newton);
         criteria.push(borne.on(Some(patch.clone())));
     }
     if !drift.pushed {

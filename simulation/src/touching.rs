@@ -3,6 +3,7 @@
 use robot_model::Robot;
 
 use crate::reference::ReferenceState;
+use crate::verdict::contact_n;
 
 /// Which patches touch, as force sensors tell, with some patience against chatter.
 pub(crate) struct Touching {
@@ -11,10 +12,10 @@ pub(crate) struct Touching {
     unloaded_s: Vec<f64>,
     /// Which patches in the air have left what they stood on.
     left: Vec<bool>,
+    /// Normal force from which on a patch is taken to touch, N.
+    touches_n: f64,
 }
 
-/// Normal force from which on a patch is taken to touch, N.
-const TOUCH_N: f64 = 5.0;
 /// A contact that bears nothing for this long is lost, s.
 const LOST_AFTER_S: f64 = 0.05;
 
@@ -29,6 +30,7 @@ impl Touching {
             all: vec![true; now.len()],
             unloaded_s: vec![0.0; now.len()],
             left: vec![false; now.len()],
+            touches_n: contact_n(robot),
             now,
         }
     }
@@ -59,7 +61,7 @@ impl Touching {
             let early = swings && (lands || self.now[patch]);
             if lost || !(planned || early) {
                 self.now[patch] = false;
-            } else if force >= TOUCH_N {
+            } else if force >= self.touches_n {
                 self.now[patch] = true;
             }
         }

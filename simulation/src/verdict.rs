@@ -1,6 +1,6 @@
 //! What an execution is judged by, and what is said of one that failed.
 
-use robot_model::Robot;
+use robot_model::{GRAVITY_M_S2, Robot};
 
 use crate::criteria::{Criterion, Unit};
 use crate::monitor::Monitor;
@@ -21,10 +21,14 @@ const SWING_ERROR_MAX_M: f64 = 0.020;
 const TORQUE_USE_MAX: f64 = 0.95;
 /// Deepest penetration, m.
 pub(crate) const PENETRATION_MAX_M: f64 = 0.001;
-/// Largest delay after which a contact bears [`CONTACT_N`], s.
+/// Largest delay after which a contact bears [`contact_n`], s.
 pub(crate) const CONTACT_DELAY_S: f64 = 0.3;
-/// Force that a contact bears once it is made, N.
-pub(crate) const CONTACT_N: f64 = 5.0;
+
+/// Force that a contact bears once it is made, N: a hundredth of the robot's weight, 5 N at most. Six feet of a
+/// robot of 4 kg bear 6 N each.
+pub(crate) fn contact_n(robot: &Robot) -> f64 {
+    (0.01 * robot.mass_kg * GRAVITY_M_S2).min(5.0)
+}
 
 /// Every criterion of an execution.
 pub(crate) fn judge(
@@ -81,4 +85,19 @@ pub(crate) fn cause(criteria: &[Criterion], fell_s: Option<f64>) -> Option<Strin
         Some(t) => format!("fell at {t:.2} s"),
         None => format!("{}: {:.3} {} {place}", first.name, first.value, first.unit),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A hexapod of 3.7 kg that stands on six feet stands on all of them.
+    #[test]
+    fn what_a_light_robot_bears_counts() {
+        let mut robot = scenes::robot("hexapod").unwrap();
+        assert_eq!(contact_n(&robot), 5.0);
+        robot.mass_kg = 3.7;
+        let each_n = robot.mass_kg * GRAVITY_M_S2 / 6.0;
+        assert!(contact_n(&robot) < 0.1 * each_n);
+    }
 }
