@@ -51,7 +51,6 @@ impl Accelerations {
     }
 
     /// Acceleration of the point of `body` that is at `r` from its origin.
-    #[inline]
     pub fn point(&self, body: usize, r: &Vector3<f64>) -> Vector3<f64> {
         let omega = &self.omega_W[body];
         self.linear_W[body] + self.alpha_W[body].cross(r) + omega.cross(&omega.cross(r))

@@ -81,7 +81,7 @@ pub(crate) struct Pace<'a> {
     curve: Curve,
     shares: LoadShares,
     /// The axes along which the sides of each contact's cone stand, in W.
-    cones: Vec<Matrix3<f64>>,
+    cone_axes: Vec<Matrix3<f64>>,
     kinematics: Kinematics,
     accelerations: Accelerations,
 }
@@ -95,11 +95,11 @@ impl<'a> Pace<'a> {
             kinematics: Kinematics::new(context.robot, &curve.at(0.0).q),
             accelerations: Accelerations::new(context.robot),
             shares: LoadShares::new(context, &phase.task.closed),
-            cones: phase
+            cone_axes: phase
                 .task
                 .closed
                 .iter()
-                .map(|c| limits::cone(context, c))
+                .map(|c| limits::cone_axes(context, c))
                 .collect(),
             curve,
             context,

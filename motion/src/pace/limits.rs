@@ -141,7 +141,7 @@ impl Pace<'_> {
         let (friction_use, _) = self.uses();
         for (i, point) in self.shares.points.iter().enumerate() {
             let contact = &self.phase.task.closed[point.contact];
-            let axes = &self.cones[point.contact];
+            let axes = &self.cone_axes[point.contact];
             let parts = [0, 1, 2].map(|k| axes.tr_mul(&forces_W[k][i]));
             let n = parts.map(|f| f.z);
             // No more than floors keep that are wet or dusty, unless rest takes nearly as much.
@@ -177,7 +177,7 @@ impl Pace<'_> {
 
 /// The axes along which the sides of a contact's cone stand, in W. Eight sides of nine tenths of the
 /// friction hold all of the postures' cone of eight tenths, however these stand.
-pub(super) fn cone(context: &MotionContext, contact: &Contact) -> nalgebra::Matrix3<f64> {
+pub(super) fn cone_axes(context: &MotionContext, contact: &Contact) -> nalgebra::Matrix3<f64> {
     let axes = contact.X_WC.rotation.to_rotation_matrix().into_inner();
     match context.robot.patches[contact.patch].point_radius_m() {
         Some(_) => pyramid_axes_W(&axes, &-Vector3::z()),
