@@ -4,7 +4,6 @@ use robot_model::Robot;
 
 use crate::Error;
 use crate::config::Controller;
-use crate::footing::Footing;
 use crate::physics::{Physics, Servo};
 use crate::reference::ReferenceState;
 use crate::run::Run;
@@ -17,7 +16,6 @@ pub(crate) struct Control<'a> {
     robot: &'a Robot,
     kind: Controller,
     controller: WholeBodyController<'a>,
-    footing: Footing<'a>,
     touching: Touching,
     sensing: Sensing,
     dt_s: f64,
@@ -49,7 +47,6 @@ impl<'a> Control<'a> {
             robot,
             kind,
             controller: WholeBodyController::new(robot, physics)?,
-            footing: Footing::new(robot),
             touching: Touching::new(robot, wanted),
             sensing: Sensing::new(sensing, &wanted.configuration, robot.patches.len()),
             dt_s: physics.dt_s,
@@ -74,22 +71,25 @@ impl<'a> Control<'a> {
         let now = touching.now();
         self.sensing.see(&run.state, &run.v, dt_s);
         let (state, v) = (&self.sensing.state, &self.sensing.v);
-        let followed = self.footing.followed(state, wanted, now, dt_s);
-        let torques = self.controller.torques(state, v, &followed, now)?;
+        let torques = self.controller.torques(state, v, wanted, now)?;
         // The servo holds limbs in the air where they are wanted, and damps those that touch or should: a spring to
         // the plan's joints would press a foot that stands 10 mm off its place with 60 to 100 N of which the program
         // knows nothing.
         let touches =
             |patch: &usize| now[*patch] || wanted.contacts.iter().any(|c| c.patch == *patch);
-        let mut joints = followed.configuration.joints;
+        let mut joints = wanted.configuration.joints.clone();
+        let mut rates = wanted.v.as_slice()[6..].to_vec();
         for patch in (0..now.len()).filter(touches) {
             let body = self.robot.patches[patch].body;
             for j in (0..joints.len()).filter(|j| self.robot.supports(j + 1, body)) {
                 joints[j] = state.joints[j];
+                // A leg that seeks what it should stand on is not damped either: it came down at .06 m/s for .15.
+                if !now[patch] {
+                    rates[j] = v[6 + j];
+                }
             }
         }
-        let rates = &followed.v.as_slice()[6..];
-        run.plant.command(joints.as_slice(), rates, torques);
+        run.plant.command(joints.as_slice(), &rates, torques);
         Ok(())
     }
 

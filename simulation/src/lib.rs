@@ -52,7 +52,6 @@ mod control;
 #[cfg(feature = "mujoco")]
 pub mod execution;
 #[cfg(feature = "mujoco")]
-mod footing;
 #[cfg(feature = "mujoco")]
 pub mod from_mjcf;
 #[cfg(feature = "mujoco")]

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use motion::time_scaling::quintic;
 use nalgebra::{DVector, Point2, Vector3};
 use robot_model::{Configuration, ContactPatch, Kinematics, Robot};
 use surfaces::ConvexPolygon;
@@ -12,7 +11,7 @@ use crate::observed::{ClosureObserved, Peaks, Unplanned};
 use crate::plant::{Side, Touch};
 use crate::reference::ReferenceState;
 use crate::schedule::Closure;
-use crate::whole_body::FADE_S;
+use crate::whole_body::kept;
 use crate::world::WorldBody;
 
 /// A touched point is the patch's where it is this near to its plane and polygon, m.
@@ -50,8 +49,8 @@ pub(crate) struct Monitor<'a> {
     observed: Vec<ClosureObserved>,
     /// Largest values since the last [`Self::forget`].
     pub peaks: Peaks,
-    /// The patch in the air, how far it was off its way when it left, and when.
-    left: Option<(usize, Vector3<f64>, f64)>,
+    /// The patch in the air, how far it was off its way when it left, whence and when.
+    left: Option<(usize, Vector3<f64>, Vector3<f64>, f64)>,
     /// Contacts that nothing asked for, by the names of the two.
     unplanned: BTreeMap<(String, String), Unplanned>,
     /// Normal force of each patch now, N.
@@ -247,9 +246,9 @@ impl<'a> Monitor<'a> {
             // It leaves from where it stands: what that is off is gone after a while.
             let off = there - wanted;
             let left = self.left.filter(|left| left.0 == swing);
-            let (_, first, from_s) = left.unwrap_or((swing, off, seen.t_s));
-            self.left = Some((swing, first, from_s));
-            let kept = 1.0 - quintic((seen.t_s - from_s) / FADE_S);
+            let (_, first, from_W, from_s) = left.unwrap_or((swing, off, wanted, seen.t_s));
+            self.left = Some((swing, first, from_W, from_s));
+            let kept = kept(seen.t_s - from_s, (wanted - from_W).norm());
             let error = (off - first * kept).norm();
             self.peaks.swing_error_m.see(error, at);
         } else {

@@ -69,6 +69,16 @@ impl ReferenceContact {
         }
     }
 
+    /// The part of the friction that the force takes; 0 where nothing presses.
+    pub fn friction_use(&self) -> f64 {
+        let normal_n = self.normal_n();
+        let across_n = (self.force_W.norm_squared() - normal_n * normal_n).max(0.0);
+        match self.friction * normal_n > 0.0 {
+            true => across_n.sqrt() / (self.friction * normal_n),
+            false => 0.0,
+        }
+    }
+
     /// The part of the force that presses on the surface, N.
     pub fn normal_n(&self) -> f64 {
         self.force_W.dot(&(self.X_WC.rotation * Vector3::z()))
@@ -106,5 +116,22 @@ impl Reference for ReferenceState {
 
     fn at(&self, _t_s: f64, wanted: &mut ReferenceState) {
         wanted.clone_from(self);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::UnitQuaternion;
+
+    use super::*;
+
+    #[test]
+    fn what_a_contact_takes_of_its_friction_is_across_over_along_its_normal() {
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.2);
+        let X_WC = Isometry3::from_parts(Vector3::x().into(), turned);
+        let contact = |force_W| ReferenceContact::new(0, X_WC, 0.5, &[Vector3::x()], &[force_W]);
+        let use_of = |force_W| contact(force_W).friction_use();
+        assert!((use_of(Vector3::z() * 300.0) - 0.2_f64.tan() / 0.5).abs() < 1e-12);
+        assert_eq!(use_of(Vector3::zeros()), 0.0);
     }
 }

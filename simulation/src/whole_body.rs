@@ -1,9 +1,9 @@
 //! The whole-body controller: accelerations and contact forces from one quadratic program.
 //!
-//!   min Σ w ‖A v̇ + b − a*‖² + w_f ‖f − f_plan‖²         x = [v̇, f]
+//!   min Σ w ‖A v̇ + b − a*‖² + Σ w_c ‖f_c − f_plan‖²      x = [v̇, f]
 //!   s.t.  M_b v̇ + h_b = J_bᵀ f                          floating base
 //!         |M_a v̇ + h_a − J_aᵀ f| ≤ τ_max                joints
-//!         f_x cos β + f_y sin β ≤ 0.74 μ cos(π/8) f_z   friction at every corner, eight sides of the cone
+//!         f_x cos β + f_y sin β ≤ 0.7 μ cos(π/8) f_z    friction at every corner, eight sides of the cone
 //!
 //! Forces act at the corners of each closed patch, drawn in by a margin: a corner outside the real
 //! patch fells the robot. Torques follow as τ = M_a v̇ + h_a − J_aᵀ f.
@@ -21,15 +21,16 @@ use crate::physics::Physics;
 use crate::qp::{RowSet, Solver};
 use crate::reference::{ReferenceContact, ReferenceState};
 #[cfg(feature = "mujoco")]
-pub(crate) use tasks::FADE_S;
+pub(crate) use tasks::kept;
 use tasks::{Offset, contact_axes};
 
 /// Time between two solutions, s.
 pub(crate) const PERIOD_S: f64 = 0.002;
-/// Part of the coefficients of friction that the controller counts on: less than three quarters, which is
-/// what a floor that is wet or dusty keeps of its own, and more than the 0.7 of motions, so that a push does
-/// not carry off what stands on a slope.
-const FRICTION_USE: f64 = 0.74;
+/// Part of the coefficients of friction that the controller counts on: as much as motions use where they can. A
+/// floor that is wet or dusty keeps three quarters, of which a plane that is 1° off takes a twentieth. Where the plan
+/// itself takes more, that and a little.
+const FRICTION_USE: f64 = 0.7;
+const SPARE: f64 = 1.1;
 /// Sides of the cone that it keeps to, whose edges are on it.
 const SIDES: usize = 8;
 /// Distance by which the corners, at which forces act, lie inside the patch, m.
@@ -167,12 +168,13 @@ impl<'a> WholeBodyController<'a> {
         let mut at = nv;
         let half = std::f64::consts::PI / SIDES as f64;
         for contact in closed {
+            let mu = contact.friction * FRICTION_USE.max(SPARE * contact.friction_use()).min(1.0);
             for _ in 0..self.corners[contact.patch].count() {
                 for side in 0..SIDES {
                     let (sin, cos) = (half * (2 * side + 1) as f64).sin_cos();
                     rows.entry(at, -cos);
                     rows.entry(at + 1, -sin);
-                    rows.entry(at + 2, contact.friction * FRICTION_USE * half.cos());
+                    rows.entry(at + 2, mu * half.cos());
                     rows.end(0.0, f64::INFINITY);
                 }
                 at += 3;

@@ -1,7 +1,7 @@
 //! The tasks of the whole-body controller as one least-squares cost on accelerations and forces.
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use robot_model::Configuration;
+use robot_model::{Configuration, GRAVITY_M_S2};
 
 use super::tasks::{Offset, Stack, Task, contact_axes, follow};
 use super::{FORCE_UNIT_N, PERIOD_S, WholeBodyController};
@@ -21,8 +21,11 @@ const ALOFT_WEIGHT: f64 = 20.0;
 /// Weight of contacts that do not accelerate, and their damping, 1/s.
 const CONTACT_WEIGHT: f64 = 1e4;
 const CONTACT_DAMPING: f64 = 20.0;
-/// Weight of the distance of the corner forces from those of the plan, 1/N².
-const FORCE_WEIGHT: f64 = 1e-5;
+/// Weight of the distance of the corner forces from those of the plan over what each corner of the contact is to
+/// press, 1/N, and the part of the weight that it counts as pressing at least: a hand that is about to leave does
+/// not slip for what a foot can bear as well.
+const FORCE_WEIGHT: f64 = 7e-4;
+const PRESSING: f64 = 0.005;
 /// Speed at which a patch that should touch and does not is moved on toward its place, m/s.
 const SEARCH_SPEED_M_S: f64 = 0.15;
 /// Weight that keeps the base's accelerations definite: they follow from the tasks.
@@ -182,13 +185,16 @@ impl WholeBodyController<'_> {
 
     /// Forces come near those of the plan.
     fn planned_forces(&mut self, closed: &[&ReferenceContact]) {
-        let w = FORCE_WEIGHT * FORCE_UNIT_N * FORCE_UNIT_N;
+        let least_n = PRESSING * self.robot.mass_kg * GRAVITY_M_S2;
         let mut at = self.robot.nv();
         for contact in closed {
             let patch = &self.robot.patches[contact.patch];
             let X_WC = self.now.kinematics.X_WC(patch);
             let R = contact_axes(&X_WC, contact, patch.point_radius_m().is_some());
-            for f in self.corners[contact.patch].spread(contact, &R) {
+            let corners = &self.corners[contact.patch];
+            let each_n = contact.normal_n() / corners.count() as f64;
+            let w = FORCE_WEIGHT / each_n.max(least_n) * FORCE_UNIT_N * FORCE_UNIT_N;
+            for f in corners.spread(contact, &R) {
                 for axis in 0..3 {
                     self.hessian[(at, at)] += w;
                     self.gradient[at] -= w * f[axis] / FORCE_UNIT_N;

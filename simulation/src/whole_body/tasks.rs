@@ -8,8 +8,16 @@ use robot_model::{JointKind, Robot};
 use crate::dynamics::Dynamics;
 use crate::reference::ReferenceContact;
 
-/// Time over which a patch in the air comes from where it was to where it was planned to be, s.
-pub(crate) const FADE_S: f64 = 0.3;
+/// Time over which a patch in the air comes from where it was to where it was planned to be, s, and the
+/// way that it makes meanwhile at least, m: three times what a surface is off, so that it still goes away from one
+/// that is nearer than planned.
+const FADE_S: f64 = 0.3;
+const FADE_M: f64 = 0.03;
+
+/// The part that is kept of what a patch was off where it stood, so long after it left and so far from there.
+pub(crate) fn kept(since_s: f64, away_m: f64) -> f64 {
+    1.0 - quintic((since_s / FADE_S).min(away_m / FADE_M))
+}
 
 /// A second-order task: a* = a_ref + kp·e + kd·ė.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +36,8 @@ pub(super) struct Task {
 pub(super) struct Offset {
     shift_W: Vector3<f64>,
     turn_W: Vector3<f64>,
+    /// Where the reference was then.
+    from_W: Vector3<f64>,
     since_s: f64,
 }
 
@@ -37,16 +47,18 @@ impl Offset {
         Self {
             shift_W: X_WC.translation.vector - reference.translation.vector,
             turn_W: (X_WC.rotation * reference.rotation.inverse()).scaled_axis(),
+            from_W: reference.translation.vector,
             since_s: 0.0,
         }
     }
 
     /// The reference of a patch that has been in the air for some time, and `dt_s` longer from now.
     pub fn applied(&mut self, reference: &Isometry3<f64>, dt_s: f64) -> Isometry3<f64> {
-        let left = 1.0 - quintic(self.since_s / FADE_S);
+        let p = reference.translation.vector;
+        let left = kept(self.since_s, (p - self.from_W).norm());
         self.since_s += dt_s;
         let rotation = UnitQuaternion::from_scaled_axis(self.turn_W * left) * reference.rotation;
-        let p = reference.translation.vector + self.shift_W * left;
+        let p = p + self.shift_W * left;
         Isometry3::from_parts(p.into(), rotation)
     }
 }
@@ -161,5 +173,27 @@ pub(super) fn contact_axes(
         robot_model::pyramid_axes_W(&axes(&contact.X_WC), &-Vector3::z())
     } else {
         axes(X_WC)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_patch_that_leaves_slowly_is_not_drawn_into_what_it_stood_on() {
+        // A surface that is 10 mm nearer than planned, and a reference that goes away at 30 mm/s.
+        let at = |z: f64| Isometry3::translation(0.0, 0.0, z);
+        let mut offset = Offset::of(&at(0.01), &at(0.0));
+        let mut lowest = f64::INFINITY;
+        for step in 0..500 {
+            let reference = at(0.03 * 0.002 * f64::from(step));
+            let z = offset.applied(&reference, 0.002).translation.z;
+            lowest = lowest.min(z);
+        }
+        assert!(lowest > 0.01 - 1e-9, "{lowest}");
+        // Once away it is on its way.
+        let off = offset.applied(&at(0.05), 0.002).translation.z - 0.05;
+        assert!(off.abs() < 1e-9, "{off}");
     }
 }

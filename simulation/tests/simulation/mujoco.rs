@@ -3,9 +3,10 @@
 use nalgebra::{DVector, Vector3};
 use robot_model::{GRAVITY_M_S2, Kinematics, Robot};
 
+use simulation::Error;
 use simulation::config::{Config, Controller};
 use simulation::dynamics::Dynamics;
-use simulation::execution::{Unobserved, execute};
+use simulation::execution::{Observer, TraceRow, Unobserved, execute};
 use simulation::hold::hold;
 use simulation::outcome::{Executed, Held};
 use simulation::perturbation::{Kinds, Perturbation, Push};
@@ -172,7 +173,7 @@ fn a_foot_half_over_the_edge_falls() {
 /// have to execute within the criteria of plans.
 fn stepping(controller: Controller, perturbation: &Perturbation) -> Executed {
     let robot = hrp2();
-    let playback = Playback::new(&robot, step_in_place(&robot)).expect("a motion");
+    let playback = Playback::new(&robot, step_in_place(&robot, 0.0)).expect("a motion");
     let config = Config {
         controller,
         ..Config::default()
@@ -207,6 +208,40 @@ fn a_step_in_place_survives_other_mass_friction_and_pushes() {
         assert_eq!(run.fell_s, None, "{:#?}", run.criteria);
         assert!(run.pass, "{:#?}", run.criteria);
     }
+}
+
+/// When a foot presses for the first time after it should stand again.
+struct Landing {
+    patch: usize,
+    due_s: f64,
+    landed_s: Option<f64>,
+}
+
+impl Observer for Landing {
+    fn see(&mut self, _: &mut Plant, row: &TraceRow) -> Result<(), Error> {
+        if row.t_s >= self.due_s && row.normal_n[self.patch] > 0.0 {
+            self.landed_s.get_or_insert(row.t_s);
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_foot_that_finds_nothing_goes_on_to_what_is_10_mm_lower() {
+    let robot = hrp2();
+    let motion = step_in_place(&robot, 0.010);
+    let mut landing = Landing {
+        patch: robot.patch_index("left_foot").expect("a patch"),
+        due_s: motion.phases[2].t_start_s,
+        landed_s: None,
+    };
+    let playback = Playback::new(&robot, motion).expect("a motion");
+    let (config, calm) = (Config::default(), Perturbation::default());
+    let world = floor(5.0);
+    execute(&robot, &world, &playback, &config, &calm, &mut landing).expect("a run");
+    let late_s = landing.landed_s.expect("a landing") - landing.due_s;
+    // At 0.15 m/s.
+    assert!(late_s < 0.13, "{late_s} s late");
 }
 
 #[test]

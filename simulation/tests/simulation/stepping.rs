@@ -13,9 +13,9 @@ const SWING_S: f64 = 2.5;
 const LIFT_M: f64 = 0.05;
 const FEET: [&str; 2] = ["left_foot", "right_foot"];
 
-/// Shift onto the right foot, lift and lower the left one, shift back; the forces act at the
-/// patches' own corners.
-pub fn step_in_place(robot: &Robot) -> Motion {
+/// Shift onto the right foot, lift and lower the left one, onto a place so much higher, shift back; the forces
+/// act at the patches' own corners.
+pub fn step_in_place(robot: &Robot, higher_m: f64) -> Motion {
     let start = half_sitting(robot);
     let kinematics = Kinematics::new(robot, &start);
     let com = kinematics.com_W;
@@ -48,10 +48,17 @@ pub fn step_in_place(robot: &Robot) -> Motion {
     let both = || vec![contact(0), contact(1)];
     let (right, left) = (vec![contact(1)], Some(FEET[0]));
     let lowered = SHIFT_S + SWING_S;
+    let landed = || {
+        let mut landed = contact(0);
+        landed.X_WC.p[2] += higher_m;
+        let points = landed.force_points_W.iter_mut();
+        points.for_each(|p| p[2] += higher_m);
+        vec![landed, contact(1)]
+    };
     let phases = vec![
         phase(PhaseKind::Shift, 0.0, SHIFT_S, both(), None),
         phase(PhaseKind::Swing, SHIFT_S, SWING_S, right, left),
-        phase(PhaseKind::Shift, lowered, SHIFT_S, both(), None),
+        phase(PhaseKind::Shift, lowered, SHIFT_S, landed(), None),
     ];
     let mut configuration = start.clone();
     let sample = |k: usize| {
@@ -61,6 +68,7 @@ pub fn step_in_place(robot: &Robot) -> Motion {
         let s = (t - SHIFT_S) / SWING_S * 2.0;
         let mut left = feet[0];
         left.translation.vector.z += LIFT_M * quintic(s).min(quintic(2.0 - s));
+        left.translation.vector.z += higher_m * quintic(s - 1.0);
         let target = com + (over - com) * onto;
         reach(robot, &mut configuration, &start, &[left, feet[1]], &target);
         let swings = (SHIFT_S - 1e-9..lowered - 1e-9).contains(&t);
