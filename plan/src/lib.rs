@@ -8,6 +8,7 @@
 //! | [`Plan`] | `plan.json`: where from, which robot, which faces, the [stances](Stance) |
 //! | [`Trace`] | `search.json`: the tree of the search, what it was refused and why it chose |
 //! | [`Motion`] | `motion.json`: [phases](Phase) and [samples](Sample) of the whole body in time |
+//! | [`Refutation`] | in `posture --explain`'s results: contacts without a posture, and the proof |
 //!
 //! ```
 //! let text = r#"{ "patch": "left_foot", "link": "LLEG_LINK6", "face": "floor", "friction": 0.5, "loaded": true,
@@ -23,6 +24,7 @@ mod error;
 mod motion;
 mod plan;
 mod pose;
+mod refutation;
 mod stance;
 mod trace;
 
@@ -34,5 +36,6 @@ pub use plan::{
     RobotSummary, SearchSummary, Unsolved,
 };
 pub use pose::Pose;
+pub use refutation::{ContactPlace, Multipliers, Near, PlaceFreedom, Proof, Refutation};
 pub use stance::{Change, Margins, Stance};
 pub use trace::{Alternative, Barrier, Choice, Refusal, Trace, TracedNode};

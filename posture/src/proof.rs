@@ -11,7 +11,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Vector2, Vector3};
 use robot_model::{Configuration, JointKind, Kinematics};
 
 use crate::contact::Freedom;
@@ -26,10 +26,12 @@ mod convex;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, non_snake_case)]
 mod tests;
+mod written;
 
 pub(crate) use convex::Answer;
+pub use written::refutation;
 
-/// Smallest violation that counts as a proof, beyond the engine's accuracy.
+/// Smallest violation that counts as a proof, beyond the engine's accuracy; `verify` asks for a third of it.
 const CERTAIN: f64 = 1e-4;
 /// Curvature that makes the program strictly convex, small against the price of violations.
 const CURVATURE: f64 = 1e-4;
@@ -40,12 +42,19 @@ const SIDES: usize = 32;
 
 /// The constraint that no posture fulfils, and by how much; nothing where none is found.
 pub(crate) fn infeasible(ctx: &Context) -> Option<Violation> {
-    apart(ctx).or_else(|| unbalanced(ctx))
+    let apart = apart(ctx).map(|(amount, [_, i])| Violation {
+        constraint: Constraint::Closure(i),
+        amount,
+    });
+    apart.or_else(|| unbalanced(ctx))
 }
 
 /// The same by proofs that cost as much as attempts of the search; or where one more may begin.
 pub(crate) fn after_all(ctx: &Context) -> Option<Answer> {
-    let colliding = colliding::colliding(ctx).map(Answer::Refuted);
+    let colliding = colliding::worst(ctx).map(|(tag, amount)| {
+        let constraint = ctx.constraint(tag);
+        Answer::Refuted(Violation { constraint, amount })
+    });
     colliding.or_else(|| convex::answer(ctx, &ranges(ctx), None))
 }
 
@@ -70,22 +79,21 @@ fn ranges(ctx: &Context) -> Vec<(f64, f64)> {
     bodies.map(|b| ctx.joint_bounds(b)).collect()
 }
 
-/// Two contacts at fixed places that are farther apart than the robot is long between them.
-fn apart(ctx: &Context) -> Option<Violation> {
+/// Two contacts at fixed places that are farther apart than the robot is long between them, and by how much, m.
+fn apart(ctx: &Context) -> Option<(f64, [usize; 2])> {
     let robot = ctx.robot();
     let contacts = ctx.problem.contacts.iter().enumerate();
     let fixed: Vec<_> = contacts.filter(|(_, c)| c.area().is_none()).collect();
-    let mut worst: Option<Violation> = None;
-    for (k, (_, a)) in fixed.iter().enumerate() {
+    let mut worst: Option<(f64, [usize; 2])> = None;
+    for (k, (j, a)) in fixed.iter().enumerate() {
         for (i, b) in &fixed[k + 1..] {
             let patches = [a, b].map(|contact| &robot.patches[contact.patch]);
             let [to_a, to_b] = patches.map(|patch| patch.X_BC.translation.vector.norm());
             let reach = span_m(ctx, patches[0].body, patches[1].body) + to_a + to_b;
             let way = a.X_WC.translation.vector - b.X_WC.translation.vector;
             let amount = way.norm() - reach;
-            if amount > CERTAIN && worst.as_ref().is_none_or(|w| amount > w.amount) {
-                let constraint = Constraint::Closure(*i);
-                worst = Some(Violation { constraint, amount });
+            if amount > CERTAIN && worst.is_none_or(|w| amount > w.0) {
+                worst = Some((amount, [*j, *i]));
             }
         }
     }
@@ -116,6 +124,14 @@ fn length_m(ctx: &Context, body: usize) -> f64 {
         _ => 0.0,
     };
     body.X_PJ.translation.vector.norm() + slide
+}
+
+/// The part of the weight that every point bears at least.
+fn load(ctx: &Context, points: impl Iterator<Item = Vector2<f64>>) -> f64 {
+    match ctx.on_balls_alone {
+        true => least_load(&points.collect::<Vec<_>>(), ctx.config.com_margin_m).0,
+        false => 0.0,
+    }
 }
 
 /// Loaded contacts, all at fixed places, that cannot hold the weight.
@@ -167,12 +183,7 @@ fn unbalanced(ctx: &Context) -> Option<Violation> {
             }
         }
     }
-    let least_load = if ctx.on_balls_alone {
-        let places: Vec<_> = points.iter().map(|p| p.2.xy()).collect();
-        least_load(&places, ctx.config.com_margin_m).0
-    } else {
-        0.0
-    };
+    let least_load = load(ctx, points.iter().map(|p| p.2.xy()));
     for (contact, column, _) in &points {
         let mu = ctx.contacts[*contact].mu;
         for side in 0..SIDES {

@@ -47,7 +47,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     repeat: Option<NonZeroUsize>,
     /// Also tell of every problem without a posture which constraints cannot hold together, and
-    /// what it would take
+    /// what it would take, and write down the proof of every infeasible one
     #[arg(long)]
     explain: bool,
 }
@@ -76,6 +76,9 @@ pub struct Answer<'a> {
     /// With `--explain`: the smallest group of constraints that cannot hold together, and what it
     /// would take.
     pub explanation: Option<String>,
+    /// With `--explain`: the proof that there is no posture, which `verify` has recomputed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refutation: Option<plan::Refutation>,
     /// By how much the worst constraint is violated, scaled as posture::Violation says.
     pub violation: Option<f64>,
     /// `[p_WB, quat_xyzw, joints…]`, m and rad.
@@ -214,16 +217,35 @@ impl<'a> Solver<'a> {
             let explained = posture::explain(&problem, self.config).with_context(named)?;
             explanation = explained.map(|e| e.words);
         }
-        Ok(Answer {
+        let mut answer = Answer {
             expected: record.expected,
             explanation,
             us: quantile(&mut times_us, 0.5),
             ..Answer::new(&record.id, &outcome, &problem, self.robot)
-        })
+        };
+        if self.explain && matches!(outcome, Outcome::Infeasible(_)) {
+            answer.prove(posture::refutation(&problem, &config), self.robot);
+        }
+        Ok(answer)
     }
 }
 
 impl<'a> Answer<'a> {
+    /// Keeps a proof that `verify` finds to hold; without one nothing is decided.
+    fn prove(&mut self, refutation: Option<plan::Refutation>, robot: &Robot) {
+        let options = verify::Options::default();
+        let check = |refutation: &plan::Refutation| verify::refuted(refutation, robot, &options);
+        let held = refutation.as_ref().map_or(Err("none".into()), check);
+        match held {
+            Ok(_) => self.refutation = refutation,
+            Err(why) => {
+                self.outcome = "undecided";
+                let reason = self.reason.get_or_insert_default();
+                reason.push_str(&format!(" (its proof does not hold: {why})"));
+            }
+        }
+    }
+
     /// What an outcome says.
     pub fn new(
         id: &'a serde_json::Value,
@@ -241,6 +263,7 @@ impl<'a> Answer<'a> {
             },
             expected: None,
             explanation: None,
+            refutation: None,
             reason: violation.map(|v| v.describe(problem)),
             violation: violation.map(|v| v.amount),
             q: found.map(|posture| posture.q.to_q()),

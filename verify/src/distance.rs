@@ -205,6 +205,14 @@ pub(crate) fn signed_distance(
     best
 }
 
+/// A distance that two bodies are not farther apart than, m: that of two of their points.
+pub(crate) fn apart_at_most_m(a: &Placed, b: &Placed) -> f64 {
+    let support = |d: &Vector3<f64>| b.farthest(d) - a.farthest(&-d);
+    let between = b.ball().0 - a.ball().0;
+    let nearest = nearest::to_origin(support, &-between, f64::INFINITY);
+    nearest.point.norm() - a.solid.radius - b.solid.radius
+}
+
 /// The direction in which EPA finds the least overlap.
 fn way_out(a: &Placed, b: &Placed, start: &Vector3<f64>) -> Option<Vector3<f64>> {
     let here = Pose::IDENTITY;

@@ -15,6 +15,7 @@
 //! | `stance` | joint limits, centre of mass, contacts on their faces |
 //! | `forces` | friction cones, balance, torques; equilibrium and support region by LP |
 //! | `motion` | the motion between the stances, where there is one |
+//! | `refutation` | proofs that contacts have no posture |
 //! | `clearance`, `watch`, `step` | distances to the environment, between parts, and how deep contacts sink |
 //!
 //! A plan that fails is told where: stance, contact or joint or pair, check, and by how much.
@@ -53,6 +54,7 @@ mod nearest;
 mod options;
 mod polygon;
 mod posture;
+mod refutation;
 mod region;
 mod roles;
 mod scene;
@@ -69,6 +71,7 @@ mod world;
 pub use certificate::{Certificate, Row, Summary};
 pub use check::{Check, Sense};
 pub use options::Options;
+pub use refutation::refuted;
 pub use world::World;
 
 use plan::{Motion, Plan};

@@ -19,6 +19,32 @@ pub(crate) fn outside(polygon: &[[f64; 2]], p: [f64; 2]) -> f64 {
     worst
 }
 
+/// The corners of what is left of a convex counter-clockwise polygon that is taken back by a distance at every edge.
+pub(crate) fn shrunk(polygon: &[[f64; 2]], by: f64) -> Vec<[f64; 2]> {
+    let mut left = polygon.to_vec();
+    for (a, b) in edges(polygon) {
+        let (ex, ey) = (b[0] - a[0], b[1] - a[1]);
+        let length = ex.hypot(ey);
+        if length <= 0.0 {
+            continue;
+        }
+        let inside = |p: &[f64; 2]| (ex * (p[1] - a[1]) - ey * (p[0] - a[0])) / length - by;
+        let mut kept = Vec::with_capacity(left.len() + 1);
+        for (p, next) in edges(&left) {
+            let (here, there) = (inside(&p), inside(&next));
+            if here >= 0.0 {
+                kept.push(p);
+            }
+            if (here >= 0.0) != (there >= 0.0) {
+                let part = here / (here - there);
+                kept.push([0, 1].map(|k| p[k] + part * (next[k] - p[k])));
+            }
+        }
+        left = kept;
+    }
+    left
+}
+
 /// The centroid of the area.
 pub(crate) fn centroid(polygon: &[[f64; 2]]) -> [f64; 2] {
     let Some(&o) = polygon.first() else {

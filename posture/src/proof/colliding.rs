@@ -4,7 +4,6 @@
 use crate::constraint::Clearances;
 use crate::contact::Freedom;
 use crate::iterate::Context;
-use crate::outcome::Violation;
 use crate::rows::{Rows, Tag};
 
 /// Smallest violation that counts, m: what postures may be off their contacts by, over the length of a link,
@@ -12,7 +11,7 @@ use crate::rows::{Rows, Tag};
 const CERTAIN_M: f64 = 3e-4;
 
 #[allow(non_snake_case)]
-pub(super) fn colliding(ctx: &Context) -> Option<Violation> {
+pub(super) fn worst(ctx: &Context) -> Option<(Tag, f64)> {
     let mut it = ctx.start(ctx.problem.guess);
     let mut is_put = vec![false; ctx.robot().bodies.len()];
     for (contact, model) in ctx.problem.contacts.iter().zip(&ctx.contacts) {
@@ -33,6 +32,5 @@ pub(super) fn colliding(ctx: &Context) -> Option<Violation> {
     });
     let worst = settled.max_by(|&i, &j| rows.violation(i).total_cmp(&rows.violation(j)))?;
     let amount = rows.violation(worst);
-    let constraint = ctx.constraint(rows.tag[worst]);
-    (amount > CERTAIN_M).then_some(Violation { constraint, amount })
+    (amount > CERTAIN_M).then_some((rows.tag[worst], amount))
 }

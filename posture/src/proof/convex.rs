@@ -10,15 +10,18 @@
 //! has the contact's rotation, the joint next to it then turns in a plane, and its torque is linear in f.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 
-use nalgebra::{DVector, Isometry3, Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{
+    DVector, Isometry3, Matrix3, Point2, Point3, Rotation3, Unit, UnitQuaternion, Vector3,
+};
+use plan::Multipliers;
 use robot_model::{Configuration, JointKind, Kinematics};
 
 use crate::contact::Freedom;
 use crate::iterate::Context;
 use crate::outcome::{Constraint, Violation};
-use cones::{Cones, Form, Turn, along};
+use cones::{Cones, Form, Least, Turn, along};
 
 mod cones;
 
@@ -41,35 +44,41 @@ pub(crate) enum Answer {
     Seed(Configuration),
 }
 
-/// The answer where all contacts are at fixed places, for joints within ranges; near a configuration always a
+/// The answer where all that bears is at fixed places, for joints within ranges; near a configuration always a
 /// seed, with the torques of all joints as they are there.
 pub(super) fn answer(
     ctx: &Context,
     ranges: &[(f64, f64)],
     near: Option<&Kinematics>,
 ) -> Option<Answer> {
-    let settled = |i: usize| match ctx.problem.contacts[i].freedom {
-        Freedom::Fixed => true,
-        Freedom::Yaw => ctx.contacts[i].radius.is_some(),
-        Freedom::Within(_) => false,
-    };
-    if !(0..ctx.contacts.len()).all(settled) {
-        return None;
+    let (chain, least) = Chain::solved(ctx, ranges, near)?;
+    if near.is_none() && least.violation.amount > CERTAIN {
+        return Some(Answer::Refuted(least.violation));
     }
-    let mut chain = Chain::new(ctx);
-    let com = chain.build(ranges);
-    chain.close();
-    chain.balance(&com, near);
-    let (mut x, violation) = chain.cones.least_violation()?;
-    if near.is_none() && violation.amount > CERTAIN {
-        return Some(Answer::Refuted(violation));
-    }
+    let mut x = least.x;
     x.push(1.0);
     let seed = x
         .iter()
         .all(|x| x.is_finite())
         .then(|| chain.configuration(&x.into()));
     seed.map(Answer::Seed)
+}
+
+/// What multiplies the conditions that no posture fulfils at once.
+pub(super) fn multipliers(ctx: &Context, ranges: &[(f64, f64)]) -> Option<Multipliers> {
+    let (chain, least) = Chain::solved(ctx, ranges, None)?;
+    Some(chain.multipliers(&least.z))
+}
+
+/// Whether it is known where all forces act.
+fn is_settled(ctx: &Context) -> bool {
+    let contacts = ctx.problem.contacts.iter().zip(&ctx.contacts);
+    let mut loaded = contacts.filter(|(contact, _)| contact.loaded);
+    loaded.all(|(contact, model)| match contact.freedom {
+        Freedom::Fixed => true,
+        Freedom::Yaw => model.radius.is_some(),
+        Freedom::Within(_) => false,
+    })
 }
 
 /// The bodies, from the base outward, in forms of the variables: s; where the base is; rotations; slides; where
@@ -88,15 +97,37 @@ struct Chain<'a> {
     joints: Vec<Option<Turn>>,
     turns: Vec<Option<Turn>>,
     places: Vec<Form>,
+    /// Of each body: the rows that tie its rotation to its parent's, and the two of its joint's torque.
+    hinges: Vec<Range<usize>>,
+    torques: Vec<Option<usize>>,
 }
 
 impl<'a> Chain<'a> {
+    /// The problem with its solution, where all that bears is at fixed places.
+    fn solved(
+        ctx: &'a Context<'a>,
+        ranges: &[(f64, f64)],
+        near: Option<&Kinematics>,
+    ) -> Option<(Self, Least)> {
+        if !is_settled(ctx) {
+            return None;
+        }
+        let mut chain = Self::new(ctx);
+        chain.cones.is_rough = near.is_some();
+        let com = chain.build(ranges);
+        chain.close();
+        chain.balance(&com, near);
+        let least = chain.cones.least_violation()?;
+        Some((chain, least))
+    }
+
     fn new(ctx: &'a Context<'a>) -> Self {
         let (robot, contacts) = (ctx.robot(), &ctx.problem.contacts);
         let bodies = &robot.bodies;
         let mut put = vec![None; bodies.len()];
         for (contact, model) in contacts.iter().zip(&ctx.contacts) {
-            if model.radius.is_none() && bodies[model.body].kind != JointKind::Prismatic {
+            let is_put = model.radius.is_none() && contact.freedom == Freedom::Fixed;
+            if is_put && bodies[model.body].kind != JointKind::Prismatic {
                 let X_BC = &robot.patches[contact.patch].X_BC;
                 put[model.body] = Some(contact.X_WC * X_BC.inverse());
             }
@@ -128,6 +159,8 @@ impl<'a> Chain<'a> {
             joints: vec![None; bodies.len()],
             turns: vec![None; bodies.len()],
             places: vec![Form::zeros(0); bodies.len()],
+            hinges: vec![0..0; bodies.len()],
+            torques: vec![None; bodies.len()],
         }
     }
 
@@ -173,7 +206,9 @@ impl<'a> Chain<'a> {
             if let Some(joint) = joint.as_ref().filter(|_| body.kind == JointKind::Revolute) {
                 let known =
                     [body.parent, Some(b)].map(|b| b.is_some_and(|b| self.put[b].is_some()));
+                let first = self.cones.rows();
                 hinge(&mut self.cones, body.axis, ranges[b], [joint, &turn], known);
+                self.hinges[b] = first..self.cones.rows();
             }
             com += (&place + along(&turn, &body.com_B)) * (body.mass_kg / robot.mass_kg);
             self.joints[b] = joint;
@@ -186,7 +221,8 @@ impl<'a> Chain<'a> {
     /// Contacts at their places.
     fn close(&mut self) {
         let contacts = self.ctx.problem.contacts.iter().zip(&self.ctx.contacts);
-        for (i, (contact, model)) in contacts.enumerate() {
+        let contacts = contacts.enumerate();
+        for (i, (contact, model)) in contacts.filter(|(_, (c, _))| c.area().is_none()) {
             let p_BC = &self.ctx.robot().patches[contact.patch]
                 .X_BC
                 .translation
@@ -201,6 +237,20 @@ impl<'a> Chain<'a> {
         }
     }
 
+    /// Where a contact bears, from the middle of all.
+    fn bearing(&self, i: usize) -> Vec<Vector3<f64>> {
+        let model = &self.ctx.contacts[i];
+        let points = model
+            .force_points
+            .iter()
+            .take(self.ctx.layout.force[i].len());
+        let at = |v: &Point2<f64>| {
+            let v = Point3::new(v.x, v.y, -model.radius.unwrap_or(0.0));
+            (self.ctx.problem.contacts[i].X_WC * v).coords - self.middle
+        };
+        points.map(at).collect()
+    }
+
     /// Forces in their cones that balance the weight, within torques.
     fn balance(&mut self, com: &Form, near: Option<&Kinematics>) {
         let n = self.cones.n;
@@ -209,16 +259,15 @@ impl<'a> Chain<'a> {
         moment.row_mut(1).copy_from(&com.row(0));
         let mut first = self.first_force;
         let mut loads = Vec::with_capacity(self.ctx.contacts.len());
-        for (i, model) in self.ctx.contacts.iter().enumerate() {
+        let points: Vec<Vec<Vector3<f64>>> = (0..self.ctx.contacts.len())
+            .map(|i| self.bearing(i))
+            .collect();
+        let least_load = super::load(self.ctx, points.iter().flatten().map(|p| p.xy()));
+        for (model, points) in self.ctx.contacts.iter().zip(points) {
             let (mut own_force, mut own_moment) = (Form::zeros(n + 1), Form::zeros(n + 1));
-            for v in model
-                .force_points
-                .iter()
-                .take(self.ctx.layout.force[i].len())
-            {
-                let f_W = model.axes * self.cones.friction(first, model.mu);
-                let v = Point3::new(v.x, v.y, -model.radius.unwrap_or(0.0));
-                let p = (self.ctx.problem.contacts[i].X_WC * v).coords - self.middle;
+            for p in points {
+                let mut f_W = model.axes * self.cones.friction(first, model.mu);
+                f_W[(2, n)] += least_load;
                 own_moment += p.cross_matrix() * &f_W;
                 own_force += f_W;
                 first += 3;
@@ -280,7 +329,40 @@ impl<'a> Chain<'a> {
                 rows[(k, n)] += limit_m * part + unsure_m;
                 rows[(k, 0)] += by_s;
             }
+            self.torques[b] = Some(self.cones.rows());
             self.cones.positive(&rows, &[0, 1]);
+        }
+    }
+
+    /// What multiplies the conditions, as proofs are written down.
+    fn multipliers(&self, z: &[f64]) -> Multipliers {
+        let bodies = &self.ctx.robot().bodies;
+        let of = |what: Constraint| self.cones.multipliers(z, |other| *other == what);
+        let form = |b: usize| {
+            // A body that slides has the rotation of what it slides on.
+            let (mut parent, mut R) = (bodies[b].parent, UnitQuaternion::identity());
+            while let Some(p) = parent.filter(|&p| bodies[p].kind == JointKind::Prismatic) {
+                R = bodies[p].X_PJ.rotation * R;
+                parent = bodies[p].parent;
+            }
+            let free = parent.filter(|&p| self.put[p].is_none());
+            let form = free.map(|p| self.cones.turn(z, &self.hinges[b], self.column[p]));
+            let form = form.unwrap_or_default() * R.to_rotation_matrix();
+            [0, 1, 2].map(|r| [0, 1, 2].map(|c| form[(r, c)]))
+        };
+        let joints = 1..bodies.len();
+        Multipliers {
+            places: (0..self.ctx.contacts.len())
+                .map(|i| of(Constraint::Closure(i)))
+                .collect(),
+            force: of(Constraint::Equilibrium),
+            moment: of(Constraint::Balance),
+            about: self.middle.into(),
+            torques: joints
+                .clone()
+                .map(|b| self.torques[b].map_or(0.0, |row| z[row] - z[row + 1]))
+                .collect(),
+            turns: joints.map(form).collect(),
         }
     }
 
@@ -313,11 +395,12 @@ impl<'a> Chain<'a> {
     }
 }
 
-/// ‖R u‖ ≤ 1.
+/// ‖R u‖ ≤ 1; roughly of the axes alone.
 fn lengthens_nothing(cones: &mut Cones, R: &Turn) {
     for i in 0..3 {
         cones.within(&R[i], 1.0);
-        for j in i + 1..3 {
+        let others = if cones.is_rough { 3..3 } else { i + 1..3 };
+        for j in others {
             for side in [-1.0, 1.0] {
                 cones.within(&((&R[i] + &R[j] * side) * FRAC_1_SQRT_2), 1.0);
             }

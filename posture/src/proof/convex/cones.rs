@@ -5,12 +5,17 @@
 //!
 //! with a bound X_j of every variable, and ε what the equalities e may be off by.
 
+use std::ops::Range;
+
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SupportedConeT};
-use nalgebra::{Matrix3xX, Vector3};
+use nalgebra::{Matrix3, Matrix3xX, Vector3};
 
 use super::SLACK;
 use crate::outcome::{Constraint, Violation};
+
+/// What a place to begin may be off by.
+const ROUGH: f64 = 1e-5;
 
 /// Three linear forms of the variables; the constant is the last column.
 pub type Form = Matrix3xX<f64>;
@@ -34,6 +39,16 @@ pub struct Cones {
     violations: Vec<(usize, Constraint)>,
     /// Largest value of every variable.
     pub bound: Vec<f64>,
+    /// Whether a place to begin is wanted and no proof: that costs less than half.
+    pub is_rough: bool,
+}
+
+/// The least violation: the variables, what multiplies every row, which constraint is violated most and how much
+/// at least.
+pub struct Least {
+    pub x: Vec<f64>,
+    pub z: Vec<f64>,
+    pub violation: Violation,
 }
 
 impl Cones {
@@ -45,6 +60,7 @@ impl Cones {
             cones: Vec::new(),
             violations: Vec::new(),
             bound: vec![1.0; n],
+            is_rough: false,
         }
     }
 
@@ -110,8 +126,30 @@ impl Cones {
         self.within(form, 0.0);
     }
 
-    /// The variables at the least violation, which constraint is violated most, and how much at least.
-    pub fn least_violation(&self) -> Option<(Vec<f64>, Violation)> {
+    /// Number of rows so far.
+    pub fn rows(&self) -> usize {
+        self.b.len()
+    }
+
+    /// The multipliers of a form that s bounds, where it is that of a constraint.
+    pub fn multipliers(&self, z: &[f64], of: impl Fn(&Constraint) -> bool) -> [f64; 3] {
+        let first = self.violations.iter().find(|(_, what)| of(what));
+        first.map_or([0.0; 3], |(row, _)| [1, 2, 3].map(|k| -z[row + k]))
+    }
+
+    /// Σ z_i A_ij over some rows, for nine columns.
+    pub fn turn(&self, z: &[f64], rows: &Range<usize>, first: usize) -> Matrix3<f64> {
+        let mut sum = Matrix3::zeros();
+        for &(i, j, v) in self.a.iter().filter(|(i, ..)| rows.contains(i)) {
+            if (first..first + 9).contains(&j) {
+                sum.as_mut_slice()[j - first] += z[i] * v;
+            }
+        }
+        sum
+    }
+
+    /// The variables at the least violation, and what it is at least.
+    pub fn least_violation(&self) -> Option<Least> {
         let (m, n) = (self.b.len(), self.n);
         let rows = self.a.iter().map(|e| e.0).collect();
         let columns = self.a.iter().map(|e| e.1).collect();
@@ -119,10 +157,15 @@ impl Cones {
         let a = CscMatrix::new_from_triplets(m, n, rows, columns, values);
         let mut cost = vec![0.0; n];
         cost[0] = 1.0;
-        let settings = DefaultSettings {
+        let mut settings = DefaultSettings {
             verbose: false,
             ..DefaultSettings::default()
         };
+        if self.is_rough {
+            settings.tol_gap_abs = ROUGH;
+            settings.tol_gap_rel = ROUGH;
+            settings.tol_feas = ROUGH;
+        }
         let h = CscMatrix::zeros((n, n));
         let solver = DefaultSolver::new(&h, &cost, &a, &self.b, &self.cones, settings);
         let mut solver = solver.ok()?;
@@ -164,6 +207,10 @@ impl Cones {
         let most = self.violations.iter();
         let (_, constraint) = most.max_by(|a, b| z[a.0].total_cmp(&z[b.0]))?;
         let constraint = constraint.clone();
-        Some((solver.solution.x, Violation { constraint, amount }))
+        Some(Least {
+            x: solver.solution.x,
+            z,
+            violation: Violation { constraint, amount },
+        })
     }
 }
