@@ -66,7 +66,7 @@ pub struct Solver {
     pub step_scale: f64,
     /// How far the base may tilt, where there is a bound.
     pub upright: Option<Upright>,
-    /// Whether, where every attempt failed, proofs are sought and attempts made that cost several times as much.
+    /// Whether, where two attempts failed, proofs are sought and more attempts made, which cost several times as much.
     /// Such a proof rests on all margins: it says nothing of smaller ones.
     pub thorough: bool,
 }

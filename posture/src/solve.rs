@@ -7,6 +7,8 @@
 
 use std::cell::OnceCell;
 
+use robot_model::Configuration;
+
 use crate::contact_ik::ContactIk;
 use crate::iterate::{Context, Iterate, Pyramid, Relaxed};
 use crate::outcome::Outcome;
@@ -22,8 +24,11 @@ const DRAWN: usize = 8;
 const GOOD_ENOUGH: f64 = 0.02;
 /// A guess that is left farther from its contacts than this waits its turn among the others, m.
 const FAR_M: f64 = 0.05;
+/// The attempt before which a proof is sought where that is worth it, and how many are made then at least.
+const PROVED_BEFORE: usize = 2;
+const THOROUGH: usize = 12;
 /// Parts of their ranges within which joints are kept about where an attempt began, one after the other.
-const NEARER: [f64; 4] = [0.5, 0.5, 0.25, 0.25];
+const NEARER: [f64; 2] = [0.5, 0.5];
 
 /// Finds a posture for a contact set, or the reason why there is none.
 ///
@@ -63,15 +68,15 @@ pub(crate) fn solve_relaxed(
     let fine = OnceCell::new();
     let mut sqp = Sqp::new(&ctx, 0);
     let mut contact_ik = ContactIk::new(&ctx);
-    let mut draw = |k: usize| {
-        let mut it = ctx.start(&seed(&ctx, k));
+    let mut bring = |q: &Configuration| {
+        let mut it = ctx.start(q);
         let apart_m = contact_ik.run(&ctx, &mut it);
         (apart_m, it)
     };
 
     // Seeds that wait, with what their contacts lack.
     let mut pool: Vec<Waiting> = Vec::new();
-    let (apart_m, guess) = draw(0);
+    let (apart_m, guess) = bring(&seed(&ctx, 0));
     let mut first = None;
     if apart_m < FAR_M {
         first = Some(guess);
@@ -80,7 +85,9 @@ pub(crate) fn solve_relaxed(
     }
     let mut drawn = 1;
     let mut nearest: Option<Outcome> = None;
-    for attempt in 0..=config.restarts {
+    let thorough = whole && config.solver.thorough;
+    let restarts = config.restarts.max(if thorough { THOROUGH } else { 0 });
+    for attempt in 0..=restarts {
         if attempt == 1 {
             let fine = fine.get_or_init(|| Context {
                 pyramid: Pyramid::fine(),
@@ -88,11 +95,30 @@ pub(crate) fn solve_relaxed(
             });
             sqp = Sqp::new(fine, sqp.iterations);
         }
+        // A proof; where there is none, its problem has a place to begin, and others with all joints nearer to that.
+        if attempt == PROVED_BEFORE && thorough {
+            let mut seed = match proof::after_all(&ctx) {
+                Some(Answer::Refuted(violation)) => return Ok(Outcome::Infeasible(violation)),
+                Some(Answer::Seed(seed)) => Some(seed),
+                None => None,
+            };
+            let mut nearer = NEARER.iter();
+            while let Some(q) = seed {
+                let outcome = sqp.descend(bring(&q).1);
+                if matches!(outcome, Outcome::Feasible(_)) {
+                    return Ok(outcome);
+                }
+                keep(&mut nearest, outcome);
+                seed = nearer
+                    .next()
+                    .and_then(|part| proof::seed_near(&ctx, &q, *part));
+            }
+        }
         let it = if let Some(guess) = first.take() {
             guess
         } else {
             for _ in 0..DRAWN {
-                let (apart_m, it) = draw(drawn);
+                let (apart_m, it) = bring(&seed(&ctx, drawn));
                 drawn += 1;
                 let mut seed = Waiting::new(apart_m, it);
                 let good = apart_m < GOOD_ENOUGH && seed.evaluated(&mut sqp) < GOOD_ENOUGH;
@@ -111,27 +137,6 @@ pub(crate) fn solve_relaxed(
             return Ok(outcome);
         }
         keep(&mut nearest, outcome);
-    }
-    // A proof; where there is none, its problem has a place to begin, and another with all joints nearer to that.
-    if whole && config.solver.thorough {
-        let mut seed = match proof::after_all(&ctx) {
-            Some(Answer::Refuted(violation)) => return Ok(Outcome::Infeasible(violation)),
-            Some(Answer::Seed(seed)) => Some(seed),
-            None => None,
-        };
-        let mut nearer = NEARER.iter();
-        while let Some(q) = seed {
-            let mut it = ctx.start(&q);
-            contact_ik.run(&ctx, &mut it);
-            let outcome = sqp.descend(it);
-            if matches!(outcome, Outcome::Feasible(_)) {
-                return Ok(outcome);
-            }
-            keep(&mut nearest, outcome);
-            seed = nearer
-                .next()
-                .and_then(|part| proof::seed_near(&ctx, &q, *part));
-        }
     }
     nearest.ok_or(Error::Unsupported)
 }
