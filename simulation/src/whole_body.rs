@@ -2,7 +2,7 @@
 //!
 //!   min Σ w ‖A v̇ + b − a*‖² + Σ w_c ‖f_c − f_plan‖²      x = [v̇, f]
 //!   s.t.  M_b v̇ + h_b = J_bᵀ f                          floating base
-//!         |M_a v̇ + h_a − J_aᵀ f| ≤ τ_max                joints
+//!         |M_a v̇ + h_a − J_aᵀ f| ≤ 0.9 τ_max            joints
 //!         f_x cos β + f_y sin β ≤ 0.7 μ cos(π/8) f_z    friction at every corner, eight sides of the cone
 //!
 //! Forces act at the corners of each closed patch, drawn in by a margin: a corner outside the real
@@ -31,6 +31,9 @@ pub(crate) const PERIOD_S: f64 = 0.002;
 /// itself takes more, that and a little.
 const FRICTION_USE: f64 = 0.7;
 const SPARE: f64 = 1.1;
+/// Part of the torque limits that it uses: drives keep a little for what they do not know of, and the plan's own
+/// torques are below that.
+const TORQUE_USE: f64 = 0.9;
 /// Sides of the cone that it keeps to, whose edges are on it.
 const SIDES: usize = 8;
 /// Distance by which the corners, at which forces act, lie inside the patch, m.
@@ -151,7 +154,7 @@ impl<'a> WholeBodyController<'a> {
             let (lower, upper) = if i < 6 {
                 (-h[i], -h[i])
             } else {
-                let effort = self.robot.bodies[i - 5].effort;
+                let effort = TORQUE_USE * self.robot.bodies[i - 5].effort;
                 if !effort.is_finite() {
                     continue;
                 }
