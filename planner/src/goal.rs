@@ -15,6 +15,11 @@ use crate::nominal_posture::nominal_posture;
 use crate::reserve::solve_with_reserve;
 use crate::result::Blocked;
 
+/// Weight of the base's tilt at the goal, 1/rad², and the part of the bound on tilts that it keeps to: who has
+/// arrived stands upright, whatever the legs have to turn for it, or takes another step.
+const STANDING: f64 = 5.0;
+const STANDING_TILT: f64 = 0.6;
+
 /// What came of trying the goal at a node.
 pub(crate) enum Attempt {
     /// The wanted contacts are not there, or the goal is out of reach of those that are.
@@ -53,13 +58,16 @@ pub(crate) fn try_goal(
         base_goal: Some(goal.base.clone()),
         ..context.problem(node.contacts.clone(), &reference, &node.posture.q)
     };
+    let mut upright = context.upright(&reference);
+    upright.tilt_max_rad *= STANDING_TILT;
     // The node's posture is near: what other seeds would find is another way to the goal.
     let config = posture::Config {
         restarts: 0,
         solver: posture::Solver {
-            upright: Some(context.upright(&reference)),
+            upright: Some(upright),
             ..config.solver
         },
+        weight_base: config.weight_base.max(STANDING),
         ..config.clone()
     };
     let outcome = solve_with_reserve(&problem, &config)?;

@@ -135,7 +135,9 @@ impl Perturbation {
             mass_factor: kinds.mass.then(|| 1.0 + spread.mass * draw(0, 0)),
             moved: (0..).zip(moved).map(displacement).collect(),
             pushes: (0..count).map(push).collect(),
-            sensing: kinds.sensing.then(|| mix(seed.wrapping_add(run)) >> 12),
+            sensing: kinds
+                .sensing
+                .then(|| mix(mix(seed).wrapping_add(run)) >> 12),
         }
     }
 
@@ -166,7 +168,7 @@ impl Perturbation {
 
 /// A number in [−1, 1) that depends on its place alone (SplitMix64 of a counter).
 pub(crate) fn symmetric(seed: u64, run: u64, what: u64, index: u64) -> f64 {
-    let mut x = seed;
+    let mut x = mix(seed);
     for part in [run, what, index] {
         x = mix(x.wrapping_add(0x9E37_79B9_7F4A_7C15).wrapping_add(part));
     }
@@ -194,6 +196,8 @@ mod tests {
         assert!(all.iter().any(|x| *x > 0.95) && all.iter().any(|x| *x < -0.95));
         assert_eq!(symmetric(7, 3, 1, 5), all[5]);
         assert_ne!(symmetric(8, 3, 1, 5), all[5]);
+        // The runs of one seed are not those of another.
+        assert_ne!(symmetric(8, 2, 1, 5), all[5]);
     }
 
     #[test]

@@ -26,7 +26,7 @@ const FINALLY: usize = 8;
 /// How often the limits are drawn in where samples exceed them, those of the samples taken in as well, and how
 /// often all is made slower then, each time farther than what the last samples say: others meet sharp places of
 /// the path elsewhere.
-const DRAWN_IN: usize = 2;
+const DRAWN_IN: usize = 5;
 const STRETCHED: usize = 24;
 /// Largest difference of velocities from those of the samples, over what the largest acceleration of a joint
 /// makes of it between two of them: more is a kink.

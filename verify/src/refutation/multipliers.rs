@@ -4,7 +4,7 @@
 //!
 //! A force f is in its friction cone, its g is to be in the dual of that.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use plan::{Multipliers, PlaceFreedom};
 use robot_model::{GRAVITY_M_S2, JointKind};
 
@@ -189,9 +189,4 @@ pub(super) fn length_m(body: &robot_model::Body) -> f64 {
         _ => 0.0,
     };
     body.X_PJ.translation.vector.norm() + slide
-}
-
-/// ⟨A, B⟩ = tr AᵀB.
-pub(super) fn product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> f64 {
-    a.dot(b)
 }

@@ -14,7 +14,6 @@ use nalgebra::{Matrix3, Vector3};
 use robot_model::{Body, JointKind, Robot};
 
 use super::CERTAIN;
-use super::multipliers::product;
 
 /// How often the range of a joint is halved at most, and to which part of what must be left.
 const HALVINGS: usize = 500;
@@ -66,19 +65,17 @@ impl<'a> Turns<'a> {
             let known = [self.known[parent], self.known[b]];
             // The least for a joint's rotation, or a corner beside it.
             let least = |rotation: &Matrix3<f64>| match known {
-                [Some(parent), Some(own)] => product(&turn, &own) - product(&form, &parent),
-                [Some(parent), None] => {
-                    product(&turn, &(parent * R_PJ * rotation)) - product(&form, &parent)
-                }
+                [Some(parent), Some(own)] => turn.dot(&own) - form.dot(&parent),
+                [Some(parent), None] => turn.dot(&(parent * R_PJ * rotation)) - form.dot(&parent),
                 [None, Some(own)] => {
-                    product(&turn, &own) - product(&(form * R_PJ), &(own * rotation.transpose()))
+                    turn.dot(&own) - (form * R_PJ).dot(&(own * rotation.transpose()))
                 }
                 [None, None] => least_turned(&(turn * rotation.transpose() - form * R_PJ)),
             };
             sum += over_arc(body, body.kept_margin(self.margin_rad), least);
         }
         sum += match &self.known[0] {
-            Some(base) => product(&self.turn[0], base),
+            Some(base) => self.turn[0].dot(base),
             None => least_turned(&self.turn[0]),
         };
         (sum, self.place[0])
