@@ -116,11 +116,14 @@ impl Perturbation {
             })
         };
         let moved = if kinds.surfaces { used } else { &[] };
+        // The last push comes while the motion lasts, too: what comes after is neither executed nor settled.
+        let every_s = spread.push_every_s.min(duration_s);
         let push = |k: u64| {
             let within = (draw(2, k) + 1.0) / 2.0;
+            let from_s = k as f64 * every_s;
             let (sin, cos) = (draw(3, k) * std::f64::consts::PI).sin_cos();
             Push {
-                t_s: (k as f64 + within) * spread.push_every_s.min(duration_s),
+                t_s: from_s + within * every_s.min(duration_s - from_s),
                 duration_s: PUSH_S,
                 force_W: [spread.push_n * cos, spread.push_n * sin, 0.0],
             }
@@ -224,11 +227,16 @@ mod tests {
         }
         assert_eq!(drawn.pushes.len(), 3);
         for (k, push) in drawn.pushes.iter().enumerate() {
-            assert!(push.t_s >= 10.0 * k as f64 && push.t_s < 10.0 * (k + 1) as f64);
+            let until_s = 25.0_f64.min(10.0 * (k + 1) as f64);
+            assert!(push.t_s >= 10.0 * k as f64 && push.t_s < until_s);
             let force = drawn.force_W(push.t_s + 0.1);
             assert!((force.norm() - 60.0).abs() < 1e-9);
             assert_eq!(drawn.force_W(push.t_s + 0.2), Vector3::zeros());
         }
+        // None comes after the end.
+        let runs = (0..20).map(|run| Perturbation::draw(1, run, &spread, Kinds::ALL, &used, 25.0));
+        let mut pushes = runs.flat_map(|drawn| drawn.pushes);
+        assert!(pushes.all(|push| push.t_s < 25.0));
         let plain = Perturbation::draw(1, 0, &spread, Kinds::default(), &used, 25.0);
         assert_eq!(plain, Perturbation::default());
     }
