@@ -56,7 +56,7 @@ pub struct Spread {
     /// Horizontal force of a push on the base, N.
     #[schemars(range(min = 0.0, max = 10_000.0))]
     pub push_n: f64,
-    /// Time in which one push falls, s.
+    /// Time in which one push falls, s: the motion is parted into as many equal times as are nearest to that.
     #[schemars(range(min = 0.1, max = 1000.0))]
     pub push_every_s: f64,
 }

@@ -116,28 +116,25 @@ impl Perturbation {
             })
         };
         let moved = if kinds.surfaces { used } else { &[] };
-        // The last push comes while the motion lasts, too: what comes after is neither executed nor settled.
-        let every_s = spread.push_every_s.min(duration_s);
+        // As many as come nearest, each in its part of the motion: what comes after is neither executed nor settled.
+        let count = match kinds.pushes && spread.push_every_s > 0.0 {
+            true => (duration_s / spread.push_every_s).round().max(1.0),
+            false => 0.0,
+        };
         let push = |k: u64| {
             let within = (draw(2, k) + 1.0) / 2.0;
-            let from_s = k as f64 * every_s;
             let (sin, cos) = (draw(3, k) * std::f64::consts::PI).sin_cos();
             Push {
-                t_s: from_s + within * every_s.min(duration_s - from_s),
+                t_s: (k as f64 + within) / count * duration_s,
                 duration_s: PUSH_S,
                 force_W: [spread.push_n * cos, spread.push_n * sin, 0.0],
             }
-        };
-        let count = if kinds.pushes && spread.push_every_s > 0.0 {
-            (duration_s / spread.push_every_s).ceil().max(1.0) as u64
-        } else {
-            0
         };
         Self {
             friction_factor: kinds.friction.then_some(spread.friction_factor),
             mass_factor: kinds.mass.then(|| 1.0 + spread.mass * draw(0, 0)),
             moved: (0..).zip(moved).map(displacement).collect(),
-            pushes: (0..count).map(push).collect(),
+            pushes: (0..count as u64).map(push).collect(),
             sensing: kinds
                 .sensing
                 .then(|| mix(mix(seed).wrapping_add(run)) >> 12),
@@ -227,16 +224,12 @@ mod tests {
         }
         assert_eq!(drawn.pushes.len(), 3);
         for (k, push) in drawn.pushes.iter().enumerate() {
-            let until_s = 25.0_f64.min(10.0 * (k + 1) as f64);
-            assert!(push.t_s >= 10.0 * k as f64 && push.t_s < until_s);
+            let part_s = 25.0 / 3.0;
+            assert!(push.t_s >= part_s * k as f64 && push.t_s < part_s * (k + 1) as f64);
             let force = drawn.force_W(push.t_s + 0.1);
             assert!((force.norm() - 60.0).abs() < 1e-9);
             assert_eq!(drawn.force_W(push.t_s + 0.2), Vector3::zeros());
         }
-        // None comes after the end.
-        let runs = (0..20).map(|run| Perturbation::draw(1, run, &spread, Kinds::ALL, &used, 25.0));
-        let mut pushes = runs.flat_map(|drawn| drawn.pushes);
-        assert!(pushes.all(|push| push.t_s < 25.0));
         let plain = Perturbation::draw(1, 0, &spread, Kinds::default(), &used, 25.0);
         assert_eq!(plain, Perturbation::default());
     }
