@@ -28,9 +28,9 @@ use tasks::{Offset, contact_axes};
 pub(crate) const PERIOD_S: f64 = 0.002;
 /// Part of the coefficients of friction that the controller counts on: as much as motions use where they can. A
 /// floor that is wet or dusty keeps three quarters, of which a plane that is 1° off takes a twentieth. Where the plan
-/// itself takes more, that and a little.
+/// itself takes more, that and what a push asks for beside it.
 const FRICTION_USE: f64 = 0.7;
-const SPARE: f64 = 1.1;
+const SPARE: f64 = 1.15;
 /// Part of the torque limits that it uses: drives keep a little for what they do not know of, and the plan's own
 /// torques are below that.
 const TORQUE_USE: f64 = 0.9;
