@@ -3,7 +3,8 @@
 //!   min Σ w ‖A v̇ + b − a*‖² + Σ w_c ‖f_c − f_plan‖²      x = [v̇, f]
 //!   s.t.  M_b v̇ + h_b = J_bᵀ f                          floating base
 //!         |M_a v̇ + h_a − J_aᵀ f| ≤ 0.9 τ_max            joints
-//!         f_x cos β + f_y sin β ≤ 0.7 μ cos(π/8) f_z    friction at every corner, eight sides of the cone
+//!         f_x cos β + f_y sin β ≤ 0.7 μ cos(π/8) f_z    friction at every corner, eight sides of the cone;
+//!                                                       1.15 times the plan's part of μ where that is more
 //!
 //! Forces act at the corners of each closed patch, drawn in by a margin: a corner outside the real
 //! patch fells the robot. Torques follow as τ = M_a v̇ + h_a − J_aᵀ f.
@@ -31,8 +32,8 @@ pub(crate) const PERIOD_S: f64 = 0.002;
 /// itself takes more, that and what a push asks for beside it.
 const FRICTION_USE: f64 = 0.7;
 const SPARE: f64 = 1.15;
-/// Part of the torque limits that it uses: drives keep a little for what they do not know of, and the plan's own
-/// torques are below that.
+/// Part of the torque limits that it uses: drives keep a little for what they do not know of. Plans use less, unless
+/// they are set to use more; those cannot be executed.
 const TORQUE_USE: f64 = 0.9;
 /// Sides of the cone that it keeps to, whose edges are on it.
 const SIDES: usize = 8;
