@@ -32,7 +32,7 @@ pub struct Config {
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub lateral_deviation_price_per_m: f64,
     /// Largest tilt of the base from upright (of a robot on three feet or more: from the mean of
-    /// what it stands on), in stances and between them, rad.
+    /// what it stands on), in stances and between them, rad; six tenths of that at the goal.
     #[schemars(range(min = 0.01, max = 1.57))]
     pub tilt_max_rad: f64,
     /// Patches that are not used, by name or role.
