@@ -10,7 +10,7 @@ use crate::airborne::Airborne;
 use crate::clearance::TOLERANCE_M;
 use crate::failure::{Failure, Reason};
 use crate::problem::{Keyframe, MotionContext, Swing, Task};
-use crate::route::{Router, extra_m};
+use crate::route::{Extra, Router, extra_m};
 use crate::sampling::{SampledTrajectory, sample};
 use crate::sweep::{self, Hit, Shortfall};
 use crate::swing_path::{self, SwingPath};
@@ -24,6 +24,8 @@ const BEND_MAX_M: f64 = 0.03;
 const BEND_FURTHER_M: f64 = 2e-4;
 /// Postures solved on one path where its checks fail.
 const WAYPOINTS_MAX: usize = 2;
+/// How often one path is tried farther from a limit that it missed by a hair.
+const HAIRS_MAX: usize = 2;
 /// Smallest distance of a waypoint from another keyframe, part of the path: nearer ones would be
 /// passed with a jerk.
 const APART_MIN: f64 = 0.12;
@@ -142,10 +144,11 @@ fn follow(
     path: Option<&SwingPath>,
 ) -> Result<Result<SampledTrajectory, (Failure, bool)>, Error> {
     let mut task = task.clone();
-    let mut evades = false;
-    let mut waypoints = 0;
+    let mut path = path.cloned();
+    let (mut evades, mut extra) = (false, Extra::USUAL);
+    let (mut hairs, mut waypoints) = (0, 0);
     loop {
-        let failure = match attempt(context, &task, path, evades) {
+        let failure = match attempt(context, &task, path.as_ref(), evades, extra) {
             Ok(trajectory) => return Ok(Ok(trajectory)),
             Err(failure) => failure,
         };
@@ -162,12 +165,21 @@ fn follow(
             evades = true;
             continue;
         }
+        // What fails by a hair keeps farther from its limit.
+        if hairs < HAIRS_MAX && extra.keep_more(&failure) {
+            hairs += 1;
+            continue;
+        }
+        // Then let the patch turn.
+        if path.as_mut().is_some_and(SwingPath::turn_freely) {
+            continue;
+        }
         // Then ask the posture generator for a posture where it fails.
         if waypoints == WAYPOINTS_MAX {
             return Ok(Err((failure, true)));
         }
         waypoints += 1;
-        match waypoint(context, &task, path, failure.at)? {
+        match waypoint(context, &task, path.as_ref(), failure.at)? {
             Ok(keyframe) => {
                 let at = task.keyframes.partition_point(|k| k.u < keyframe.u);
                 task.keyframes.insert(at, keyframe);
@@ -182,12 +194,14 @@ fn attempt(
     task: &Task,
     path: Option<&SwingPath>,
     evades: bool,
+    extra: Extra,
 ) -> Result<SampledTrajectory, Failure> {
     let router = Router {
         context,
         task,
         path,
         evades,
+        extra,
     };
     let mut route = router.solve()?;
     // What fails by much is seen on a few samples.

@@ -16,9 +16,19 @@ const VIOLATED: f64 = 1e-9;
 /// What keeps rows that contradict each other from running away.
 const ELASTIC: f64 = 1e-6;
 
+/// lower ≤ w y_k ≤ upper, and which of the two is a row.
+struct Bound {
+    k: usize,
+    w: f64,
+    limits: [f64; 2],
+    is_row: [bool; 2],
+}
+
 /// Rows g with their room g·y₀ − b.
 #[derive(Default)]
 pub(crate) struct Inequalities {
+    /// Bounds of single coordinates: a row each where a solution violates them.
+    bounds: Vec<Bound>,
     rows: Vec<f64>,
     room: Vec<f64>,
     /// The rows that count so far: those that some solution violated.
@@ -34,8 +44,19 @@ pub(crate) struct Inequalities {
 
 impl Inequalities {
     pub fn clear(&mut self) {
+        self.bounds.clear();
         self.rows.clear();
         self.room.clear();
+    }
+
+    /// Lower and upper limit of `w` y_`k`.
+    pub fn bound(&mut self, k: usize, w: f64, limits: [f64; 2]) {
+        self.bounds.push(Bound {
+            k,
+            w,
+            limits,
+            is_row: [false; 2],
+        });
     }
 
     /// A new row of zeros with its room.
@@ -72,6 +93,7 @@ impl Inequalities {
                     self.working.push(i);
                 }
             }
+            self.bounded(n, y);
             if self.working.len() == known {
                 return;
             }
@@ -80,6 +102,23 @@ impl Inequalities {
             y.copy_from_slice(&self.before);
             for (row, mu) in self.projected.chunks_exact(n).zip(&self.multiplier) {
                 y.iter_mut().zip(row).for_each(|(y, p)| *y += mu * p);
+            }
+        }
+    }
+
+    /// Makes rows of the bounds that `y` violates: what gives way to one thing may come to another.
+    fn bounded(&mut self, n: usize, y: &[f64]) {
+        for bound in &mut self.bounds {
+            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                let room = |y: &[f64]| sign * (bound.w * y[bound.k] - bound.limits[side]);
+                if !bound.is_row[side] && room(y) < -VIOLATED {
+                    bound.is_row[side] = true;
+                    self.working.push(self.room.len());
+                    self.room.push(room(&self.before));
+                    self.rows.resize(self.rows.len() + n, 0.0);
+                    let begin = self.rows.len() - n;
+                    self.rows[begin + bound.k] = sign * bound.w;
+                }
             }
         }
     }
@@ -127,5 +166,24 @@ impl Inequalities {
                 break;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_gives_way_to_one_thing_stops_at_its_own_bound() {
+        // 2 y₁ + y₂ ≥ 2 moves y₁ from 0, where it has room, past 0.5.
+        let mut set = Inequalities::default();
+        set.bound(0, 1.0, [-0.5, 0.5]);
+        set.push(2, -2.0).copy_from_slice(&[2.0, 1.0]);
+        let mut y = [0.0, 0.0];
+        set.solve(2, 0, &[], &[], &mut y);
+        assert!(
+            (y[0] - 0.5).abs() < 1e-5 && (y[1] - 1.0).abs() < 1e-5,
+            "{y:?}"
+        );
     }
 }

@@ -24,12 +24,11 @@ use crate::time_scaling::quintic;
 const PIECES: usize = 40;
 /// Inverse square root of the base rotation's weight, where translations and joints have 1.
 const TURN_WEIGHT: f64 = 0.3;
-/// Added to the joints' margins (rad), the clearances (m) and the base's (rad) in the middle of the path, so that the
-/// spline keeps them between the knots too.
-const EXTRA_RAD: f64 = 4e-3;
-const EXTRA_M: f64 = 2e-3;
-const EXTRA_TILT_RAD: f64 = 1e-3;
-/// Part of the path over which these additions grow from 0 and fall back to it: the postures at the
+/// What a motion lacks of a limit by a hair, rad and m, and by how much more than that is kept to then.
+const HAIR_RAD: f64 = 5e-3;
+const HAIR_M: f64 = 3e-3;
+const MORE: f64 = 1.5;
+/// Part of the path over which what is kept beyond the limits grows from 0 and fall back to it: the postures at the
 /// ends may be on their bounds.
 const EASE: f64 = 0.05;
 /// Residual that the projection may leave at a knot, m and rad: samples are closed once more.
@@ -60,6 +59,39 @@ pub(crate) struct Router<'a> {
     pub path: Option<&'a SwingPath>,
     /// Whether the body moves out of the way of what it would touch.
     pub evades: bool,
+    pub extra: Extra,
+}
+
+/// What is kept beyond the limits in the middle of the path, so that the spline keeps to them between the knots
+/// too.
+#[derive(Clone, Copy)]
+pub(crate) struct Extra {
+    joints_rad: f64,
+    clearance_m: f64,
+    tilt_rad: f64,
+}
+
+impl Extra {
+    /// What usually does.
+    pub const USUAL: Self = Self {
+        joints_rad: 4e-3,
+        clearance_m: 2e-3,
+        tilt_rad: 1e-3,
+    };
+
+    /// Keeps more of a limit that was missed; whether it was by a hair, so that this may do.
+    pub fn keep_more(&mut self, failure: &Failure) -> bool {
+        let (kept, hair) = match failure.reason {
+            Reason::JointLimit { .. } => (&mut self.joints_rad, HAIR_RAD),
+            Reason::Tilt => (&mut self.tilt_rad, HAIR_RAD),
+            Reason::Clearance { .. } | Reason::SelfClearance { .. } => {
+                (&mut self.clearance_m, HAIR_M)
+            }
+            _ => return false,
+        };
+        *kept += MORE * failure.amount;
+        failure.amount < hair
+    }
 }
 
 impl<'a> Router<'a> {
@@ -90,14 +122,15 @@ impl<'a> Router<'a> {
                 q.integrate_in_place(&deltas[before..]);
             }
             self.target(u, &ends, &mut target);
-            let joints = joint_bounds(context, inner(u) * EXTRA_RAD);
+            let joints = joint_bounds(context, inner(u) * self.extra.joints_rad);
             let near = |kinematics: &Kinematics, out: &mut Vec<Near>| {
-                near::pairs(context, self.task, kinematics, extra_m(u), out);
+                let extra_m = inner(u) * self.extra.clearance_m;
+                near::pairs(context, self.task, kinematics, extra_m, out);
             };
             let bounds = Bounds {
                 joints: &joints,
                 upright: self.task.upright(u).map(|upright| Upright {
-                    tilt_max_rad: upright.tilt_max_rad - inner(u) * EXTRA_TILT_RAD,
+                    tilt_max_rad: upright.tilt_max_rad - inner(u) * self.extra.tilt_rad,
                     ..upright
                 }),
                 near: if self.evades { Some(&near) } else { None },
@@ -254,9 +287,9 @@ fn inner(u: f64) -> f64 {
     quintic(u / EASE) * quintic((1.0 - u) / EASE)
 }
 
-/// What is added to the clearances at `u`, m.
+/// What is usually added to the clearances at `u`, m.
 pub(crate) fn extra_m(u: f64) -> f64 {
-    inner(u) * EXTRA_M
+    inner(u) * Extra::USUAL.clearance_m
 }
 
 /// Where the closed contacts and the centre of mass are at `u`.

@@ -41,6 +41,8 @@ pub(crate) struct SwingPath {
     turn: Vector3<f64>,
     /// Where the orientation begins and ends to turn.
     turning: (f64, f64),
+    /// How readily the patch turns from that far from its ends, beside the joints.
+    freedom: f64,
     /// Length, m.
     pub length_m: f64,
 }
@@ -137,6 +139,7 @@ impl SwingPath {
             from,
             turn: (swing.to.rotation * from.inverse()).scaled_axis(),
             turning: (0.0, 1.0),
+            freedom: STIFF,
             length_m: 0.0,
         }
     }
@@ -223,8 +226,10 @@ impl SwingPath {
 
 /// Sum of the squares of the free control points' weights below which a path cannot be bent.
 const BENDING_MIN: f64 = 0.05;
-/// How readily a patch turns far from its ends, beside the joints.
-const TURN_FREEDOM: f64 = 0.5;
+/// How readily a patch turns from its path's orientation: hardly, as it then takes the least time, or as the
+/// body needs it.
+const STIFF: f64 = 0.02;
+const FREE: f64 = 0.5;
 /// Part of the path over which that freedom grows and ceases.
 const EASE: f64 = 0.15;
 
@@ -236,7 +241,14 @@ impl SwingPath {
             return 0.0;
         }
         let ease = quintic((u - begin) / EASE) * quintic((end - u) / EASE);
-        TURN_FREEDOM * ease
+        self.freedom * ease
+    }
+
+    /// Lets the patch turn as the body needs it; whether that is anything new.
+    pub fn turn_freely(&mut self) -> bool {
+        let before = self.turn_freedom(0.5);
+        self.freedom = FREE;
+        self.turn_freedom(0.5) > before
     }
 }
 

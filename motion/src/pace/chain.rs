@@ -26,7 +26,7 @@ const FINALLY: usize = 8;
 /// How often the limits are drawn in where samples exceed them, those of the samples taken in as well, and how
 /// often all is made slower then, each time farther than what the last samples say: others meet sharp places of
 /// the path elsewhere.
-const DRAWN_IN: usize = 5;
+const DRAWN_IN: usize = 12;
 const STRETCHED: usize = 24;
 /// Largest difference of velocities from those of the samples, over what the largest acceleration of a joint
 /// makes of it between two of them: more is a kink.
@@ -55,22 +55,29 @@ pub(crate) fn samples(
     };
     let mut grid = knots(&mut paces, &leans);
     let (mut slower, mut samples, mut settled) = (1.0, Vec::new(), false);
-    for tried in 0..DRAWN_IN + STRETCHED {
+    let mut sharp: Vec<[f64; 2]> = Vec::new();
+    for tried in 1..=DRAWN_IN + STRETCHED {
         let Some((law, over)) = smooth(&grid, context.config, FINALLY) else {
             break;
         };
         let law = law.slower(over * slower);
-        let used;
-        (samples, used) = sampled(&mut paces, &leans, &law, context.config);
+        // Only a law that keeps to its limits where those before did not is worth a look at all of it.
+        let at_sharp = |s: f64| sharp.iter().any(|[from, to]| (*from..=*to).contains(&s));
+        let (_, mut used) = sampled(&mut paces, &leans, &law, context.config, at_sharp);
+        if worst(&used) <= 1.0 + OVER || tried == DRAWN_IN + STRETCHED {
+            (samples, used) = sampled(&mut paces, &leans, &law, context.config, |_| true);
+        }
         let over = worst(&used);
         settled = over <= 1.0 + OVER;
         if settled {
             break;
         }
-        if tried < DRAWN_IN {
+        let beyond = used.iter().filter(|excess| excess.over > 1.0 + OVER);
+        sharp.extend(beyond.map(|excess| excess.span));
+        if tried <= DRAWN_IN {
             grid.draw_in(&used);
         } else {
-            slower *= 1.0 + (over - 1.0) * (tried - DRAWN_IN + 1) as f64;
+            slower *= 1.0 + (over - 1.0) * (tried - DRAWN_IN) as f64;
         }
     }
     // What stays outside the limits is no law for several phases, which may stop instead.
@@ -138,12 +145,14 @@ fn suited(paces: &mut [Pace], config: &Config) -> Option<Vec<Vec<Lean>>> {
     best.map(|(_, leans)| leans)
 }
 
-/// The samples of every phase by a law, and by how much each of them exceeds what is allowed.
+/// The samples of every phase by a law, where its path is to be looked at, and by how much each of them exceeds
+/// what is allowed.
 fn sampled(
     paces: &mut [Pace],
     leans: &[Vec<Lean>],
     law: &TimeLaw,
     config: &Config,
+    looked_at: impl Fn(f64) -> bool + Sync,
 ) -> (Vec<Vec<Paced>>, Vec<Excess>) {
     let count = paces.len();
     let time = |k: usize| match k {
@@ -155,44 +164,51 @@ fn sampled(
     let all = paces.par_iter_mut().zip(leans).enumerate();
     let all = all.map(|(k, (pace, leans))| {
         let states = stepped([borders[k], borders[k + 1]], config.dt_s);
-        let mut used = Vec::with_capacity(2 * states.len());
-        let mut all: Vec<Paced> = Vec::with_capacity(states.len());
-        for [tau, slower, change] in states {
+        let samples = states.into_iter().map(|[tau, slower, change]| {
             let [s, rate, bend] = law.at(tau);
+            if !looked_at(s) {
+                return None;
+            }
             let (rate, bend) = (rate * slower, bend * slower * slower + rate * change);
             let along = (s - k as f64).clamp(0.0, 1.0);
             let place = pace.place(along, &between(leans, along));
-            let now = pace.paced(&place, rate, bend);
             let rows = pace.rows(&place);
-            let mut over = excess(&rows, rate, bend);
-            let rows = if over > 1.0 + OVER {
-                binding(rows)
-            } else {
-                Vec::new()
-            };
-            if let Some(before) = all.last() {
-                over = over.max(kink(before, &now, config));
-            }
-            used.push(Excess {
+            let over = excess(&rows, rate, bend);
+            let beyond = over > 1.0 + OVER;
+            let excess = Excess {
                 s,
                 span: law.span(tau),
                 over,
-                rows,
-            });
-            all.push(now);
-        }
-        (all, used)
+                rows: if beyond { binding(rows) } else { Vec::new() },
+            };
+            Some((pace.paced(&place, rate, bend), excess))
+        });
+        samples.collect()
     });
-    let all: Vec<(Vec<Paced>, Vec<Excess>)> = all.collect();
-    let (samples, mut used): (Vec<_>, Vec<_>) = all.into_iter().unzip();
-    // The first sample of a phase takes the place of the last one before it.
-    for (k, pair) in samples.windows(2).enumerate() {
-        if let ([.., before, _], [now, ..]) = (&pair[0][..], &pair[1][..])
-            && let Some(last) = used[k].last_mut()
-        {
-            last.over = last.over.max(kink(before, now, config));
+    let mut all: Vec<Vec<Option<(Paced, Excess)>>> = all.collect();
+    for k in 0..count {
+        // The first sample of a phase takes the place of the last one before it.
+        let (so_far, next) = all.split_at_mut(k + 1);
+        let samples = &mut so_far[k];
+        let last = samples.len() - 1;
+        let first_after = next.first().and_then(|next| next[0].as_ref());
+        for i in 1..=last {
+            let Some((before, _)) = &samples[i - 1] else {
+                continue;
+            };
+            let follow = [samples[i].as_ref(), first_after.filter(|_| i == last)];
+            let kinks = follow.into_iter().flatten();
+            let kinks = kinks.map(|(now, _)| kink(before, now, config));
+            let kink = kinks.fold(0.0, f64::max);
+            if let Some((_, excess)) = &mut samples[i] {
+                excess.over = excess.over.max(kink);
+            }
         }
     }
+    let phases = all
+        .into_iter()
+        .map(|samples| samples.into_iter().flatten().unzip());
+    let (samples, used): (Vec<_>, Vec<Vec<Excess>>) = phases.unzip();
     (samples, used.into_iter().flatten().collect())
 }
 
