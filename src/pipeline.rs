@@ -183,14 +183,12 @@ pub fn plan(
     };
     let certificate = pool.install(|| {
         stages.measure("verify", || {
-            let options = verify::Options::default();
             let motion = answer.motion.as_ref();
             anyhow::Ok(verify::verify_in(
                 &plan,
                 motion,
                 robot,
                 &posed.world(config, &scene.name)?,
-                &options,
             ))
         })
     })?;

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use libfuzzer_sys::fuzz_target;
 use plan::{Motion, Plan};
 use robot_model::{Config, Robot, load, load_from_strings};
-use verify::{Certificate, Options, verify_with};
+use verify::{Certificate, verify};
 
 /// The robot that the seeds were planned for.
 static ROBOT: LazyLock<Robot> = LazyLock::new(|| {
@@ -25,7 +25,7 @@ fuzz_target!(|text: &str| {
         return;
     };
     let motion = serde_json::from_str::<Motion>(motion).ok();
-    let certificate = verify_with(&plan, motion.as_ref(), &ROBOT, &Options::default());
+    let certificate = verify(&plan, motion.as_ref(), &ROBOT);
     assert!(!certificate.table().is_empty());
     let written = certificate.to_json().expect("it can be written");
     let read: Certificate = serde_json::from_str(&written).expect("it can be read");

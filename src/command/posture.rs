@@ -19,7 +19,7 @@ use crate::output;
 use crate::posture_problem;
 use crate::provenance::Inputs;
 use crate::report::quantile;
-use crate::robot_files::RobotFlags;
+use crate::robot_files::RobotFiles;
 use crate::status::Status;
 use crate::threads;
 use crate::told::Told;
@@ -36,7 +36,7 @@ pub struct Args {
     #[arg(value_name = "PROBLEMS.json")]
     problems: PathBuf,
     #[command(flatten)]
-    robot: RobotFlags,
+    robot: RobotFiles,
     /// The comfortable posture, as the SRDF names it (default: half_sitting, standing or the first)
     #[arg(long, value_name = "NAME")]
     reference: Option<String>,
@@ -113,7 +113,7 @@ pub struct ContactForces<'a> {
 pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
     let mut inputs = Inputs::default();
-    let robot = args.robot.files().load(&config.robot_model, &mut inputs)?;
+    let robot = args.robot.load(&config.robot_model, &mut inputs)?;
     let file = args.problems.display().to_string();
     let bytes = inputs.read("problems", &args.problems)?;
     output::check(&args.output)?;
@@ -233,8 +233,7 @@ impl<'a> Solver<'a> {
 impl<'a> Answer<'a> {
     /// Keeps a proof that `verify` finds to hold; without one nothing is decided.
     fn prove(&mut self, refutation: Option<plan::Refutation>, robot: &Robot) {
-        let options = verify::Options::default();
-        let check = |refutation: &plan::Refutation| verify::refuted(refutation, robot, &options);
+        let check = |refutation| verify::refuted(refutation, robot);
         let held = refutation.as_ref().map_or(Err("none".into()), check);
         match held {
             Ok(_) => self.refutation = refutation,

@@ -98,7 +98,6 @@ pub fn certificate(
     let folder = path.parent().unwrap_or(Path::new(""));
     let (robot, world) = against::find(plan, folder, against, robot, global)?;
     let motion = plan_file::open_motion(path, plan)?;
-    let options = verify::Options::default();
-    let check = || verify::verify_in(plan, motion.as_ref(), &robot, &world, &options);
+    let check = || verify::verify_in(plan, motion.as_ref(), &robot, &world);
     Ok(threads::pool(global.threads)?.install(check))
 }

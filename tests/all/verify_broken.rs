@@ -1,13 +1,13 @@
 //! A plan made by hand passes the verifier; broken in every way of the table it fails, in the
 //! check that is meant to notice and in no unrelated one.
 
-use verify::{Check, Options, verify};
+use verify::{Check, verify};
 
 use crate::support::{biped, mutations};
 
 #[test]
 fn the_hand_made_plan_passes() {
-    let certificate = verify(&biped::plan(), &biped::robot(), &Options::default());
+    let certificate = verify(&biped::plan(), None, &biped::robot());
     let table = certificate.table();
     println!("{table}");
     assert!(certificate.pass, "{table}");
@@ -28,7 +28,7 @@ fn every_broken_plan_fails_where_it_is_broken() {
 fn a_failure_names_stance_contact_check_and_amount() {
     let (mut plan, robot) = (biped::plan(), biped::robot());
     plan.faces[1].X_WF.translation.vector.z -= 0.005;
-    let certificate = verify(&plan, &robot, &Options::default());
+    let certificate = verify(&plan, None, &robot);
     let first = certificate.failures().next().unwrap().sentence();
     assert_eq!(
         first,

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use plan::{Motion, Plan};
-use verify::{Options, verify_with};
+use verify::verify;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1);
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         )?)?),
         None => None,
     };
-    let certificate = verify_with(&plan, motion.as_ref(), &robot, &Options::default());
+    let certificate = verify(&plan, motion.as_ref(), &robot);
     print!("{}", certificate.table());
     Ok(())
 }

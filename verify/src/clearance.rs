@@ -1,20 +1,18 @@
 //! Nothing but contacts is near the environment, contacts do not sink in, and the robot's parts
 //! are apart.
 
-use nalgebra::{Matrix4, Vector3};
-use robot_model::Robot;
-use robot_model::collision::ShapeGeometry;
+use nalgebra::Vector3;
 use surfaces::Face;
 
-use crate::Check;
-use crate::distance::{Ball, Placed as Still, Solid};
 use crate::extremes::Extremes;
 use crate::findings::Findings;
-use crate::posture::{column, point};
+use crate::posture::column;
 use crate::scene::{Placed, Scene};
+use crate::solid::{Ball, Placed as Still, Solid};
 use crate::step::{Moment, Step};
 use crate::surroundings::Body;
 use crate::watch::{Asked, Other, Two, Watch};
+use crate::{Check, TOLERANCES};
 
 /// What is farther over its bound than this is not measured in a stance, m.
 const FAR_M: f64 = 0.5;
@@ -32,7 +30,7 @@ pub(crate) struct Nearest {
 pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Nearest {
     let mut worst = Extremes::default();
     let scene = placed.scene;
-    let bounds = Bounds::new(scene, scene.options.distance_m, FAR_M);
+    let bounds = Bounds::new(scene, TOLERANCES.distance_m, FAR_M);
     // Where nothing is near, that is what is found.
     for (check, bound) in [
         (Check::Clearance, bounds.free),
@@ -73,7 +71,7 @@ impl Bounds {
         let required = &scene.plan.required;
         Self {
             free: required.clearance_m - slack_m,
-            touching: -scene.options.contact_depth_m,
+            touching: -TOLERANCES.contact_depth_m,
             own: required.self_clearance_m - slack_m,
             beyond,
         }
@@ -81,7 +79,7 @@ impl Bounds {
 
     /// Those of a motion, of what could be nearer than it may.
     pub fn of_motion(scene: &Scene) -> Self {
-        Self::new(scene, scene.options.motion_distance_m, 0.0)
+        Self::new(scene, TOLERANCES.motion_distance_m, 0.0)
     }
 }
 
@@ -128,8 +126,7 @@ impl<'a> Pairs<'a> {
                 let part = |(touch, (_, face)): (usize, &(usize, &Face))| Part {
                     touch,
                     normal: -column(&face.X_WF.to_homogeneous(), 2),
-                    rise: (other.rise_over(face, scene.options))
-                        .ok_or_else(|| (other.above(face, scene.options), Watch::new())),
+                    rise: (other.rise_over(face)).ok_or_else(|| (other.above(face), Watch::new())),
                 };
                 environment.push(Near {
                     shape,
@@ -144,9 +141,10 @@ impl<'a> Pairs<'a> {
         let mut own: Vec<_> = pairs.map(|&(i, j)| (i, j, Watch::new())).collect();
         if let Some(first) = moments.first() {
             let ball = |shape: usize| first.shapes[shape].ball();
-            environment
-                .sort_by_cached_key(|near| Ordered(near.body.bounds.least_m(&ball(near.shape))));
-            own.sort_by_cached_key(|(i, j, _)| Ordered(apart(&ball(*i), &ball(*j))));
+            let to_body = |near: &Near| near.body.bounds.least_m(&ball(near.shape));
+            environment.sort_by(|a, b| to_body(a).total_cmp(&to_body(b)));
+            let between = |(i, j, _): &(usize, usize, Watch)| apart(&ball(*i), &ball(*j));
+            own.sort_by(|a, b| between(a).total_cmp(&between(b)));
         }
         Self {
             scene,
@@ -230,143 +228,4 @@ impl<'a> Pairs<'a> {
 /// How far two balls are apart, m.
 fn apart(a: &Ball, b: &Ball) -> f64 {
     (a.0 - b.0).norm() - a.1 - b.1
-}
-
-/// A number that can be sorted by.
-#[derive(PartialEq)]
-struct Ordered(f64);
-
-impl Eq for Ordered {}
-
-impl Ord for Ordered {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
-    }
-}
-
-impl PartialOrd for Ordered {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-/// The robot's shapes, each with its body, in the body's frame.
-pub(crate) fn shapes(robot: &Robot) -> Vec<(usize, Solid)> {
-    let shapes = robot.collision.shapes().iter();
-    let solid = |shape: &robot_model::collision::Shape| {
-        (
-            shape.body,
-            solid(&shape.geometry, &shape.X_BG.to_homogeneous()),
-        )
-    };
-    shapes.map(solid).collect()
-}
-
-/// A shape of the robot at a pose; round ones, cylinders and boxes are centred in their frame, with
-/// their axis along its z.
-fn solid(geometry: &ShapeGeometry, pose: &Matrix4<f64>) -> Solid {
-    let at = |x: f64, y: f64, z: f64| point(pose, &Vector3::new(x, y, z));
-    match geometry {
-        ShapeGeometry::Sphere { radius_m } => Solid::hull([at(0.0, 0.0, 0.0)], *radius_m),
-        ShapeGeometry::Capsule {
-            half_length_m: h,
-            radius_m,
-        } => Solid::hull([at(0.0, 0.0, -h), at(0.0, 0.0, *h)], *radius_m),
-        ShapeGeometry::Cylinder {
-            half_length_m,
-            radius_m,
-        } => {
-            let ends = [-1.0, 1.0].map(|end| at(0.0, 0.0, end * half_length_m));
-            Solid::widened(ends, &column(pose, 2), *radius_m)
-        }
-        ShapeGeometry::Box { half_extents_m: h } => {
-            let sign = |k: usize, bit: usize| if k & bit == 0 { -1.0 } else { 1.0 };
-            let corner = |k| at(sign(k, 1) * h.x, sign(k, 2) * h.y, sign(k, 4) * h.z);
-            Solid::hull((0..8).map(corner), 0.0)
-        }
-        ShapeGeometry::ConvexHull(hull) => {
-            let vertices = hull.vertices().iter().map(|v| at(v.x, v.y, v.z));
-            Solid::hull(vertices, hull.shortfall_m())
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::{Isometry3, Point3, UnitQuaternion};
-    use proptest::prelude::*;
-    use robot_model::collision::{Hull, closest};
-
-    use super::*;
-    use crate::Options;
-    use crate::distance::signed_distance;
-
-    fn geometries() -> impl Strategy<Value = ShapeGeometry> {
-        let size = 0.02..0.5;
-        prop_oneof![
-            size.clone()
-                .prop_map(|radius_m| ShapeGeometry::Sphere { radius_m }),
-            (size.clone(), size.clone()).prop_map(|(half_length_m, radius_m)| {
-                ShapeGeometry::Capsule {
-                    half_length_m,
-                    radius_m,
-                }
-            }),
-            (size.clone(), size.clone()).prop_map(|(half_length_m, radius_m)| {
-                ShapeGeometry::Cylinder {
-                    half_length_m,
-                    radius_m,
-                }
-            }),
-            prop::array::uniform3(size).prop_map(|half| ShapeGeometry::Box {
-                half_extents_m: Vector3::from(half)
-            }),
-            prop::collection::vec(prop::array::uniform3(-0.4..0.4), 6..20).prop_filter_map(
-                "flat",
-                |points| {
-                    let points: Vec<Point3<f64>> = points.into_iter().map(Point3::from).collect();
-                    Hull::new(&points).ok().map(ShapeGeometry::ConvexHull)
-                }
-            ),
-        ]
-    }
-
-    fn poses() -> impl Strategy<Value = Isometry3<f64>> {
-        let turn = prop::array::uniform3(-2.0..2.0);
-        (prop::array::uniform3(-0.8..0.8), turn).prop_map(|(p, turn)| {
-            let turn = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
-            Isometry3::from_parts(Vector3::from(p).into(), turn)
-        })
-    }
-
-    proptest! {
-        /// The robot's own distances are other code on the same shapes. Mine is a lower bound;
-        /// apart, it is tight to the slack that distances get (flat and edged bodies to rounding,
-        /// rims of cylinders to some 0.01 mm).
-        #[test]
-        fn distances_agree_with_the_robots_own(
-            a in geometries(), X_WA in poses(), b in geometries(), X_WB in poses(),
-        ) {
-            let mine = signed_distance(
-                &solid(&a, &X_WA.to_homogeneous()).here(),
-                &solid(&b, &nalgebra::Matrix4::identity()).at(&X_WB.to_homogeneous()),
-                &[],
-                f64::INFINITY,
-            ).0;
-            let theirs = closest(&a, &X_WA, &b, &X_WB, 10.0).unwrap().distance;
-            if theirs > 0.0 {
-                prop_assert!((mine - theirs).abs() < Options::default().distance_m, "{mine} and {theirs}");
-            } else {
-                prop_assert!(mine < 1e-6, "{mine} and {theirs}");
-                // Overlapping, EPA is exact to rounding on polytopes, but for deep ones it gives up
-                // up to some 0.1 mm early.
-                let polytope = |g: &ShapeGeometry| {
-                    matches!(g, ShapeGeometry::Box { .. } | ShapeGeometry::ConvexHull(_))
-                };
-                if polytope(&a) && polytope(&b) {
-                    prop_assert!(mine > theirs - 1e-3, "{mine} and {theirs}");
-                }
-            }
-        }
-    }
 }

@@ -1,7 +1,7 @@
 //! Collects the rows while a plan is gone through.
 
 use crate::certificate::{CERTIFICATE_FORMAT, Certificate, Row, Summary};
-use crate::{Check, Options};
+use crate::{Check, TOLERANCES};
 
 /// Whether the value is above the bound, or no number at all.
 pub(crate) fn exceeds(value: f64, bound: f64) -> bool {
@@ -98,13 +98,7 @@ impl Findings {
     }
 
     /// The certificate of what was found.
-    pub fn certify(
-        self,
-        scene: &str,
-        robot: &str,
-        stances: usize,
-        options: &Options,
-    ) -> Certificate {
+    pub fn certify(self, scene: &str, robot: &str, stances: usize) -> Certificate {
         let checks = Check::ALL.iter();
         let summary = checks.filter_map(|&check| self.summarise(check)).collect();
         Certificate {
@@ -115,7 +109,7 @@ impl Findings {
             stances,
             pass: self.rows.iter().all(|row| row.pass),
             conditions: self.conditions,
-            options: options.clone(),
+            options: TOLERANCES,
             summary,
             rows: self.rows,
         }

@@ -10,7 +10,7 @@ use crate::findings::{Findings, exceeds};
 use crate::polygon;
 use crate::posture::{Load, column, inverse_point};
 use crate::scene::{Placed, Touch};
-use crate::{Check, Options};
+use crate::{Check, TOLERANCES};
 
 /// Number of horizontal directions in which the centre of mass is moved.
 const DIRECTIONS: usize = 8;
@@ -46,19 +46,16 @@ pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Used {
 
 /// By how much the patch is shrunk where forces act: the margin of the centre of mass, less on a
 /// narrow patch and not at all on a ball, m.
-pub(crate) fn shrunk_by(touch: &Touch, com_m: f64, options: &Options) -> f64 {
+pub(crate) fn shrunk_by(touch: &Touch, com_m: f64) -> f64 {
     if touch.patch.point_radius_m().is_some() {
         return 0.0;
     }
-    let polygon: Vec<[f64; 2]> = touch.patch.polygon.iter().map(|v| [v.x, v.y]).collect();
-    let half_width = -polygon::outside(&polygon, polygon::centroid(&polygon));
-    com_m.min(options.shrink * half_width)
+    com_m.min(TOLERANCES.shrink * polygon::half_width(&touch.patch.polygon))
 }
 
 /// How far inside the patch the outermost of these points lies, m; below zero how far it is from the
 /// patch's plane, or from where a ball touches.
-pub(crate) fn least_inside(touch: &Touch, points_W: &[[f64; 3]], options: &Options) -> f64 {
-    let polygon: Vec<[f64; 2]> = touch.patch.polygon.iter().map(|v| [v.x, v.y]).collect();
+pub(crate) fn least_inside(touch: &Touch, points_W: &[[f64; 3]]) -> f64 {
     let ball = touch.patch.point_radius_m().and(touch.vertices_W.first());
     let inside = |p: &[f64; 3]| {
         let p_W = Vector3::from(*p);
@@ -66,8 +63,8 @@ pub(crate) fn least_inside(touch: &Touch, points_W: &[[f64; 3]], options: &Optio
             return -(p_W - touched).norm();
         }
         let p = inverse_point(&touch.X_WC, &p_W);
-        let edge = -polygon::outside(&polygon, [p.x, p.y]);
-        let in_plane = p.z.abs() <= options.closure_m;
+        let edge = -polygon::outside(&touch.patch.polygon, &p.xy().into());
+        let in_plane = p.z.abs() <= TOLERANCES.closure_m;
         if in_plane { edge } else { edge.min(-p.z.abs()) }
     };
     points_W.iter().map(inside).fold(f64::INFINITY, f64::min)
@@ -76,7 +73,7 @@ pub(crate) fn least_inside(touch: &Touch, points_W: &[[f64; 3]], options: &Optio
 impl Placed<'_> {
     /// Forces smaller than this are rounding, N.
     fn rounding_n(&self) -> f64 {
-        self.scene.options.force * self.posture.weight()
+        TOLERANCES.force * self.posture.weight()
     }
 
     /// The contacts that bear.
@@ -86,9 +83,8 @@ impl Placed<'_> {
 
     /// Forces act in the patch, away from its edge; on a ball where it touches.
     fn points(&self, touch: &Touch, findings: &mut Findings) {
-        let options = self.scene.options;
-        let least = least_inside(touch, &touch.stated.force_points_W, options);
-        let bound = shrunk_by(touch, self.scene.plan.required.com_m, options) - options.closure_m;
+        let least = least_inside(touch, &touch.stated.force_points_W);
+        let bound = shrunk_by(touch, self.scene.plan.required.com_m) - TOLERANCES.closure_m;
         let patch = &touch.stated.patch;
         findings.value(self.at, Check::ForcePoint, patch, least, bound);
     }
@@ -124,7 +120,7 @@ impl Placed<'_> {
             }
             most = most.max(used);
             let name = &touch.stated.patch;
-            let bound = self.scene.plan.required.friction_use + self.scene.options.part;
+            let bound = self.scene.plan.required.friction_use + TOLERANCES.part;
             findings.value(self.at, Check::Unilateral, name, push, -rounding);
             findings.value(self.at, Check::Friction, name, used, bound);
         }
@@ -150,7 +146,7 @@ impl Placed<'_> {
             force += f;
             moment += (p - self.posture.com_W).cross(f);
         }
-        let (at, bound) = (self.at, self.scene.options.balance);
+        let (at, bound) = (self.at, TOLERANCES.balance);
         let (force, moment) = (force.norm() / weight, moment.norm() / weight);
         findings.value(at, Check::BalanceForce, "", force, bound);
         findings.value(at, Check::BalanceMoment, "", moment, bound);
@@ -159,7 +155,7 @@ impl Placed<'_> {
 
     /// The joint that uses most of its torque, and every one that uses too much.
     fn torques(&self, loads: &[Load], findings: &mut Findings) -> f64 {
-        let bound = self.scene.plan.required.torque_use + self.scene.options.part;
+        let bound = self.scene.plan.required.torque_use + TOLERANCES.part;
         let bodies = self.posture.robot.bodies.iter().enumerate().skip(1);
         let uses = bodies.map(|(i, body)| {
             let torque = self.posture.holding_torque(i, loads).abs();
@@ -179,7 +175,7 @@ impl Placed<'_> {
 
     /// Forces from scratch: that some exist, and how far the centre of mass may be elsewhere.
     fn found_again(&self, findings: &mut Findings) {
-        let (at, options, com) = (self.at, self.scene.options, &self.posture.com_W);
+        let (at, com) = (self.at, &self.posture.com_W);
         let required = &self.scene.plan.required;
         let with_friction = |part: f64| -> Vec<Support> {
             let support = |t: &Touch| Support {
@@ -192,20 +188,20 @@ impl Placed<'_> {
 
         // Inside the friction that the plan allows itself.
         let planned = with_friction(required.friction_use);
-        match balance::equilibrium(&planned, com, options.cone_edges) {
-            Ok(share) => findings.value(at, Check::Equilibrium, "", share, -options.part),
+        match balance::equilibrium(&planned, com, TOLERANCES.cone_edges) {
+            Ok(share) => findings.value(at, Check::Equilibrium, "", share, -TOLERANCES.part),
             Err(failure) => findings.flaw(at, Check::Equilibrium, "", failure.to_string()),
         }
 
         // With all the friction and the whole patches there are.
         let whole = with_friction(1.0);
-        let bound = self.promised_reach() - options.distance_m;
+        let bound = self.promised_reach() - TOLERANCES.distance_m;
         let mut least = (f64::INFINITY, String::new());
         for k in 0..DIRECTIONS {
             let angle = TAU * k as f64 / DIRECTIONS as f64;
             let direction = Vector3::new(angle.cos(), angle.sin(), 0.0);
             let name = format!("toward {:.0}°", angle.to_degrees());
-            match balance::reach(&whole, com, options.cone_edges, &direction) {
+            match balance::reach(&whole, com, TOLERANCES.cone_edges, &direction) {
                 Ok(reach) if reach < least.0 => least = (reach, name),
                 Ok(_) => {}
                 // Not even where it is: not held at all.
@@ -239,7 +235,7 @@ impl Placed<'_> {
             let normal = column(&t.face.X_WF.to_homogeneous(), 2);
             let (cos, sin) = (normal.z.abs(), normal.x.hypot(normal.y));
             let lever = (cos + required.friction_use * t.stated.friction * sin).max(1.0);
-            shrunk_by(t, required.com_m, self.scene.options) / lever
+            shrunk_by(t, required.com_m) / lever
         };
         self.loaded().map(reach).fold(f64::INFINITY, f64::min)
     }

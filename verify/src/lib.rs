@@ -33,7 +33,7 @@
 //!     "stances": [], "motion": null, "search": {"nodes_generated": 0, "nodes_expanded": 0,
 //!         "candidates_solved": 0, "path_stances": 0},
 //! }))?;
-//! let certificate = verify::verify(&plan, &robot, &verify::Options::default());
+//! let certificate = verify::verify(&plan, None, &robot);
 //! let failures: Vec<String> = certificate.failures().map(|row| row.sentence()).collect();
 //! assert_eq!(failures, ["plan: sequence does not hold: there are no stances"]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -59,7 +59,9 @@ mod region;
 mod roles;
 mod scene;
 mod sequence;
+mod shapes;
 mod simplex;
+mod solid;
 mod stance;
 mod step;
 mod structure;
@@ -70,7 +72,7 @@ mod world;
 
 pub use certificate::{Certificate, Row, Summary};
 pub use check::{Check, Sense};
-pub use options::Options;
+pub use options::{Options, TOLERANCES};
 pub use refutation::refuted;
 pub use world::World;
 
@@ -82,42 +84,32 @@ use findings::Findings;
 use scene::Scene;
 use surroundings::Surroundings;
 
-/// Checks a plan against a robot; never fails, and passes only what holds.
+/// Checks a plan, and the motion between its stances where there is one, against a robot; never fails, and
+/// passes only what holds.
 ///
 /// Bounds are the plan's own `required` margins, which must themselves make sense; slacks are
-/// those of `options`.
-pub fn verify(plan: &Plan, robot: &Robot, options: &Options) -> Certificate {
-    verify_with(plan, None, robot, options)
-}
-
-/// [`verify`], and the motion between the stances where there is one.
-pub fn verify_with(
-    plan: &Plan,
-    motion: Option<&Motion>,
-    robot: &Robot,
-    options: &Options,
-) -> Certificate {
+/// those of [`TOLERANCES`].
+pub fn verify(plan: &Plan, motion: Option<&Motion>, robot: &Robot) -> Certificate {
     let mut world = World::default();
     world
         .leaves_open("if faces, obstacles, margins, start and goal are right: the plan's own word");
-    verify_in(plan, motion, robot, &world, options)
+    verify_in(plan, motion, robot, &world)
 }
 
-/// [`verify_with`], and that the plan's world is the one that was found again from its files.
+/// [`verify`], and that the plan's world is the one that was found again from its files.
 pub fn verify_in(
     plan: &Plan,
     motion: Option<&Motion>,
     robot: &Robot,
     world: &World,
-    options: &Options,
 ) -> Certificate {
     let mut findings = Findings::default();
-    let drawable = structure::check(plan, robot, options, &mut findings);
-    sequence::check(plan, options, &mut findings);
+    let drawable = structure::check(plan, robot, &mut findings);
+    sequence::check(plan, &mut findings);
     roles::check(plan, robot, &mut findings);
     world::check(plan, motion, world, &mut findings);
     if drawable {
-        let scene = scene(plan, robot, options);
+        let scene = scene(plan, robot);
         each_stance(&scene, &mut findings);
         // Samples are gone through on what the stances say.
         let whole = (0..plan.stances.len()).all(|k| {
@@ -131,26 +123,25 @@ pub fn verify_in(
             }
         }
     }
-    findings.certify(&plan.scene, &robot.name, plan.stances.len(), options)
+    findings.certify(&plan.scene, &robot.name, plan.stances.len())
 }
 
 /// Checks every stance of a plan by itself: postures that do not follow from one another, and lead
 /// to no goal, can be checked as the stances of one plan.
-pub fn verify_stances(plan: &Plan, robot: &Robot, options: &Options) -> Certificate {
+pub fn verify_stances(plan: &Plan, robot: &Robot) -> Certificate {
     let mut findings = Findings::default();
-    if structure::check(plan, robot, options, &mut findings) {
-        each_stance(&scene(plan, robot, options), &mut findings);
+    if structure::check(plan, robot, &mut findings) {
+        each_stance(&scene(plan, robot), &mut findings);
     }
-    findings.certify(&plan.scene, &robot.name, plan.stances.len(), options)
+    findings.certify(&plan.scene, &robot.name, plan.stances.len())
 }
 
-fn scene<'a>(plan: &'a Plan, robot: &'a Robot, options: &'a Options) -> Scene<'a> {
+fn scene<'a>(plan: &'a Plan, robot: &'a Robot) -> Scene<'a> {
     Scene {
         plan,
         robot,
-        options,
         surroundings: Surroundings::new(plan),
-        shapes: clearance::shapes(robot),
+        shapes: shapes::shapes(robot),
     }
 }
 

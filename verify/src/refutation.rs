@@ -12,7 +12,6 @@ use nalgebra::{Matrix3, Matrix4, Vector3};
 use plan::{ContactPlace, PlaceFreedom, Proof, Refutation};
 use robot_model::{ContactPatch, Robot};
 
-use crate::Options;
 use crate::posture::{column, pose};
 
 /// What must be left, m or parts of the weight: postures are off their contacts by up to 1e-5 m, rounding is far less.
@@ -24,7 +23,7 @@ const MARGIN_MAX: f64 = 1e3;
 ///
 /// # Errors
 /// Why it does not hold.
-pub fn refuted(refutation: &Refutation, robot: &Robot, options: &Options) -> Result<f64, String> {
+pub fn refuted(refutation: &Refutation, robot: &Robot) -> Result<f64, String> {
     let required = &refutation.required;
     let margins = [
         required.friction_use,
@@ -55,7 +54,6 @@ pub fn refuted(refutation: &Refutation, robot: &Robot, options: &Options) -> Res
     });
     let claim = Claim {
         robot,
-        options,
         required,
         places: places.collect::<Result<_, String>>()?,
     };
@@ -106,7 +104,6 @@ impl Place<'_> {
 /// What is said of which contacts.
 struct Claim<'a> {
     robot: &'a Robot,
-    options: &'a Options,
     required: &'a plan::RequiredMargins,
     places: Vec<Place<'a>>,
 }

@@ -5,9 +5,8 @@ use plan::{Contact, Plan, Stance};
 use robot_model::{ContactPatch, Robot};
 use surfaces::Face;
 
-use crate::Options;
-use crate::distance::Solid;
 use crate::posture::Posture;
+use crate::solid::Solid;
 use crate::surroundings::Surroundings;
 
 /// A contact of a stance, with what it refers to and where the posture puts it.
@@ -39,7 +38,6 @@ impl<'a> Scene<'a> {
 pub(crate) struct Scene<'a> {
     pub plan: &'a Plan,
     pub robot: &'a Robot,
-    pub options: &'a Options,
     pub surroundings: Surroundings,
     /// The robot's shapes, each with its body, in the body's frame.
     pub shapes: Vec<(usize, Solid)>,

@@ -9,13 +9,13 @@ use surfaces::FaceId;
 
 use crate::findings::{Findings, exceeds};
 use crate::posture::{angle_between, column, pose};
-use crate::{Check, Options};
+use crate::{Check, TOLERANCES};
 
 /// Contacts that hold the robot: patch → face, and the pose in which the contact was made.
 type Held<'a> = BTreeMap<&'a str, (&'a FaceId, Option<Matrix4<f64>>)>;
 
 /// Goes through the contact sets from the start to the goal.
-pub(crate) fn check(plan: &Plan, options: &Options, findings: &mut Findings) {
+pub(crate) fn check(plan: &Plan, findings: &mut Findings) {
     if plan.stances.is_empty() {
         findings.flaw(None, Check::Sequence, "", "there are no stances");
         return;
@@ -31,11 +31,11 @@ pub(crate) fn check(plan: &Plan, options: &Options, findings: &mut Findings) {
             let note = "the goal is reached before the last stance";
             findings.flaw(at, Check::Sequence, "", note);
         }
-        kept(index, stance, &held, options, findings);
+        kept(index, stance, &held, findings);
         held = follow(index, stance, &held, findings);
         findings.holds_unless_flawed(at, Check::Sequence);
     }
-    goal(plan, &held, options, findings);
+    goal(plan, &held, findings);
 }
 
 /// The contacts after the change, and whether the stance lists those that the change says.
@@ -112,7 +112,7 @@ fn follow<'a>(
 }
 
 /// Contacts that stay are where they were made.
-fn kept(index: usize, stance: &Stance, held: &Held, options: &Options, findings: &mut Findings) {
+fn kept(index: usize, stance: &Stance, held: &Held, findings: &mut Findings) {
     for contact in &stance.contacts {
         let Some((face, Some(made))) = held.get(contact.patch.as_str()) else {
             continue;
@@ -124,9 +124,9 @@ fn kept(index: usize, stance: &Stance, held: &Held, options: &Options, findings:
         let moved = (column(&now, 3) - column(made, 3)).norm();
         let turned = angle_between(made, &now);
         let at = Some(index);
-        findings.value(at, Check::Kept, &contact.patch, moved, options.closure_m);
-        if turned > options.pose_rad {
-            let note = format!("turned by {turned:.4} rad, {} allowed", options.pose_rad);
+        findings.value(at, Check::Kept, &contact.patch, moved, TOLERANCES.closure_m);
+        if turned > TOLERANCES.pose_rad {
+            let note = format!("turned by {turned:.4} rad, {} allowed", TOLERANCES.pose_rad);
             findings.flaw(at, Check::Kept, &contact.patch, note);
         }
     }
@@ -137,7 +137,7 @@ fn stated_pose(contact: &Contact) -> Matrix4<f64> {
 }
 
 /// The last stance has the base and the contacts where the goal wants them.
-fn goal(plan: &Plan, held: &Held, options: &Options, findings: &mut Findings) {
+fn goal(plan: &Plan, held: &Held, findings: &mut Findings) {
     let Some((index, last)) = plan.stances.iter().enumerate().next_back() else {
         return;
     };
@@ -151,15 +151,15 @@ fn goal(plan: &Plan, held: &Held, options: &Options, findings: &mut Findings) {
         let squares = wanted.iter().zip([x, y, z]);
         let squares = squares.filter_map(|(wanted, is)| wanted.map(|w| (w - is).powi(2)));
         let off = squares.sum::<f64>().sqrt();
-        let bound = goal.tolerance_m + options.distance_m;
+        let bound = goal.tolerance_m + TOLERANCES.distance_m;
         findings.value(at, Check::Goal, "base position", off, bound);
     }
     if let Some(wanted) = goal.yaw_rad {
         let base = column(&pose(&[x, y, z], &[qx, qy, qz, qw]), 0);
         let turned = base.y.atan2(base.x) - wanted;
         let off = turned.sin().atan2(turned.cos()).abs();
-        if exceeds(off, options.goal_yaw_rad) {
-            let note = format!("off by {off:.4} rad, {} allowed", options.goal_yaw_rad);
+        if exceeds(off, TOLERANCES.goal_yaw_rad) {
+            let note = format!("off by {off:.4} rad, {} allowed", TOLERANCES.goal_yaw_rad);
             findings.flaw(at, Check::Goal, "base heading", note);
         }
     }

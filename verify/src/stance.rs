@@ -10,7 +10,7 @@ use crate::forces::{self, Used};
 use crate::posture::{Posture, angle_between, column, inverse_point, point, pose};
 use crate::region;
 use crate::scene::{Placed, Scene, Touch};
-use crate::{Check, well_formed};
+use crate::{Check, TOLERANCES, well_formed};
 
 /// Goes through one stance.
 pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) {
@@ -33,7 +33,7 @@ pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut
     placed.quaternions(findings);
     placed.joint_limits(findings);
     let com = (Vector3::from(stance.com_W) - placed.posture.com_W).norm();
-    findings.value(at, Check::Com, "", com, scene.options.com_m);
+    findings.value(at, Check::Com, "", com, TOLERANCES.com_m);
     let mut inside = f64::NEG_INFINITY;
     for touch in &placed.touches {
         inside = inside.max(placed.contact(touch, findings));
@@ -71,7 +71,7 @@ impl Placed<'_> {
     fn quaternions(&self, findings: &mut Findings) {
         let mut add = |subject: &str, q: &[f64]| {
             let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let (check, most) = (Check::Quaternion, self.scene.options.quaternion);
+            let (check, most) = (Check::Quaternion, TOLERANCES.quaternion);
             findings.value(self.at, check, subject, (norm - 1.0).abs(), most);
         };
         if let Some(quaternion) = self.stance.q.get(3..7) {
@@ -84,7 +84,7 @@ impl Placed<'_> {
 
     /// The joint that is nearest to its margin, and every one that is inside of it.
     fn joint_limits(&self, findings: &mut Findings) {
-        let slack = self.scene.options.joint_rad;
+        let slack = TOLERANCES.joint_rad;
         let bound = |body: &Body| body.kept_margin(self.scene.plan.required.joint_rad) - slack;
         let over = |(distance, body): &(f64, &Body)| distance - bound(body);
         let distances: Vec<(f64, &Body)> = self.to_limits().collect();
@@ -110,7 +110,7 @@ impl Placed<'_> {
 
     /// Where one contact is, on its face and in the file; how far it is inside the face, m.
     fn contact(&self, touch: &Touch, findings: &mut Findings) -> f64 {
-        let (at, options) = (self.at, self.scene.options);
+        let at = self.at;
         let name = &touch.stated.patch;
         let X_WF = touch.face.X_WF.to_homogeneous();
 
@@ -120,10 +120,10 @@ impl Placed<'_> {
         for (stated, real) in touch.stated.vertices_W.iter().zip(&touch.vertices_W) {
             off = off.max((Vector3::from(*stated) - real).norm());
         }
-        findings.value(at, Check::Pose, name, off, options.closure_m);
+        findings.value(at, Check::Pose, name, off, TOLERANCES.closure_m);
         let turned = angle_between(&X_stated, &touch.X_WC);
-        if turned > options.pose_rad {
-            let note = format!("turned by {turned:.4} rad, {} allowed", options.pose_rad);
+        if turned > TOLERANCES.pose_rad {
+            let note = format!("turned by {turned:.4} rad, {} allowed", TOLERANCES.pose_rad);
             findings.flaw(at, Check::Pose, name, note);
         }
 
@@ -131,16 +131,16 @@ impl Placed<'_> {
         let in_face = touch.vertices_W.iter().map(|p| inverse_point(&X_WF, p));
         let in_face: Vec<Vector3<f64>> = in_face.collect();
         let height = in_face.iter().map(|p| p.z.abs()).fold(0.0, f64::max);
-        findings.value(at, Check::Closure, name, height, options.closure_m);
+        findings.value(at, Check::Closure, name, height, TOLERANCES.closure_m);
         // A ball may be turned as it likes.
         if touch.patch.point_radius_m().is_none() {
             let (z_C, z_F) = (column(&touch.X_WC, 2), column(&X_WF, 2));
             let angle = z_C.cross(&z_F).norm().atan2(z_C.dot(&z_F));
-            findings.value(at, Check::Normal, name, angle, options.normal_rad);
+            findings.value(at, Check::Normal, name, angle, TOLERANCES.normal_rad);
         }
         let patch: Vec<_> = in_face.iter().map(|p| p.xy()).collect();
         let inside = region::inside_m(touch.face, self.scene.plan.required.edge_sigmas, &patch);
-        findings.value(at, Check::Inclusion, name, inside, -options.inclusion_m);
+        findings.value(at, Check::Inclusion, name, inside, -TOLERANCES.inclusion_m);
         inside
     }
 
@@ -148,7 +148,7 @@ impl Placed<'_> {
     /// stated, as the bodies that they were measured from may be larger, but not worse; and no plan states
     /// less than it promises.
     fn stated_margins(&self, used: &Used, nearest: &Nearest, inside: f64, findings: &mut Findings) {
-        let (stated, options) = (&self.stance.margins, self.scene.options);
+        let stated = &self.stance.margins;
         let required = &self.scene.plan.required;
         let joints = self.to_limits().map(|(distance, _)| distance);
         let joint = joints.fold(f64::INFINITY, f64::min);
@@ -162,39 +162,43 @@ impl Placed<'_> {
             (
                 "friction_use",
                 off(stated.friction_use, used.friction),
-                options.part,
+                TOLERANCES.part,
             ),
             (
                 "torque_use",
                 off(stated.torque_use, used.torque),
-                options.part,
+                TOLERANCES.part,
             ),
-            ("joint_rad", off(stated.joint_rad, joint), options.joint_rad),
+            (
+                "joint_rad",
+                off(stated.joint_rad, joint),
+                TOLERANCES.joint_rad,
+            ),
             (
                 "equilibrium",
                 off(stated.equilibrium, used.residual),
-                options.force,
+                TOLERANCES.force,
             ),
             (
                 "closure_m",
                 off(stated.closure_m, self.apart_m()),
-                options.closure_m,
+                TOLERANCES.closure_m,
             ),
             (
                 "clearance_m",
                 distance(stated.clearance_m, nearest.environment, clearance),
-                options.distance_m,
+                TOLERANCES.distance_m,
             ),
             (
                 "self_clearance_m",
                 distance(stated.self_clearance_m, nearest.own, own),
-                options.distance_m,
+                TOLERANCES.distance_m,
             ),
             // Of the contact that is placed: none is farther inside than that of all contacts.
             (
                 "inclusion_m",
                 distance(stated.inclusion_m, inside, 0.0),
-                options.inclusion_m,
+                TOLERANCES.inclusion_m,
             ),
         ];
         let over = |(_, value, most): &(&str, f64, f64)| value - most;

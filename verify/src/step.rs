@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use plan::Sample;
 use robot_model::JointKind;
 
-use crate::distance::Placed;
 use crate::posture::{Posture, column};
 use crate::scene::Scene;
+use crate::solid::Placed;
 
 /// The robot's shapes at one time.
 pub(crate) struct Moment<'a> {

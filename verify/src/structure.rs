@@ -6,22 +6,17 @@ use plan::{Change, PLAN_FORMAT, Plan};
 use robot_model::Robot;
 
 use crate::findings::{Findings, exceeds};
-use crate::{Check, Options};
+use crate::{Check, TOLERANCES};
 
 /// Everything that concerns no single stance; whether the stances can be looked at.
-pub(crate) fn check(
-    plan: &Plan,
-    robot: &Robot,
-    options: &Options,
-    findings: &mut Findings,
-) -> bool {
+pub(crate) fn check(plan: &Plan, robot: &Robot, findings: &mut Findings) -> bool {
     if plan.format != PLAN_FORMAT {
         let note = format!("{:?}, {PLAN_FORMAT:?} is read here", plan.format);
         findings.flaw(None, Check::Format, "", note);
     }
     same_robot(plan, robot, findings);
-    required(plan, options, findings);
-    environment(plan, options, findings);
+    required(plan, findings);
+    environment(plan, findings);
     let sets = plan.stances.iter().filter(|s| s.change != Change::Goal);
     let sets = sets.count();
     if plan.search.path_stances != sets {
@@ -79,7 +74,7 @@ fn same_robot(plan: &Plan, robot: &Robot, findings: &mut Findings) {
 }
 
 /// A plan cannot certify itself by promising nothing.
-fn required(plan: &Plan, options: &Options, findings: &mut Findings) {
+fn required(plan: &Plan, findings: &mut Findings) {
     let required = &plan.required;
     let mut flaw = |name: &str, value: f64, allowed: String| {
         let note = format!("{value} is not in {allowed}");
@@ -93,7 +88,7 @@ fn required(plan: &Plan, options: &Options, findings: &mut Findings) {
             flaw(name, value, "(0, 1]".to_owned());
         }
     }
-    let most = options.margin_max;
+    let most = TOLERANCES.margin_max;
     for (name, value) in [
         ("joint_rad", required.joint_rad),
         ("clearance_m", required.clearance_m),
@@ -104,19 +99,19 @@ fn required(plan: &Plan, options: &Options, findings: &mut Findings) {
             flaw(name, value, format!("[0, {most}]"));
         }
     }
-    if !(0.0..=options.edge_sigmas_max).contains(&required.edge_sigmas) {
-        let allowed = format!("[0, {}]", options.edge_sigmas_max);
+    if !(0.0..=TOLERANCES.edge_sigmas_max).contains(&required.edge_sigmas) {
+        let allowed = format!("[0, {}]", TOLERANCES.edge_sigmas_max);
         flaw("edge_sigmas", required.edge_sigmas, allowed);
     }
     let tolerance = plan.goal.tolerance_m;
-    if !(0.0..=options.extent_m).contains(&tolerance) {
+    if !(0.0..=TOLERANCES.extent_m).contains(&tolerance) {
         flaw(
             "goal.tolerance_m",
             tolerance,
-            format!("[0, {}]", options.extent_m),
+            format!("[0, {}]", TOLERANCES.extent_m),
         );
     }
-    let [thinnest, thickest] = options.thin_body_m;
+    let [thinnest, thickest] = TOLERANCES.thin_body_m;
     if !(thinnest..=thickest).contains(&plan.thin_body_m) {
         let allowed = format!("[{thinnest}, {thickest}]");
         flaw("thin_body_m", plan.thin_body_m, allowed);
@@ -126,8 +121,8 @@ fn required(plan: &Plan, options: &Options, findings: &mut Findings) {
 const INSANE: &str = "a coordinate is not finite or out of all proportion";
 
 /// Faces and obstacles are distinct and drawn with finite numbers.
-fn environment(plan: &Plan, options: &Options, findings: &mut Findings) {
-    let sane = |x: f64| x.is_finite() && x.abs() <= options.extent_m;
+fn environment(plan: &Plan, findings: &mut Findings) {
+    let sane = |x: f64| x.is_finite() && x.abs() <= TOLERANCES.extent_m;
     let mut flaw = |subject: &str, note: String| {
         findings.flaw(None, Check::Environment, subject, note);
     };
@@ -149,7 +144,7 @@ fn environment(plan: &Plan, options: &Options, findings: &mut Findings) {
         }
         let norm = pose.rotation.coords.norm();
         // Poses of faces are read as unit quaternions.
-        if exceeds((norm - 1.0).abs(), options.quaternion) {
+        if exceeds((norm - 1.0).abs(), TOLERANCES.quaternion) {
             flaw(id, format!("its quaternion has length {norm}"));
         }
         for edge in rings.iter().flat_map(|ring| &ring.edges) {

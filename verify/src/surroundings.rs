@@ -6,10 +6,10 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use plan::Plan;
 use surfaces::{Face, Source};
 
-use crate::Options;
+use crate::TOLERANCES;
 use crate::convex_parts::convex_parts;
-use crate::distance::{Ball, Solid, extremes, vector};
 use crate::posture::{column, inverse_point, point};
+use crate::solid::{Ball, Solid, extremes, vector};
 
 /// Everything that is not the robot, in W.
 pub(crate) struct Surroundings {
@@ -103,21 +103,21 @@ impl Surroundings {
 impl Body {
     /// Whether a link in contact with a face may touch this body, and how far the body rises over the
     /// face's plane, m: the touched face's own body, and what lies wholly behind its plane.
-    pub fn rise_over(&self, touched: &Face, options: &Options) -> Option<f64> {
+    pub fn rise_over(&self, touched: &Face) -> Option<f64> {
         if self.face.as_deref() == Some(touched.id.as_str()) {
             return Some(0.0);
         }
         let plane = touched.X_WF.to_homogeneous();
         let heights = self.points.iter().map(|p| inverse_point(&plane, p).z);
         let rise = heights.fold(f64::NEG_INFINITY, f64::max);
-        (rise <= options.same_plane_m).then_some(rise.max(0.0))
+        (rise <= TOLERANCES.same_plane_m).then_some(rise.max(0.0))
     }
 
     /// The part that rises over the plane of a face, of a body that does: what a link in contact with
     /// the face keeps away from. Into which convex bodies the rest was cut does not matter.
-    pub fn above(&self, touched: &Face, options: &Options) -> Solid {
+    pub fn above(&self, touched: &Face) -> Solid {
         let plane = touched.X_WF.to_homogeneous();
-        let over = |p: &Vector3<f64>| inverse_point(&plane, p).z - options.same_plane_m;
+        let over = |p: &Vector3<f64>| inverse_point(&plane, p).z - TOLERANCES.same_plane_m;
         let over: Vec<(Vector3<f64>, f64)> = self.points.iter().map(|p| (*p, over(p))).collect();
         let (high, low): (Vec<_>, Vec<_>) = over.into_iter().partition(|(_, z)| *z >= 0.0);
         let cut = high.iter().flat_map(|(p, above)| {

@@ -9,7 +9,8 @@
 
 use nalgebra::Vector3;
 
-use crate::distance::{Placed, gap, signed_distance};
+use crate::distance::{gap, signed_distance};
+use crate::solid::Placed;
 use crate::step::{Moment, Step};
 
 /// How often a step is halved: its bends are then 4⁻⁸ of what they were.

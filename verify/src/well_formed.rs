@@ -2,16 +2,16 @@
 
 use plan::Stance;
 
-use crate::Check;
 use crate::findings::Findings;
 use crate::scene::Scene;
+use crate::{Check, TOLERANCES};
 
 const INSANE: &str = "a value is not finite or out of all proportion";
 
 /// Whether the stance can be gone through at all: lengths, finite numbers, known names.
 pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut Findings) -> bool {
     let at = Some(index);
-    let extent = scene.options.extent_m;
+    let extent = TOLERANCES.extent_m;
     let sane = |values: &[f64]| values.iter().all(|x| x.is_finite() && x.abs() <= extent);
     let mut flaw = |subject: &str, note: &str| findings.flaw(at, Check::Numbers, subject, note);
     let wanted = scene.robot.bodies.len() + 6;
@@ -98,8 +98,8 @@ fn names(scene: &Scene, index: usize, stance: &Stance, k: usize, findings: &mut 
     if points != forces {
         flaw(format!("{forces} forces at {points} points"));
     }
-    if !(contact.friction > 0.0 && contact.friction <= scene.options.friction_max) {
-        let (friction, most) = (contact.friction, scene.options.friction_max);
+    if !(contact.friction > 0.0 && contact.friction <= TOLERANCES.friction_max) {
+        let (friction, most) = (contact.friction, TOLERANCES.friction_max);
         flaw(format!("friction {friction} is not in (0, {most}]"));
     }
     // One pair, one coefficient, in whichever stance.

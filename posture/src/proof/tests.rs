@@ -52,10 +52,6 @@ fn with<T>(robot: &Robot, contacts: Vec<Contact>, then: impl Fn(&Problem, &Confi
     then(&problem, &config)
 }
 
-fn check(robot: &Robot, written: &Refutation) -> Result<f64, String> {
-    verify::refuted(written, robot, &verify::Options::default())
-}
-
 fn multipliers(written: &mut Refutation) -> &mut Multipliers {
     match &mut written.proof {
         Proof::Multipliers(multipliers) => multipliers,
@@ -78,7 +74,7 @@ fn proof(robot: &Robot, contacts: Vec<Contact>) -> Refutation {
         let outcome = solve(problem, config).unwrap();
         assert!(matches!(outcome, Outcome::Infeasible(_)), "{outcome:?}");
         let written = refutation(problem, config).unwrap();
-        check(robot, &written).unwrap();
+        verify::refuted(&written, robot).unwrap();
         written
     })
 }
@@ -122,7 +118,7 @@ fn balls_in_a_line_keep_no_margin_and_that_is_written_down() {
 fn falsified(robot: &Robot, proof: &Refutation, how: &str, change: impl Fn(&mut Refutation)) {
     let mut false_one = proof.clone();
     change(&mut false_one);
-    assert!(check(robot, &false_one).is_err(), "{how}");
+    assert!(verify::refuted(&false_one, robot).is_err(), "{how}");
 }
 
 #[test]
@@ -200,7 +196,7 @@ fn a_proof_of_a_collision_that_is_falsified_does_not_hold() {
     // A block in the foot holds, one under the sole may be touched, one overhead is far.
     let mut held = proof.clone();
     named(&foot, body(0.05))(&mut held);
-    check(&robot, &held).unwrap();
+    verify::refuted(&held, &robot).unwrap();
     falsified(&robot, &proof, "the ground", named(&foot, body(0.0)));
     falsified(&robot, &proof, "overhead", named(&foot, body(2.0)));
     falsified(
@@ -244,7 +240,7 @@ fn what_has_a_posture_is_not_refuted() {
                 let mut written = refutation(problem, config).unwrap();
                 for scale in [1.0, -1.0, 1e5] {
                     scaled(multipliers(&mut written), scale);
-                    check(&robot, &written).unwrap_err();
+                    verify::refuted(&written, &robot).unwrap_err();
                 }
                 1
             });

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use plan::Plan;
 use scandent::export::{self, Format};
 use surfaces::Terrain;
-use verify::{Check, Options, verify};
+use verify::{Check, verify};
 
 use crate::support::program::robot;
 use crate::support::walk::{Walk, Walked, face};
@@ -93,7 +93,7 @@ fn the_verifier_finds_a_ball_that_is_moved_or_pushed_elsewhere() {
     let faults = |change: &dyn Fn(&mut Plan)| {
         let mut changed = plan.clone();
         change(&mut changed);
-        verify(&changed, robot, &Options::default()).failed_checks()
+        verify(&changed, None, robot).failed_checks()
     };
     assert_eq!(faults(&|_| {}), []);
     // A thigh lifted by a degree lifts its ball by some millimetres.

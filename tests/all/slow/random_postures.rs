@@ -10,7 +10,7 @@ use robot_model::Robot;
 use scandent::posture_problem::{self, Posed};
 use scenes::contact_sets::{Expected, Family, ProblemRecord, generate};
 use surfaces::{ConvexPolygon, Face, Region, Terrain};
-use verify::{Check, Options, verify_stances};
+use verify::{Check, verify_stances};
 
 use crate::support::program;
 use crate::support::record::record;
@@ -95,7 +95,7 @@ fn plan(
 /// What the verifier finds wrong with the posture; bodies behind surfaces that the problem does
 /// not have are no fault of it.
 fn faults(plan: &Plan, robot: &Robot, problem: &ProblemRecord) -> Vec<Check> {
-    let certificate = verify_stances(plan, robot, &Options::default());
+    let certificate = verify_stances(plan, robot);
     let mut failed = certificate.failed_checks();
     if problem.surfaces.is_empty() {
         failed.retain(|c| {

@@ -10,7 +10,7 @@ use plan::{Contact, Motion, Plan};
 use robot_model::{Configuration, Kinematics, Robot};
 use scenes::simulator::rng::Stream;
 use surfaces::Face;
-use verify::{Check, Options, verify_with};
+use verify::{Check, TOLERANCES, verify};
 
 use crate::support::program::robot;
 use crate::support::shipped::shipped;
@@ -21,19 +21,18 @@ const DEEPER_M: f64 = 0.005;
 /// lands on the depth of a contact, on another one the clearance, unless it is near to where it touches.
 /// `None` where it is over none.
 fn room(plan: &Plan, robot: &Robot, patch: usize, own: &[&Contact], q: &[f64]) -> Option<f64> {
-    let options = Options::default();
     let kinematics = Kinematics::new(robot, &Configuration::from_q(q).unwrap());
     let X_WC = kinematics.X_WC(&robot.patches[patch]);
     let radius = robot.patches[patch].point_radius_m().unwrap_or(0.0);
     let near = own.iter().any(|c| {
         let away = X_WC.translation.vector - Vector3::from(c.X_WC.p);
-        away.norm() < 2.5 * options.motion_touch_m
+        away.norm() < 2.5 * TOLERANCES.motion_touch_m
     });
     let least = |face: &Face| {
         let allowed = match own.iter().any(|c| c.face == face.id) {
-            true => -options.contact_depth_m,
+            true => -TOLERANCES.contact_depth_m,
             false if near => return None,
-            false => plan.required.clearance_m - options.motion_distance_m,
+            false => plan.required.clearance_m - TOLERANCES.motion_distance_m,
         };
         let corners = robot.patches[patch].polygon.iter();
         let heights = corners.filter_map(|c| {
@@ -131,7 +130,6 @@ fn dip(plan: &Plan, motion: &mut Motion, robot: &Robot, stream: &Stream) -> Opti
 /// Draws dips and counts them; each must show in a distance.
 fn all_caught(scene: &'static str, robot: &Robot, seed: u64, count: usize) {
     let planned = shipped(scene);
-    let options = Options::default();
     let mut made = 0;
     for draw in 0.. {
         let mut motion = planned.motion.clone();
@@ -143,7 +141,7 @@ fn all_caught(scene: &'static str, robot: &Robot, seed: u64, count: usize) {
             );
             continue;
         };
-        let certificate = verify_with(&planned.plan, Some(&motion), robot, &options);
+        let certificate = verify(&planned.plan, Some(&motion), robot);
         let failed = certificate.failed_checks();
         let seen = [Check::Clearance, Check::ContactDepth, Check::SelfClearance];
         let caught = seen.iter().any(|check| failed.contains(check));

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use plan::{Motion, Plan};
 use serde_json::Value;
-use verify::{Certificate, Options, World, verify_in};
+use verify::{Certificate, World, verify_in};
 
 use crate::support::program::robot;
 use crate::support::shipped::{Shipped, shipped};
@@ -137,13 +137,7 @@ fn every_leaf_of_a_plan_is_caught_or_claims_nothing() {
         robot.patches[patch].friction = contact.friction;
     }
     // The motion is gone through once, with the plan as it is.
-    let whole = verify_in(
-        &planned.plan,
-        Some(&planned.motion),
-        &robot,
-        &world,
-        &Options::default(),
-    );
+    let whole = verify_in(&planned.plan, Some(&planned.motion), &robot, &world);
     assert!(unconditional(&whole), "{}", whole.table());
     let (plan, _) = plan_and_motion(planned);
     let passes = |changed: &Value| {
@@ -153,7 +147,7 @@ fn every_leaf_of_a_plan_is_caught_or_claims_nothing() {
         // The motion is gone through where what the plan says of it is changed.
         let touched = plan.motion != planned.plan.motion;
         let motion = touched.then_some(&planned.motion);
-        let certificate = verify_in(&plan, motion, &robot, &world, &Options::default());
+        let certificate = verify_in(&plan, motion, &robot, &world);
         certificate.pass && certificate.conditions.len() == usize::from(!touched)
     };
     let stride = plan.to_string().len() / 400;
@@ -170,14 +164,7 @@ fn every_leaf_of_a_motion_is_caught_or_claims_nothing() {
         let Ok(motion) = serde_json::from_value::<Motion>(changed.clone()) else {
             return false;
         };
-        let options = Options::default();
-        unconditional(&verify_in(
-            &planned.plan,
-            Some(&motion),
-            &robot,
-            &world,
-            &options,
-        ))
+        unconditional(&verify_in(&planned.plan, Some(&motion), &robot, &world))
     };
     let stride = motion.to_string().len() / 200;
     judge(&escaped(&motion, stride, passes), &[]);

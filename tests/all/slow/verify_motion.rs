@@ -1,17 +1,17 @@
 //! The verifier passes the motions of the scenes that ship, and catches what is changed in them.
 use plan::{Change, Motion, Plan, Stance};
-use verify::{Certificate, Check, Options, verify_with};
+use verify::{Certificate, Check, verify};
 
 use crate::support::program::robot;
 use crate::support::shipped::{Shipped, shipped};
 
-fn certify(planned: &Shipped, motion: &Motion, options: &Options) -> Certificate {
+fn certify(planned: &Shipped, motion: &Motion) -> Certificate {
     // What the plan says of its motion's length is held against it elsewhere.
     let plan = Plan {
         motion: None,
         ..planned.plan.clone()
     };
-    verify_with(&plan, Some(motion), &robot("hrp2"), options)
+    verify(&plan, Some(motion), &robot("hrp2"))
 }
 
 /// The same samples in a part of the time.
@@ -104,7 +104,7 @@ fn every_sample_of_the_scenes_that_ship_passes() {
     for name in ["irregular-stairs", "slope-and-hand"] {
         let planned = shipped(name);
         let motion = &planned.motion;
-        let certificate = certify(planned, motion, &Options::default());
+        let certificate = certify(planned, motion);
         assert!(certificate.pass, "{name}:\n{}", certificate.table());
 
         // One swing for every contact that is made, and no sample farther than 10 ms from the next.
@@ -122,11 +122,10 @@ fn every_change_of_a_motion_is_caught() {
     let motion = &planned.motion;
     let swing = motion.phases.iter().find(|p| p.swing.is_some()).unwrap();
     let middle = (0.5 * (swing.t_start_s + swing.t_end_s) / motion.dt_s).round() as usize;
-    let options = Options::default();
     for (what, change, expected) in MUTATIONS {
         let mut changed = motion.clone();
         change(&mut changed, middle);
-        let certificate = certify(planned, &changed, &options);
+        let certificate = certify(planned, &changed);
         let failed = certificate.failed_checks();
         assert!(
             expected.iter().any(|check| failed.contains(check)),

@@ -11,7 +11,7 @@ use robot_model::Robot;
 use serde_json::json;
 use surfaces::outline::Outline;
 use surfaces::{Face, Obstacle};
-use verify::{Check, Options, verify};
+use verify::{Check, verify};
 
 /// One way to break a plan.
 struct Mutation {
@@ -45,7 +45,7 @@ pub fn assert_noticed(plan: &Plan, robot: &Robot) {
     let objections = MUTATIONS.iter().filter_map(|mutation| {
         let mut broken = plan.clone();
         (mutation.apply)(&mut broken);
-        let certificate = verify(&broken, robot, &Options::default());
+        let certificate = verify(&broken, None, robot);
         let objection = mutation.objection(&certificate.failed_checks())?;
         let why: Vec<String> = certificate.failures().map(|row| row.sentence()).collect();
         Some(format!("{objection}\n  {}", why.join("\n  ")))

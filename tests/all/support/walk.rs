@@ -151,9 +151,8 @@ impl Walked {
     #[track_caller]
     pub fn assert_certified(&self) {
         self.assert_found();
-        let options = verify::Options::default();
         let motion = Some(self.motion());
-        let certificate = verify::verify_with(&self.plan, motion, &self.robot, &options);
+        let certificate = verify::verify(&self.plan, motion, &self.robot);
         assert!(certificate.pass, "{}", certificate.table());
     }
 

@@ -3,22 +3,24 @@
 //! | file | what it checks |
 //! |---|---|
 //! | `phases` | phases lead from stance to stance, on contacts that both have; ends are the stances |
-//! | `samples` | every sample: numbers, joints, rates, contacts, forces; distances at every time |
+//! | `samples` | every sample: contacts, forces; distances at every time |
+//! | `joints` | the joints of a sample: limits, speeds, accelerations |
 //! | `dynamics` | what accelerates every body and what the joints must exert for it |
 //!
 //! Rows carry the stance that a phase leads to, and the time in their subject.
 
 mod dynamics;
+mod joints;
 mod phases;
 mod samples;
 
 use plan::Motion;
 use rayon::prelude::*;
 
-use crate::Check;
 use crate::extremes::Extremes;
 use crate::findings::{Findings, exceeds};
 use crate::scene::Scene;
+use crate::{Check, TOLERANCES};
 
 /// Goes through a motion.
 pub(crate) fn check(scene: &Scene, motion: &Motion, findings: &mut Findings) {
@@ -46,7 +48,7 @@ fn record(scene: &Scene, motion: &Motion, findings: &mut Findings) -> bool {
         flaw(format!("made for {meant}, not {given}"));
     }
     let wanted = scene.robot.bodies.len() + 6;
-    let extent = scene.options.extent_m;
+    let extent = TOLERANCES.extent_m;
     let sane = motion.samples.iter().all(|s| {
         let forces = s.forces_W.iter().flatten().flatten();
         s.q.len() == wanted
@@ -74,12 +76,12 @@ fn record(scene: &Scene, motion: &Motion, findings: &mut Findings) -> bool {
         limits.friction_use,
     ];
     let shares = uses.iter().all(|part| (0.0..=1.0).contains(part));
-    let most = scene.options.motion_acceleration;
+    let most = TOLERANCES.motion_acceleration;
     let acceleration = (0.0..=most).contains(&limits.joint_acceleration_rad_s2);
     if !(shares && acceleration && (0.0..1.0).contains(&limits.margin_use)) {
         flaw("it promises itself more than there is".to_owned());
     }
-    if motion.dt_s > scene.options.motion_step_s {
+    if motion.dt_s > TOLERANCES.motion_step_s {
         flaw(format!("samples {} s apart are too few", motion.dt_s));
     }
     findings.holds_unless_flawed(None, Check::MotionRecord);

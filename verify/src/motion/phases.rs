@@ -5,10 +5,10 @@ use plan::{Change, Motion, Phase, PhaseKind, Stance};
 
 use surfaces::FaceId;
 
-use crate::Check;
 use crate::findings::Findings;
 use crate::posture::{angle_between, column, pose};
 use crate::scene::Scene;
+use crate::{Check, TOLERANCES};
 
 /// Checks the phases; whether the samples can be gone through.
 pub(super) fn check(scene: &Scene, motion: &Motion, findings: &mut Findings) -> bool {
@@ -108,7 +108,7 @@ fn ends(scene: &Scene, motion: &Motion, findings: &mut Findings) {
             _ => f64::NAN,
         };
         let subject = format!("motion at {time:.2} s");
-        let bound = scene.options.motion_end;
+        let bound = TOLERANCES.motion_end;
         findings.value(Some(k), Check::MotionEnd, subject, off, bound);
     }
 }

@@ -4,9 +4,10 @@ use nalgebra::Vector3;
 use plan::Near;
 
 use super::Claim;
-use crate::clearance;
-use crate::distance::{Placed, Solid, apart_at_most_m};
+use crate::TOLERANCES;
+use crate::distance::apart_at_most_m;
 use crate::posture::inverse_point;
+use crate::solid::{Placed, Solid};
 
 impl Claim<'_> {
     /// By how much a link is nearer to another, or to a body, than it may be, m.
@@ -14,7 +15,7 @@ impl Claim<'_> {
     /// # Errors
     /// That the two are not put, or may touch.
     pub(super) fn overlap_m(&self, link: &str, other: &Near) -> Result<f64, String> {
-        let shapes = clearance::shapes(self.robot);
+        let shapes = crate::shapes::shapes(self.robot);
         let names = self.robot.collision.shapes();
         let put = |link: &str| -> Vec<(usize, Placed)> {
             let of = (0..shapes.len()).filter(|&i| names[i].link == link);
@@ -43,7 +44,7 @@ impl Claim<'_> {
                         let heights = points.iter().map(|p| inverse_point(&place.X_WC, p).z);
                         let radius_m = place.patch.point_radius_m().unwrap_or(0.0);
                         let rise_m = heights.fold(f64::NEG_INFINITY, f64::max) + radius_m;
-                        rise_m <= self.options.same_plane_m
+                        rise_m <= TOLERANCES.same_plane_m
                     })
                 };
                 if points.is_empty() || own.iter().any(|(shape, _)| may_touch(*shape)) {

@@ -4,12 +4,13 @@
 //!
 //! A force f is in its friction cone, its g is to be in the dual of that.
 
-use nalgebra::Vector3;
+use nalgebra::{Point2, Vector3};
 use plan::{Multipliers, PlaceFreedom};
 use robot_model::{GRAVITY_M_S2, JointKind};
 
 use super::turns::Turns;
 use super::{Claim, Place};
+use crate::TOLERANCES;
 use crate::polygon;
 use crate::posture::{column, point};
 
@@ -142,18 +143,17 @@ impl Claim<'_> {
     fn bearing(&self, place: &Place) -> Vec<Vector3<f64>> {
         if let Some(radius_m) = place.patch.point_radius_m() {
             let normal = column(&place.X_WC, 2);
-            let touched = |v: &nalgebra::Point2<f64>| {
-                point(&place.X_WC, &Vector3::new(v.x, v.y, 0.0)) - normal * radius_m
-            };
+            let touched =
+                |v: &Point2<f64>| point(&place.X_WC, &v.coords.push(0.0)) - normal * radius_m;
             return place.patch.polygon.iter().map(touched).collect();
         }
-        let outline: Vec<_> = place.patch.polygon.iter().map(|v| [v.x, v.y]).collect();
-        let half_width_m = -polygon::outside(&outline, polygon::centroid(&outline));
-        let inset_m = self.required.com_m.min(self.options.shrink * half_width_m);
-        let shrunk = polygon::shrunk(&outline, inset_m);
-        let held = if shrunk.is_empty() { outline } else { shrunk };
-        let in_W = |[x, y]: [f64; 2]| point(&place.X_WC, &Vector3::new(x, y, 0.0));
-        held.into_iter().map(in_W).collect()
+        let outline = &place.patch.polygon;
+        let half_width_m = polygon::half_width(outline);
+        let inset_m = self.required.com_m.min(TOLERANCES.shrink * half_width_m);
+        let shrunk = polygon::shrunk(outline, inset_m);
+        let held = if shrunk.is_empty() { outline } else { &shrunk };
+        let in_W = |v: &Point2<f64>| point(&place.X_WC, &v.coords.push(0.0));
+        held.iter().map(in_W).collect()
     }
 
     /// The part of the weight that each ball bears at least where balls alone bear: with D the least sum of their
