@@ -2,9 +2,8 @@
 
 use std::collections::HashSet;
 
+use base64ct::{Base64, Encoding};
 use serde_json::{Value, json};
-
-use super::base64::base64;
 
 /// Edge of the first grid, m; each following one is wider by [`WIDENING`].
 const FIRST_CELL_M: f32 = 0.005;
@@ -48,7 +47,7 @@ pub(super) fn record(points: &[[f32; 3]], total: usize) -> Value {
         "total": total,
         "origin_m": low,
         "step_m": step,
-        "positions": base64(&bytes),
+        "positions": Base64::encode_string(&bytes),
     })
 }
 
@@ -87,7 +86,10 @@ mod tests {
         let steps = (1.0 / step).round() as u16;
         let [a, b] = steps.to_le_bytes();
         let text = cloud["positions"].as_str().unwrap();
-        assert!(text.starts_with(&base64(&[0, 0, a, b, 0, 0])), "{text}");
+        assert!(
+            text.starts_with(&Base64::encode_string(&[0, 0, a, b, 0, 0])),
+            "{text}"
+        );
         assert_eq!(record(&[], 9), Value::Null);
     }
 }

@@ -14,7 +14,6 @@
 //!
 //! All that needs a model of the robot is computed here; the script only draws.
 
-mod base64;
 mod cloud;
 mod compare;
 mod face;
@@ -49,7 +48,6 @@ const FORMAT: &str = "scandent-view/1";
 pub const CLOUD_POINTS_MAX: usize = 60_000;
 
 /// What the page shows.
-#[allow(non_snake_case)]
 #[derive(Clone, Copy, Debug)]
 pub struct ViewInput<'a> {
     /// The plan; one without stances shows its surfaces.

@@ -2,12 +2,12 @@
 //! the one to the next.
 
 use anyhow::Result;
+use base64ct::{Base64, Encoding};
 use nalgebra::Vector3;
 use plan::{Contact, Motion, Phase, Sample};
 use robot_model::Robot;
 use serde_json::{Value, json};
 
-use super::base64::base64;
 use super::number::{metres, newtons, seconds, unit};
 use super::robot::poses;
 
@@ -54,7 +54,7 @@ pub(super) fn record(motion: Option<&Motion>, robot: &Robot) -> Result<Value> {
         "step_s": every as f64 * motion.dt_s,
         "duration_s": seconds(motion.duration_s()),
         "phases": phases,
-        "poses": base64(&bytes),
+        "poses": Base64::encode_string(&bytes),
         "moments": moments,
     }))
 }

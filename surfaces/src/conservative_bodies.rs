@@ -7,11 +7,9 @@
 //! `brossette2013` extrudes each surface by a few centimetres. A distance algorithm that finds a link
 //! past the middle of so thin a body pushes it out at the far side; nothing is known of what is hidden
 //! behind a face, so its body goes on there along the rays that saw it ([`crate::unseen`]).
-#![allow(non_snake_case)]
 
 use nalgebra::{Point2, Point3};
 
-use crate::bounds::clip;
 use crate::cover::{self, cover};
 use crate::outline::Outline;
 use crate::{ConvexPolygon, Face, HalfPlane, Region, Source};
@@ -162,6 +160,21 @@ fn entry_m(
     };
     let found = parts.iter().filter_map(|part| of_part(part.as_ref()));
     found.reduce(f64::min)
+}
+
+/// The part of a convex ring in space where a linear function is not positive.
+fn clip(ring: &[Point3<f64>], value: impl Fn(&Point3<f64>) -> f64) -> Vec<Point3<f64>> {
+    let mut kept = Vec::with_capacity(ring.len() + 1);
+    for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
+        let (value_a, value_b) = (value(a), value(b));
+        if value_a <= 0.0 {
+            kept.push(*a);
+        }
+        if (value_a < 0.0 && value_b > 0.0) || (value_a > 0.0 && value_b < 0.0) {
+            kept.push(a + (b - a) * (value_a / (value_a - value_b)));
+        }
+    }
+    kept
 }
 
 #[cfg(test)]

@@ -5,8 +5,6 @@
 //! extruded inward. A piece is extruded to a smaller polygon: a prism behind the last face before
 //! an edge would stick out of the next one where they meet at less than a right angle.
 
-#![allow(non_snake_case)]
-
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
@@ -14,7 +12,7 @@ use nalgebra::Vector3;
 use super::face;
 use super::topology::Topology;
 use super::weld::Welded;
-use crate::bounds::{Bounds, BoundsTree};
+use crate::bounds::{BoundsTree, around};
 use crate::conservative_bodies::{column, far_side_m};
 use crate::outline::Outline;
 use crate::{ConvexPolygon, Face, Obstacle, Region, cover};
@@ -45,9 +43,8 @@ pub(super) fn bodies(
     };
     // What may end a body: the far sides of all parts, solids included.
     let far = covered(&all.0);
-    let bounds =
-        |(face, piece): &(usize, ConvexPolygon)| Bounds::new(&all.0[*face].prism_W(piece, 0.0));
-    let tree = BoundsTree::new(far.iter().map(bounds).collect());
+    let bounds = |(face, piece): &(usize, ConvexPolygon)| around(&all.0[*face].prism_W(piece, 0.0));
+    let tree = BoundsTree::new(far.iter().map(bounds));
     let own = if topology.solids.is_empty() {
         far.clone()
     } else {
@@ -55,13 +52,13 @@ pub(super) fn bodies(
     };
     for (number, (i, piece)) in own.iter().enumerate() {
         let face = &faces[*i];
-        let reach = Bounds::new(&face.prism_W(piece, thickness_m));
+        let reach = around(&face.prism_W(piece, thickness_m));
         let behind = [column(piece)];
         let entry = |near: usize| {
             let (other, its) = &far[near];
             far_side_m(face, &behind, &all.0[*other], &[its.vertices()])
         };
-        let near = tree.meeting(&reach).into_iter();
+        let near = tree.meeting(&reach);
         let depth_m = near.filter_map(entry).fold(thickness_m, f64::min);
         bodies.push(frustum(
             face,

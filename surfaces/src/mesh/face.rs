@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternio
 use super::topology::Topology;
 use super::weld::Welded;
 use super::{MERGE_ANGLE_RAD, MERGE_OFFSET_M, WELD_M};
-use crate::bounds::{Bounds, BoundsTree};
+use crate::bounds::{Bounds, BoundsTree, around};
 use crate::polygon::clean_ring;
 use crate::{Face, Fit, Region, Source};
 
@@ -113,7 +113,7 @@ fn merge(mesh: &Welded, mut planes: Vec<Plane>) -> Vec<Plane> {
     planes.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2));
     let bounds = |plane: &Plane| {
         let corners = plane.triangles.iter().flat_map(|t| mesh.corners(*t));
-        Bounds::new(&corners.collect::<Vec<_>>())
+        around(&corners.collect::<Vec<_>>())
     };
     let boxes: Vec<Bounds> = planes.iter().map(bounds).collect();
     let tree = BoundsTree::new(boxes.clone());
@@ -126,7 +126,7 @@ fn merge(mesh: &Welded, mut planes: Vec<Plane>) -> Vec<Plane> {
             let inside = |t: &usize| fits(mesh, *t, &into.normal, &into.origin);
             plane.triangles.iter().all(inside)
         };
-        let met = tree.meeting(bounds).into_iter();
+        let met = tree.meeting(bounds);
         let met = met.filter_map(|i| places.get(i).copied());
         match met.filter(fits_into).min() {
             Some(place) => {
@@ -144,7 +144,6 @@ fn merge(mesh: &Welded, mut planes: Vec<Plane>) -> Vec<Plane> {
 }
 
 /// The connected regions of a plane; None when an outline is beyond use.
-#[allow(non_snake_case)]
 fn plane_faces(mesh: &Welded, plane: &Plane) -> Option<Vec<Face>> {
     let X_WF = frame(&plane.normal, &plane.origin);
     let corners: Vec<[Point3<f64>; 3]> = plane
