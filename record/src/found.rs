@@ -13,7 +13,6 @@ const SAME_PLANE: f64 = 2e-3;
 const EDGE_SIGMAS: f64 = 2.0;
 
 /// What was found of one plane of the world; parts of it that are apart are one `Found`.
-#[allow(non_snake_case)]
 pub struct Found {
     /// Frame of the plane, z outward.
     pub X_WF: Isometry3<f64>,
@@ -46,7 +45,6 @@ impl From<&Face> for Found {
 }
 
 /// Adds a part to the plane that it lies in.
-#[allow(non_snake_case)]
 fn add(all: &mut Vec<Found>, part: Found) {
     let same = |known: &&mut Found| known.plane_of(&part) && part.plane_of(known);
     match all.iter_mut().find(same) {

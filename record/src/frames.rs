@@ -10,7 +10,6 @@ use scenes::{Face, OrientedBox, SceneFile, Truth};
 use surfaces::outline::Outline;
 
 /// One frame.
-#[allow(non_snake_case)]
 pub struct Frame {
     /// `NOISE_WORLD_SEED`.
     pub name: String,
@@ -154,7 +153,6 @@ pub fn ray(scan: &Scan, i: usize) -> Vector3<f64> {
 }
 
 /// A pose as the command line takes it.
-#[allow(non_snake_case)]
 pub fn pose(X_WV: &Isometry3<f64>) -> String {
     let (p, q) = (X_WV.translation.vector, X_WV.rotation);
     format!("{},{},{},{},{},{},{}", p.x, p.y, p.z, q.i, q.j, q.k, q.w)

@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use nalgebra::Isometry3;
-use scenes::simulator::lidar::{RangeNoise, Vlp16, pcd, sweep};
-use scenes::simulator::{DepthNoise, KINECT, XTION, scan};
-use scenes::{Builtin, SceneFile};
+use scenes::Builtin;
+use scenes::simulator::DepthNoise;
+use scenes::simulator::lidar::pcd;
 use serde_json::Value;
 
 use crate::frames::pose;
@@ -165,39 +164,30 @@ pub fn shots(seeds: u64, folder: &Path) -> Result<Vec<Shot>> {
 
 /// Takes a scene's scan again and returns the flags that read it.
 fn shoot(scene: &Builtin, seed: u64, folder: &Path) -> Result<Vec<String>> {
-    let world = (scene.truth)().world();
-    let file = SceneFile::parse(scene.toml)?;
-    let source = file.scan.first().context("a scan")?;
-    let X_WV: Isometry3<f64> = scene.sensor.map_or_else(|| source.X_WV(), |pose| pose());
+    let source = scene.source().context("a scan")?;
     let stem = folder.join(format!("{}_{seed}", scene.name));
     let scan_path: PathBuf;
-    if source.cloud.is_some() {
+    if let Some(taken) = scene.sweep(seed) {
         scan_path = stem.with_extension("pcd");
-        let (sensor, noise) = (Vlp16::default(), RangeNoise::default());
-        let taken = sweep(&world, &sensor, &X_WV, &noise, seed, seed);
         std::fs::write(&scan_path, pcd(&taken))?;
     } else {
         scan_path = stem.with_extension("png");
-        let camera = match source.sensor.as_deref() {
-            Some("kinect_v1") => &KINECT,
-            _ => &XTION,
-        };
-        let taken = scan(&world, camera, &X_WV, &DepthNoise::default(), seed);
-        std::fs::write(&scan_path, taken.png()?)?;
+        let taken = scene.picture(&DepthNoise::default(), seed);
+        std::fs::write(&scan_path, taken.context("a picture")?.png()?)?;
     }
-    let sensor = source.sensor.clone().context("a sensor")?;
+    let sensor = source.sensor.context("a sensor")?;
     let path = argument(&scan_path);
     let mut flags = ["--scan", &path, "--sensor", &sensor]
         .map(str::to_owned)
         .to_vec();
-    match &source.extrinsics {
+    match source.extrinsics {
         // Where the planner believes the sensor to be is what was identified, not the truth.
         Some(name) => {
-            let path = folder.join(name);
-            std::fs::write(&path, scene.file(name).context("a mount that ships")?)?;
+            let path = folder.join(&name);
+            std::fs::write(&path, scene.file(&name).context("a mount that ships")?)?;
             flags.extend(["--extrinsics".to_owned(), argument(&path)]);
         }
-        None => flags.push(format!("--pose={}", pose(&X_WV))),
+        None => flags.push(format!("--pose={}", pose(&scene.X_WV().context("a scan")?))),
     }
     Ok(flags)
 }

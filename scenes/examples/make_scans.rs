@@ -7,8 +7,7 @@
 
 use std::path::PathBuf;
 
-use scenes::SceneFile;
-use scenes::simulator::{DepthNoise, KINECT, Scan, XTION, scan};
+use scenes::simulator::{DepthNoise, Scan};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes"));
@@ -18,26 +17,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|text| text.parse())
         .transpose()?;
     for scene in scenes::names().filter_map(scenes::builtin) {
-        let world = (scene.truth)().world();
-        for source in SceneFile::parse(scene.toml)?.scan {
-            let Some(name) = &source.depth else { continue };
-            let camera = match source.sensor.as_deref() {
-                Some("kinect_v1") => &KINECT,
-                _ => &XTION,
-            };
-            let scan = scan(
-                &world,
-                camera,
-                &scene.sensor.map_or_else(|| source.X_WV(), |pose| pose()),
-                &DepthNoise::default(),
-                seed.unwrap_or(scene.seed),
-            );
-            let path = folder.join(name);
-            std::fs::write(&path, scan.png()?)?;
-            println!("wrote {}", path.display());
-            for (face, pixels) in visible(&(scene.truth)(), &scan) {
-                println!("    {pixels:7} px  {face}");
-            }
+        let noise = DepthNoise::default();
+        let Some(scan) = scene.picture(&noise, seed.unwrap_or(scene.seed)) else {
+            continue;
+        };
+        let path = folder.join(format!("{}_depth.png", scene.name));
+        std::fs::write(&path, scan.png()?)?;
+        println!("wrote {}", path.display());
+        for (face, pixels) in visible(&(scene.truth)(), &scan) {
+            println!("    {pixels:7} px  {face}");
         }
     }
     Ok(())

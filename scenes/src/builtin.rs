@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 use nalgebra::Isometry3;
 
-use crate::simulator::lidar;
+use crate::scene_file::ScanSource;
+use crate::simulator::{DepthNoise, KINECT, Pinhole, Scan, XTION, lidar, scan};
 use crate::truth::Truth;
 use crate::worlds;
 
@@ -106,19 +107,44 @@ impl Builtin {
     /// The bytes of a file that the scene file names.
     pub fn file(&self, name: &str) -> Option<Cow<'static, [u8]>> {
         if self.sweep == Some(name) {
-            return Some(Cow::Owned(lidar::pcd(&self.sweep()?)));
+            return Some(Cow::Owned(lidar::pcd(&self.sweep(self.seed)?)));
         }
         let file = self.files.iter().find(|(file, _)| *file == name);
         file.map(|(_, bytes)| Cow::Borrowed(*bytes))
     }
 
-    /// The sweep that the simulated lidar takes from where the scene file says.
-    fn sweep(&self) -> Option<lidar::Sweep> {
-        let file = crate::SceneFile::parse(self.toml).ok()?;
-        let mut scans = file.scan.iter();
-        let X_WV = scans.find(|s| s.cloud.as_deref() == self.sweep)?.X_WV();
-        let (world, seed) = ((self.truth)().world(), self.seed);
+    /// The one scan of its scene file.
+    pub fn source(&self) -> Option<ScanSource> {
+        crate::SceneFile::parse(self.toml).ok()?.scan.pop()
+    }
+
+    /// The sensor's true pose in W.
+    pub fn X_WV(&self) -> Option<Isometry3<f64>> {
+        let stated = || Some(self.source()?.X_WV());
+        self.sensor.map_or_else(stated, |pose| Some(pose()))
+    }
+
+    /// The depth camera, where the scene file has a picture.
+    pub fn camera(&self) -> Option<&'static Pinhole> {
+        let source = self.source()?;
+        source.depth?;
+        match source.sensor.as_deref() {
+            Some("kinect_v1") => Some(&KINECT),
+            _ => Some(&XTION),
+        }
+    }
+
+    /// The picture that the simulated camera takes, where the scene file has one.
+    pub fn picture(&self, noise: &DepthNoise, seed: u64) -> Option<Scan> {
+        let (world, camera) = ((self.truth)().world(), self.camera()?);
+        Some(scan(&world, camera, &self.X_WV()?, noise, seed))
+    }
+
+    /// The sweep that the simulated lidar takes, where the scene file has one.
+    pub fn sweep(&self, seed: u64) -> Option<lidar::Sweep> {
+        self.sweep?;
         let (sensor, noise) = (lidar::Vlp16::default(), lidar::RangeNoise::default());
+        let (world, X_WV) = ((self.truth)().world(), self.X_WV()?);
         Some(lidar::sweep(&world, &sensor, &X_WV, &noise, seed, seed))
     }
 }

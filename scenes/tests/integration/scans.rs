@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, Kinematics, Robot};
-use scenes::simulator::{DepthNoise, KINECT, Pinhole, Scan, XTION, scan};
+use scenes::simulator::{DepthNoise, Scan, XTION};
 use scenes::{Builtin, SceneFile};
 
 use crate::robots::shipped;
@@ -20,22 +20,8 @@ fn only_scan(scene: &Builtin) -> scenes::scene_file::ScanSource {
     scans.into_iter().next().unwrap()
 }
 
-fn camera(scene: &Builtin) -> &'static Pinhole {
-    match only_scan(scene).sensor.as_deref() {
-        Some("kinect_v1") => &KINECT,
-        _ => &XTION,
-    }
-}
-
-/// Where the sensor really was.
-fn X_WV(scene: &Builtin) -> Isometry3<f64> {
-    let stated = || only_scan(scene).X_WV();
-    scene.sensor.map_or_else(stated, |pose| pose())
-}
-
 fn simulate(scene: &Builtin, noise: &DepthNoise) -> Scan {
-    let world = (scene.truth)().world();
-    scan(&world, camera(scene), &X_WV(scene), noise, scene.seed)
+    scene.picture(noise, scene.seed).unwrap()
 }
 
 fn embedded(scene: &Builtin) -> Vec<u16> {
@@ -121,7 +107,8 @@ fn depth_errors_have_the_modelled_size() {
             if !inner || measured == 0.0 || !neighbours(i).into_iter().all(same) {
                 continue;
             }
-            let quantum = z * z * noise.disparity_step_px / (camera(scene).fx * noise.baseline_m);
+            let quantum =
+                z * z * noise.disparity_step_px / (scene.camera().unwrap().fx * noise.baseline_m);
             let variance = noise.sigma_m(z).powi(2)
                 + (noise.distortion * z).powi(2)
                 + (quantum * quantum + 1e-6) / 12.0;
