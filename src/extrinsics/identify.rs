@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
+use calibration::Config;
 use calibration::camera::{Checked, PlanePair, identify_checked};
 use calibration::ground::{Ground, ground};
 use calibration::stance::footprint;
-use calibration::{Config, GroundPlane};
-use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use perception::{Intrinsics, Noise, Scan, SensorOptions};
 use robot_model::{Configuration, Robot};
 
@@ -139,7 +139,7 @@ pub fn measure(
                 X_GR: *X_GR,
                 foot_error_m: *foot_error_m,
                 pair: PlanePair {
-                    robot: robot_plane(X_GR, config),
+                    robot: config.camera.robot_plane(X_GR),
                     sensor: seen.plane,
                     common: seen.common.clone(),
                 },
@@ -148,14 +148,6 @@ pub fn measure(
             })
         });
     measured.collect()
-}
-
-/// The ground as a robot at `X_GR` knows it, with the noise of its pose.
-pub fn robot_plane(X_GR: &Isometry3<f64>, config: &Config) -> GroundPlane {
-    let tilt = config.camera.robot_tilt_sigma_rad.powi(2);
-    let height = config.camera.robot_height_sigma_m.powi(2);
-    let noise = Matrix3::from_diagonal(&Vector3::new(tilt, tilt, height));
-    GroundPlane::ground(X_GR, noise)
 }
 
 /// The mount from what was measured.

@@ -1,5 +1,4 @@
 //! Mistakes that a table of stances may hold, and whether one explains why the stances do not fit.
-#![allow(non_snake_case)]
 
 use std::f64::consts::PI;
 
@@ -10,7 +9,7 @@ use nalgebra::{Isometry3, Vector3};
 use robot_model::Robot;
 
 use super::feet::Feet;
-use super::identify::{Measured, robot_plane, stances};
+use super::identify::{Measured, stances};
 use super::stances_file::{Reading, StanceRow};
 
 /// Stances fit where they disagree by no more than this, root mean square, in standard deviations.
@@ -72,7 +71,7 @@ pub fn of_stances(
     let explains = |mended: Mended| {
         let found = stances(robot, feet, &mended.rows).ok()?;
         let pairs = (found.poses.iter().zip(measured)).map(|((X_GR, _), frame)| PlanePair {
-            robot: robot_plane(X_GR, config),
+            robot: config.camera.robot_plane(X_GR),
             ..frame.pair.clone()
         });
         misfit_of(pairs).map(|left| (left, mended.what))

@@ -9,7 +9,7 @@ use robot_model::Robot;
 use robot_model::kinematics::{PointTarget, reach};
 
 use super::feet::Feet;
-use super::identify::{Footholds, Measured, View, robot_plane};
+use super::identify::{Footholds, Measured, View};
 
 /// How many times smaller than the sensor's the image is in which views are foreseen.
 const SMALLER: usize = 8;
@@ -91,7 +91,7 @@ fn candidate(
     found: &Identification,
     config: &Config,
 ) -> Option<Candidate> {
-    let robot = robot_plane(&X_GR, config);
+    let robot = config.camera.robot_plane(&X_GR);
     let seen = robot.seen_from(&found.X_RV);
     let sensor = match view {
         Some(view) => {

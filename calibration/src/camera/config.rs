@@ -1,10 +1,11 @@
 //! Settings of the identification: how exactly the robot knows where it stands.
 
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
 use crate::error::within;
+use crate::{Error, GroundPlane};
 
 /// How exactly the robot knows where it stands.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -35,6 +36,14 @@ impl Default for CameraConfig {
 }
 
 impl CameraConfig {
+    /// The ground as a robot at `X_GR` knows it, with the noise of its pose.
+    pub fn robot_plane(&self, X_GR: &Isometry3<f64>) -> GroundPlane {
+        let tilt = self.robot_tilt_sigma_rad.powi(2);
+        let height = self.robot_height_sigma_m.powi(2);
+        let noise = Matrix3::from_diagonal(&Vector3::new(tilt, tilt, height));
+        GroundPlane::ground(X_GR, noise)
+    }
+
     /// Checks every setting's range.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! The mount of a LiDAR from simulated sweeps: roll, pitch, drift angle, height, and ring errors.
 
-#![allow(non_snake_case, clippy::unwrap_used)]
+#![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 

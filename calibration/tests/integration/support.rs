@@ -1,11 +1,11 @@
 //! A simulated robot with a depth camera that takes the 52 poses of [chai2015] Table A1.
 
+use calibration::Config;
 use calibration::camera::{
     CameraConfig, Identification, PaperParameters, PlanePair, closed_form, identify,
 };
 use calibration::ground::ground;
-use calibration::{Config, GroundPlane};
-use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 use perception::{DepthImage, Intrinsics, Noise, Scan, Sensor};
 use scenes::camera_set::{PoseNoise, frame, published_extrinsics};
 use scenes::simulator::{DepthNoise, Field, KINECT, Pinhole, World, distortion};
@@ -123,21 +123,13 @@ impl Series {
             let scan = self.device.shoot(&self.world, &real, &X_RV, field, seed);
             let seen = ground(&scan, &self.config.ground).expect("there is ground");
             PlanePair {
-                robot: robot_plane(&said, &self.config.camera),
+                robot: self.config.camera.robot_plane(&said),
                 sensor: seen.plane,
                 common: seen.common,
             }
         };
         (0..).zip(&stances::TABLE_A1).map(pair).collect()
     }
-}
-
-/// The ground as the robot knows it.
-pub fn robot_plane(X_GR: &Isometry3<f64>, config: &CameraConfig) -> GroundPlane {
-    let tilt = config.robot_tilt_sigma_rad.powi(2);
-    let height = config.robot_height_sigma_m.powi(2);
-    let noise = Matrix3::from_diagonal(&Vector3::new(tilt, tilt, height));
-    GroundPlane::ground(X_GR, noise)
 }
 
 /// One run against the truth.
