@@ -24,7 +24,6 @@ use crate::rows::{Constraint, Rows, Tag};
 mod colliding;
 mod convex;
 #[cfg(test)]
-#[allow(clippy::unwrap_used, non_snake_case)]
 mod tests;
 mod written;
 

@@ -10,7 +10,6 @@ use crate::rows::{Rows, Tag};
 /// is a third of it.
 const CERTAIN_M: f64 = 3e-4;
 
-#[allow(non_snake_case)]
 pub(super) fn worst(ctx: &Context) -> Option<(Tag, f64)> {
     let mut it = ctx.start(ctx.problem.guess);
     let mut is_put = vec![false; ctx.robot().bodies.len()];

@@ -9,12 +9,9 @@
 //! mass c and, with the contacts at their places, the moments are linear in R and f. A body that a contact puts
 //! has the contact's rotation, the joint next to it then turns in a plane, and its torque is linear in f.
 
-use std::f64::consts::{FRAC_1_SQRT_2, PI};
-use std::ops::{AddAssign, Range};
+use std::ops::Range;
 
-use nalgebra::{
-    DVector, Isometry3, Matrix3, Point2, Point3, Rotation3, Unit, UnitQuaternion, Vector3,
-};
+use nalgebra::{DVector, Isometry3, Matrix3, UnitQuaternion, Vector3};
 use plan::Multipliers;
 use robot_model::{Configuration, JointKind, Kinematics};
 
@@ -22,8 +19,12 @@ use crate::contact::Freedom;
 use crate::iterate::Context;
 use crate::outcome::{Constraint, Violation};
 use cones::{Cones, Form, Least, Turn, along};
+use turns::{hinge, lengthens_nothing};
 
 mod cones;
+mod forces;
+mod multipliers;
+mod turns;
 
 /// Smallest violation that counts, m and parts of the weight: over what postures may be off their contacts by
 /// (1e-5 m, 1e-4 rad), times the length of a limb.
@@ -32,9 +33,6 @@ const CERTAIN: f64 = 1e-3;
 const SLACK: f64 = 2e-4;
 /// No point bears more than so many times the weight.
 const FORCE_MAX: f64 = 100.0;
-
-/// Part of the torques' limits that a seed may use with the axes of another configuration.
-const SPARING: f64 = 0.95;
 
 /// What the convex problem says.
 pub(crate) enum Answer {
@@ -237,135 +235,6 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// Where a contact bears, from the middle of all.
-    fn bearing(&self, i: usize) -> Vec<Vector3<f64>> {
-        let model = &self.ctx.contacts[i];
-        let points = model
-            .force_points
-            .iter()
-            .take(self.ctx.layout.force[i].len());
-        let at = |v: &Point2<f64>| {
-            let v = Point3::new(v.x, v.y, -model.radius.unwrap_or(0.0));
-            (self.ctx.problem.contacts[i].X_WC * v).coords - self.middle
-        };
-        points.map(at).collect()
-    }
-
-    /// Forces in their cones that balance the weight, within torques.
-    fn balance(&mut self, com: &Form, near: Option<&Kinematics>) {
-        let n = self.cones.n;
-        let (mut force, mut moment) = (self.cones.constant(&-Vector3::z()), Form::zeros(n + 1));
-        moment.row_mut(0).copy_from(&-com.row(1));
-        moment.row_mut(1).copy_from(&com.row(0));
-        let mut first = self.first_force;
-        let mut loads = Vec::with_capacity(self.ctx.contacts.len());
-        let points: Vec<Vec<Vector3<f64>>> = (0..self.ctx.contacts.len())
-            .map(|i| self.bearing(i))
-            .collect();
-        let least_load = super::load(self.ctx, points.iter().flatten().map(|p| p.xy()));
-        for (model, points) in self.ctx.contacts.iter().zip(points) {
-            let (mut own_force, mut own_moment) = (Form::zeros(n + 1), Form::zeros(n + 1));
-            for p in points {
-                let mut f_W = model.axes * self.cones.friction(first, model.mu);
-                f_W[(2, n)] += least_load;
-                own_moment += p.cross_matrix() * &f_W;
-                own_force += f_W;
-                first += 3;
-            }
-            force += &own_force;
-            moment += &own_moment;
-            loads.push([own_force, own_moment]);
-        }
-        self.limit_torques(&loads, near);
-        self.cones.violated(&force, Constraint::Equilibrium);
-        self.cones.violated(&moment, Constraint::Balance);
-    }
-
-    /// Torques of the joints of bodies that contacts put; near a configuration those of all joints that bear a
-    /// load, with the axes of there, which may be missed by s.
-    fn limit_torques(&mut self, loads: &[[Form; 2]], near: Option<&Kinematics>) {
-        let (ctx, n) = (self.ctx, self.cones.n);
-        let robot = ctx.robot();
-        for (b, body) in robot.bodies.iter().enumerate().skip(1) {
-            let limit_m = body.effort * ctx.config.torque_use / ctx.weight;
-            let limits = limit_m > 0.0 && limit_m.is_finite() && body.kind == JointKind::Revolute;
-            let beyond = ctx.contacts.iter().zip(loads);
-            let mut beyond = beyond
-                .filter(|(model, _)| robot.supports(b, model.body))
-                .peekable();
-            if !limits || beyond.peek().is_none() {
-                continue;
-            }
-            // The axis; what weights beyond exert about it, over the robot's, or may exert wherever they are.
-            let (axis_W, o, weights_m, unsure_m) = match (near, &self.put[b]) {
-                (Some(near), _) => {
-                    let (axis_W, o) = (near.axis_W[b], near.origin_W[b]);
-                    let lever = (near.subtree_com_W[b] - o).cross(&-Vector3::z());
-                    let part = near.subtree_mass[b] / robot.mass_kg;
-                    (axis_W, o, part * lever.dot(&axis_W), 0.0)
-                }
-                (None, Some(X)) => {
-                    let (mass, radius_m) = held(ctx, b);
-                    let unsure_m = mass / robot.mass_kg * radius_m + CERTAIN * limit_m;
-                    (X.rotation * body.axis, X.translation.vector, 0.0, unsure_m)
-                }
-                _ => continue,
-            };
-            let (part, by_s) = if near.is_some() {
-                (SPARING, 1.0)
-            } else {
-                (1.0, 0.0)
-            };
-            let arm = (o - self.middle).cross_matrix();
-            let mut torque = Form::zeros(n + 1);
-            for (_, [f, m]) in beyond {
-                let about = m - arm * f;
-                torque.row_mut(0).add_assign(axis_W.transpose() * about);
-            }
-            torque[(0, n)] += weights_m;
-            let mut rows = Form::zeros(n + 1);
-            for (k, side) in [-1.0, 1.0].into_iter().enumerate() {
-                rows.row_mut(k).copy_from(&(torque.row(0) * side));
-                rows[(k, n)] += limit_m * part + unsure_m;
-                rows[(k, 0)] += by_s;
-            }
-            self.torques[b] = Some(self.cones.rows());
-            self.cones.positive(&rows, &[0, 1]);
-        }
-    }
-
-    /// What multiplies the conditions, as proofs are written down.
-    fn multipliers(&self, z: &[f64]) -> Multipliers {
-        let bodies = &self.ctx.robot().bodies;
-        let of = |what: Constraint| self.cones.multipliers(z, |other| *other == what);
-        let form = |b: usize| {
-            // A body that slides has the rotation of what it slides on.
-            let (mut parent, mut R) = (bodies[b].parent, UnitQuaternion::identity());
-            while let Some(p) = parent.filter(|&p| bodies[p].kind == JointKind::Prismatic) {
-                R = bodies[p].X_PJ.rotation * R;
-                parent = bodies[p].parent;
-            }
-            let free = parent.filter(|&p| self.put[p].is_none());
-            let form = free.map(|p| self.cones.turn(z, &self.hinges[b], self.column[p]));
-            let form = form.unwrap_or_default() * R.to_rotation_matrix();
-            [0, 1, 2].map(|r| [0, 1, 2].map(|c| form[(r, c)]))
-        };
-        let joints = 1..bodies.len();
-        Multipliers {
-            places: (0..self.ctx.contacts.len())
-                .map(|i| of(Constraint::Closure(i)))
-                .collect(),
-            force: of(Constraint::Equilibrium),
-            moment: of(Constraint::Balance),
-            about: self.middle.into(),
-            torques: joints
-                .clone()
-                .map(|b| self.torques[b].map_or(0.0, |row| z[row] - z[row + 1]))
-                .collect(),
-            turns: joints.map(form).collect(),
-        }
-    }
-
     /// The configuration nearest to the variables' rotations.
     fn configuration(&self, x: &DVector<f64>) -> Configuration {
         let rotation = |R: &Turn| Matrix3::from_columns(&[&R[0] * x, &R[1] * x, &R[2] * x]);
@@ -392,70 +261,6 @@ impl<'a> Chain<'a> {
             };
         }
         q
-    }
-}
-
-/// ‖R u‖ ≤ 1; roughly of the axes alone.
-fn lengthens_nothing(cones: &mut Cones, R: &Turn) {
-    for i in 0..3 {
-        cones.within(&R[i], 1.0);
-        let others = if cones.is_rough { 3..3 } else { i + 1..3 };
-        for j in others {
-            for side in [-1.0, 1.0] {
-                cones.within(&((&R[i] + &R[j] * side) * FRAC_1_SQRT_2), 1.0);
-            }
-        }
-    }
-}
-
-/// A body that turns about an axis in the frame of its joint, within limits; which of the two frames is known.
-fn hinge(
-    cones: &mut Cones,
-    axis: Vector3<f64>,
-    (lower, upper): (f64, f64),
-    [joint, turn]: [&Turn; 2],
-    known: [bool; 2],
-) {
-    if known == [true, true] {
-        return;
-    }
-    let (middle, half) = (0.5 * (lower + upper), 0.5 * (upper - lower) + SLACK);
-    let least = axis.iamin();
-    let side = Vector3::ith(least, 1.0).cross(&axis).normalize();
-    let sides = [side, axis.cross(&side)];
-    let to_middle = Rotation3::from_axis_angle(&Unit::new_normalize(axis), middle);
-    let at_middle = sides.map(|b| along(joint, &(to_middle * b)));
-    let turned = sides.map(|b| along(turn, &b));
-    cones.zero(&(along(joint, &axis) - along(turn, &axis)), &[0, 1, 2]);
-    if half < PI {
-        for k in 0..2 {
-            let most = 2.0 * (0.5 * half).sin() + SLACK;
-            cones.within(&(&at_middle[k] - &turned[k]), most);
-        }
-    }
-    // In a plane that is known a turn is two numbers.
-    let (fixed, free, axis) = match known {
-        [true, _] => (at_middle, turned, along(joint, &axis)),
-        [_, true] => (turned, at_middle, along(turn, &axis)),
-        _ => return,
-    };
-    let n = cones.n;
-    let [u, v, axis] = [&fixed[0], &fixed[1], &axis].map(|form| form.column(n).into_owned());
-    let onto = |v: &Vector3<f64>, form: &Form| v.transpose() * form;
-    let cos = onto(&u, &free[0]);
-    let mut rows = Form::zeros(n + 1);
-    rows.row_mut(0).copy_from(&(&cos - onto(&v, &free[1])));
-    rows.row_mut(1)
-        .copy_from(&(onto(&u, &free[1]) + onto(&v, &free[0])));
-    cones.zero(&rows, &[0, 1]);
-    for (k, free) in free.iter().enumerate() {
-        rows.row_mut(k).copy_from(&onto(&axis, free));
-    }
-    cones.zero(&rows, &[0, 1]);
-    if half < PI {
-        rows.row_mut(2).copy_from(&cos);
-        rows[(2, n)] -= half.cos() - SLACK;
-        cones.positive(&rows, &[2]);
     }
 }
 

@@ -1,5 +1,4 @@
 //! Proofs as they are written down, for a checker that knows nothing of how they were found.
-#![allow(non_snake_case)]
 
 use plan::{ContactPlace, Multipliers, Near, PlaceFreedom, Pose, Proof, Refutation};
 
