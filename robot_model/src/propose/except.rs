@@ -2,7 +2,6 @@
 //!
 //! That a pair was never seen to meet in drawn postures proves nothing, and such pairs stay watched:
 //! only those are left out as `Never` whose joints are too far apart for what hangs on them.
-#![allow(non_snake_case)]
 
 use std::collections::BTreeMap;
 

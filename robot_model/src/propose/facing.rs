@@ -1,5 +1,4 @@
 //! Whether a robot's base looks where the robot looks.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3};
 

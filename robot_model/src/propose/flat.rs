@@ -1,5 +1,4 @@
 //! The flat face that a body shows to one side.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
 

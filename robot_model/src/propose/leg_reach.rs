@@ -1,5 +1,4 @@
 //! How deep a limb reaches, joint values that bring its end to a place, and how well it moves there.
-#![allow(non_snake_case)]
 
 use nalgebra::{DMatrix, DVector, Isometry3, Point3, Vector3};
 
@@ -49,25 +48,20 @@ impl Tip {
             flat: false,
         }
     }
+
+    /// Where it is in W, m.
+    pub fn p_W(&self, kinematics: &Kinematics) -> Vector3<f64> {
+        (kinematics.X_WB[self.body] * self.X_BC).translation.vector
+    }
 }
 
 /// The configuration, all other joints neutral and the base at the origin, in which the tip is
 /// deepest, and how deep: coordinate ascent, whose every step is exact, as the height is
 /// a + b cos q + c sin q.
 pub fn deepest(robot: &Robot, limb: &Limb, tip: &Tip) -> (Configuration, f64) {
-    let depth = |q: &Configuration| {
-        let X_WC = Kinematics::new(robot, q).X_WB[tip.body] * tip.X_BC;
-        -X_WC.translation.vector.z
-    };
+    let depth = |q: &Configuration| -tip.p_W(&Kinematics::new(robot, q)).z;
     let mut best = (robot.neutral(), f64::NEG_INFINITY);
-    for start in 0..8_u64 {
-        let mut q = robot.neutral();
-        if start > 0 {
-            let drawn = crate::load::sampled(robot, start);
-            limb.bodies
-                .iter()
-                .for_each(|&b| q.joints[b - 1] = drawn.joints[b - 1]);
-        }
+    for mut q in limb.starts(robot, &robot.neutral(), 8) {
         for _ in 0..ROUNDS {
             for &body in &limb.bodies {
                 let (j, of) = (body - 1, &robot.bodies[body]);
@@ -96,7 +90,7 @@ pub fn deepest(robot: &Robot, limb: &Limb, tip: &Tip) -> (Configuration, f64) {
 
 /// Rows of the limb's joints: the tip's place and, where it is flat, its turn.  Shapes: 3 or 6 × n.
 fn jacobian(robot: &Robot, limb: &Limb, tip: &Tip, kinematics: &Kinematics) -> DMatrix<f64> {
-    let p_W = (kinematics.X_WB[tip.body] * tip.X_BC).translation.vector;
+    let p_W = tip.p_W(kinematics);
     let mut J = DMatrix::zeros(if tip.flat { 6 } else { 3 }, robot.nv());
     kinematics.point_jacobian(robot, tip.body, &p_W, &mut J.rows_mut(0, 3));
     if tip.flat {

@@ -1,5 +1,8 @@
 //! A limb: a chain of bodies from the trunk outward.
 
+use crate::load::sampled;
+use crate::{Configuration, Robot};
+
 /// What a limb is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimbKind {
@@ -28,5 +31,28 @@ impl Limb {
     /// The last body.
     pub fn end(&self) -> usize {
         *self.bodies.last().unwrap_or(&0)
+    }
+
+    /// The indices of its joints.
+    pub fn joints(&self) -> impl Iterator<Item = usize> + '_ {
+        self.bodies.iter().map(|body| body - 1)
+    }
+
+    /// `q`, and `q` with the limb's joints drawn.
+    pub fn starts(
+        &self,
+        robot: &Robot,
+        q: &Configuration,
+        count: u64,
+    ) -> impl Iterator<Item = Configuration> {
+        (0..count).map(|number| {
+            let mut start = q.clone();
+            if number > 0 {
+                let drawn = sampled(robot, number);
+                self.joints()
+                    .for_each(|j| start.joints[j] = drawn.joints[j]);
+            }
+            start
+        })
     }
 }

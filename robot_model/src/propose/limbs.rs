@@ -1,5 +1,4 @@
 //! The limbs of a robot: chains that branch off a trunk, legs and arms.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 

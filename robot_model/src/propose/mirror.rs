@@ -1,5 +1,4 @@
 //! Left and right of a robot: which body is the other side's, and how its joint turns.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 

@@ -1,5 +1,4 @@
 //! Where a robot's limbs may touch the world: soles, balls, fists.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, Vector3};
 

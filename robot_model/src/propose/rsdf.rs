@@ -1,5 +1,4 @@
 //! RSDF: the contact surfaces that robots of mc_rtc ship with.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 
