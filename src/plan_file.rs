@@ -105,9 +105,11 @@ impl PlanRobotFlags {
         let urdf = urdf.context("the plan names no robot: give --robot")?;
         let files = RobotFiles {
             urdf: urdf.clone(),
-            srdf: path("srdf", &self.beside.srdf),
-            contacts: path("contacts", &self.beside.contacts),
-            packages: self.beside.packages.clone(),
+            beside: BesideUrdf {
+                srdf: path("srdf", &self.beside.srdf),
+                contacts: path("contacts", &self.beside.contacts),
+                packages: self.beside.packages.clone(),
+            },
         };
         // The settings that the plan's robot was read with.
         let config = match plan.config.get("robot_model") {

@@ -1,7 +1,7 @@
 //! A robot's files: URDF, SRDF and contacts, in the program or on disk.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::OnceLock;
 
 use anyhow::{Context, Result, anyhow, bail};
 use robot_model::Robot;
@@ -12,22 +12,51 @@ use scenes::scene_file::RobotSource;
 use crate::propose::{self, Proposal};
 use crate::provenance::{self, Inputs};
 
+mod robots;
+
+pub use robots::Robots;
+
 /// What a note begins with that says why contacts and SRDF were not proposed.
 pub const UNPROPOSED: &str = "nothing was proposed";
 /// What the name of a robot that ships begins with.
 const BUILTIN: &str = "builtin:";
 
 /// Where a robot's files are.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, clap::Args)]
 pub struct RobotFiles {
-    /// A path, or `builtin:NAME`.
+    /// The robot: a URDF file, - for the standard input, or builtin:NAME
+    #[arg(long = "robot", value_name = "URDF")]
     pub urdf: String,
-    /// Postures and disabled pairs; those that ship for a robot that ships.
+    /// What is beside it; for a robot that ships, where nothing is named, what ships.
+    #[command(flatten)]
+    pub beside: BesideUrdf,
+}
+
+/// The files of a robot beside its URDF.
+#[derive(Clone, Debug, Default, PartialEq, Eq, clap::Args)]
+pub struct BesideUrdf {
+    /// Named postures and pairs of links that may touch
+    #[arg(long, value_name = "FILE.srdf")]
     pub srdf: Option<PathBuf>,
-    /// Contact patches; those that ship for a robot that ships.
+    /// Contact patches
+    #[arg(long, value_name = "FILE.toml")]
     pub contacts: Option<PathBuf>,
-    /// Folders of ROS packages, searched before those that the environment names.
+    /// A folder of ROS packages, for package:// names of meshes (repeatable; beside ROS_PACKAGE_PATH,
+    /// AMENT_PREFIX_PATH and the folders above the URDF)
+    #[arg(long = "package-path", value_name = "FOLDER")]
     pub packages: Vec<PathBuf>,
+}
+
+impl BesideUrdf {
+    /// The flags that name these files.
+    pub fn flags(&self) -> Vec<String> {
+        let srdf = self.srdf.iter().map(|path| ("--srdf", path));
+        let contacts = self.contacts.iter().map(|path| ("--contacts", path));
+        let packages = self.packages.iter().map(|path| ("--package-path", path));
+        let flags = srdf.chain(contacts).chain(packages);
+        let words = flags.flat_map(|(name, path)| [name.to_owned(), path.display().to_string()]);
+        words.collect()
+    }
 }
 
 impl RobotFiles {
@@ -46,23 +75,13 @@ impl RobotFiles {
         } else {
             folder.join(&source.urdf).display().to_string()
         };
-        let beside = |name: &Option<String>| name.as_ref().map(|name| folder.join(name));
-        Self {
-            urdf,
-            srdf: beside(&source.srdf),
-            contacts: beside(&source.contacts),
+        let path = |name: &Option<String>| name.as_ref().map(|name| folder.join(name));
+        let beside = BesideUrdf {
+            srdf: path(&source.srdf),
+            contacts: path(&source.contacts),
             packages: Vec::new(),
-        }
-    }
-
-    /// The flags that name what is beside the URDF.
-    pub fn flags(&self) -> String {
-        let flag = |name: &str, path: &Path| format!("--{name} {}", path.display());
-        let srdf = self.srdf.iter().map(|path| flag("srdf", path));
-        let contacts = self.contacts.iter().map(|path| flag("contacts", path));
-        let packages = self.packages.iter().map(|path| flag("package-path", path));
-        let flags: Vec<String> = srdf.chain(contacts).chain(packages).collect();
-        flags.join(" ")
+        };
+        Self { urdf, beside }
     }
 
     /// Whether the robot ships.
@@ -84,7 +103,10 @@ impl RobotFiles {
     /// Reads the files; what is not given of SRDF and contacts is proposed, and a note says so.
     fn load_files(&self, config: &robot_model::Config, inputs: &mut Inputs) -> Result<Robot> {
         inputs.read("urdf", Path::new(&self.urdf))?;
-        for (role, path) in [("srdf", &self.srdf), ("contacts", &self.contacts)] {
+        for (role, path) in [
+            ("srdf", &self.beside.srdf),
+            ("contacts", &self.beside.contacts),
+        ] {
             if let Some(path) = path {
                 inputs.read(role, path)?;
             }
@@ -96,7 +118,7 @@ impl RobotFiles {
             inputs.note("urdf of the MJCF", &self.urdf, document.urdf.as_bytes());
         }
         let bare = self.bare(&files)?;
-        if self.srdf.is_some() && self.contacts.is_some() {
+        if self.beside.srdf.is_some() && self.beside.contacts.is_some() {
             return Ok(bare);
         }
         let proposal = match self.proposal(&bare, Kinds::default()) {
@@ -114,12 +136,12 @@ impl RobotFiles {
         } = proposal;
         let mut robot = robot_model::load_with(&files, Some(&srdf), Some(&contacts))?;
         let mut proposed = Vec::new();
-        if self.contacts.is_none() {
+        if self.beside.contacts.is_none() {
             inputs.note("proposed contacts", &self.urdf, contacts.as_bytes());
             let names: Vec<&str> = robot.patches.iter().map(|p| p.name.as_str()).collect();
             proposed.push(format!("contacts ({})", names.join(", ")));
         }
-        if self.srdf.is_none() {
+        if self.beside.srdf.is_none() {
             inputs.note("proposed srdf", &self.urdf, srdf.as_bytes());
             proposed.push("posture and excepted pairs".to_owned());
         }
@@ -170,12 +192,12 @@ impl RobotFiles {
             dirs.filter(is_named)
         };
         let shared = listed("AMENT_PREFIX_PATH").map(|prefix| prefix.join("share"));
-        let packages = self.packages.iter().cloned();
+        let packages = self.beside.packages.iter().cloned();
         Ok(robot_model::RobotFiles {
             urdf: PathBuf::from(&self.urdf),
             document: document(Path::new(&self.urdf))?,
-            srdf: self.srdf.clone(),
-            contacts: self.contacts.clone(),
+            srdf: self.beside.srdf.clone(),
+            contacts: self.beside.contacts.clone(),
             package_dirs: packages
                 .chain(listed("ROS_PACKAGE_PATH"))
                 .chain(shared)
@@ -206,8 +228,8 @@ impl RobotFiles {
                 }
             }
         };
-        let srdf = text("srdf", &self.srdf, robot.srdf)?;
-        let contacts = text("contacts", &self.contacts, robot.contacts)?;
+        let srdf = text("srdf", &self.beside.srdf, robot.srdf)?;
+        let contacts = text("contacts", &self.beside.contacts, robot.contacts)?;
         Ok(robot_model::load_from_strings(
             robot.urdf,
             Some(&srdf),
@@ -253,100 +275,6 @@ fn of_mjcf(path: &Path) -> Result<Option<Document>> {
 #[cfg(not(feature = "mujoco"))]
 fn of_mjcf(_: &Path) -> Result<Option<Document>> {
     Ok(None)
-}
-
-/// Robots that were read, for work that asks for the same again and again: each is read once.
-#[derive(Debug, Default)]
-pub struct Robots(Mutex<Vec<Kept>>);
-
-/// No more robots are kept at a time.
-const KEPT_MAX: usize = 8;
-
-#[derive(Debug)]
-struct Kept {
-    files: RobotFiles,
-    config: robot_model::Config,
-    robot: Robot,
-    inputs: Inputs,
-}
-
-impl Robots {
-    /// As [`RobotFiles::load`]; files that change after they were read first do not count.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn load(
-        &self,
-        files: &RobotFiles,
-        config: &robot_model::Config,
-        inputs: &mut Inputs,
-    ) -> Result<Robot> {
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let same = |kept: &Kept| kept.files == *files && kept.config == *config;
-        let at = match all.iter().position(same) {
-            Some(at) => at,
-            None => {
-                let mut inputs = Inputs::default();
-                let robot = files.load(config, &mut inputs)?;
-                if all.len() == KEPT_MAX {
-                    all.remove(0);
-                }
-                all.push(Kept {
-                    files: files.clone(),
-                    config: config.clone(),
-                    robot,
-                    inputs,
-                });
-                all.len() - 1
-            }
-        };
-        inputs.add(&all[at].inputs);
-        Ok(all[at].robot.clone())
-    }
-}
-
-/// The robot on the command line.
-#[derive(Clone, Debug, clap::Args)]
-pub struct RobotFlags {
-    /// The robot: a URDF file, - for the standard input, or builtin:NAME
-    #[arg(long, value_name = "URDF")]
-    pub robot: String,
-    #[command(flatten)]
-    beside: BesideUrdf,
-}
-
-impl RobotFlags {
-    /// The files.
-    pub fn files(&self) -> RobotFiles {
-        self.beside.files(&self.robot)
-    }
-}
-
-/// The files of a robot beside its URDF, on the command line.
-#[derive(Clone, Debug, Default, clap::Args)]
-pub struct BesideUrdf {
-    /// Named postures and pairs of links that may touch
-    #[arg(long, value_name = "FILE.srdf")]
-    pub srdf: Option<PathBuf>,
-    /// Contact patches
-    #[arg(long, value_name = "FILE.toml")]
-    pub contacts: Option<PathBuf>,
-    /// A folder of ROS packages, for package:// names of meshes (repeatable; beside ROS_PACKAGE_PATH,
-    /// AMENT_PREFIX_PATH and the folders above the URDF)
-    #[arg(long = "package-path", value_name = "FOLDER")]
-    pub packages: Vec<PathBuf>,
-}
-
-impl BesideUrdf {
-    /// These files and the URDF.
-    pub fn files(&self, urdf: &str) -> RobotFiles {
-        RobotFiles {
-            urdf: urdf.to_owned(),
-            srdf: self.srdf.clone(),
-            contacts: self.contacts.clone(),
-            packages: self.packages.clone(),
-        }
-    }
 }
 
 /// The surfaces of the RSDF files for this robot in a folder `rsdf` beside the URDF or one above.

@@ -7,7 +7,7 @@ use anyhow::Context;
 use pyo3::prelude::*;
 use scandent::config::Config;
 use scandent::provenance::Inputs;
-use scandent::robot_files::RobotFiles;
+use scandent::robot_files::{BesideUrdf, RobotFiles};
 
 use crate::{error, work};
 
@@ -33,9 +33,11 @@ impl Robot {
     ) -> PyResult<Self> {
         let files = RobotFiles {
             urdf,
-            srdf,
-            contacts,
-            packages,
+            beside: BesideUrdf {
+                srdf,
+                contacts,
+                packages,
+            },
         };
         let read = || {
             let config = Config::layered(None, &crate::terrain::settings(set))?;
@@ -67,17 +69,7 @@ impl Robot {
     /// The flags of `plan` that name the robot.
     fn flags(&self) -> Vec<String> {
         let mut flags = vec!["--robot".to_owned(), self.files.urdf.clone()];
-        let (srdf, contacts) = (self.files.srdf.iter(), self.files.contacts.iter());
-        let beside = srdf.map(|path| ("--srdf", path));
-        let beside = beside.chain(contacts.map(|path| ("--contacts", path)));
-        let packages = self
-            .files
-            .packages
-            .iter()
-            .map(|path| ("--package-path", path));
-        for (name, path) in beside.chain(packages) {
-            flags.extend([name.to_owned(), path.display().to_string()]);
-        }
+        flags.extend(self.files.beside.flags());
         flags
     }
 

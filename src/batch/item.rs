@@ -11,7 +11,7 @@ use crate::cli::Global;
 use crate::command::{self, simulate};
 use crate::config::Config;
 use crate::provenance::Inputs;
-use crate::robot_files::{RobotFiles, Robots};
+use crate::robot_files::{BesideUrdf, RobotFiles, Robots};
 use crate::scene::Scene;
 
 /// The files of a drawn world in its item's folder.
@@ -125,9 +125,12 @@ impl Item {
         let seed = said.get("world_seed").and_then(Value::as_u64);
         let seed = seed.context("a drawn world needs world_seed, a whole number")?;
         let files = RobotFiles {
-            srdf: text("srdf").map(Into::into),
-            contacts: text("contacts").map(Into::into),
-            ..RobotFiles::named(text("robot").unwrap_or("builtin:hrp2"))
+            urdf: text("robot").unwrap_or("builtin:hrp2").to_owned(),
+            beside: BesideUrdf {
+                srdf: text("srdf").map(Into::into),
+                contacts: text("contacts").map(Into::into),
+                packages: Vec::new(),
+            },
         };
         let global = command::plan::global_of(&flags("plan", "scene", said)?)?;
         let config = Config::layered(None, &global)?;

@@ -1,5 +1,4 @@
 //! Files of a drawn world: its mesh and its scene, for anyone to plan in again.
-#![allow(non_snake_case)]
 
 use std::fmt::Write;
 use std::path::Path;
@@ -115,7 +114,10 @@ pub fn scene(
         false => absolute(Path::new(&files.urdf))?,
     };
     writeln!(scene, "urdf = {urdf:?}")?;
-    for (key, path) in [("srdf", &files.srdf), ("contacts", &files.contacts)] {
+    for (key, path) in [
+        ("srdf", &files.beside.srdf),
+        ("contacts", &files.beside.contacts),
+    ] {
         if let Some(path) = path {
             writeln!(scene, "{key} = {:?}", absolute(path)?)?;
         }

@@ -14,7 +14,7 @@ use crate::config::Config;
 use crate::interrupt;
 use crate::output;
 use crate::provenance::Inputs;
-use crate::robot_files::{RobotFiles, Robots};
+use crate::robot_files::{BesideUrdf, RobotFiles, Robots};
 use crate::status::Status;
 use crate::told::Told;
 
@@ -184,9 +184,11 @@ impl Args {
         };
         let files = names.into_iter().map(|urdf| RobotFiles {
             urdf: urdf.to_owned(),
-            srdf: self.srdf.clone(),
-            contacts: self.contacts.clone(),
-            packages: Vec::new(),
+            beside: BesideUrdf {
+                srdf: self.srdf.clone(),
+                contacts: self.contacts.clone(),
+                packages: Vec::new(),
+            },
         });
         Ok(files.collect())
     }

@@ -222,16 +222,14 @@ impl Args {
             // Another robot does not have the postures and patches of the scene's.
             scene.robot = RobotFiles::named(urdf);
         }
-        if self.beside.srdf.is_some() {
-            scene.robot.srdf.clone_from(&self.beside.srdf);
+        let (given, beside) = (&self.beside, &mut scene.robot.beside);
+        if given.srdf.is_some() {
+            beside.srdf.clone_from(&given.srdf);
         }
-        if self.beside.contacts.is_some() {
-            scene.robot.contacts.clone_from(&self.beside.contacts);
+        if given.contacts.is_some() {
+            beside.contacts.clone_from(&given.contacts);
         }
-        scene
-            .robot
-            .packages
-            .extend_from_slice(&self.beside.packages);
+        beside.packages.extend_from_slice(&given.packages);
         self.over_start(&mut scene.start)?;
         self.over_goal(&mut scene.goal);
         if !self.guide.is_empty() {

@@ -12,7 +12,7 @@ use crate::config::Config;
 use crate::output;
 use crate::posture_problem;
 use crate::provenance::Inputs;
-use crate::robot_files::{RobotFlags, UNPROPOSED};
+use crate::robot_files::{RobotFiles, UNPROPOSED};
 use crate::status::Status;
 use crate::told::Told;
 
@@ -20,7 +20,7 @@ use crate::told::Told;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    robot: RobotFlags,
+    robot: RobotFiles,
     /// easy, free, steep, one-foot, chimney, spread, infeasible, or hard for steep to spread in
     /// turns
     #[arg(long, value_name = "NAME")]
@@ -39,7 +39,7 @@ pub struct Args {
 /// A robot that cannot be read or does not suit the family, an unknown family.
 pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
-    let files = args.robot.files();
+    let files = &args.robot;
     let robot = files.load(&config.robot_model, &mut Inputs::default())?;
     let (seed, set) = (
         config.seed,

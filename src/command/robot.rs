@@ -55,7 +55,10 @@ enum Part {
 /// As [`RobotFiles::load`].
 pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let config = Config::layered(None, global)?;
-    let files = args.beside.files(&args.robot);
+    let files = RobotFiles {
+        urdf: args.robot.clone(),
+        beside: args.beside.clone(),
+    };
     let (robot, proposed) = match &args.propose {
         Some(folder) => told.during("looking for patches and a standing posture", || {
             args.write_proposal(folder, &files, &config)
@@ -73,7 +76,7 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
         let next = format!(
             "scandent plan --mesh WORLD.obj --goal X,Y --robot {} {}",
             files.urdf,
-            files.flags()
+            files.beside.flags().join(" ")
         );
         writeln!(told, "then, with what it is to walk on: {next}")?;
         told.fact("next", next)?;
@@ -112,15 +115,15 @@ impl Args {
             _ => bare.name.as_str().into(),
         };
         let mut files = files.clone();
-        if files.contacts.is_none() {
+        if files.beside.contacts.is_none() {
             let path = folder.join("contacts.toml");
             output::write(&path, contacts.as_bytes())?;
-            files.contacts = Some(path);
+            files.beside.contacts = Some(path);
         }
-        if files.srdf.is_none() {
+        if files.beside.srdf.is_none() {
             let path = folder.join(format!("{stem}.srdf"));
             output::write(&path, srdf.as_bytes())?;
-            files.srdf = Some(path);
+            files.beside.srdf = Some(path);
         }
         let mut robot = files.load(&config.robot_model, &mut Inputs::default())?;
         robot.notes.extend(notes);

@@ -22,7 +22,7 @@ use crate::extrinsics::verdict;
 use crate::output::Folder;
 use crate::provenance::{self, Inputs};
 use crate::report::Stages;
-use crate::robot_files::RobotFlags;
+use crate::robot_files::RobotFiles;
 use crate::status::Status;
 use crate::told::Told;
 
@@ -38,7 +38,7 @@ const RESULTS: [&str; 3] = ["camera.toml", "stances.csv", "report.html"];
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    robot: RobotFlags,
+    robot: RobotFiles,
     /// The stances: CSV with a column a joint (or height_m, roll_rad, pitch_rad), and `frame`
     #[arg(long, value_name = "POSES.csv")]
     poses: PathBuf,
@@ -72,7 +72,7 @@ pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     let mut stages = Stages::default();
 
     // Robot and table → where the feet say that the ground is.
-    let robot = args.robot.files().load(&config.robot_model, &mut inputs)?;
+    let robot = args.robot.load(&config.robot_model, &mut inputs)?;
     let feet = Feet::of(&robot, &args.feet, args.link.as_deref())?;
     let name = args.poses.display().to_string();
     let text = inputs.text("poses", &args.poses)?;

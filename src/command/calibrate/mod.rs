@@ -26,9 +26,6 @@ enum What {
 }
 
 /// Runs the calibration that was asked for.
-///
-/// # Errors
-/// As its own.
 pub fn run(args: &Args, global: &Global, told: &mut Told) -> Result<Status> {
     match &args.what {
         What::Camera(args) => camera::run(args, global, told),
