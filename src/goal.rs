@@ -88,7 +88,7 @@ pub fn suggested(terrain: &Terrain, config: &Config) -> Option<[f64; 2]> {
         regions.iter().map(Region::area).sum::<f64>() >= ROOM_M2
     };
     let roomy = reached.iter().filter(has_room);
-    let middles = roomy.map(|face| face.point_W(&face.region.centroid()).xy());
+    let middles = roomy.map(|face| middle_W(face).xy().into());
     let ahead = |p: &Point2<f64>| p.x - p.y.abs();
     let far = middles.max_by(|a, b| ahead(a).total_cmp(&ahead(b)))?;
     Some([far.x, far.y].map(|m| (100.0 * m).round() / 100.0))
@@ -123,7 +123,7 @@ fn wanted_face(contact: &scene_file::GoalContact, environment: &Environment) -> 
     let point = contact.point_m;
     let point = Point3::from(point.context("the goal: a contact without a place")?);
     let faces = environment.faces();
-    let distances = faces.map(|f| (f, distance_m(&environment[f], &point)));
+    let distances = faces.map(|f| (f, apart_m(&environment[f], &point)));
     match distances.min_by(|a, b| a.1.total_cmp(&b.1)) {
         Some((face, distance)) if distance <= POINT_TOLERANCE_M => Ok(face),
         Some((face, distance)) => bail!(
@@ -135,12 +135,6 @@ fn wanted_face(contact: &scene_file::GoalContact, environment: &Environment) -> 
         ),
         None => bail!("the goal: there is no face to touch"),
     }
-}
-
-/// Distance of a point from a face, m.
-fn distance_m(face: &Face, p_W: &Point3<f64>) -> f64 {
-    let p = face.X_WF.inverse_transform_point(p_W);
-    (face.region.nearest(&p.xy()) - p.xy()).norm().hypot(p.z)
 }
 
 /// The path that the base should follow: through the key postures, or straight to the goal.

@@ -79,12 +79,6 @@ pub fn plan_with_progress(
     told: &mut Told,
 ) -> Result<Status> {
     let line = ProgressLine::default();
-    let asked = Asked {
-        scene,
-        inputs,
-        folder,
-        global,
-    };
     let manner = RunOptions {
         threads: global.threads,
         stage: &|stage| line.stage(stage),
@@ -92,19 +86,7 @@ pub fn plan_with_progress(
         cancel: interrupt::listen(),
         robots: &Robots::default(),
     };
-    plan_and_write(asked, &manner, told)
-}
-
-/// A scene to plan for, and where its results go.
-pub struct Asked<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// What was read so far.
-    pub inputs: Inputs,
-    /// The folder of the results.
-    pub folder: &'a std::path::Path,
-    /// The settings of the command line.
-    pub global: &'a Global,
+    plan_and_write(scene, inputs, folder, global, &manner, told)
 }
 
 /// Settings, search, results, verdict.
@@ -112,16 +94,13 @@ pub struct Asked<'a> {
 /// # Errors
 /// As [`run`].
 pub fn plan_and_write(
-    asked: Asked<'_>,
+    scene: &Scene,
+    inputs: Inputs,
+    folder: &Path,
+    global: &Global,
     manner: &RunOptions<'_>,
     told: &mut Told,
 ) -> Result<Status> {
-    let Asked {
-        scene,
-        inputs,
-        folder,
-        global,
-    } = asked;
     let config = Config::layered(Some((&scene.name, &scene.settings)), global)?;
     scene.will_read();
     let results = Folder::new(folder, results::NAMES)?;

@@ -14,7 +14,7 @@ use toml::Table;
 use super::folder::Folder;
 use super::{Refusal, bad, refuse};
 use crate::cli::Global;
-use crate::command::run::{Asked, plan_and_write};
+use crate::command::run::plan_and_write;
 use crate::output;
 use crate::pipeline::RunOptions;
 use crate::provenance::Inputs;
@@ -162,12 +162,6 @@ impl Job {
     ) -> Result<Status> {
         let mut inputs = Inputs::default();
         let scene = Scene::open(&scene.display().to_string(), &mut inputs)?;
-        let asked = Asked {
-            scene: &scene,
-            inputs,
-            folder: results,
-            global,
-        };
         let manner = RunOptions {
             threads: global.threads,
             stage: &|stage| self.change(|state| stage.clone_into(&mut state.stage)),
@@ -183,7 +177,14 @@ impl Job {
             cancel: &self.cancel,
             robots: &Robots::default(),
         };
-        plan_and_write(asked, &manner, &mut Told::words(said))
+        plan_and_write(
+            &scene,
+            inputs,
+            results,
+            global,
+            &manner,
+            &mut Told::words(said),
+        )
     }
 }
 
