@@ -8,7 +8,6 @@
 //!
 //! Σ the sum of what is known of the seen plane, of the mount and of the robot's pose. A mount that
 //! is off, or a robot that is not where it is said to be, is told before its first step.
-#![allow(non_snake_case)]
 
 use calibration::camera::CameraConfig;
 use nalgebra::{Isometry3, Matrix2x3, Matrix3, Matrix3x6, Matrix6, Point3, RowVector3, Vector3};
@@ -171,18 +170,13 @@ impl Seen {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Point2, UnitQuaternion};
-    use surfaces::Region;
+    use nalgebra::UnitQuaternion;
 
     use super::*;
 
     fn level(id: &str, at: Isometry3<f64>, half: f64, source: Source) -> Face {
-        let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
-        let corners = corners.map(|(x, y)| Point2::new(x, y));
-        Face {
-            source,
-            ..Face::new(id, at, Region::new([corners.to_vec()]).unwrap())
-        }
+        let face = Face::rectangle(id, at, [2.0 * half; 2]).unwrap();
+        Face { source, ..face }
     }
 
     /// What is said of ground 1.5 m ahead, turned about a sensor 1 m high and then moved, with a

@@ -1,5 +1,4 @@
 //! Where the robot stands, nothing else is.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 use robot_model::collision::{BodyShape, World};

@@ -1,5 +1,4 @@
 //! Where a robot starts that is to stand before the floor that a scan shows.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robot_model::{Kinematics, Robot};

@@ -3,7 +3,6 @@
 //! A camera on the head does not see where its robot stands. The soles do: their planes are
 //! support faces. A face that continues a surface of the scan is joined to it, so that the search
 //! sees one floor.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use robot_model::{Kinematics, PatchId, Robot};
@@ -251,12 +250,12 @@ fn centred(
     Ok((X_WF, ConvexPolygon::new(moved.collect())?))
 }
 
-/// A name for the ground that nothing has yet.
 /// Whether the ground under the feet may have this name.
 pub fn is_name(id: &str) -> bool {
     id.starts_with(NAME)
 }
 
+/// A name for the ground that nothing has yet.
 fn unique_id(terrain: &Terrain, number: usize) -> String {
     let taken = |id: &str| {
         terrain.faces.iter().any(|f| f.id.as_str() == id)

@@ -1,5 +1,4 @@
 //! A start posture is a wish: feet that are nearly on something are put onto it.
-#![allow(non_snake_case)]
 
 use anyhow::{Result, bail};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};

@@ -1,5 +1,4 @@
 //! A start over a place: every foot on the ground that is there.
-#![allow(non_snake_case)]
 
 use anyhow::{Context, Result};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -108,7 +107,6 @@ fn ground(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Point2;
     use surfaces::{Face, Terrain};
 
     use crate::provenance::Inputs;
@@ -119,9 +117,8 @@ mod tests {
 
     /// A level square of the half width.
     fn square(id: &str, at: [f64; 3], half: f64) -> Face {
-        let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
-        let region = Region::new([corners.map(Point2::from).to_vec()]).unwrap();
-        Face::new(id, Isometry3::new(at.into(), Vector3::zeros()), region)
+        let X_WF = Isometry3::translation(at[0], at[1], at[2]);
+        Face::rectangle(id, X_WF, [2.0 * half; 2]).unwrap()
     }
 
     #[test]

@@ -1,5 +1,4 @@
 //! A scanned floor that continues the ground under the feet.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use surfaces::outline::Outline;

@@ -10,7 +10,6 @@ use crate::{Edge, Error, Region, Ring, Source};
 
 /// A face as it stands in a file, not yet checked: `region`, or `polygon` as its only ring with real
 /// edges.
-#[allow(non_snake_case)]
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FaceRecord {

@@ -3,7 +3,6 @@
 //! Every edge of a region that goes into a face leaves a trace. An edge of the union is known as the
 //! traces that it lies along; where one view saw that the face ends, it ends, be it hidden in another.
 //! An edge along no trace was cut where a view looked through the face, and is real.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 

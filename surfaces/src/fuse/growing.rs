@@ -1,5 +1,4 @@
 //! A face while views are fused: one plane, an outline of any number of parts.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
 

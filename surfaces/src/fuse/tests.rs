@@ -1,18 +1,13 @@
-#![allow(non_snake_case)]
-
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
 use super::*;
 use crate::free_space::RayEnd;
-use crate::{EdgeKind, EdgeView, Region};
+use crate::{EdgeKind, EdgeView};
 
 /// A level rectangle [x0, x1] × [y0, y1] at a height, with tilts and an offset added.
 fn face(id: &str, [x0, x1, y0, y1]: [f64; 4], height: f64, error: [f64; 3]) -> Face {
     let (cx, cy) = ((x0 + x1) / 2.0, (y0 + y1) / 2.0);
-    let corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]];
-    let corners = corners.map(|[x, y]| Point2::new(x - cx, y - cy));
-    let region = Region::new([corners.to_vec()]).unwrap();
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(error[0], error[1], 0.0));
     let X = Isometry3::from_parts(Translation3::new(cx, cy, height + error[2]), turn);
     let (tilt, z) = (0.005_f64.powi(2), 0.004_f64.powi(2));
@@ -23,7 +18,7 @@ fn face(id: &str, [x0, x1, y0, y1]: [f64; 4], height: f64, error: [f64; 3]) -> F
             rms_m: 0.0,
         }),
         plane_covariance: Some([[tilt, 0.0, 0.0], [0.0, tilt, 0.0], [0.0, 0.0, z]]),
-        ..Face::new(id, X, region)
+        ..Face::rectangle(id, X, [x1 - x0, y1 - y0]).unwrap()
     }
 }
 

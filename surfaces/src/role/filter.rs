@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use crate::Face;
 
 /// What a face must be like to serve a role; what is not set is not asked for.
-#[allow(non_snake_case)]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Filter {
@@ -135,7 +134,6 @@ impl Filter {
         Ok(())
     }
 
-    #[allow(non_snake_case)]
     fn check_height(&self, vertices_W: &[Point3<f64>]) -> Result<(), Rejection> {
         let heights = || vertices_W.iter().map(|p| p.z);
         let highest = heights().fold(f64::NEG_INFINITY, f64::max);

@@ -1,15 +1,13 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use nalgebra::{Isometry3, Point2, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
 use super::*;
-use crate::{Face, Region};
+use crate::Face;
 
 fn tilted(tilt_rad: f64, height_m: f64) -> Face {
-    let corners = [[-0.2, -0.1], [0.2, -0.1], [0.2, 0.1], [-0.2, 0.1]];
-    let region = Region::new([corners.map(Point2::from).to_vec()]).unwrap();
     let pose = Isometry3::new([0.0, 0.0, height_m].into(), Vector3::x() * tilt_rad);
-    Face::new("s", pose, region)
+    Face::rectangle("s", pose, [0.4, 0.2]).unwrap()
 }
 
 #[test]

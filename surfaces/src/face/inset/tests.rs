@@ -1,17 +1,12 @@
-#![allow(non_snake_case)]
-
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::Region;
 use crate::polygon::tests::{points, polygons};
 
 /// A face of 2 m × 1 m.
 fn face() -> Face {
-    let corners = [[-1.0, -0.5], [1.0, -0.5], [1.0, 0.5], [-1.0, 0.5]];
-    let region = Region::new([corners.map(Point2::from).to_vec()]).unwrap();
-    Face::new("f", Isometry3::identity(), region)
+    Face::rectangle("f", Isometry3::identity(), [2.0, 1.0]).unwrap()
 }
 
 fn view(eye: [f64; 3], sigma_rad: f64) -> EdgeView {
