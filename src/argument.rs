@@ -37,9 +37,6 @@ pub fn numbers(text: &str, counts: &[usize]) -> Result<Vec<f64>, String> {
 }
 
 /// A file by its name, or the standard input by what it is to be read as: `stl:-` becomes `-.stl`.
-///
-/// # Errors
-/// None.
 pub fn file(name: &str) -> Result<PathBuf, Infallible> {
     let standard = name.strip_suffix(":-");
     Ok(standard.map_or_else(|| name.into(), |kind| format!("{STANDARD}.{kind}").into()))

@@ -61,9 +61,6 @@ pub struct Layers {
 
 impl Layers {
     /// The defaults.
-    ///
-    /// # Errors
-    /// When they cannot be written as TOML.
     pub fn new() -> Result<Self> {
         Ok(Self {
             table: Table::try_from(Config::default())?,

@@ -14,9 +14,6 @@ use crate::told::Told;
 const REASONS: usize = 6;
 
 /// Prints what was found: surfaces, stances, sizes and times; where there is no plan, why.
-///
-/// # Errors
-/// When it cannot be printed.
 pub fn print(planned: &PlanOutcome, told: &mut Told) -> Result<()> {
     for note in &planned.notes {
         told.note(note)?;
@@ -67,9 +64,6 @@ pub fn print(planned: &PlanOutcome, told: &mut Told) -> Result<()> {
 }
 
 /// Prints one line a face; insets are those of so many standard deviations.
-///
-/// # Errors
-/// When it cannot be printed.
 pub fn faces(faces: &[Face], edge_sigmas: f64, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(out, "{} faces:", faces.len())?;
     writeln!(

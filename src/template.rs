@@ -7,9 +7,6 @@ use minijinja::value::Serde;
 use serde::Serialize;
 
 /// A template filled in with what it is to say; what is not its own is escaped in `*.html`.
-///
-/// # Errors
-/// When the template asks for what there is not.
 pub fn render(name: &str, template: &str, said: impl Serialize) -> Result<String> {
     let mut jinja = Environment::new();
     let syntax = SyntaxConfig::builder()

@@ -166,9 +166,6 @@ impl<'a> Told<'a> {
     }
 
     /// Tells at once of one of many that is done; of a document on stderr.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     pub fn done(&mut self, words: &str) -> std::io::Result<()> {
         match self.document {
             None => writeln!(self.out, "{words}").and_then(|()| self.out.flush()),

@@ -6,9 +6,6 @@ use super::{Ended, Row};
 use crate::report::quantile;
 
 /// Prints the table.
-///
-/// # Errors
-/// When it cannot be printed.
 pub fn print(rows: &[Row], out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(
         out,

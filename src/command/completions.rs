@@ -17,9 +17,6 @@ pub struct Args {
 }
 
 /// Prints the script.
-///
-/// # Errors
-/// When it cannot be printed.
 pub fn run(args: &Args, told: &mut Told) -> Result<Status> {
     // Into memory first: the generator panics when its writer fails.
     let mut script = Vec::new();

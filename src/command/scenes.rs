@@ -14,9 +14,6 @@ use crate::told::Told;
 pub struct Args {}
 
 /// Prints name and description of every scene.
-///
-/// # Errors
-/// When it cannot be printed.
 pub fn run(_args: &Args, told: &mut Told) -> Result<Status> {
     let width = scenes::names().map(str::len).max().unwrap_or(0);
     let mut descriptions = BTreeMap::new();

@@ -8,9 +8,6 @@ use super::{Config, ranges};
 
 /// Every setting with its value, below its description as a comment; a setting without a value
 /// stands in a comment itself. The text can be read back.
-///
-/// # Errors
-/// When the settings cannot be written as TOML.
 pub fn documented(config: &Config) -> Result<String> {
     let schema = schemars::schema_for!(Config).to_value();
     let mut text = String::new();

@@ -107,9 +107,6 @@ impl Extrinsics {
     }
 
     /// The file's text.
-    ///
-    /// # Errors
-    /// When it cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String> {
         Ok(toml::to_string(self)?)
     }

@@ -37,9 +37,6 @@ pub struct Chart<'a> {
 
 impl Chart<'_> {
     /// The chart as an SVG element.
-    ///
-    /// # Errors
-    /// When the template does not fit.
     pub fn svg(&self) -> Result<String> {
         let values = self.series.iter().flat_map(|s| s.values.iter().copied());
         let values = values.chain(self.levels.iter().map(|level| level.1));

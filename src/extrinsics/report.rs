@@ -52,9 +52,6 @@ struct Stance<'a> {
 impl<'a> Report<'a> {
     /// The report of what was found and written; `next` is the stance to add, `doubts` are told first; `noticed`
     /// says what would be noticed of the sensor.
-    ///
-    /// # Errors
-    /// When a chart cannot be drawn.
     pub fn new(
         measured: &'a [Measured],
         found: &'a Identification,
@@ -94,25 +91,16 @@ impl<'a> Report<'a> {
     }
 
     /// The six parameters with their deviations, and what the stances tell, in words.
-    ///
-    /// # Errors
-    /// When the template does not fit.
     pub fn text(&self) -> Result<String> {
         render("found.txt", include_str!("report/found.txt"), self)
     }
 
     /// θ and e_d of every stance with both planes, as CSV.
-    ///
-    /// # Errors
-    /// When the template does not fit.
     pub fn csv(&self) -> Result<String> {
         render("stances.csv", include_str!("report/stances.csv"), self)
     }
 
     /// The page.
-    ///
-    /// # Errors
-    /// When the template does not fit.
     pub fn html(&self) -> Result<String> {
         render("page.html", include_str!("report/page.html"), self)
     }
