@@ -1,7 +1,5 @@
 //! The file of an IMU beside a frame: which way is up.
 
-#![allow(non_snake_case)]
-
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};

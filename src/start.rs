@@ -1,5 +1,4 @@
 //! The start: the robot's configuration before its first step, and which patches bear.
-#![allow(non_snake_case)]
 
 pub mod agreement;
 pub mod assumed;

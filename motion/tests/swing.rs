@@ -1,5 +1,5 @@
 //! Motions of the humanoid that ships between stances on a floor and a step.
-#![allow(clippy::unwrap_used, non_snake_case)]
+#![allow(clippy::unwrap_used)]
 
 use motion::{Config, Failure, Interpolation, MotionContext, Reason, Segment, StanceRef};
 use motion::{assemble, segment};

@@ -1,5 +1,4 @@
 //! A contact between a patch of the robot and a face.
-#![allow(non_snake_case)]
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,4 @@
 //! The motion as it is written: phases, and samples of the whole body in time.
-#![allow(non_snake_case)]
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

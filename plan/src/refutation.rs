@@ -1,5 +1,4 @@
 //! Why a set of contacts has no posture, for whoever does not believe it.
-#![allow(non_snake_case)]
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,4 @@
 //! One contact set of a plan with the posture and the forces that hold the robot on it.
-#![allow(non_snake_case)]
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

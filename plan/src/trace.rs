@@ -1,5 +1,4 @@
 //! What a search tried: its tree, what it was refused, and why each contact of the way was chosen.
-#![allow(non_snake_case)]
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

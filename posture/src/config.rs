@@ -1,7 +1,5 @@
 //! Settings of the posture generator.
 
-#![allow(non_snake_case)]
-
 use nalgebra::{UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,4 @@
 //! A contact: which patch of the robot touches which face, where, and what it may bear.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, Vector2, Vector3};
 use robot_model::{PatchId, Robot};

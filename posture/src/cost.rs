@@ -115,7 +115,6 @@ fn base_turn(ctx: &Context, it: &Iterate) -> Vector3<f64> {
 
 /// The squares that couple joints: calls `term(error, weight, body, direction, point)` with the
 /// gradient of the error being `direction · d point`, or `direction · rotation` without a point.
-#[allow(non_snake_case)]
 fn squares(
     ctx: &Context,
     it: &Iterate,

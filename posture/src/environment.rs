@@ -1,5 +1,4 @@
 //! What a robot may touch and must not hit.
-#![allow(non_snake_case)]
 
 use std::ops::Index;
 use std::sync::OnceLock;

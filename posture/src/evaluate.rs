@@ -12,7 +12,6 @@ use crate::rows::{Constraint, Rows, Tag};
 const ROUNDING: f64 = 1e-4;
 
 /// The posture at an iterate, and the worst violation of any constraint.
-#[allow(non_snake_case)]
 pub(crate) fn posture(
     ctx: &Context,
     it: &Iterate,

@@ -23,7 +23,6 @@ pub(crate) fn humanoid() -> Robot {
 }
 
 /// A square surface of half width `half` at a pose.
-#[allow(non_snake_case)]
 pub(crate) fn square(id: &str, X_WF: Isometry3<f64>, half: f64) -> Face {
     Face::rectangle(id, X_WF, [2.0 * half; 2]).unwrap()
 }

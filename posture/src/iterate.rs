@@ -4,7 +4,6 @@
 //! point, written in the contact's frame and over the robot's weight. A step δ changes the base
 //! position (W), the base orientation (rotation vector in W, from the left), the joints that are
 //! free to move, and the forces.
-#![allow(non_snake_case)]
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 

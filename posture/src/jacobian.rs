@@ -1,6 +1,5 @@
 //! Points of the contacts at an iterate, and the gradients of points, rotations and the centre of
 //! mass by the variables of a step.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Vector3};
 use robot_model::JointKind::Prismatic;

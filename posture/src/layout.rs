@@ -1,7 +1,5 @@
 //! Which variable of the problem stands where in a step, and what of its contacts stays the same.
 
-#![allow(non_snake_case)]
-
 use nalgebra::{Matrix3, Point2, Vector3};
 use surfaces::ConvexPolygon;
 

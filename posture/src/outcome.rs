@@ -62,7 +62,6 @@ pub enum Stop {
 
 /// A whole-body posture with the forces that hold it.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Posture {
     /// Base pose and joints.
     pub q: Configuration,
@@ -84,7 +83,6 @@ pub struct Posture {
 
 /// Where a contact ended up and what it carries.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(non_snake_case)]
 pub struct ContactState {
     /// Pose of the patch frame in W. Of a point patch: the ball's centre with the contact's axes, z
     /// being the touched surface's normal.

@@ -48,7 +48,6 @@ pub(crate) fn seed(ctx: &Context, k: usize) -> Configuration {
 
 /// The configuration with every limb that is farther from its place than `near_m` at the best of
 /// `drawn` draws of its joint values; nothing where no limb is.
-#[allow(non_snake_case)]
 fn limbs_anew(
     ctx: &Context,
     from: &Configuration,
@@ -117,7 +116,6 @@ fn limb(ctx: &Context, body: usize) -> Vec<usize> {
 }
 
 /// Pose of a body in its parent at a joint value.
-#[allow(non_snake_case)]
 fn motion(robot: &Robot, body: usize, q: f64) -> Isometry3<f64> {
     let b = &robot.bodies[body];
     let moved = match b.kind {
@@ -130,7 +128,6 @@ fn motion(robot: &Robot, body: usize, q: f64) -> Isometry3<f64> {
 }
 
 /// How far a patch is from its place, m; directions times [`ARM_M`].
-#[allow(non_snake_case)]
 fn error_m(ctx: &Context, contact: usize, X_WC: &Isometry3<f64>) -> f64 {
     let z_C = X_WC.rotation * Vector3::z();
     // How a ball is turned does not matter.

@@ -1,5 +1,4 @@
 //! Postures to begin with: a robot put on the ground or over its contacts.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, Kinematics, PatchId, Robot};

@@ -1,5 +1,5 @@
 //! How long kinematics and distances take on the test tree, and on JVRC-1 where it is there.
-#![allow(missing_docs, non_snake_case)]
+#![allow(missing_docs)]
 
 use std::hint::black_box;
 use std::path::Path;

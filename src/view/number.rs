@@ -39,7 +39,6 @@ pub(super) fn position(p: &Vector3<f64>) -> [f64; 3] {
 }
 
 /// `[x, y, z, qx, qy, qz, qw]`; lengths in m.
-#[allow(non_snake_case)]
 pub(super) fn pose(X_AB: &Isometry3<f64>) -> [f64; 7] {
     let [x, y, z] = position(&X_AB.translation.vector);
     let [i, j, k, w] = <[f64; 4]>::from(X_AB.rotation.coords).map(unit);

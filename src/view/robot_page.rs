@@ -1,5 +1,4 @@
 //! The page of a robot: its patches as faces, with names and frames, and where they reach.
-#![allow(non_snake_case)]
 
 use anyhow::Result;
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};

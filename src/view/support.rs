@@ -22,7 +22,6 @@ const TOLERANCE_M: f64 = 0.0005;
 const DEPTH_MAX: usize = 6;
 
 /// A contact that may push.
-#[allow(non_snake_case)]
 pub(super) struct LoadedContact {
     /// Where forces may act, in W, m.
     pub points_W: Vec<Point3<f64>>,
@@ -176,7 +175,6 @@ mod tests {
 
     use super::*;
 
-    #[allow(non_snake_case)]
     fn square(centre: [f64; 3], normal: Vector3<f64>, friction: f64) -> LoadedContact {
         let corners = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]];
         let turn = UnitQuaternion::rotation_between(&Vector3::z(), &normal)

@@ -1,5 +1,4 @@
 //! The page of surfaces: what may be touched by whom and why not, to look at, to edit and to plan on.
-#![allow(non_snake_case)]
 
 use anyhow::Result;
 use plan::RequiredMargins;

@@ -37,7 +37,6 @@ pub(crate) fn rows(sigma: &Matrix3<f64>) -> [[f64; 3]; 3] {
 ///
 /// Frames: S on the plane with the covariance `sigma` of (rotation about x_S, about y_S, offset along
 /// z_S): rad, rad, m.
-#[allow(non_snake_case)]
 pub fn plane_in(
     X_CS: &Isometry3<f64>,
     sigma: &Matrix3<f64>,
@@ -60,7 +59,6 @@ pub fn plane_in(
 }
 
 #[cfg(test)]
-#[allow(non_snake_case)]
 mod tests {
     use nalgebra::{Isometry3, UnitQuaternion};
     use proptest::prelude::*;

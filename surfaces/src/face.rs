@@ -50,7 +50,6 @@ pub struct Fit {
 }
 
 /// From where edges were seen, and how well.
-#[allow(non_snake_case)]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EdgeView {
@@ -87,7 +86,6 @@ pub enum Source {
 /// space; the origin lies in the plane. A contact holds when the patch frame C lies in F's plane with
 /// z_C = +z_F and C's polygon inside the part of the region that is surely the face's
 /// ([`Self::inset_region`]).
-#[allow(non_snake_case)]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "FaceRecord", into = "FaceRecord")]
 pub struct Face {
@@ -118,7 +116,6 @@ pub struct Face {
 
 impl Face {
     /// A face known exactly: no fit, no covariance, source [`Source::File`].
-    #[allow(non_snake_case)]
     pub fn new(id: impl Into<FaceId>, X_WF: Isometry3<f64>, region: Region) -> Self {
         Self {
             id: id.into(),
@@ -138,7 +135,6 @@ impl Face {
     ///
     /// # Errors
     /// As [`Region::new`] where a side is no positive length.
-    #[allow(non_snake_case)]
     pub fn rectangle(
         id: impl Into<FaceId>,
         X_WF: Isometry3<f64>,
@@ -156,26 +152,22 @@ impl Face {
     }
 
     /// The unit outward normal z_F, in W.
-    #[allow(non_snake_case)]
     pub fn normal_W(&self) -> Vector3<f64> {
         self.X_WF.rotation * Vector3::z()
     }
 
     /// The point of the plane at `p_F` (m, in F), in W.
-    #[allow(non_snake_case)]
     pub fn point_W(&self, p_F: &Point2<f64>) -> Point3<f64> {
         self.X_WF * Point3::new(p_F.x, p_F.y, 0.0)
     }
 
     /// The outer ring's vertices in W, counter-clockwise about the normal, m.
-    #[allow(non_snake_case)]
     pub fn vertices_W(&self) -> Vec<Point3<f64>> {
         let outer = self.region.rings()[0].vertices.iter();
         outer.map(|v| self.point_W(v)).collect()
     }
 
     /// The signed distance of a point of W from the plane, positive on the free side, m.
-    #[allow(non_snake_case)]
     pub fn height_of(&self, p_W: &Point3<f64>) -> f64 {
         self.X_WF.inverse_transform_point(p_W).z
     }
@@ -185,7 +177,6 @@ impl Face {
     /// What lies there cannot be touched by a link whose patch rests on the face: such bodies (the
     /// body behind the face, its neighbours in the same plane, the riser under a tread) are excepted
     /// from that link's collision constraints.
-    #[allow(non_snake_case)]
     pub fn is_behind(&self, points_W: &[Point3<f64>], tol_m: f64) -> bool {
         points_W.iter().all(|p| self.height_of(p) <= tol_m)
     }

@@ -22,7 +22,6 @@ const CELLS_MAX: usize = 4_000_000;
 const GRAZING: f64 = 0.05;
 
 /// A point that was seen.
-#[allow(non_snake_case)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayEnd {
     /// The point in W, m.
@@ -32,7 +31,6 @@ pub struct RayEnd {
 }
 
 /// From where a view looked, and what it saw: nothing is between.
-#[allow(non_snake_case)]
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FreeSpace {
     /// Where the sensor was, in W, m.
@@ -42,7 +40,6 @@ pub struct FreeSpace {
 }
 
 /// What a view makes of a face.
-#[allow(non_snake_case)]
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Carved {
     /// Where rays went through, in F.
@@ -58,7 +55,6 @@ struct Grid {
     rows: usize,
 }
 
-#[allow(non_snake_case)]
 impl FreeSpace {
     /// The part of a plane outline in F that rays went through, and where rays ended on it.
     ///

@@ -62,7 +62,6 @@ impl View {
     }
 
     /// Moves all that the view showed.
-    #[allow(non_snake_case)]
     pub fn move_by(&mut self, X_W: &Isometry3<f64>) {
         for face in &mut self.faces {
             face.X_WF = X_W * face.X_WF;
@@ -85,7 +84,6 @@ impl View {
     ///
     /// Planes have it in their covariance, edges along their normals in the plane, rays in all
     /// directions.
-    #[allow(non_snake_case)]
     pub fn doubt(&mut self, covariance: &Matrix6<f64>, about_W: &Point3<f64>) {
         // How (turn, shift) moves a point along a direction.
         let along = |p_W: &Point3<f64>, n_W: &Vector3<f64>| {

@@ -11,8 +11,6 @@
 //! covariances are that plane's, stay in it.
 //! Source: the linear minimum-variance update of \[kalman1960\], with a χ² gate.
 
-#![allow(non_snake_case)]
-
 use crate::Face;
 use nalgebra::{
     Isometry3, Matrix2, Matrix2x3, Matrix3, Translation3, UnitQuaternion, Vector2, Vector3,

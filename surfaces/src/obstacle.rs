@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 
 /// A convex body in W: the hull of its points.
-#[allow(non_snake_case)]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {

@@ -142,7 +142,6 @@ impl Outline {
 
     /// The same region of another plane's frame: corners are moved by `X_BA` and dropped onto the
     /// plane z = 0.
-    #[allow(non_snake_case)]
     #[must_use]
     pub fn moved(&self, X_BA: &Isometry3<f64>) -> Self {
         use geo::MapCoords;

@@ -4,7 +4,6 @@
 //! the rays that saw it ([`Face::bodies_W`]): exactly what the view does not show, and nothing of what it looked
 //! through. Where the border of the view cuts a face, it goes on in its plane, straight along the edges that lead to
 //! the border. What another view saw there ends both.
-#![allow(non_snake_case)]
 
 use nalgebra::{Point2, Point3, Vector2};
 

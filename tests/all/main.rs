@@ -2,7 +2,7 @@
 //!
 //! Scenario tests state their pass criteria at the top of their file. `slow` holds those that take
 //! more than seconds; `scripts/test quick` leaves them out.
-#![allow(non_snake_case, clippy::unwrap_used)]
+#![allow(clippy::unwrap_used)]
 
 mod support;
 

@@ -1,5 +1,4 @@
 //! A floor with things on it, turns, and ways that are not straight.
-#![allow(non_snake_case)]
 
 use std::sync::atomic::AtomicBool;
 

@@ -19,7 +19,6 @@ use crate::contact::Freedom;
 use crate::iterate::{Context, Iterate};
 use crate::rows::{Rows, Tag};
 
-#[allow(non_snake_case)]
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
     let body = ctx.contacts[contact].body;
     let radius = ctx.contacts[contact].radius;
@@ -68,7 +67,6 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
 }
 
 /// z_C along z: no part of it along x or y, and not the opposite.
-#[allow(non_snake_case)]
 fn aligned(
     ctx: &Context,
     it: &Iterate,

@@ -9,7 +9,6 @@ use nalgebra::Vector3;
 use crate::iterate::{Context, Iterate};
 use crate::rows::{Rows, Tag};
 
-#[allow(non_snake_case)]
 pub(super) fn rows(ctx: &Context, it: &Iterate, rows: &mut Rows) {
     let c = it.kinematics.com_W;
     // (contact, column, point, force) and the point of the body that moves as the first does

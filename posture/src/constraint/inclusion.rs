@@ -16,7 +16,6 @@ use crate::rows::{Rows, Tag};
 /// Vertices farther inside than this get no row: they cannot reach the edge in one step, m.
 const NEAR_M: f64 = 0.5;
 
-#[allow(non_snake_case)]
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
     let Some(area) = ctx.problem.contacts[contact].area() else {
         return;

@@ -138,7 +138,6 @@ pub(super) fn relax(
 }
 
 /// Where a contact ends up that is only drawn to its place.
-#[allow(non_snake_case)]
 fn displacement(problem: &Problem, i: usize, free: &Posture) -> Option<Relaxation> {
     let is = free.contacts[i].X_WC.translation.vector;
     let asked = &problem.contacts[i];

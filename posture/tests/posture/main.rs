@@ -1,5 +1,5 @@
 //! Contact sets with known answers, for the robots that ship.
-#![allow(clippy::unwrap_used, non_snake_case)]
+#![allow(clippy::unwrap_used)]
 
 mod balls;
 mod soles;

@@ -1,5 +1,4 @@
 //! The collision elements of links → convex shapes on bodies.
-#![allow(non_snake_case)]
 
 use std::collections::BTreeMap;
 use std::path::Path;

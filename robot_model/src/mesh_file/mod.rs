@@ -15,7 +15,6 @@ use nalgebra::{Point3, UnitQuaternion};
 use crate::Error;
 
 /// Vertices and the triangles over them.
-#[allow(non_snake_case)]
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
     /// Vertices, in the file's own frame; m.

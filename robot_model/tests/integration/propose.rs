@@ -1,5 +1,4 @@
 //! What is proposed for a robot, against what was written by hand.
-#![allow(non_snake_case)]
 
 use std::path::Path;
 

@@ -72,7 +72,6 @@ pub(super) struct Wanted<'a> {
     /// Largest tilt of the base, rad.
     pub base_tilt: f64,
     /// Whether the patch of a limb may be at this pose, the base being over the origin.
-    #[allow(clippy::type_complexity)]
     pub fits: &'a dyn Fn(&Limb, &Isometry3<f64>) -> bool,
 }
 

@@ -3,7 +3,6 @@
 //! Blocks are 50 to 100 mm high: the legs lift by 200 mm at the body's height of 0.68 m, and a
 //! robot that is 20 mm wrong about a top stamps or stumbles. The depth camera sits where
 //! \[chai2015\] Eq. 32 found it; the scene file takes its place from an identification.
-#![allow(non_snake_case)]
 
 use nalgebra::Isometry3;
 

@@ -1,5 +1,5 @@
 //! Stances and motions simulated: what must hold holds, what must fail fails.
-#![allow(clippy::unwrap_used, non_snake_case)]
+#![allow(clippy::unwrap_used)]
 
 mod dynamics;
 #[cfg(feature = "mujoco")]

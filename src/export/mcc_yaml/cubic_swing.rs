@@ -110,7 +110,6 @@ mod tests {
     }
 
     #[test]
-    #[allow(clippy::unwrap_used)]
     fn it_stays_near_the_path_and_is_smooth() {
         let path = path();
         let swing = CubicSwing::along(&path).unwrap();

@@ -1,5 +1,4 @@
 //! A file of version 1, which kept faces as convex pieces: those of one outline are one face again.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3};
 use serde::Deserialize;
