@@ -10,20 +10,6 @@ use crate::error::within;
 pub(super) const RANGE_MIN_M: f64 = 0.4;
 /// Farthest point that counts, m from the sensor: beyond it a depth camera's noise says little.
 pub(super) const RANGE_MAX_M: f64 = 4.0;
-/// Most iterations of the trimming; the weighted form takes about ten.
-pub(super) const ITERATIONS_MAX: usize = 50;
-
-/// Which distances are trimmed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum GroundForm {
-    /// Signed, in units of their noise; the weighted fit of inverse depth.
-    #[default]
-    InverseDepth,
-    /// Signed, in m, from the plane of total least squares: the paper's, in the form that converges.
-    Signed,
-    /// Absolute, in m: the paper's as printed. It trims on until few points are left.
-    Absolute,
-}
 
 /// What the ground's plane is found with: one setting, and what a caller may choose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -37,13 +23,6 @@ pub struct GroundConfig {
     /// Share of that error's variance that is the same in all frames: a pattern of the device.
     #[serde(skip)]
     pub distortion_shared: f64,
-    /// Which distances are trimmed.
-    #[serde(skip)]
-    pub form: GroundForm,
-    /// Standard deviations beyond which a point is trimmed (\[chai2015\] has 2); at 1.73 and below,
-    /// uniform distances are trimmed to nothing.
-    #[serde(skip)]
-    pub trim_sigmas: f64,
     /// Least points on the plane.
     #[serde(skip)]
     pub inliers_min: usize,
@@ -61,9 +40,6 @@ impl Default for GroundConfig {
             distortion_ratio: None,
             // The residuals of [chai2015] leave no room for an error that changes from frame to frame.
             distortion_shared: 1.0,
-            form: GroundForm::InverseDepth,
-            // Trimming Gaussians at 3σ costs 4 % of variance, at 2σ (which settles at 1.44σ) 126 %.
-            trim_sigmas: 3.0,
             inliers_min: 500,
             draws: 100,
             seed: 0,

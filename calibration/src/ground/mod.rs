@@ -14,23 +14,22 @@
 //! noise is drawn anew in each. Averaging over frames does not remove it, so its part of Cov m is
 //! kept apart ([`Ground::common`]).
 //!
-//! * [`samples`](Samples): the rays, from an image or a cloud.
+//! * `samples`: the rays, from an image or a cloud.
 //! * `consensus`: where to start when not all that is seen is ground.
-//! * `trimming`: the iterations, in the converging form and as \[chai2015\] prints them.
+//! * `trimming`: the iterations.
 
 mod config;
 mod consensus;
 mod pattern;
 mod samples;
-mod total;
 mod trimming;
 
-pub use config::{GroundConfig, GroundForm};
+pub use config::GroundConfig;
 pub use pattern::CellEffect;
-pub use samples::Samples;
 
 use nalgebra::{Matrix3, Unit, Vector3};
 use perception::Scan;
+use samples::Samples;
 
 use crate::plane::tangents;
 use crate::{Error, GroundPlane};
@@ -47,8 +46,7 @@ pub struct Ground {
     pub samples: usize,
     /// Samples that the plane was fitted to in the end.
     pub inliers: usize,
-    /// Root mean square of the inliers' distances from the plane, in units of their stated noise
-    /// (of [`GroundForm::InverseDepth`]) or m.
+    /// Root mean square of the inliers' distances from the plane, in units of their stated noise.
     pub residual: f64,
     /// Iterations of the trimming.
     pub iterations: usize,
@@ -61,14 +59,12 @@ pub struct Ground {
 /// # Errors
 /// [`Error::NoGround`] when too few points lie on one plane; [`Error::Config`].
 /// Source: \[chai2015\] Section 4.1; deviations: distances are weighed by their noise and trimmed
-/// with their sign, and the start does not need most points to be ground.
+/// with their sign (with absolute ones, as printed, trimming goes on until few points are left), and the
+/// start does not need most points to be ground.
 pub fn ground(scan: &Scan, config: &GroundConfig) -> Result<Ground, Error> {
     config.check()?;
     let samples = Samples::of(scan, config);
-    match config.form {
-        GroundForm::InverseDepth => trimming::trim(&samples, config),
-        GroundForm::Signed | GroundForm::Absolute => total::trim(&samples, config),
-    }
+    trimming::trim(&samples, config)
 }
 
 /// The plane of m = −n/d, and what errors of m do to its (η₁, η₂, d).

@@ -19,7 +19,7 @@ const CUBE_CELLS: f64 = 48.0;
 
 /// Points of a scan as rays with inverse depth, within range.
 #[derive(Debug, Clone, Default)]
-pub struct Samples {
+pub(super) struct Samples {
     /// r, in V: (x, y, 1) of a pixel, a unit vector of a point.
     pub rays: Vec<[f32; 3]>,
     /// w: inverse depth along z of a pixel, inverse range of a point, 1/m.
@@ -59,16 +59,6 @@ impl Samples {
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.rays.len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.rays.is_empty()
-    }
-
-    /// The point of sample i, in V, m.
-    pub fn point(&self, i: usize) -> Vector3<f64> {
-        Vector3::from(self.rays[i].map(f64::from)) / f64::from(self.inverse[i])
     }
 
     fn of_image(image: &DepthImage, noise: &Noise, config: &GroundConfig) -> Self {
