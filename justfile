@@ -42,7 +42,7 @@ bench *ARGS:
 
 # Take the scans of the scenes that ship again, after a change of geometry, noise or pose
 scans:
-    cargo run --release -p scenes --example make_scans
+    cargo run --release -p scandent-scenes --example make_scans
 
 # Build the viewer's page after a change of its sources
 viewer:

@@ -8,8 +8,8 @@
 
 use std::path::PathBuf;
 
-use scenes::camera_set::{PoseNoise, frame, published_extrinsics, readings, table};
-use scenes::simulator::{DepthNoise, KINECT, distortion};
+use scenes::camera_set::{PoseNoise, published_extrinsics, readings, table};
+use scenes::simulator::{DepthNoise, KINECT, distortion, scan_distorted};
 use scenes::{stances, worlds};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -33,7 +33,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         configurations.push(readings(&robot, "standing", &said)?);
         let pose = PoseNoise::published().disturb(&said, seed, i as u64);
         let seed = seed * 1000 + i as u64;
-        let shot = frame(&world, &KINECT, &pose, &mount, &noise, &distortion, seed);
+        let X_WV = pose * mount;
+        let shot = scan_distorted(&world, &KINECT, &X_WV, &noise, &distortion, seed);
         let name = format!("pose_{:02}.png", i + 1);
         std::fs::write(folder.join(&name), shot.png()?)?;
         frames.push(name);

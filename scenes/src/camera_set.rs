@@ -9,15 +9,14 @@ use robot_model::{Configuration, ContactPatch, Kinematics, Robot};
 
 use crate::Error;
 use crate::simulator::rng::Stream;
-use crate::simulator::{DepthNoise, Field, Pinhole, Scan, World, scan_distorted};
 
 /// How near the feet must come to where they stand, m.
 const REACHED_M: f64 = 1e-9;
 /// Stream of the errors of the robot's poses; the sensor's begin at 0.
 const POSE_STREAM: u64 = 100;
 
-/// How far the body is from where its joints say: manufacture, backlash, bending.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How far the body is from where its joints say: manufacture, backlash, bending; nowhere by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseNoise {
     /// Standard deviation of the tilt about each level axis, rad.
     pub tilt_sigma_rad: f64,
@@ -31,14 +30,6 @@ impl PoseNoise {
         Self {
             tilt_sigma_rad: 0.17_f64.to_radians(),
             height_sigma_m: 0.001,
-        }
-    }
-
-    /// A body that is where its joints say.
-    pub fn none() -> Self {
-        Self {
-            tilt_sigma_rad: 0.0,
-            height_sigma_m: 0.0,
         }
     }
 
@@ -128,18 +119,4 @@ pub fn table(robot: &Robot, configurations: &[Configuration], frames: &[String])
         text.push('\n');
     }
     text
-}
-
-/// The frame that a sensor with this distortion on the mount `X_RV` takes of `world` from the robot
-/// at `X_GR`.
-pub fn frame(
-    world: &World,
-    camera: &Pinhole,
-    X_GR: &Isometry3<f64>,
-    X_RV: &Isometry3<f64>,
-    noise: &DepthNoise,
-    distortion: &Field,
-    seed: u64,
-) -> Scan {
-    scan_distorted(world, camera, &(X_GR * X_RV), noise, distortion, seed)
 }

@@ -8,8 +8,8 @@ use std::process::Output;
 use nalgebra::Vector3;
 use robot_model::Configuration;
 use scandent::extrinsics::file::Extrinsics;
-use scenes::camera_set::{frame, published_extrinsics, readings, table};
-use scenes::simulator::{DepthNoise, KINECT, distortion};
+use scenes::camera_set::{published_extrinsics, readings, table};
+use scenes::simulator::{DepthNoise, KINECT, distortion, scan_distorted};
 use scenes::{stances, worlds};
 
 use crate::support::program::{self, assert_ended, robot, scandent};
@@ -39,7 +39,7 @@ fn write_frames(
     let mut frames = Vec::new();
     for (i, stance) in stances.iter().enumerate() {
         let (X_GR, mount) = (stances::X_GR(*stance), published_extrinsics());
-        let shot = frame(&world, &camera, &X_GR, &mount, &noise, &flat, i as u64);
+        let shot = scan_distorted(&world, &camera, &(X_GR * mount), &noise, &flat, i as u64);
         let points = (0..camera.pixels()).filter(|i| shot.depth_mm[*i] > 0);
         let points = points.map(|i| {
             let ray = camera.ray((i % camera.width) as f64, (i / camera.width) as f64);

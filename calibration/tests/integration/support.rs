@@ -7,8 +7,8 @@ use calibration::camera::{
 use calibration::ground::ground;
 use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 use perception::{DepthImage, Intrinsics, Noise, Scan, Sensor};
-use scenes::camera_set::{PoseNoise, frame, published_extrinsics};
-use scenes::simulator::{DepthNoise, Field, KINECT, Pinhole, World, distortion};
+use scenes::camera_set::{PoseNoise, published_extrinsics};
+use scenes::simulator::{DepthNoise, Field, KINECT, Pinhole, World, distortion, scan_distorted};
 use scenes::stances;
 
 /// A sensor in the simulator and as the estimator knows it.
@@ -56,7 +56,7 @@ impl Device {
         seed: u64,
     ) -> Scan {
         let (camera, noise) = (&self.camera, &self.noise);
-        let shot = frame(world, camera, X_GR, X_RV, noise, distortion, seed);
+        let shot = scan_distorted(world, camera, &(X_GR * X_RV), noise, distortion, seed);
         let metres = shot.depth_mm.iter().map(|mm| 0.001 * f32::from(*mm));
         let &Pinhole { fx, fy, cx, cy, .. } = camera;
         let depth = DepthImage {
@@ -100,7 +100,7 @@ impl Series {
             world: scenes::worlds::ground::truth(None, 0).world(),
             pose_noise: PoseNoise::published(),
             pose_seed: None,
-            repeatability: PoseNoise::none(),
+            repeatability: PoseNoise::default(),
             device_seed: None,
             distorted_anew: false,
             config: Config::default(),
