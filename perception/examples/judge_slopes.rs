@@ -4,7 +4,6 @@
 //!
 //! A row is as many sweeps as there are seeds; mount, place, direction and device are drawn. `pull`
 //! is the root mean square of error over claimed σ.
-#![allow(non_snake_case)]
 
 use std::path::Path;
 

@@ -1,10 +1,13 @@
 //! What the crate promises, seen from outside: a module for each promise.
-#![allow(non_snake_case, clippy::unwrap_used)]
+#![allow(clippy::unwrap_used)]
 
+mod almost_right;
 mod any_cloud;
 mod any_image;
+mod bag_files;
 mod bags;
 mod lidar_clouds;
+mod mutated_files;
 mod obstructed_ramps;
 mod outline_edges;
 mod paper_tables;

@@ -1,6 +1,6 @@
 //! Simulated sweeps of ramps, read back from their files.
 // Benches share this with the tests, and use only some of it.
-#![allow(dead_code, non_snake_case, clippy::unwrap_used)]
+#![allow(dead_code, clippy::unwrap_used)]
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! A depth camera over a world of boxes, with the errors of a structured-light sensor.
 // Benches share this with the tests, and use only some of it.
-#![allow(dead_code, non_snake_case, clippy::unwrap_used)]
+#![allow(dead_code, clippy::unwrap_used)]
 
 use std::path::PathBuf;
 
@@ -32,7 +32,6 @@ pub fn block(name: &'static str, c: [f64; 3], size: [f64; 3], yaw: f64, pitch: f
 }
 
 /// The pose of a camera at (0, 0, `height`) that looks along +x, `pitch` rad down.
-#[allow(non_snake_case)]
 pub fn camera(height: f64, pitch: f64) -> Isometry3<f64> {
     // Level: z_V along +x_W, x_V along −y_W, y_V along −z_W.
     let level = nalgebra::Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
@@ -290,7 +289,6 @@ pub fn top<'a>(blocks: &'a [Block], names: &[&str]) -> Face<'a> {
 }
 
 impl Face<'_> {
-    #[allow(non_snake_case)]
     pub fn normal_W(&self) -> Vector3<f64> {
         let mut axis = Vector3::zeros();
         axis[self.axis] = self.sign;
