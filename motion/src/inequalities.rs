@@ -8,7 +8,7 @@
 use crate::dense::{cholesky_solve, dot};
 
 /// Sweeps over the rows.
-const SWEEPS: usize = 200;
+const SWEEPS: usize = 60;
 /// A sweep that changes the multipliers by less than this part is the last.
 const SETTLED: f64 = 1e-9;
 /// A row that is violated by less is not worked with, m and rad.

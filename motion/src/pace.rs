@@ -22,8 +22,6 @@ use crate::segment::PhaseTrajectory;
 use crate::spline::Ends;
 pub(crate) use chain::{least_s, samples};
 
-/// Largest number of pieces of a path between the places at which forces are suited to its law.
-const PIECES_MAX: usize = 120;
 /// For how much more than a law needs forces are suited to it.
 const FARTHER: f64 = 1.5;
 /// Part of the weight below which what is needed has no direction.
@@ -107,9 +105,9 @@ impl<'a> Pace<'a> {
         }
     }
 
-    /// The dynamics at equally spaced places of the path, both ends included.
+    /// The dynamics at the samples of the path.
     fn places(&mut self) -> Vec<Place> {
-        let n = (self.phase.samples.len() - 1).min(PIECES_MAX);
+        let n = self.phase.samples.len() - 1;
         let places = (0..=n).map(|i| self.place(i as f64 / n as f64, &Lean::new()));
         places.collect()
     }

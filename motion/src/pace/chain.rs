@@ -50,10 +50,12 @@ pub(crate) fn samples(
 ) -> Vec<(LoadShares, Vec<Paced>)> {
     let paces = phases.iter().map(|phase| Pace::new(context, phase));
     let mut paces: Vec<Pace> = paces.collect();
-    let Some(leans) = suited(&mut paces, context.config) else {
+    let places = paces.par_iter_mut().map(Pace::places);
+    let mut places: Vec<Vec<Place>> = places.collect();
+    let Some(leans) = suited(&paces, &mut places, context.config) else {
         return Vec::new();
     };
-    let mut grid = knots(&mut paces, &leans);
+    let mut grid = knots(&paces, places, &leans);
     let (mut slower, mut samples, mut settled) = (1.0, Vec::new(), false);
     let mut sharp: Vec<[f64; 2]> = Vec::new();
     for tried in 1..=DRAWN_IN + STRETCHED {
@@ -88,13 +90,12 @@ pub(crate) fn samples(
     shares.zip(samples).collect()
 }
 
-/// The limits at every knot of the phases, between which the second derivatives of their paths are linear.
-fn knots(paces: &mut [Pace], leans: &[Vec<Lean>]) -> Grid {
-    let rows = paces.par_iter_mut().zip(leans).map(|(pace, leans)| {
-        let pieces = pace.phase.samples.len() - 1;
-        let rows = (0..=pieces).map(|i| {
-            let s = i as f64 / pieces as f64;
-            let place = pace.place(s, &between(leans, s));
+/// The limits at every sample of the phases' paths, between which the second derivatives of these are linear.
+fn knots(paces: &[Pace], places: Vec<Vec<Place>>, leans: &[Vec<Lean>]) -> Grid {
+    let all = paces.par_iter().zip(places).zip(leans);
+    let rows = all.map(|((pace, places), leans)| {
+        let rows = places.into_iter().enumerate().map(|(i, mut place)| {
+            pace.bear(&mut place, leans.get(i).unwrap_or(&Lean::new()));
             binding(pace.rows(&place))
         });
         rows.collect()
@@ -103,14 +104,11 @@ fn knots(paces: &mut [Pace], leans: &[Vec<Lean>]) -> Grid {
 }
 
 /// How forces lean that suit the fastest law of the phases.
-fn suited(paces: &mut [Pace], config: &Config) -> Option<Vec<Vec<Lean>>> {
-    let places = paces.par_iter_mut().map(Pace::places);
-    let mut places: Vec<Vec<Place>> = places.collect();
+fn suited(paces: &[Pace], places: &mut [Vec<Place>], config: &Config) -> Option<Vec<Vec<Lean>>> {
     let mut best: Option<(f64, Vec<Vec<Lean>>)> = None;
     let mut leans: Vec<Vec<Lean>> = vec![Vec::new(); paces.len()];
-    let paces = &*paces;
     for _ in 0..PASSES {
-        let rows = paces.par_iter().zip(&places);
+        let rows = paces.par_iter().zip(&*places);
         let rows = rows.map(|(pace, places)| {
             let rows = places.iter().map(|place| binding(pace.rows(place)));
             rows.collect()
@@ -125,7 +123,7 @@ fn suited(paces: &mut [Pace], config: &Config) -> Option<Vec<Vec<Lean>>> {
         if before.is_some_and(|before| time >= before) {
             break;
         }
-        let next = paces.par_iter().zip(&mut places).enumerate();
+        let next = paces.par_iter().zip(&mut *places).enumerate();
         let next = next.map(|(k, (pace, places))| {
             let pieces = (places.len() - 1) as f64;
             let lean = places.iter_mut().enumerate().map(|(i, place)| {
