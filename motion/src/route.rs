@@ -28,7 +28,7 @@ const TURN_WEIGHT: f64 = 0.3;
 const HAIR_RAD: f64 = 5e-3;
 const HAIR_M: f64 = 3e-3;
 const MORE: f64 = 1.5;
-/// Part of the path over which what is kept beyond the limits grows from 0 and fall back to it: the postures at the
+/// Part of the path over which what is kept beyond the limits grows from 0 and falls back to it: the postures at the
 /// ends may be on their bounds.
 const EASE: f64 = 0.05;
 /// Residual that the projection may leave at a knot, m and rad: samples are closed once more.
@@ -79,7 +79,7 @@ impl Extra {
         tilt_rad: 1e-3,
     };
 
-    /// Keeps more of a limit that was missed; whether it was by a hair, so that this may do.
+    /// Keeps farther from a limit that was missed by a hair; false where it was missed by more.
     pub fn keep_more(&mut self, failure: &Failure) -> bool {
         let (kept, hair) = match failure.reason {
             Reason::JointLimit { .. } => (&mut self.joints_rad, HAIR_RAD),
@@ -89,8 +89,11 @@ impl Extra {
             }
             _ => return false,
         };
-        *kept += MORE * failure.amount;
-        failure.amount < hair
+        let by_a_hair = failure.amount < hair;
+        if by_a_hair {
+            *kept += MORE * failure.amount;
+        }
+        by_a_hair
     }
 }
 
