@@ -154,11 +154,12 @@ impl<'a> ClearanceMonitor<'a> {
             let distance = found.map_or(LOOK_M, |f| f.distance);
             *left = distance - required;
             // On a straight way past each other they stay apart by h if √(d₀² − h²) + √(d₁² − h²) is no
-            // shorter than the way.
+            // shorter than the way; both factors are bounded, so that parts which may touch do not ask for steps
+            // without end.
             let passed_m = (a.step - b.step).norm() + a.turned_m + b.turned_m;
-            let beside = |d: f64| (d * d - least * least).max(0.0).sqrt();
-            let clear_m = (beside(before) + beside(distance)).max(BETWEEN_M);
-            self.coarse = self.coarse.max(passed_m / clear_m);
+            let beside =
+                |d: f64| ((d - least).max(BETWEEN_M) * (d + least).max(TOLERANCE_M)).sqrt();
+            self.coarse = (self.coarse).max(passed_m / (beside(before) + beside(distance)));
             if *left < -TOLERANCE_M {
                 let reason = Reason::SelfClearance {
                     link: shapes[i].link.clone(),
