@@ -40,14 +40,27 @@ pub(crate) fn cholesky(A: &mut [f64], m: usize) -> bool {
 
 /// Solves L Lᵀ x = b in place.
 pub(crate) fn cholesky_solve(L: &[f64], m: usize, x: &mut [f64]) {
+    forward_solve(L, m, x);
+    backward_solve(L, m, x);
+}
+
+/// Solves L x = b in place.
+pub(crate) fn forward_solve(L: &[f64], m: usize, x: &mut [f64]) {
     for i in 0..m {
         x[i] = (x[i] - dot(&L[i * m..i * m + i], &x[..i])) / L[i * m + i];
     }
+}
+
+/// Solves Lᵀ x = b in place.
+pub(crate) fn backward_solve(L: &[f64], m: usize, x: &mut [f64]) {
     for i in (0..m).rev() {
-        let mut sum = x[i];
-        for k in i + 1..m {
-            sum -= L[k * m + i] * x[k];
-        }
-        x[i] = sum / L[i * m + i];
+        let (above, from) = x.split_at_mut(i);
+        let row = &L[i * m..=i * m + i];
+        from[0] /= row[i];
+        let solved = from[0];
+        above
+            .iter_mut()
+            .zip(row)
+            .for_each(|(x, l)| *x -= l * solved);
     }
 }

@@ -1,20 +1,20 @@
 //! The inequalities of a small quadratic program in dual form.
 //!
 //!   min ½‖y − y₀‖²  s.t.  E (y − y₀) = 0,  g_i·y ≥ b_i
-//!   y = y₀ + P Gᵀ μ,   P = 1 − Eᵀ (E Eᵀ)⁻¹ E,   μ ≥ 0,   μ ⊥ G P Gᵀ μ + room ≥ 0
+//!   y = y₀ + P Gᵀ μ,   P = 1 − Eᵀ (E Eᵀ)⁻¹ E,   μ ≥ 0,   μ ⊥ G P Gᵀ μ + ε μ + room ≥ 0
 //!
-//! solved by projected Gauss–Seidel over the few rows that are near.
+//! solved by an active set over the few rows that are near (C. L. Lawson and R. J. Hanson, *Solving Least
+//! Squares Problems*, 1974, ch. 23).
+#![allow(non_snake_case)]
 
-use crate::dense::{cholesky_solve, dot};
+use crate::dense::{backward_solve, cholesky, cholesky_solve, dot, forward_solve};
 
-/// Sweeps over the rows.
-const SWEEPS: usize = 60;
-/// A sweep that changes the multipliers by less than this part is the last.
-const SETTLED: f64 = 1e-9;
 /// A row that is violated by less is not worked with, m and rad.
 const VIOLATED: f64 = 1e-9;
-/// What keeps rows that contradict each other from running away.
+/// ε: rows that contradict each other, or the equations, share what is violated.
 const ELASTIC: f64 = 1e-6;
+/// Rows that leave or join the active set for each that is worked with, at most.
+const CHANGES: usize = 4;
 
 /// lower ≤ w y_k ≤ upper, and which of the two is a row.
 struct Bound {
@@ -33,10 +33,15 @@ pub(crate) struct Inequalities {
     room: Vec<f64>,
     /// The rows that count so far: those that some solution violated.
     working: Vec<usize>,
-    /// P gᵀ of each of them.
-    projected: Vec<f64>,
+    /// L⁻¹ E gᵀ of each of them, where L Lᵀ = E Eᵀ.
+    shares: Vec<f64>,
+    /// Lower triangle of G P Gᵀ + ε, row by row.
     products: Vec<f64>,
     multiplier: Vec<f64>,
+    /// Which of the working rows are held with equality.
+    active: Vec<usize>,
+    A: Vec<f64>,
+    wanted: Vec<f64>,
     along: Vec<f64>,
     /// y₀.
     before: Vec<f64>,
@@ -79,8 +84,10 @@ impl Inequalities {
     /// a solution on the way violates are worked with.
     pub fn solve(&mut self, n: usize, m: usize, equations: &[f64], factor: &[f64], y: &mut [f64]) {
         self.working.clear();
-        self.projected.clear();
+        self.shares.clear();
+        self.products.clear();
         self.multiplier.clear();
+        self.active.clear();
         self.before.clear();
         self.before.extend_from_slice(y);
         loop {
@@ -97,12 +104,9 @@ impl Inequalities {
             if self.working.len() == known {
                 return;
             }
-            self.project(n, m, equations, factor, known);
-            self.sweep();
-            y.copy_from_slice(&self.before);
-            for (row, mu) in self.projected.chunks_exact(n).zip(&self.multiplier) {
-                y.iter_mut().zip(row).for_each(|(y, p)| *y += mu * p);
-            }
+            self.join(n, m, equations, factor, known);
+            self.settle();
+            self.apply(n, m, equations, factor, y);
         }
     }
 
@@ -123,48 +127,99 @@ impl Inequalities {
         }
     }
 
-    /// P gᵀ of the working rows from number `known` on, and the products of all.
-    fn project(&mut self, n: usize, m: usize, equations: &[f64], factor: &[f64], known: usize) {
-        for &i in &self.working[known..] {
-            self.projected
-                .extend_from_slice(&self.rows[i * n..(i + 1) * n]);
-        }
-        for row in self.projected[known * n..].chunks_exact_mut(n) {
-            self.along.clear();
-            self.along
-                .extend(equations.chunks_exact(n).map(|e| dot(e, row)));
-            cholesky_solve(factor, m, &mut self.along);
-            for (e, l) in equations.chunks_exact(n).zip(&self.along) {
-                row.iter_mut().zip(e).for_each(|(r, e)| *r -= l * e);
+    /// Makes the working rows from number `known` on active.
+    fn join(&mut self, n: usize, m: usize, equations: &[f64], factor: &[f64], known: usize) {
+        for number in known..self.working.len() {
+            let row = &self.rows[self.working[number] * n..][..n];
+            let begin = self.shares.len();
+            let along = equations.chunks_exact(n).map(|e| dot(e, row));
+            self.shares.extend(along);
+            forward_solve(factor, m, &mut self.shares[begin..]);
+            let share = &self.shares[begin..];
+            for (k, &other) in self.working[..=number].iter().enumerate() {
+                let along = dot(share, &self.shares[k * m..(k + 1) * m]);
+                let product = dot(row, &self.rows[other * n..(other + 1) * n]) - along;
+                let elastic = if k == number { ELASTIC } else { 0.0 };
+                self.products.push(product + elastic);
             }
-        }
-        self.products.clear();
-        for &i in &self.working {
-            let row = &self.rows[i * n..(i + 1) * n];
-            let products = self.projected.chunks_exact(n).map(|p| dot(row, p));
-            self.products.extend(products);
+            self.multiplier.push(0.0);
+            self.active.push(number);
         }
     }
 
+    fn product(&self, i: usize, k: usize) -> f64 {
+        let (i, k) = (i.max(k), i.min(k));
+        self.products[i * (i + 1) / 2 + k]
+    }
+
     /// The multipliers of the working rows, from those that they had.
-    fn sweep(&mut self) {
-        let count = self.working.len();
-        self.multiplier.resize(count, 0.0);
-        for _ in 0..SWEEPS {
-            let mut change: f64 = 0.0;
-            let mut size: f64 = 0.0;
-            for (i, &row) in self.working.iter().enumerate() {
-                let products = &self.products[i * count..(i + 1) * count];
-                let value = self.room[row] + dot(products, &self.multiplier);
-                let before = self.multiplier[i];
-                let after = (before - value / (products[i] + ELASTIC)).max(0.0);
-                self.multiplier[i] = after;
-                change = change.max((after - before).abs());
-                size = size.max(after.abs());
+    fn settle(&mut self) {
+        for _ in 0..CHANGES * self.working.len() {
+            let m = self.active.len();
+            let mut A = std::mem::take(&mut self.A);
+            A.clear();
+            for &i in &self.active {
+                A.extend(self.active.iter().map(|&k| self.product(i, k)));
             }
-            if change <= SETTLED * size {
-                break;
+            let is_definite = cholesky(&mut A, m);
+            self.A = A;
+            if !is_definite {
+                return;
             }
+            self.wanted.clear();
+            let room = self.active.iter().map(|&i| -self.room[self.working[i]]);
+            self.wanted.extend(room);
+            cholesky_solve(&self.A, m, &mut self.wanted);
+            // Toward them until one would pull.
+            let (mut part, mut leaves) = (1.0, None);
+            for (at, (&i, wanted)) in self.active.iter().zip(&self.wanted).enumerate() {
+                let now = self.multiplier[i];
+                if *wanted <= 0.0 {
+                    let until = if now > 0.0 { now / (now - wanted) } else { 0.0 };
+                    if until < part {
+                        (part, leaves) = (until, Some(at));
+                    }
+                }
+            }
+            for (&i, wanted) in self.active.iter().zip(&self.wanted) {
+                self.multiplier[i] += part * (wanted - self.multiplier[i]);
+            }
+            if let Some(at) = leaves {
+                self.multiplier[self.active[at]] = 0.0;
+                self.active.remove(at);
+                continue;
+            }
+            let idle = (0..self.working.len()).filter(|i| !self.active.contains(i));
+            let room = idle.map(|i| {
+                let pushed = self
+                    .active
+                    .iter()
+                    .map(|&k| self.product(i, k) * self.multiplier[k]);
+                (i, self.room[self.working[i]] + pushed.sum::<f64>())
+            });
+            match room.min_by(|a, b| a.1.total_cmp(&b.1)) {
+                Some((i, room)) if room < -VIOLATED => self.active.push(i),
+                _ => return,
+            }
+        }
+    }
+
+    /// y = y₀ + P Gᵀ μ.
+    fn apply(&mut self, n: usize, m: usize, equations: &[f64], factor: &[f64], y: &mut [f64]) {
+        y.copy_from_slice(&self.before);
+        self.along.clear();
+        self.along.resize(m, 0.0);
+        for &i in &self.active {
+            let mu = self.multiplier[i];
+            let row = &self.rows[self.working[i] * n..][..n];
+            y.iter_mut().zip(row).for_each(|(y, g)| *y += mu * g);
+            let share = &self.shares[i * m..(i + 1) * m];
+            let along = self.along.iter_mut().zip(share);
+            along.for_each(|(along, share)| *along += mu * share);
+        }
+        backward_solve(factor, m, &mut self.along);
+        for (e, l) in equations.chunks_exact(n).zip(&self.along) {
+            y.iter_mut().zip(e).for_each(|(y, e)| *y -= l * e);
         }
     }
 }
@@ -183,6 +238,37 @@ mod tests {
         set.solve(2, 0, &[], &[], &mut y);
         assert!(
             (y[0] - 0.5).abs() < 1e-5 && (y[1] - 1.0).abs() < 1e-5,
+            "{y:?}"
+        );
+    }
+
+    #[test]
+    fn rows_that_contradict_each_other_share_what_is_violated() {
+        // y₁ ≥ 1 and y₁ ≤ −1 beside y₂ ≥ 1, on y₁ + y₂ + y₃ = 0.
+        let mut set = Inequalities::default();
+        set.push(3, -1.0).copy_from_slice(&[1.0, 0.0, 0.0]);
+        set.push(3, -1.0).copy_from_slice(&[-1.0, 0.0, 0.0]);
+        set.push(3, -1.0).copy_from_slice(&[0.0, 1.0, 0.0]);
+        let mut y = [0.0; 3];
+        let equation = [1.0, 1.0, 1.0];
+        set.solve(3, 1, &equation, &[3f64.sqrt()], &mut y);
+        assert!(y[0].abs() < 1e-5, "{y:?}");
+        assert!(
+            (y[1] - 1.0).abs() < 1e-5 && (y[2] + 1.0).abs() < 1e-5,
+            "{y:?}"
+        );
+    }
+
+    #[test]
+    fn rows_that_no_longer_push_are_let_go() {
+        // y₁ ≥ 1 alone would do; y₁ + y₂ ≥ 3 moves y₁ past it.
+        let mut set = Inequalities::default();
+        set.push(2, -1.0).copy_from_slice(&[1.0, 0.0]);
+        set.push(2, -3.0).copy_from_slice(&[1.0, 1.0]);
+        let mut y = [0.0, 0.0];
+        set.solve(2, 0, &[], &[], &mut y);
+        assert!(
+            (y[0] - 1.5).abs() < 1e-5 && (y[1] - 1.5).abs() < 1e-5,
             "{y:?}"
         );
     }

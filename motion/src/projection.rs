@@ -5,7 +5,7 @@
 //!
 //! r = (p − p*, log R R*ᵀ) a patch, (c − c*)_xy; e is zero but for the orientation of a patch that
 //! is far from both its ends. Sequential linearisation; the QP in dual form, the equations by
-//! Cholesky, the few inequalities by projected Gauss–Seidel.
+//! Cholesky, the few inequalities by an active set.
 #![allow(non_snake_case)]
 
 use crate::dense::{cholesky, cholesky_solve, dot};
@@ -20,8 +20,6 @@ use robot_model::{Configuration, Kinematics, Robot};
 const STEP_MAX: f64 = 0.5;
 /// Iterations at most.
 const ITERATIONS_MAX: usize = 24;
-/// Iterations after which the reference no longer counts: what does not settle is at least closed.
-const FINISH: usize = 14;
 /// The distances are measured every so many iterations.
 const LOOK_EVERY: usize = 3;
 /// Newton steps that close a sample at most.
@@ -30,6 +28,10 @@ const CLOSING: usize = 3;
 const CLOSED: f64 = 1e-7;
 /// A step longer than this part of the one before it is damped.
 const SHRINK: f64 = 0.5;
+/// Where the reference is damped by more than this, a step longer than this part of the one before it is the last:
+/// what is asked contradicts itself here.
+const DAMPED: f64 = 0.8;
+const STUCK: f64 = 0.8;
 /// A step below this (rad, m) no longer changes the solution.
 const STILL: f64 = 1e-6;
 /// A tilt this near to its bound becomes an inequality, rad.
@@ -120,13 +122,13 @@ impl Projection {
                 let scale = STEP_MAX / moved;
                 self.step.iter_mut().for_each(|s| *s *= scale);
             }
-            if iteration >= FINISH {
-                // What does not settle is at least closed.
-                damping = 1.0;
-            } else if iteration > 1 && moved > SHRINK * last {
+            q.integrate_in_place(&self.step);
+            if damping > DAMPED && moved > STUCK * last {
+                break;
+            }
+            if iteration > 1 && moved > SHRINK * last {
                 damping = 0.5 * (1.0 + damping);
             }
-            q.integrate_in_place(&self.step);
         }
         kinematics.update(ask.robot, q);
         self.equations.update(ask.robot, ask.target, kinematics)
