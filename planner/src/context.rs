@@ -56,7 +56,7 @@ pub(crate) struct SearchContext<'a> {
     footprint: Vec<Footprint>,
     /// Patches that are used at all.
     used: Vec<bool>,
-    /// For each patch and face, where on the face it may land.
+    /// For each patch and face, where on the face it and others with its footprint may land.
     landing: Vec<BTreeMap<FaceIndex, OnceLock<Landing>>>,
 }
 
@@ -145,8 +145,14 @@ impl<'a> SearchContext<'a> {
 
     /// Where on a face a patch may land; nothing on faces that it may not touch.
     pub fn landing(&self, patch: PatchId, face: FaceIndex) -> Option<&Landing> {
-        let landing = self.landing.get(patch.index())?.get(&face)?;
-        let footprint = &self.footprint[patch.index()];
+        let footprint = self.footprint.get(patch.index())?;
+        if !self.may_touch(patch, face) {
+            return None;
+        }
+        // A left and a right foot share theirs.
+        let alike = self.footprint.iter().zip(&self.landing);
+        let mut alike = alike.filter(|(other, _)| *other == footprint);
+        let landing = alike.find_map(|(_, landing)| landing.get(&face))?;
         let environment = self.request.environment;
         Some(landing.get_or_init(|| Landing::new(environment, face, footprint)))
     }
