@@ -52,6 +52,8 @@ pub(crate) struct SearchContext<'a> {
     pub turn_m: f64,
     /// Smallest distance between two parts of the robot, m.
     pub self_clearance_m: f64,
+    /// Part of the friction that postures use.
+    pub friction_use: f64,
     /// What each patch needs about the place where it lands.
     footprint: Vec<Footprint>,
     /// Patches that are used at all.
@@ -134,6 +136,7 @@ impl<'a> SearchContext<'a> {
             gap: None,
             turn_m,
             self_clearance_m: posture.self_clearance_m,
+            friction_use: posture.friction_use,
             footprint: robot.patch_ids().map(footprint).collect(),
             stride_m,
             feet,

@@ -44,6 +44,9 @@ type Heights = Rc<Vec<Vec<f64>>>;
 /// The tiles that are known, by patch and place.
 type Rasters = BTreeMap<(PatchId, (i64, i64)), Heights>;
 
+/// Whether a patch may stand on a face.
+pub(crate) type Stands = fn(&SearchContext, PatchId, FaceIndex) -> bool;
+
 /// Where feet may land.
 pub(crate) struct Ground<'a> {
     context: &'a SearchContext<'a>,
@@ -58,18 +61,24 @@ impl<'a> Ground<'a> {
     /// Width of a cell, m.
     pub const CELL_M: f64 = 1.0 / SIDE as f64;
 
-    pub fn new(context: &'a SearchContext<'a>) -> Self {
+    /// Of the faces on which feet may stand.
+    pub fn new(context: &'a SearchContext<'a>, stands: Stands) -> Self {
         let robot = context.request.robot;
         let mut faces: BTreeMap<PatchId, Tiles<Vec<FaceIndex>>> = BTreeMap::new();
         let mut like: Vec<PatchId> = robot.patch_ids().collect();
         for &foot in &context.feet {
-            let twin = faces.keys().find(|other| context.land_alike(**other, foot));
+            let friction = |patch: PatchId| robot.patches[patch].friction;
+            let is_twin = |other: &&PatchId| {
+                context.land_alike(**other, foot) && friction(**other) == friction(foot)
+            };
+            let twin = faces.keys().find(is_twin);
             if let Some(&twin) = twin {
                 like[foot.index()] = twin;
                 continue;
             }
             let mut tiles: Tiles<Vec<FaceIndex>> = Tiles::default();
-            for &face in &context.request.usable[foot.index()] {
+            let usable = context.request.usable[foot.index()].iter();
+            for &face in usable.filter(|face| stands(context, foot, **face)) {
                 let corners = context.request.environment[face].vertices_W();
                 let points = corners.iter().map(|p| p.xy().coords);
                 for tile in tiles_about(points, 0.0) {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Rotation2, Vector2};
 
 use crate::context::SearchContext;
-use crate::ground::Ground;
+use crate::ground::{Ground, Stands};
 use crate::reach::Leg;
 use crate::room::{OVER_LEGS, Room, Rooms};
 
@@ -127,6 +127,7 @@ impl<'a> Lattice<'a> {
     pub fn new(
         context: &'a SearchContext<'a>,
         steps: fn(&SearchContext, f64) -> Steps,
+        stands: Stands,
     ) -> Option<Self> {
         let feet = &context.feet;
         let legs = feet.iter().map(|f| -context.offset(*f).z);
@@ -145,7 +146,7 @@ impl<'a> Lattice<'a> {
         spread.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
         Some(Self {
             context,
-            ground: Ground::new(context),
+            ground: Ground::new(context, stands),
             rooms: Rooms::new(context, legs_m, steps.over_m),
             legs_m,
             steps,

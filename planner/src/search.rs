@@ -138,8 +138,8 @@ pub fn search(
         .blocked
         .extend(gap.map(|gap| Blocked::of_goal(gap, false)));
     let root = node_construction::root(&search.context, posture_config)?;
-    let proof = out_of_reach(&search.context, &root.contacts)
-        .or_else(|| too_steep(&search.context, posture_config.friction_use));
+    let proof =
+        out_of_reach(&search.context, &root.contacts).or_else(|| too_steep(&search.context));
     if let Some(blocked) = proof {
         search.nodes.push(root);
         search.blocked.clear();

@@ -6,17 +6,26 @@
 //!   ẑ ∈ K_1 + K_2 + …
 //!
 //! is necessary whatever the posture; for one face it says that it is no steeper than atan μ. Where
-//! it fails there is a w with w·ẑ > 0 and w·k ≤ 0 on every cone (Farkas), which is the proof. It costs
-//! microseconds, and says the angle where the search would try every stance before it.
+//! it fails there is a w with w·ẑ > 0 and w·k ≤ 0 on every cone (Farkas). Where such places lie all about
+//! those that the base comes to from the start, and the goal is not among these, there is no way: that is the proof.
+//! It costs a millisecond, and says the angle where the search would try every stance before it.
 
-use std::collections::BTreeMap;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Vector2, Vector3};
 use posture::FaceIndex;
+use robot_model::PatchId;
 
 use crate::context::SearchContext;
 use crate::result::Blocked;
 
+/// Width of the squares of the level plane in one of which the base is, m.
+const CELL_M: f64 = 0.2;
+/// Squares that are looked at before nothing is said.
+const CELLS_MAX: usize = 20_000;
+/// No face is higher or lower, m.
+const ANYWHERE_M: f64 = 1e6;
 /// Cosine that a ray may have with the separating direction and still count as behind it.
 const BEHIND: f64 = 1e-9;
 /// Steps toward the vertical before the cones are taken to hold it.
@@ -25,12 +34,22 @@ const STEPS: usize = 500;
 const REACHED: f64 = 1e-3;
 
 /// The friction cone of a face in reach, as plans may use it.
+#[derive(Clone, Copy)]
 struct Hold {
     normal: Vector3<f64>,
     mu: f64,
 }
 
 impl Hold {
+    fn new(context: &SearchContext, patch: PatchId, face: FaceIndex) -> Self {
+        let (request, face) = (context.request, &context.request.environment[face]);
+        let friction = face.friction_with(request.robot.patches[patch].friction);
+        Self {
+            normal: face.normal_W(),
+            mu: friction * context.friction_use,
+        }
+    }
+
     /// How steep the face is and how steep it may be, rad.
     fn angles(&self) -> (f64, f64) {
         (self.normal.z.clamp(-1.0, 1.0).acos(), self.mu.atan())
@@ -49,63 +68,96 @@ impl Hold {
     }
 }
 
-/// Where on the route nothing can hold the robot, and why.
-pub(crate) fn too_steep(context: &SearchContext, friction_use: f64) -> Option<Blocked> {
-    let route = &context.route;
-    let length = route.length_m();
-    let parts = (length / context.stride_m).ceil().max(1.0) as usize;
-    (0..=parts).find_map(|i| {
-        let along = length * i as f64 / parts as f64;
-        let holds = in_reach(context, &route.at(along).p, friction_use);
-        if holds.is_empty() || carries(holds.values()) {
+/// Whether a face that a patch touches is no steeper than the friction that plans use holds.
+pub(crate) fn holds_alone(context: &SearchContext, patch: PatchId, face: FaceIndex) -> bool {
+    let (slope, most) = Hold::new(context, patch, face).angles();
+    slope <= most
+}
+
+/// Why the base comes to the goal on no way, as nothing in reach can hold the robot on them; nothing where
+/// that is not known.
+pub(crate) fn too_steep(context: &SearchContext) -> Option<Blocked> {
+    let request = context.request;
+    let mut touched = request.robot.patch_ids().flat_map(|patch| {
+        let faces = request.usable[patch.index()].iter();
+        faces.map(move |&face| (patch, face))
+    });
+    if touched.all(|(patch, face)| holds_alone(context, patch, face)) {
+        return None;
+    }
+    let place = |cell: Cell| Vector2::new(cell.0 as f64, cell.1 as f64) * CELL_M;
+    // What is left to the goal from the nearest place of a square, over the coordinates that the goal has.
+    let left_m = |cell: Cell| {
+        let (low, goal) = (place(cell), &request.goal.base.position_m);
+        let left =
+            |k: usize| goal[k].map_or(0.0, |x| (low[k] - x).max(x - low[k] - CELL_M).max(0.0));
+        (left(0).hypot(left(1)) - request.goal.base.tolerance_m).max(0.0)
+    };
+    let first = request.start.configuration.p_WB / CELL_M;
+    let first = (first.x.floor() as i64, first.y.floor() as i64);
+    let rank = |cell: Cell| Reverse((left_m(cell).to_bits(), cell));
+    let mut seen = BTreeSet::from([first]);
+    let mut open = BinaryHeap::from([rank(first)]);
+    let mut nearest: Option<(f64, BTreeMap<FaceIndex, Hold>)> = None;
+    while let Some(Reverse((left, cell))) = open.pop() {
+        if left == 0 || seen.len() > CELLS_MAX {
             return None;
         }
-        let (face, least) = holds
-            .iter()
-            .min_by(|a, b| a.1.angles().0.total_cmp(&b.1.angles().0))?;
-        let (slope, allowed) = least.angles();
-        let reason = format!(
-            "{} is too steep: it slopes by {:.1}°, and friction {:.2}, of which plans use {:.0} %, \
-                 holds up to {:.1}°",
-            context.request.environment[*face].id,
-            slope.to_degrees(),
-            least.mu / friction_use,
-            1e2 * friction_use,
-            allowed.to_degrees()
-        );
-        Some(Blocked {
-            distance_m: length - along,
-            ..Blocked::of_goal(reason, true)
-        })
+        for (x, y) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+            let beside = (cell.0 + x, cell.1 + y);
+            if !seen.insert(beside) {
+                continue;
+            }
+            let holds = in_reach(context, &place(beside));
+            if carries(holds.values()) {
+                open.push(rank(beside));
+            } else if !holds.is_empty() {
+                let left_m = left_m(beside);
+                if nearest.as_ref().is_none_or(|(least, _)| left_m < *least) {
+                    nearest = Some((left_m, holds));
+                }
+            }
+        }
+    }
+    let (distance_m, holds) = nearest?;
+    let flattest = |a: &(&FaceIndex, &Hold), b: &(&FaceIndex, &Hold)| {
+        a.1.angles().0.total_cmp(&b.1.angles().0)
+    };
+    let (face, least) = holds.iter().min_by(flattest)?;
+    let (slope, allowed) = least.angles();
+    let reason = format!(
+        "{} is too steep: it slopes by {:.1}°, and friction {:.2}, of which plans use {:.0} %, \
+             holds up to {:.1}°; no way leads round it",
+        request.environment[*face].id,
+        slope.to_degrees(),
+        least.mu / context.friction_use,
+        1e2 * context.friction_use,
+        allowed.to_degrees()
+    );
+    Some(Blocked {
+        distance_m,
+        ..Blocked::of_goal(reason, true)
     })
 }
 
-/// The faces that the robot may touch with its base at a place of the route.
-fn in_reach(
-    context: &SearchContext,
-    base: &Vector3<f64>,
-    friction_use: f64,
-) -> BTreeMap<FaceIndex, Hold> {
+/// A square of the level plane, by its low corner over [`CELL_M`].
+type Cell = (i64, i64);
+
+/// The faces that the robot may touch with its base anywhere over or under a square, by their boxes.
+fn in_reach(context: &SearchContext, low: &Vector2<f64>) -> BTreeMap<FaceIndex, Hold> {
     let request = context.request;
-    let environment = request.environment;
     let mut holds: BTreeMap<FaceIndex, Hold> = BTreeMap::new();
-    let used = request.robot.patch_ids().filter(|p| context.is_used(*p));
-    for patch in used {
-        let friction = request.robot.patches[patch].friction;
-        let reach = Vector3::repeat(context.reach.base_m(patch));
-        let (low, high) = (Point3::from(base - reach), Point3::from(base + reach));
-        for face in environment.faces_near(&low, &high) {
-            if !context.may_touch(patch, face) {
-                continue;
-            }
-            let Some((beside, over)) = environment.distances_m(face, &Point3::from(*base)) else {
-                continue;
-            };
-            if beside.hypot(over) <= context.reach.base_m(patch) {
-                let normal = environment[face].normal_W();
-                let mu = environment[face].friction_with(friction) * friction_use;
-                let hold = holds.entry(face).or_insert(Hold { normal, mu });
-                hold.mu = hold.mu.max(mu);
+    for patch in request.robot.patch_ids().filter(|p| context.is_used(*p)) {
+        let ball_m = request.robot.patches[patch].point_radius_m().unwrap_or(0.0);
+        let reach = Vector2::repeat(context.reach.base_m(patch) + ball_m);
+        let high = low + Vector2::repeat(CELL_M) + reach;
+        let low = Point3::from((low - reach).push(-ANYWHERE_M));
+        let high = Point3::from(high.push(ANYWHERE_M));
+        for face in request.environment.faces_near(&low, &high) {
+            if context.may_touch(patch, face) || request.start.contacts.contains(&(patch, face)) {
+                let here = Hold::new(context, patch, face);
+                let hold = holds.entry(face).or_insert(here);
+                hold.mu = hold.mu.max(here.mu);
             }
         }
     }

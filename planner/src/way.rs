@@ -12,10 +12,11 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::context::{LEVEL_LEGS, SearchContext};
 use crate::gap::gap;
-use crate::ground::PLACES_M;
+use crate::ground::{PLACES_M, Stands};
 use crate::lattice::{Footed, HEADINGS, Lattice, Steps};
 use crate::route::{Pose, Route, wrap};
 use crate::shortest::Found;
+use crate::steepness::holds_alone;
 
 /// The way may end beside the goal by this part of its tolerance.
 const WITHIN: f64 = 0.8;
@@ -36,10 +37,23 @@ enum Way {
 
 /// The context with its route on the way of the base, or with the gap where there is none.
 ///
-/// Where steps as usual lead nowhere, the longest ones are asked for.
+/// Where steps as usual lead nowhere, the longest ones are asked for; and where faces are too slippery to stand
+/// on, a way that does without them is sought first.
 pub(crate) fn laid(mut context: SearchContext) -> SearchContext {
-    let way = match find(&context, Steps::usual) {
-        Way::None(_) => find(&context, Steps::longest),
+    let found = |stands: Stands| match find(&context, Steps::usual, stands) {
+        Way::None(_) => find(&context, Steps::longest, stands),
+        found => found,
+    };
+    let feet = context.feet.iter();
+    let mut stood = feet.flat_map(|&foot| {
+        let faces = context.request.usable[foot.index()].iter();
+        faces.map(move |&face| (foot, face))
+    });
+    let is_firm = stood.all(|(foot, face)| holds_alone(&context, foot, face));
+    let way = match found(holds_alone) {
+        Way::None(_) | Way::Straight(false) if !is_firm => {
+            found(|c, patch, face| c.may_touch(patch, face))
+        }
         found => found,
     };
     match way {
@@ -54,8 +68,8 @@ pub(crate) fn laid(mut context: SearchContext) -> SearchContext {
 }
 
 /// The way of the base from the start through the guide's points.
-fn find(context: &SearchContext, steps: fn(&SearchContext, f64) -> Steps) -> Way {
-    let Some(lattice) = Lattice::new(context, steps) else {
+fn find(context: &SearchContext, steps: fn(&SearchContext, f64) -> Steps, stands: Stands) -> Way {
+    let Some(lattice) = Lattice::new(context, steps, stands) else {
         return Way::Straight(false);
     };
     let goal_heading = context.request.goal.base.yaw_rad;

@@ -239,7 +239,7 @@ fn a_face_holds_by_its_own_friction() {
         };
         let floor = level("floor", [-1.7, 0.0, 0.0], [2.0, 1.0]);
         let environment = world(vec![floor, ramp], Vec::new());
-        let request = request(&robot, &environment, Vector3::new(0.9, 0.0, 0.0));
+        let request = request(&robot, &environment, Vector3::new(2.0, 0.0, 0.0));
         (plan(&request), environment.face("ramp").unwrap())
     };
     let (found, ramp) = planned(0.3);
@@ -252,4 +252,34 @@ fn a_face_holds_by_its_own_friction() {
     let (refused, _) = planned(0.15);
     assert_eq!(refused.status, Status::NoPlan);
     assert!(refused.blocked[0].reason.contains("ramp is too steep"));
+}
+
+#[test]
+fn what_does_not_hold_is_walked_round() {
+    // An icy roof on the straight way, and a floor around it.
+    let robot = humanoid();
+    let (sin, cos) = 10.0_f64.to_radians().sin_cos();
+    let icy = |id: &str, from: f64, up: f64| Face {
+        friction: Some(0.15),
+        ..face(
+            id,
+            Vector3::new(from + up, -0.5, sin),
+            Vector3::new(cos, 0.0, up * sin),
+            Vector3::y(),
+            [1.0, 1.5],
+        )
+    };
+    let environment = world(
+        vec![
+            level("floor", [0.0, 2.0, 0.0], [1.0, 4.0]),
+            level("beside", [3.0, 4.5, 0.0], [4.0, 1.5]),
+            level("beyond", [6.0, 2.0, 0.0], [1.0, 4.0]),
+            icy("up", 1.1, 1.0),
+            icy("down", 4.9, -1.0),
+        ],
+        Vec::new(),
+    );
+    let request = request(&robot, &environment, Vector3::new(6.0, 0.0, 0.0));
+    let found = plan(&request);
+    assert_eq!(found.status, Status::Found, "{:?}", found.blocked.first());
 }
