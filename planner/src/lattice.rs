@@ -18,6 +18,9 @@ const ASIDE: f64 = 2.0;
 const OFF_PLACE: f64 = 5.0;
 /// A metre without room for all of the robot costs as much as this many.
 const TIGHT: f64 = 4.0;
+/// What a metre by which the ground is higher under one foot than under another adds to the price of a metre and of a
+/// turn: on stairs, turning is for the landing.
+const UNEVEN: f64 = 20.0;
 /// What crouching by all of the legs' height adds to the price of a metre.
 const CROUCH: f64 = 5.0;
 /// Price of a metre up or down.
@@ -118,6 +121,8 @@ pub(crate) struct Footed {
     pub ground_m: f64,
     /// Mean distance of the feet from their usual places, m.
     pub off_m: f64,
+    /// How much higher the ground is under one foot than under another, m.
+    pub uneven_m: f64,
     /// How much room there is about the base.
     pub room: Room,
 }
@@ -161,6 +166,7 @@ impl<'a> Lattice<'a> {
         let climb_m = self.steps.climb_m;
         let turn = Rotation2::new(heading);
         let (mut ground_m, mut off_m) = (0.0, 0.0);
+        let (mut lowest_m, mut highest_m) = (f64::INFINITY, f64::NEG_INFINITY);
         // How far the feet are from the base in each direction.
         let mut around_m = [f64::NEG_INFINITY; AROUND];
         for &foot in &self.context.feet {
@@ -171,6 +177,7 @@ impl<'a> Lattice<'a> {
                 ((nearest - level_m).abs() <= climb_m).then_some((nearest, off))
             })?;
             ground_m += height_m;
+            (lowest_m, highest_m) = (height_m.min(lowest_m), height_m.max(highest_m));
             off_m += off.norm();
             for (k, most) in around_m.iter_mut().enumerate() {
                 let (sin, cos) = (k as f64 * TAU / AROUND as f64).sin_cos();
@@ -187,6 +194,7 @@ impl<'a> Lattice<'a> {
         Some(Footed {
             ground_m,
             off_m: off_m / count,
+            uneven_m: highest_m - lowest_m,
             room,
         })
     }
@@ -209,8 +217,9 @@ impl<'a> Lattice<'a> {
         let aside = 1.0 + (ASIDE - 1.0) * (1.0 - ahead).min(1.0);
         let tight = if to.room.is_wide { 1.0 } else { TIGHT };
         let low = CROUCH * to.room.crouch_m / self.legs_m;
-        length * aside * tight * (1.0 + OFF_PLACE * to.off_m + low)
-            + self.context.turn_m * turn.abs()
+        let uneven = 1.0 + UNEVEN * to.uneven_m;
+        length * aside * tight * (uneven + OFF_PLACE * to.off_m + low)
+            + self.context.turn_m * turn.abs() * uneven
             + CLIMB * (to.ground_m - from.ground_m).abs()
     }
 }

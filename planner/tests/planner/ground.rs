@@ -283,3 +283,27 @@ fn what_does_not_hold_is_walked_round() {
     let found = plan(&request);
     assert_eq!(found.status, Status::Found, "{:?}", found.blocked.first());
 }
+
+#[test]
+fn stairs_that_turn_back_are_turned_on_the_landing() {
+    let robot = humanoid();
+    let (rise, going) = (0.09, 0.3);
+    let tread = |k: usize, y: f64| {
+        let x = 1.0 + (k as f64 + 0.5) * going;
+        ([x, y], [0.5 * going, 0.6])
+    };
+    let mut faces = vec![level("floor", [0.0, 0.0, 0.0], [1.0, 1.0])];
+    for k in 0..5 {
+        let ([x, y], half) = tread(k, -0.3);
+        let up = [x, y, (k + 1) as f64 * rise];
+        faces.push(level(&format!("up{k}"), up, half));
+        let ([x, y], half) = tread(4 - k, 1.3);
+        let on = [x, y, (k + 6) as f64 * rise];
+        faces.push(level(&format!("on{k}"), on, half));
+    }
+    faces.push(level("landing", [3.3, 0.5, 5.0 * rise], [0.8, 1.4]));
+    faces.push(level("top", [0.2, 1.3, 10.0 * rise], [0.8, 0.6]));
+    let environment = world(faces, Vec::new());
+    let request = request(&robot, &environment, Vector3::new(0.3, 1.3, 0.0));
+    check(&plan(&request), 2.0);
+}
