@@ -136,10 +136,9 @@ pub(super) struct Edges {
     pub inside_rad: Vec<Vec<f64>>,
 }
 
-/// More than this no outline is surely inside the true edge, px: rings run along pixels' centres, half a
-/// pixel inside, and that many pixels are taken off. What its label covers beyond may be another's, within the noise of
-/// its plane: the front of a board, the floor at a ramp's foot.
-const INSIDE_MAX_PX: f64 = EDGE_SEEN_PX as f64 + 0.5;
+/// More than this no outline is surely inside the true edge, px: what was taken off. What its label covers beyond may be
+/// another's, within the noise of its plane: the front of a board, the floor at a ramp's foot.
+const INSIDE_MAX_PX: f64 = EDGE_SEEN_PX as f64;
 
 impl Edges {
     /// Of rings that have the face on their left where v is up.

@@ -11,10 +11,10 @@ use crate::sensor::Noise;
 
 /// Longest run of unmeasured pixels between two of one face that is closed, px.
 const GAP_PX: usize = 4;
-/// How far edges are taken back where a face ends at unmeasured pixels (an edge in the air:
-/// the drop-outs have taken some of it), px.
-pub(super) const EDGE_UNSEEN_PX: usize = 1;
-/// How far edges are taken back where another surface is beside a face, px; by one at least.
+/// How far edges are taken back at least, px: where a face ends at unmeasured pixels drop-outs have taken some of it
+/// already, and where its plane meets another one nothing is mixed.
+const EDGE_PX: usize = 1;
+/// How far edges are taken back where another surface is beside a face that it does not meet, px.
 pub(super) const EDGE_SEEN_PX: usize = 2;
 /// Parts narrower than twice this and one pixel are taken off, px.
 const NECK_PX: usize = 2;
@@ -142,15 +142,20 @@ fn starts(none: &Bits, most: usize, down: bool) -> Bits {
 
 /// The pixels that surely lie on their face.
 ///
-/// At its `edges` every face loses its outermost [`EDGE_UNSEEN_PX`] pixels where it ends at unmeasured ones, and
+/// At its `edges` every face loses its outermost [`EDGE_PX`] pixels, and at those of them that are `steps`
 /// [`EDGE_SEEN_PX`] where another surface is beside it (in the maximum norm). Nothing is taken off at folds, nor at the
 /// border of the image, where only the view ends. `none` are the pixels without a label, of which some are
 /// `unmeasured`.
-pub(super) fn erode(none: &Bits, unmeasured: &Bits, edges: &LabelBoundaries) -> Bits {
-    let seen = edges.near(EDGE_SEEN_PX, Some(unmeasured));
-    let unseen = edges.near(EDGE_UNSEEN_PX, None);
-    Bits::around([&seen, &unseen, none], |[seen, unseen, none]| {
-        !(seen[1][1] | unseen[1][1] | none[1][1])
+pub(super) fn erode(
+    none: &Bits,
+    unmeasured: &Bits,
+    edges: &LabelBoundaries,
+    steps: &LabelBoundaries,
+) -> Bits {
+    let seen = steps.near(EDGE_SEEN_PX, Some(unmeasured));
+    let all = edges.near(EDGE_PX, None);
+    Bits::around([&seen, &all, none], |[seen, all, none]| {
+        !(seen[1][1] | all[1][1] | none[1][1])
     })
 }
 
@@ -198,7 +203,8 @@ mod tests {
     }
 
     #[test]
-    fn erosion_takes_more_off_at_a_surface_than_in_the_air_and_none_at_the_border_nor_at_a_fold() {
+    fn erosion_takes_most_off_at_a_surface_less_in_the_air_and_at_a_crease_and_none_at_the_border_nor_at_a_fold()
+     {
         // Face, gap without depth, face, another face, then a surface without a plane.
         let row = "aaaa..bbbbbbcccc??";
         let picture = row.repeat(3);
@@ -209,14 +215,21 @@ mod tests {
                 _ => NONE,
             })
             .collect();
-        let mut edges = LabelBoundaries::new(&labels, row.len(), 3);
         let none = Bits::of(&labels, row.len(), |label| label == NONE);
         let unmeasured = Bits::of(picture.as_bytes(), row.len(), |b| b == b'.');
-        for (fold, expected) in [(false, "aaa....bbb........"), (true, "aaa....bbbbbcc....")] {
-            if fold {
-                (0..3).for_each(|v| edges.clear(true, 11, v));
+        for (crease, fold, expected) in [
+            (false, false, "aaa....bbb........"),
+            (true, false, "aaa....bbbb..c...."),
+            (true, true, "aaa....bbbbbcc...."),
+        ] {
+            let [mut edges, mut steps] =
+                [(); 2].map(|()| LabelBoundaries::new(&labels, row.len(), 3));
+            for (is, borders) in [(fold, &mut edges), (crease, &mut steps)] {
+                (0..3)
+                    .filter(|_| is)
+                    .for_each(|v| borders.clear(true, 11, v));
             }
-            let eroded = kept(&erode(&none, &unmeasured, &edges), &labels);
+            let eroded = kept(&erode(&none, &unmeasured, &edges, &steps), &labels);
             let got = eroded.iter().map(|&label| match label {
                 NONE => '.',
                 label => char::from(b'a' + label as u8),

@@ -110,8 +110,8 @@ pub(crate) fn extract(
     // doubtful borders, necks.
     let cuts = LabelBoundaries::new(&labels, image.width, image.height);
     let assigned = labels.len() - none.count();
-    let edges = folds::without_folds(&image, &regions, &labels, &cuts, noise);
-    let mut sure = mask::erode(&none, &unmeasured, &edges);
+    let [edges, steps] = folds::without_folds(&image, &regions, &labels, &cuts, noise);
+    let mut sure = mask::erode(&none, &unmeasured, &edges, &steps);
     let feet = ObjectBases {
         image: &image,
         regions: &regions,
