@@ -88,11 +88,13 @@ fn beyond(face: &Face, views: &[FreeSpace], depth_m: f64, reach_m: f64) -> Vec<O
             let carved = view.carved(&face.X_WF, &left, &|_| 0.0);
             left.minus(&carved.through)
         };
-        let whole = Outline::from_polygon(&front);
-        let left = views.iter().fold(whole.clone(), looked_through);
-        let pieces = match left == whole {
-            true => vec![front],
-            false => {
+        let whole = || Outline::from_polygon(&front);
+        let left = views.iter().fold(None, |left, view| {
+            Some(looked_through(left.unwrap_or_else(whole), view))
+        });
+        let pieces = match left.filter(|left| *left != whole()) {
+            None => vec![front],
+            Some(left) => {
                 let regions = left.without_specks(SPECK_M2).regions().into_iter();
                 let pieces = regions.flat_map(|region| cover(&region, &cover::BODIES).pieces);
                 pieces.map(|piece| piece.polygon).collect()
