@@ -2,11 +2,9 @@
 //!
 //! A region that grows first takes what its plane still explains: the foot of a ramp runs out onto
 //! the floor, and what it took there tilts its plane, which then explains more. Each exchange makes
-//! both planes truer, and is followed by another until there is none. Before regions are merged those
-//! that one plane explains keep their border, which is none of a face's: it would only part them more.
+//! both planes truer, and is followed by another until there is none.
 
 use super::lattice::Lattice;
-use super::merge::apart;
 use super::moments::Moments;
 use super::partition::{NONE, Partition};
 use super::slivers::grown_over;
@@ -14,10 +12,13 @@ use super::slivers::grown_over;
 /// A border moves by one cell a sweep; few move by more than this.
 const SWEEPS: usize = 24;
 
-/// Gives cells of regions to neighbours of other planes that fit them better, refits the planes and goes
-/// on around the cells that moved, as long as there are any.
-pub(super) fn refine<L: Lattice>(lattice: &L, partition: &mut Partition<L::Moments>) {
-    let apart = apart(lattice, partition);
+/// Gives cells of regions to neighbours that fit them better, refits the planes and goes on around the cells
+/// that moved, as long as there are any; where two regions are `apart`, the smaller index first.
+pub(super) fn refine<L: Lattice>(
+    lattice: &L,
+    partition: &mut Partition<L::Moments>,
+    apart: impl Fn(&(u16, u16)) -> bool,
+) {
     let Partition { regions, owner } = partition;
     let mut frontier = lattice.frontier(owner);
     let mut changed = vec![false; regions.len()];
@@ -34,7 +35,7 @@ pub(super) fn refine<L: Lattice>(lattice: &L, partition: &mut Partition<L::Momen
             let mut best = (None, own);
             for other in lattice.beside(i).map(|k| owner[k]) {
                 let pair = (own.min(other), own.max(other));
-                if other != NONE && other != own && other != best.1 && apart.contains(&pair) {
+                if other != NONE && other != own && other != best.1 && apart(&pair) {
                     let least = *best.0.get_or_insert_with(|| square(own));
                     let misfit = square(other);
                     if misfit < least {

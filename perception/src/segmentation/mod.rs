@@ -46,9 +46,11 @@ pub(crate) fn segment<L: Lattice>(levels: &[&L]) -> Partition<L::Moments> {
                 partition.owner = level.inherit_owners(coarse, &partition.owner);
                 // A ramp takes a band of the floor along its foot, and what lies before that would be beside
                 // the ramp alone. Clouds gain nothing by it: as much is off the faces, and of nine tilted blocks
-                // of a real one eight are left.
+                // of a real one eight are left. Regions that one plane explains keep their border, which is none
+                // of a face's: it would only part them more.
                 if !L::RESUMES {
-                    border_refinement::refine(level, &mut partition);
+                    let apart = merge::apart(level, &partition);
+                    border_refinement::refine(level, &mut partition, |pair| apart.contains(pair));
                 }
                 merge::merge(level, &mut partition);
             }
@@ -75,7 +77,7 @@ pub(crate) fn segment<L: Lattice>(levels: &[&L]) -> Partition<L::Moments> {
     // 4. Merge again, move the borders to where the planes meet, and drop what the planes around it
     // explain.
     merge::merge(finest, &mut partition);
-    border_refinement::refine(finest, &mut partition);
+    border_refinement::refine(finest, &mut partition, |_| true);
     slivers::drop_slivers(finest, &mut partition);
     // 5. One plane for what goes on behind something nearer.
     occlusion_merge::merge(finest, &mut partition);
