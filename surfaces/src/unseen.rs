@@ -5,6 +5,8 @@
 //! through. Where the border of the view cuts a face, it goes on in its plane, straight along the edges that lead to
 //! the border. What another view saw there ends both.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Point2, Point3, Vector2};
 
 use crate::conservative_bodies::{TOUCH_M, behind_W};
@@ -78,9 +80,15 @@ fn beyond(face: &Face, views: &[FreeSpace], depth_m: f64, reach_m: f64) -> Vec<O
     let ring = &face.region.rings()[0];
     let cuts = cuts(ring);
     let mut bodies = Vec::new();
+    // Cuts that follow each other are led to by the same edges.
+    let mut lines = BTreeMap::new();
+    let mut line = |from: usize, side: usize| {
+        let known = lines.entry((from, side));
+        *known.or_insert_with(|| edge_line(ring, from, side))
+    };
     for (i, cut) in cuts.iter().enumerate() {
         let eye_W = cut.view.and_then(|view| Some(face.views.get(view)?.eye_W));
-        let front = || front(ring, &cuts, i, reach_m);
+        let mut front = || front(ring, &cuts, i, reach_m, &mut line);
         let Some((eye_W, front)) = eye_W.and_then(|eye_W| Some((eye_W, front()?))) else {
             continue;
         };
@@ -181,8 +189,15 @@ impl Cut {
     }
 }
 
-/// The part of the plane in which the face goes on beyond a cut, between the edges that lead to it.
-fn front(ring: &Ring, cuts: &[Cut], i: usize, reach_m: f64) -> Option<ConvexPolygon> {
+/// The part of the plane in which the face goes on beyond a cut, between the edges that lead to it, whose `line`s are
+/// asked for by a vertex and a side.
+fn front(
+    ring: &Ring,
+    cuts: &[Cut],
+    i: usize,
+    reach_m: f64,
+    line: &mut impl FnMut(usize, usize) -> Option<EdgeLine>,
+) -> Option<ConvexPolygon> {
     let cut = &cuts[i];
     let mut corners = Vec::new();
     let mut ends = Vec::new();
@@ -199,7 +214,7 @@ fn front(ring: &Ring, cuts: &[Cut], i: usize, reach_m: f64) -> Option<ConvexPoly
             Some(on)
         });
         let last = chained.last();
-        let line = edge_line(ring, cuts[last.unwrap_or(i)].at[side], side);
+        let line = line(cuts[last.unwrap_or(i)].at[side], side);
         let mut corner = cut.ends[side];
         let mut way = None;
         if last.is_some() {
@@ -237,6 +252,7 @@ fn front(ring: &Ring, cuts: &[Cut], i: usize, reach_m: f64) -> Option<ConvexPoly
 }
 
 /// The line on which a face ends beside a cut.
+#[derive(Clone, Copy)]
 struct EdgeLine {
     through: Point2<f64>,
     /// Unit vector along it, toward the cut.

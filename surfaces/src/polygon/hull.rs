@@ -17,7 +17,7 @@ impl ConvexPolygon {
         Error::check_in_world(points)?;
         // Left to right, then back: a vertex stays while the chain turns left at it.
         let mut sorted = points.to_vec();
-        sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         let mut ring: Vec<Point2<f64>> = Vec::with_capacity(points.len() + 1);
         for _ in 0..2 {
             let start = ring.len();
