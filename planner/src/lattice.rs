@@ -18,9 +18,6 @@ const ASIDE: f64 = 2.0;
 const OFF_PLACE: f64 = 5.0;
 /// A metre without room for all of the robot costs as much as this many.
 const TIGHT: f64 = 4.0;
-/// What a metre by which the ground is higher under one foot than under another adds to the price of a metre and of a
-/// turn: on stairs, turning is for the landing.
-const UNEVEN: f64 = 20.0;
 /// What crouching by all of the legs' height adds to the price of a metre.
 const CROUCH: f64 = 5.0;
 /// Price of a metre up or down.
@@ -108,6 +105,9 @@ pub(crate) struct Lattice<'a> {
     /// Height of the base over the ground, m.
     pub legs_m: f64,
     pub steps: Steps,
+    /// What a metre by which the ground is higher under one foot than under another adds to the price of a metre and
+    /// of a turn.
+    uneven: f64,
     /// How far the base is beside what carries it at most, m.
     lean_m: f64,
     /// Where a foot may be from its usual place (ahead, left), the nearest first.
@@ -133,6 +133,7 @@ impl<'a> Lattice<'a> {
         context: &'a SearchContext<'a>,
         steps: fn(&SearchContext, f64) -> Steps,
         stands: Stands,
+        uneven: f64,
     ) -> Option<Self> {
         let feet = &context.feet;
         let legs = feet.iter().map(|f| -context.offset(*f).z);
@@ -155,6 +156,7 @@ impl<'a> Lattice<'a> {
             rooms: Rooms::new(context, legs_m, steps.over_m),
             legs_m,
             steps,
+            uneven,
             lean_m: tip_m(context) + 0.1 * legs_m,
             spread,
         })
@@ -217,7 +219,7 @@ impl<'a> Lattice<'a> {
         let aside = 1.0 + (ASIDE - 1.0) * (1.0 - ahead).min(1.0);
         let tight = if to.room.is_wide { 1.0 } else { TIGHT };
         let low = CROUCH * to.room.crouch_m / self.legs_m;
-        let uneven = 1.0 + UNEVEN * to.uneven_m;
+        let uneven = 1.0 + self.uneven * to.uneven_m;
         length * aside * tight * (uneven + OFF_PLACE * to.off_m + low)
             + self.context.turn_m * turn.abs() * uneven
             + CLIMB * (to.ground_m - from.ground_m).abs()

@@ -23,7 +23,8 @@
 //! | where the search comes no nearer | `staleness` |
 //! | nodes from solved candidates | `node_construction` |
 //! | what waits, in order | `frontier` |
-//! | the tree and its order | [`search`](mod@search) |
+//! | the tree and its order | `search` |
+//! | another way of the base where the first leads to no plan soon | [`portfolio`] |
 //! | which contacts the way can do without | `shorten` |
 //! | what is done with a way that reaches the goal, and when the search ends | `finalize` |
 //! | the motions between stances, and what becomes of edges without one | `motions`, `settle` |
@@ -68,6 +69,7 @@ mod node_construction;
 mod nominal_posture;
 mod out_of_reach;
 mod place_anew;
+pub mod portfolio;
 mod reach;
 pub mod record;
 pub mod request;
@@ -75,7 +77,7 @@ mod reserve;
 pub mod result;
 mod room;
 mod route;
-pub mod search;
+mod search;
 mod settle;
 mod shorten;
 mod shortest;
@@ -87,6 +89,6 @@ mod way;
 pub use config::Config;
 pub use error::Error;
 pub use guide::Guide;
+pub use portfolio::search;
 pub use request::{Goal, Request, Start};
 pub use result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
-pub use search::search;

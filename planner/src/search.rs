@@ -14,6 +14,7 @@ use motion::MotionContext;
 use posture::Posture;
 use rayon::prelude::*;
 
+use crate::Error;
 use crate::candidate;
 use crate::change::{Candidate, Move};
 use crate::context::SearchContext;
@@ -24,12 +25,9 @@ use crate::motions::Motions;
 use crate::node::{ChangeKey, Key, Node, change_key, key};
 use crate::node_construction;
 use crate::out_of_reach::out_of_reach;
-use crate::request::Request;
 use crate::result::{Blocked, Progress, SearchResult, Stage, Status, Tried};
 use crate::staleness::Staleness;
 use crate::steepness::too_steep;
-use crate::way;
-use crate::{Config, Error};
 use plan::{Barrier, SearchSummary};
 
 /// Price of another try at a candidate, from other seeds, in contacts, where the first came nowhere
@@ -55,6 +53,9 @@ const STUCK_WEIGHT: f64 = 1.0;
 /// way is no proof, but it is rarely wrong.
 const GAP_NODES: usize = 40;
 const GAP_SOLVED: usize = 100;
+
+/// What hears how far a search is.
+pub(crate) type Told<'t> = &'t (dyn Fn(Progress) + Sync);
 
 pub(crate) struct Search<'a> {
     pub context: SearchContext<'a>,
@@ -84,134 +85,142 @@ pub(crate) struct Search<'a> {
     pub solved: usize,
 }
 
-/// Searches for a sequence of stances from the start to the goal.
-///
-/// `progress` is called after every solved candidate; `cancel` stops the search, which then gives
-/// the way to the best contact set found so far.
-///
-/// # Errors
-/// [`Error`] where the request makes no sense or the start is no stance.
-///
-/// Source: best-first planning of \[escande2013\] as used in \[brossette2013\]; deviation: candidates
-/// are solved one at a time in the order of an estimate instead of all children of a node.
-pub fn search(
-    request: &Request,
-    config: &Config,
-    posture_config: &posture::Config,
-    motion_config: &motion::Config,
-    progress: &(dyn Fn(Progress) + Sync),
-    cancel: &AtomicBool,
-) -> Result<SearchResult, Error> {
-    let context = way::laid(SearchContext::new(request, config, posture_config)?);
-    motion_config.validate()?;
-    let asked = [config.nodes_max, config.candidates_max];
-    let budget = match &context.gap {
-        None => asked.map(|most| context.budget(most)),
-        Some(_) => [asked[0].min(GAP_NODES), asked[1].min(GAP_SOLVED)],
-    };
-    let mut search = Search {
-        context,
-        posture_config,
-        motions: Motions::new(MotionContext {
-            robot: request.robot,
-            environment: request.environment,
-            posture: posture_config,
-            config: motion_config,
-        }),
-        nodes: Vec::new(),
-        dead: BTreeSet::new(),
-        frontier: Frontier::default(),
-        staleness: Staleness::new(),
-        nearest: (f64::INFINITY, 0),
-        seen: BTreeMap::new(),
-        best: None,
-        best_way: Vec::new(),
-        budget,
-        changes_min: 0,
-        blocked: Vec::new(),
-        failed: BTreeMap::new(),
-        expanded: BTreeSet::new(),
-        solved: 0,
-    };
-    let gap = search.context.gap.clone();
-    search
-        .blocked
-        .extend(gap.map(|gap| Blocked::of_goal(gap, false)));
-    let root = node_construction::root(&search.context, posture_config)?;
-    let proof =
-        out_of_reach(&search.context, &root.contacts).or_else(|| too_steep(&search.context));
-    if let Some(blocked) = proof {
-        search.nodes.push(root);
-        search.blocked.clear();
-        search.blocked.push(blocked);
-        return Ok(search.ended(Status::NoPlan));
+impl<'a> Search<'a> {
+    /// A search that has looked at the start; with how it ends where that says so.
+    pub fn begin(
+        context: SearchContext<'a>,
+        posture_config: &'a posture::Config,
+        motion_config: &'a motion::Config,
+        progress: Told,
+    ) -> Result<(Self, Option<Status>), Error> {
+        let (request, config) = (context.request, context.config);
+        let asked = [config.nodes_max, config.candidates_max];
+        let budget = match &context.gap {
+            None => asked.map(|most| context.budget(most)),
+            Some(_) => [asked[0].min(GAP_NODES), asked[1].min(GAP_SOLVED)],
+        };
+        let mut search = Self {
+            context,
+            posture_config,
+            motions: Motions::new(MotionContext {
+                robot: request.robot,
+                environment: request.environment,
+                posture: posture_config,
+                config: motion_config,
+            }),
+            nodes: Vec::new(),
+            dead: BTreeSet::new(),
+            frontier: Frontier::default(),
+            staleness: Staleness::new(),
+            nearest: (f64::INFINITY, 0),
+            seen: BTreeMap::new(),
+            best: None,
+            best_way: Vec::new(),
+            budget,
+            changes_min: 0,
+            blocked: Vec::new(),
+            failed: BTreeMap::new(),
+            expanded: BTreeSet::new(),
+            solved: 0,
+        };
+        let gap = search.context.gap.clone();
+        search
+            .blocked
+            .extend(gap.map(|gap| Blocked::of_goal(gap, false)));
+        let root = node_construction::root(&search.context, posture_config)?;
+        let proof =
+            out_of_reach(&search.context, &root.contacts).or_else(|| too_steep(&search.context));
+        if let Some(blocked) = proof {
+            search.nodes.push(root);
+            search.blocked.clear();
+            search.blocked.push(blocked);
+            return Ok((search, Some(Status::NoPlan)));
+        }
+        search.changes_min = at_least(&search.context, &root.contacts);
+        if let Some(last) = search.admit(root)? {
+            search.finalize(0, last, progress)?;
+        }
+        Ok((search, None))
     }
-    search.changes_min = at_least(&search.context, &root.contacts);
-    if let Some(last) = search.admit(root)? {
-        search.finalize(0, last, progress)?;
+
+    /// Goes on until so many nodes are there and no plan; how it ends where it does before.
+    pub fn run(
+        &mut self,
+        nodes_max: usize,
+        progress: Told,
+        cancel: &AtomicBool,
+    ) -> Result<Option<Status>, Error> {
+        while self.best.is_some() || self.nodes.len() < nodes_max {
+            if let Some(status) = self.step(progress, cancel)? {
+                return Ok(Some(status));
+            }
+            progress(self.progress(Stage::Search));
+        }
+        Ok(None)
     }
-    loop {
-        if search.is_done() {
-            return Ok(search.ended(Status::Found));
+
+    /// Solves the best candidate; how the search ends where it does.
+    fn step(&mut self, progress: Told, cancel: &AtomicBool) -> Result<Option<Status>, Error> {
+        if self.is_done() {
+            return Ok(Some(Status::Found));
         }
         if cancel.load(Ordering::Relaxed) {
-            return Ok(search.ended(Status::Interrupted));
+            return Ok(Some(Status::Interrupted));
         }
-        if search.best.is_none() && search.is_spent() {
-            return Ok(search.ended(Status::BudgetSpent));
+        if self.best.is_none() && self.is_spent() {
+            return Ok(Some(Status::BudgetSpent));
         }
-        let Some((candidate, solved)) = search.next() else {
-            return Ok(search.ended(Status::Exhausted));
+        let Some((candidate, solved)) = self.next() else {
+            return Ok(Some(Status::Exhausted));
         };
-        search.solved += 1;
-        search.expanded.insert(candidate.node);
+        self.solved += 1;
+        self.expanded.insert(candidate.node);
         let solved = solved?;
-        if !search.settle(candidate.node)? {
-            continue;
+        if !self.settle(candidate.node)? {
+            return Ok(None);
         }
-        let parent = &search.nodes[candidate.node];
+        let parent = &self.nodes[candidate.node];
         let is_first = candidate.tries == 0 && !candidate.is_variant();
-        let next = candidate::next_place(&search.context, parent, &candidate).filter(|_| is_first);
+        let next = candidate::next_place(&self.context, parent, &candidate).filter(|_| is_first);
         let Some(solved) = solved else {
-            search.staleness.count(candidate.node, None);
-            next.into_iter().for_each(|next| search.put(next));
-            continue;
+            self.staleness.count(candidate.node, None);
+            next.into_iter().for_each(|next| self.put(next));
+            return Ok(None);
         };
         let (contacts, outcome) = (solved.contacts, solved.outcome);
-        let child =
-            node_construction::child(&search.context, &candidate, parent, contacts, outcome);
+        let child = node_construction::child(&self.context, &candidate, parent, contacts, outcome);
         if let Some(mut next) = next {
-            let is_foot = search.context.foot(next.change.patch()).is_some();
+            let is_foot = self.context.foot(next.change.patch()).is_some();
             if is_foot && child.is_ok() && solved.lift_off_blocked.is_none() {
                 next.priority += SECOND_PRICE;
             }
-            search.put(next);
+            self.put(next);
         }
         let blocked = solved.lift_off_blocked;
         let is_node = blocked.is_none() && child.is_ok();
         let reached = child.as_ref().ok().filter(|_| is_node);
-        let rest = reached.map(|node| estimate(&search.context, &node.feet(&search.context)));
-        let begins = search.staleness.count(candidate.node, rest);
+        let rest = reached.map(|node| estimate(&self.context, &node.feet(&self.context)));
+        let begins = self.staleness.count(candidate.node, rest);
         match rest {
-            Some(rest) if rest < search.nearest.0 => search.nearest = (rest, 0),
-            _ => search.nearest.1 += 1,
+            Some(rest) if rest < self.nearest.0 => self.nearest = (rest, 0),
+            _ => self.nearest.1 += 1,
         }
         match (child, blocked) {
             (Ok(node), Some(reason)) => {
-                search.block(candidate.node, Some(node), reason);
+                self.block(candidate.node, Some(node), reason);
             }
-            (Ok(node), None) if search.is_new(&node) || candidate.is_variant() => {
+            (Ok(node), None) if self.is_new(&node) || candidate.is_variant() => {
                 tracing::debug!(
                     "node {} from {}: {:?}",
-                    search.nodes.len(),
+                    self.nodes.len(),
                     candidate.node,
                     node.change
                 );
-                let index = search.nodes.len();
-                search.staleness.push(begins);
-                search.follow(&candidate, index);
-                if let Some(last) = search.admit(node)? {
-                    search.finalize(index, last, progress)?;
+                let index = self.nodes.len();
+                self.staleness.push(begins);
+                self.follow(&candidate, index);
+                if let Some(last) = self.admit(node)? {
+                    self.finalize(index, last, progress)?;
                 }
             }
             (Ok(_), None) => {}
@@ -222,15 +231,15 @@ pub fn search(
                     blocked.change,
                     blocked.reason
                 );
-                search.remember(candidate.node, &candidate.change);
+                self.remember(candidate.node, &candidate.change);
                 let open = !blocked.proof && !candidate.is_spent();
-                let anew = search.place_anew(&candidate, blocked.amount)?;
-                anew.into_iter().for_each(|anew| search.put(anew));
+                let anew = self.place_anew(&candidate, blocked.amount)?;
+                anew.into_iter().for_each(|anew| self.put(anew));
                 let missed = blocked.amount.map_or(1.0, |m| (m / FAR).min(1.0));
                 // The reason so far, should its next turn never come.
-                search.blocked.push(*blocked);
+                self.blocked.push(*blocked);
                 if open {
-                    search.put(Candidate {
+                    self.put(Candidate {
                         priority: candidate.priority + RETRY_PRICE * missed,
                         tries: candidate.tries + 1,
                         ..candidate
@@ -238,11 +247,9 @@ pub fn search(
                 }
             }
         }
-        progress(search.progress(Stage::Search));
+        Ok(None)
     }
-}
 
-impl<'a> Search<'a> {
     /// Takes the best candidate off the frontier, solved; solves the next best ones with it where
     /// there are threads for them.
     ///

@@ -18,6 +18,10 @@ use crate::route::{Pose, Route, wrap};
 use crate::shortest::Found;
 use crate::steepness::holds_alone;
 
+/// What a metre by which the ground is higher under one foot than under another usually adds to the price of a metre and
+/// of a turn: on stairs, turning is for the landing.
+pub(crate) const UNEVEN: f64 = 10.0;
+
 /// The way may end beside the goal by this part of its tolerance.
 const WITHIN: f64 = 0.8;
 
@@ -39,9 +43,9 @@ enum Way {
 ///
 /// Where steps as usual lead nowhere, the longest ones are asked for; and where faces are too slippery to stand
 /// on, a way that does without them is sought first.
-pub(crate) fn laid(mut context: SearchContext) -> SearchContext {
-    let found = |stands: Stands| match find(&context, Steps::usual, stands) {
-        Way::None(_) => find(&context, Steps::longest, stands),
+pub(crate) fn laid(mut context: SearchContext, uneven: f64) -> SearchContext {
+    let found = |stands: Stands| match find(&context, Steps::usual, stands, uneven) {
+        Way::None(_) => find(&context, Steps::longest, stands, uneven),
         found => found,
     };
     let feet = context.feet.iter();
@@ -68,8 +72,13 @@ pub(crate) fn laid(mut context: SearchContext) -> SearchContext {
 }
 
 /// The way of the base from the start through the guide's points.
-fn find(context: &SearchContext, steps: fn(&SearchContext, f64) -> Steps, stands: Stands) -> Way {
-    let Some(lattice) = Lattice::new(context, steps, stands) else {
+fn find(
+    context: &SearchContext,
+    steps: fn(&SearchContext, f64) -> Steps,
+    stands: Stands,
+    uneven: f64,
+) -> Way {
+    let Some(lattice) = Lattice::new(context, steps, stands, uneven) else {
         return Way::Straight(false);
     };
     let goal_heading = context.request.goal.base.yaw_rad;
