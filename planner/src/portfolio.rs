@@ -40,18 +40,21 @@ pub fn search(
         Search::begin(context, posture_config, motion_config, progress)
     };
     let (mut search, mut ended) = begun(UNEVEN)?;
+    let mut elsewhere = [0; 3];
     if ended.is_none() {
         let feet = search.nodes[0].feet(&search.context);
         let soon = SOON + SOON_A_CHANGE * estimate(&search.context, &feet);
         ended = search.run(soon as usize, progress, cancel)?;
-        // Where turns are is what ways differ in, as stairs and landings do.
         if ended.is_none() {
             let (mut other, mut its) = begun(0.0)?;
             if other.context.route.poses() != search.context.route.poses() && its.is_none() {
+                other.spends(search.spent());
                 its = other.run(soon as usize, progress, cancel)?;
-            }
-            if its == Some(Status::Found) {
-                (search, ended) = (other, its);
+                if its == Some(Status::Found) {
+                    (search, other, ended) = (other, search, its);
+                }
+                elsewhere = other.spent();
+                search.spends(elsewhere);
             }
         }
     }
@@ -61,5 +64,10 @@ pub fn search(
             .run(usize::MAX, progress, cancel)?
             .unwrap_or(Status::Exhausted),
     };
-    Ok(search.ended(ended))
+    let mut result = search.ended(ended);
+    let [nodes, expanded, solved] = elsewhere;
+    result.summary.nodes_generated += nodes;
+    result.summary.nodes_expanded += expanded;
+    result.summary.candidates_solved += solved;
+    Ok(result)
 }

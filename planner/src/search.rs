@@ -143,6 +143,18 @@ impl<'a> Search<'a> {
         Ok((search, None))
     }
 
+    /// Nodes, nodes of which children were tried, and posture problems so far.
+    pub fn spent(&self) -> [usize; 3] {
+        [self.nodes.len(), self.expanded.len(), self.solved]
+    }
+
+    /// Takes what was spent elsewhere off the budget.
+    pub fn spends(&mut self, [nodes, _, solved]: [usize; 3]) {
+        for (left, spent) in self.budget.iter_mut().zip([nodes, solved]) {
+            *left = left.saturating_sub(spent);
+        }
+    }
+
     /// Goes on until so many nodes are there and no plan; how it ends where it does before.
     pub fn run(
         &mut self,
