@@ -1,0 +1,210 @@
+//! How a search begins, and what becomes of each candidate.
+
+use std::collections::BTreeSet;
+use std::collections::btree_map::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use motion::MotionContext;
+
+use crate::change::Candidate;
+use crate::context::SearchContext;
+use crate::estimate::{at_least, estimate};
+use crate::frontier::Frontier;
+use crate::motions::Motions;
+use crate::out_of_reach::out_of_reach;
+use crate::result::{Blocked, Stage, Status};
+use crate::staleness::Staleness;
+use crate::steepness::too_steep;
+use crate::{Error, candidate, node_construction};
+
+use super::{Search, Told};
+
+/// Price of another try at a candidate, from other seeds, in contacts, where the first came nowhere
+/// near; less where it fails by less than so much.
+const RETRY_PRICE: f64 = 3.0;
+const FAR: f64 = 0.02;
+/// Price of another place of a foot on a face where the one before has a posture, in contacts: what does
+/// not go on from there rarely goes on from beside it, and every place has its own hands to try.
+const SECOND_PRICE: f64 = 2.0;
+/// Nodes and posture problems that are spent at most where even the longest steps lead nowhere: the base's
+/// way is no proof, but it is rarely wrong.
+const GAP_NODES: usize = 40;
+const GAP_SOLVED: usize = 100;
+
+impl<'a> Search<'a> {
+    /// A search that has looked at the start; with how it ends where that says so.
+    pub fn begin(
+        context: SearchContext<'a>,
+        posture_config: &'a posture::Config,
+        motion_config: &'a motion::Config,
+        progress: Told,
+    ) -> Result<(Self, Option<Status>), Error> {
+        let (request, config) = (context.request, context.config);
+        let asked = [config.nodes_max, config.candidates_max];
+        let budget = match &context.gap {
+            None => asked.map(|most| context.budget(most)),
+            Some(_) => [asked[0].min(GAP_NODES), asked[1].min(GAP_SOLVED)],
+        };
+        let mut search = Self {
+            context,
+            posture_config,
+            motions: Motions::new(MotionContext {
+                robot: request.robot,
+                environment: request.environment,
+                posture: posture_config,
+                config: motion_config,
+            }),
+            nodes: Vec::new(),
+            dead: BTreeSet::new(),
+            frontier: Frontier::default(),
+            staleness: Staleness::new(),
+            nearest: (f64::INFINITY, 0),
+            seen: BTreeMap::new(),
+            best: None,
+            best_way: Vec::new(),
+            budget,
+            changes_min: 0,
+            blocked: Vec::new(),
+            failed: BTreeMap::new(),
+            expanded: BTreeSet::new(),
+            solved: 0,
+        };
+        let gap = search.context.gap.clone();
+        search
+            .blocked
+            .extend(gap.map(|gap| Blocked::of_goal(gap, false)));
+        let root = node_construction::root(&search.context, posture_config)?;
+        let proof =
+            out_of_reach(&search.context, &root.contacts).or_else(|| too_steep(&search.context));
+        if let Some(blocked) = proof {
+            search.nodes.push(root);
+            search.blocked.clear();
+            search.blocked.push(blocked);
+            return Ok((search, Some(Status::NoPlan)));
+        }
+        search.changes_min = at_least(&search.context, &root.contacts);
+        if let Some(last) = search.admit(root)? {
+            search.finalize(0, last, progress)?;
+        }
+        Ok((search, None))
+    }
+
+    /// Nodes, nodes of which children were tried, and posture problems so far.
+    pub fn spent(&self) -> [usize; 3] {
+        [self.nodes.len(), self.expanded.len(), self.solved]
+    }
+
+    /// Takes what was spent elsewhere off the budget.
+    pub fn spends(&mut self, [nodes, _, solved]: [usize; 3]) {
+        for (left, spent) in self.budget.iter_mut().zip([nodes, solved]) {
+            *left = left.saturating_sub(spent);
+        }
+    }
+
+    /// Goes on until so many nodes are there and no plan; how it ends where it does before.
+    pub fn run(
+        &mut self,
+        nodes_max: usize,
+        progress: Told,
+        cancel: &AtomicBool,
+    ) -> Result<Option<Status>, Error> {
+        while self.best.is_some() || self.nodes.len() < nodes_max {
+            if let Some(status) = self.step(progress, cancel)? {
+                return Ok(Some(status));
+            }
+            progress(self.progress(Stage::Search));
+        }
+        Ok(None)
+    }
+
+    /// Solves the best candidate; how the search ends where it does.
+    fn step(&mut self, progress: Told, cancel: &AtomicBool) -> Result<Option<Status>, Error> {
+        if self.is_done() {
+            return Ok(Some(Status::Found));
+        }
+        if cancel.load(Ordering::Relaxed) {
+            return Ok(Some(Status::Interrupted));
+        }
+        if self.best.is_none() && self.is_spent() {
+            return Ok(Some(Status::BudgetSpent));
+        }
+        let Some((candidate, solved)) = self.next() else {
+            return Ok(Some(Status::Exhausted));
+        };
+        self.solved += 1;
+        self.expanded.insert(candidate.node);
+        let solved = solved?;
+        if !self.settle(candidate.node)? {
+            return Ok(None);
+        }
+        let parent = &self.nodes[candidate.node];
+        let is_first = candidate.tries == 0 && !candidate.is_variant();
+        let next = candidate::next_place(&self.context, parent, &candidate).filter(|_| is_first);
+        let Some(solved) = solved else {
+            self.staleness.count(candidate.node, None);
+            next.into_iter().for_each(|next| self.put(next));
+            return Ok(None);
+        };
+        let (contacts, outcome) = (solved.contacts, solved.outcome);
+        let child = node_construction::child(&self.context, &candidate, parent, contacts, outcome);
+        if let Some(mut next) = next {
+            let is_foot = self.context.foot(next.change.patch()).is_some();
+            if is_foot && child.is_ok() && solved.lift_off_blocked.is_none() {
+                next.priority += SECOND_PRICE;
+            }
+            self.put(next);
+        }
+        let blocked = solved.lift_off_blocked;
+        let is_node = blocked.is_none() && child.is_ok();
+        let reached = child.as_ref().ok().filter(|_| is_node);
+        let rest = reached.map(|node| estimate(&self.context, &node.feet(&self.context)));
+        let begins = self.staleness.count(candidate.node, rest);
+        match rest {
+            Some(rest) if rest < self.nearest.0 => self.nearest = (rest, 0),
+            _ => self.nearest.1 += 1,
+        }
+        match (child, blocked) {
+            (Ok(node), Some(reason)) => {
+                self.block(candidate.node, Some(node), reason);
+            }
+            (Ok(node), None) if self.is_new(&node) || candidate.is_variant() => {
+                tracing::debug!(
+                    "node {} from {}: {:?}",
+                    self.nodes.len(),
+                    candidate.node,
+                    node.change
+                );
+                let index = self.nodes.len();
+                self.staleness.push(begins);
+                self.follow(&candidate, index);
+                if let Some(last) = self.admit(node)? {
+                    self.finalize(index, last, progress)?;
+                }
+            }
+            (Ok(_), None) => {}
+            (Err(blocked), _) => {
+                tracing::debug!(
+                    "node {}: {:?}: {}",
+                    candidate.node,
+                    blocked.change,
+                    blocked.reason
+                );
+                self.remember(candidate.node, &candidate.change);
+                let open = !blocked.proof && !candidate.is_spent();
+                let anew = self.place_anew(&candidate, blocked.amount)?;
+                anew.into_iter().for_each(|anew| self.put(anew));
+                let missed = blocked.amount.map_or(1.0, |m| (m / FAR).min(1.0));
+                // The reason so far, should its next turn never come.
+                self.blocked.push(*blocked);
+                if open {
+                    self.put(Candidate {
+                        priority: candidate.priority + RETRY_PRICE * missed,
+                        tries: candidate.tries + 1,
+                        ..candidate
+                    });
+                }
+            }
+        }
+        Ok(None)
+    }
+}
