@@ -108,7 +108,13 @@ pub(crate) fn too_steep(context: &SearchContext) -> Option<Blocked> {
             if !seen.insert(beside) {
                 continue;
             }
-            let holds = in_reach(context, &place(beside));
+            // With the base anywhere over or under the square.
+            let holds = holds(context, |reach_m| {
+                let reach = Vector2::repeat(reach_m);
+                let low = (place(beside) - reach).push(-ANYWHERE_M);
+                let high = (place(beside) + Vector2::repeat(CELL_M) + reach).push(ANYWHERE_M);
+                request.environment.faces_near(&low.into(), &high.into())
+            });
             if carries(holds.values()) {
                 open.push(rank(beside));
             } else if !holds.is_empty() {
@@ -120,40 +126,74 @@ pub(crate) fn too_steep(context: &SearchContext) -> Option<Blocked> {
         }
     }
     let (distance_m, holds) = nearest?;
-    let flattest = |a: &(&FaceIndex, &Hold), b: &(&FaceIndex, &Hold)| {
-        a.1.angles().0.total_cmp(&b.1.angles().0)
-    };
-    let (face, least) = holds.iter().min_by(flattest)?;
-    let (slope, allowed) = least.angles();
-    let reason = format!(
-        "{} is too steep: it slopes by {:.1}°, and friction {:.2}, of which plans use {:.0} %, \
-             holds up to {:.1}°; no way leads round it",
-        request.environment[*face].id,
-        slope.to_degrees(),
-        least.mu / context.friction_use,
-        1e2 * context.friction_use,
-        allowed.to_degrees()
-    );
+    let reason = format!("{}; no way leads round it", slopes(context, &holds)?);
     Some(Blocked {
         distance_m,
         ..Blocked::of_goal(reason, true)
     })
 }
 
+/// Where on the way of the base nothing can hold the robot, and why: no proof, as it may come there by another one.
+pub(crate) fn steep_on_the_way(context: &SearchContext) -> Option<Blocked> {
+    let route = &context.route;
+    let length = route.length_m();
+    let parts = (length / context.stride_m).ceil().max(1.0) as usize;
+    (0..=parts).find_map(|i| {
+        let along = length * i as f64 / parts as f64;
+        let base = Point3::from(route.at(along).p);
+        let holds = holds(context, |reach_m| {
+            let reach = Vector3::repeat(reach_m);
+            let mut near = context
+                .request
+                .environment
+                .faces_near(&(base - reach), &(base + reach));
+            near.retain(|&face| {
+                let apart = context.request.environment.distances_m(face, &base);
+                apart.is_some_and(|(beside, over)| beside.hypot(over) <= reach_m)
+            });
+            near
+        });
+        if holds.is_empty() || carries(holds.values()) {
+            return None;
+        }
+        Some(Blocked {
+            distance_m: length - along,
+            ..Blocked::of_goal(slopes(context, &holds)?, false)
+        })
+    })
+}
+
+/// How steep the flattest of faces is, and how steep it may be.
+fn slopes(context: &SearchContext, holds: &BTreeMap<FaceIndex, Hold>) -> Option<String> {
+    let flattest = |a: &(&FaceIndex, &Hold), b: &(&FaceIndex, &Hold)| {
+        a.1.angles().0.total_cmp(&b.1.angles().0)
+    };
+    let (face, least) = holds.iter().min_by(flattest)?;
+    let (slope, allowed) = least.angles();
+    Some(format!(
+        "{} is too steep: it slopes by {:.1}°, and friction {:.2}, of which plans use {:.0} %, \
+             holds up to {:.1}°",
+        context.request.environment[*face].id,
+        slope.to_degrees(),
+        least.mu / context.friction_use,
+        1e2 * context.friction_use,
+        allowed.to_degrees()
+    ))
+}
+
 /// A square of the level plane, by its low corner over [`CELL_M`].
 type Cell = (i64, i64);
 
-/// The faces that the robot may touch with its base anywhere over or under a square, by their boxes.
-fn in_reach(context: &SearchContext, low: &Vector2<f64>) -> BTreeMap<FaceIndex, Hold> {
+/// The faces that the robot may touch, of those that are `near` with a reach, m.
+fn holds(
+    context: &SearchContext,
+    near: impl Fn(f64) -> Vec<FaceIndex>,
+) -> BTreeMap<FaceIndex, Hold> {
     let request = context.request;
     let mut holds: BTreeMap<FaceIndex, Hold> = BTreeMap::new();
     for patch in request.robot.patch_ids().filter(|p| context.is_used(*p)) {
         let ball_m = request.robot.patches[patch].point_radius_m().unwrap_or(0.0);
-        let reach = Vector2::repeat(context.reach.base_m(patch) + ball_m);
-        let high = low + Vector2::repeat(CELL_M) + reach;
-        let low = Point3::from((low - reach).push(-ANYWHERE_M));
-        let high = Point3::from(high.push(ANYWHERE_M));
-        for face in request.environment.faces_near(&low, &high) {
+        for face in near(context.reach.base_m(patch) + ball_m) {
             if context.may_touch(patch, face) || request.start.contacts.contains(&(patch, face)) {
                 let here = Hold::new(context, patch, face);
                 let hold = holds.entry(face).or_insert(here);

@@ -14,7 +14,7 @@ use crate::motions::Motions;
 use crate::out_of_reach::out_of_reach;
 use crate::result::{Blocked, Stage, Status};
 use crate::staleness::Staleness;
-use crate::steepness::too_steep;
+use crate::steepness::{steep_on_the_way, too_steep};
 use crate::{Error, candidate, node_construction};
 
 use super::{Search, Told};
@@ -26,8 +26,8 @@ const FAR: f64 = 0.02;
 /// Price of another place of a foot on a face where the one before has a posture, in contacts: what does
 /// not go on from there rarely goes on from beside it, and every place has its own hands to try.
 const SECOND_PRICE: f64 = 2.0;
-/// Nodes and posture problems that are spent at most where even the longest steps lead nowhere: the base's
-/// way is no proof, but it is rarely wrong.
+/// Nodes and posture problems that are spent at most where even the longest steps lead nowhere, or the way leads over what
+/// does not hold: that is no proof, but it is rarely wrong.
 const GAP_NODES: usize = 40;
 const GAP_SOLVED: usize = 100;
 
@@ -41,7 +41,9 @@ impl<'a> Search<'a> {
     ) -> Result<(Self, Option<Status>), Error> {
         let (request, config) = (context.request, context.config);
         let asked = [config.nodes_max, config.candidates_max];
-        let budget = match &context.gap {
+        let gap = context.gap.clone().map(|gap| Blocked::of_goal(gap, false));
+        let doubt = gap.or_else(|| steep_on_the_way(&context));
+        let budget = match &doubt {
             None => asked.map(|most| context.budget(most)),
             Some(_) => [asked[0].min(GAP_NODES), asked[1].min(GAP_SOLVED)],
         };
@@ -69,10 +71,7 @@ impl<'a> Search<'a> {
             expanded: BTreeSet::new(),
             solved: 0,
         };
-        let gap = search.context.gap.clone();
-        search
-            .blocked
-            .extend(gap.map(|gap| Blocked::of_goal(gap, false)));
+        search.blocked.extend(doubt);
         let root = node_construction::root(&search.context, posture_config)?;
         let proof =
             out_of_reach(&search.context, &root.contacts).or_else(|| too_steep(&search.context));
