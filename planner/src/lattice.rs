@@ -105,8 +105,8 @@ pub(crate) struct Lattice<'a> {
     /// Height of the base over the ground, m.
     pub legs_m: f64,
     pub steps: Steps,
-    /// What a metre by which the ground is higher under one foot than under another adds to the price of a metre and
-    /// of a turn.
+    /// What a metre by which the ground is higher under one of two feet than under the other adds to the price of a metre
+    /// and of a turn.
     uneven: f64,
     /// How far the base is beside what carries it at most, m.
     lean_m: f64,
@@ -121,7 +121,7 @@ pub(crate) struct Footed {
     pub ground_m: f64,
     /// Mean distance of the feet from their usual places, m.
     pub off_m: f64,
-    /// How much higher the ground is under one foot than under another, m.
+    /// How much higher the ground is under one of two feet than under the other, m.
     pub uneven_m: f64,
     /// How much room there is about the base.
     pub room: Room,
@@ -196,7 +196,11 @@ impl<'a> Lattice<'a> {
         Some(Footed {
             ground_m,
             off_m: off_m / count,
-            uneven_m: highest_m - lowest_m,
+            // More feet need not turn on one of them.
+            uneven_m: match self.context.feet.len() {
+                0..=2 => highest_m - lowest_m,
+                _ => 0.0,
+            },
             room,
         })
     }

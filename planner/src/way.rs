@@ -18,7 +18,7 @@ use crate::route::{Pose, Route, wrap};
 use crate::shortest::Found;
 use crate::steepness::holds_alone;
 
-/// What a metre by which the ground is higher under one foot than under another usually adds to the price of a metre and
+/// What a metre by which the ground is higher under one of two feet than under the other usually adds to the price of a metre and
 /// of a turn: on stairs, turning is for the landing.
 pub(crate) const UNEVEN: f64 = 10.0;
 
