@@ -192,8 +192,11 @@ fn holds(
     let request = context.request;
     let mut holds: BTreeMap<FaceIndex, Hold> = BTreeMap::new();
     for patch in request.robot.patch_ids().filter(|p| context.is_used(*p)) {
-        let ball_m = request.robot.patches[patch].point_radius_m().unwrap_or(0.0);
-        for face in near(context.reach.base_m(patch) + ball_m) {
+        let model = &request.robot.patches[patch];
+        // It touches within this of its frame.
+        let about_m = model.polygon.iter().map(|p| p.coords.norm());
+        let about_m = about_m.fold(model.point_radius_m().unwrap_or(0.0), f64::max);
+        for face in near(context.reach.base_m(patch) + about_m) {
             if context.may_touch(patch, face) || request.start.contacts.contains(&(patch, face)) {
                 let here = Hold::new(context, patch, face);
                 let hold = holds.entry(face).or_insert(here);
