@@ -18,6 +18,8 @@ const DRAWN_LATER: usize = 60;
 const TURN_RAD: [f64; 3] = [0.2, 0.3, 0.6];
 /// How far later attempts move the base along x, y and z, m.
 const MOVE_M: [f64; 3] = [0.1, 0.1, 0.1];
+/// The part of that, and of half the joints' ranges, by which what goes on from an attempt is shaken.
+const SHAKEN: f64 = 0.5;
 /// Lever arm that weighs a wrong direction against a wrong place, m/rad.
 const ARM_M: f64 = 0.3;
 /// A limb that is nearer to its place than this stays as it is, m (directions times [`ARM_M`]).
@@ -38,12 +40,28 @@ pub(crate) fn seed(ctx: &Context, k: usize) -> Configuration {
             } else {
                 problem.guess.clone()
             };
-            let turn = Vector3::from_fn(|i, _| TURN_RAD[i] * random.between(-1.0, 1.0));
-            from.R_WB = UnitQuaternion::from_scaled_axis(turn) * from.R_WB;
-            from.p_WB += Vector3::from_fn(|i, _| MOVE_M[i] * random.between(-1.0, 1.0));
+            move_base(&mut from, 1.0, &mut random);
             limbs_anew(ctx, &from, &mut random, DRAWN_LATER, 0.0).unwrap_or(from)
         }
     }
+}
+
+/// The `k`-th configuration about one.
+pub(crate) fn shaken(ctx: &Context, near: &Configuration, k: usize) -> Configuration {
+    let (mut random, mut q) = (Random(k as u64), near.clone());
+    move_base(&mut q, SHAKEN, &mut random);
+    for (i, _) in ctx.layout.joints() {
+        let (lower, upper) = ctx.joint_bounds(i);
+        q.joints[i - 1] += 0.5 * SHAKEN * (upper - lower) * random.between(-1.0, 1.0);
+    }
+    q
+}
+
+/// Turns and moves the base by up to a part of [`TURN_RAD`] and [`MOVE_M`].
+fn move_base(q: &mut Configuration, part: f64, random: &mut Random) {
+    let turn = Vector3::from_fn(|i, _| part * TURN_RAD[i] * random.between(-1.0, 1.0));
+    q.R_WB = UnitQuaternion::from_scaled_axis(turn) * q.R_WB;
+    q.p_WB += Vector3::from_fn(|i, _| part * MOVE_M[i] * random.between(-1.0, 1.0));
 }
 
 /// The configuration with every limb that is farther from its place than `near_m` at the best of

@@ -3,7 +3,8 @@
 //! A problem that is proved to have no posture is refused before any is sought. The guess is tried
 //! first. Where it fails, or its contacts stay far from their places, other seeds are drawn, brought
 //! to their contacts, and sorted by what then still collides or gapes; the SQP takes the best of
-//! them, one after the other.
+//! them, one after the other. A thorough search also seeks the costlier proofs, begins where these end
+//! without one, and last goes on from where it came nearest.
 
 use std::cell::OnceCell;
 
@@ -14,7 +15,7 @@ use crate::iterate::{Context, Iterate, Pyramid, Relaxed};
 use crate::outcome::Outcome;
 use crate::problem::Problem;
 use crate::proof::Answer;
-use crate::seeding::seed;
+use crate::seeding::{seed, shaken};
 use crate::sqp::Sqp;
 use crate::{Config, Error, proof};
 
@@ -26,9 +27,16 @@ const GOOD_ENOUGH: f64 = 0.02;
 const FAR_M: f64 = 0.05;
 /// The attempt before which a proof is sought where that is worth it, and how many are made then at least.
 const PROVED_BEFORE: usize = 2;
-const THOROUGH: usize = 12;
+const THOROUGH: usize = 3;
 /// Parts of their ranges within which joints are kept about where an attempt began, one after the other.
 const NEARER: [f64; 2] = [0.5, 0.5];
+/// Descents that go on from the nearest attempts at most, from how many of these, and after how many in a row that
+/// came no nearer there are no more.
+const AGAIN: usize = 10;
+const NEAREST: usize = 3;
+const IN_VAIN: usize = 4;
+/// Part of the least violation that comes nearer leaves at most.
+const NEARER_BY: f64 = 0.9;
 
 /// Finds a posture for a contact set, or the reason why there is none.
 ///
@@ -84,7 +92,7 @@ pub(crate) fn solve_relaxed(
         pool.push(Waiting::new(apart_m, guess));
     }
     let mut drawn = 1;
-    let mut nearest: Option<Outcome> = None;
+    let mut nearest: Vec<Outcome> = Vec::new();
     let thorough = whole && config.solver.thorough;
     let restarts = config.restarts.max(if thorough { THOROUGH } else { 0 });
     for attempt in 0..=restarts {
@@ -103,8 +111,10 @@ pub(crate) fn solve_relaxed(
                 None => None,
             };
             let mut nearer = NEARER.iter();
+            sqp.is_patient = true;
             while let Some(q) = seed {
-                let outcome = sqp.descend(bring(&q).1);
+                // As it is: brought to their contacts first, fewer of these lead to a posture.
+                let outcome = sqp.descend(ctx.start(&q));
                 if matches!(outcome, Outcome::Feasible(_)) {
                     return Ok(outcome);
                 }
@@ -138,18 +148,42 @@ pub(crate) fn solve_relaxed(
         }
         keep(&mut nearest, outcome);
     }
-    nearest.ok_or(Error::Unsupported)
+    if thorough && let Some(found) = go_on(&ctx, &mut sqp, &mut nearest) {
+        return Ok(found);
+    }
+    nearest.into_iter().next().ok_or(Error::Unsupported)
 }
 
-/// Keeps the outcome with the least violation.
-fn keep(nearest: &mut Option<Outcome>, outcome: Outcome) {
-    let amount = |o: &Outcome| o.violation().map_or(0.0, |v| v.amount);
-    if nearest
-        .as_ref()
-        .is_none_or(|b| amount(&outcome) < amount(b))
-    {
-        *nearest = Some(outcome);
+/// Goes on from where attempts came nearest, a few in turns, until that leads no nearer.
+fn go_on(ctx: &Context, sqp: &mut Sqp, nearest: &mut Vec<Outcome>) -> Option<Outcome> {
+    let mut in_vain = 0;
+    for k in 0..AGAIN {
+        let turn = k % NEAREST.min(nearest.len().max(1));
+        let Some(Outcome::Undecided { nearest: from, .. }) = nearest.get(turn) else {
+            break;
+        };
+        let outcome = sqp.descend(ctx.start(&shaken(ctx, &from.q, k)));
+        if matches!(outcome, Outcome::Feasible(_)) {
+            return Some(outcome);
+        }
+        let is_nearer = amount(&outcome) < NEARER_BY * amount(&nearest[0]);
+        in_vain = if is_nearer { 0 } else { in_vain + 1 };
+        keep(nearest, outcome);
+        if in_vain == IN_VAIN {
+            break;
+        }
     }
+    None
+}
+
+/// Keeps an outcome, the one with the least violation first.
+fn keep(nearest: &mut Vec<Outcome>, outcome: Outcome) {
+    let at = nearest.partition_point(|o| amount(o) <= amount(&outcome));
+    nearest.insert(at, outcome);
+}
+
+fn amount(outcome: &Outcome) -> f64 {
+    outcome.violation().map_or(0.0, |v| v.amount)
 }
 
 /// A seed that waits for its turn.

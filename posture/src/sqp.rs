@@ -48,10 +48,10 @@ const CLOSING_BELOW: f64 = 0.1;
 const PROMISED_MIN: f64 = 0.1;
 /// Scale of the trust region from which a model tells of more than its neighbourhood.
 const TELLING: f64 = 0.1;
-/// Every so many iterations the violation must have fallen to [`PROGRESS`] of what it was.
+/// Every so many iterations the violation must have fallen to a part of what it was.
 const PATIENCE: usize = 5;
-/// Part of the violation that may be left after [`PATIENCE`] iterations.
-const PROGRESS: f64 = 0.8;
+/// Part of the violation that may be left after [`PATIENCE`] iterations; of one that is patient.
+const PROGRESS: [f64; 2] = [0.8, 0.95];
 
 /// The SQP with its working memory, for one problem.
 pub(crate) struct Sqp<'a> {
@@ -59,6 +59,8 @@ pub(crate) struct Sqp<'a> {
     subproblem: Subproblem<'a>,
     /// Iterations over all seeds.
     pub iterations: usize,
+    /// Whether it goes on where progress is slow.
+    pub is_patient: bool,
 }
 
 impl<'a> Sqp<'a> {
@@ -68,6 +70,7 @@ impl<'a> Sqp<'a> {
             ctx,
             subproblem: Subproblem::new(ctx),
             iterations,
+            is_patient: false,
         }
     }
 
@@ -83,6 +86,7 @@ impl<'a> Sqp<'a> {
     pub fn descend(&mut self, mut it: Iterate) -> Outcome {
         let optimality = self.ctx.config.solver.optimality;
         let damping = DAMPING * (10.0 * optimality).sqrt();
+        let progress = PROGRESS[usize::from(self.is_patient)];
         let (mut trial, mut other) = (it.clone(), it.clone());
         let mut trust: f64 = 1.0;
         let mut cost = self.subproblem.begin(&it);
@@ -93,7 +97,7 @@ impl<'a> Sqp<'a> {
             self.iterations += 1;
             let (violation, worst) = self.subproblem.violation();
             if iteration % PATIENCE == PATIENCE - 1 {
-                if violation > TOLERANCE && violation > PROGRESS * checkpoint {
+                if violation > TOLERANCE && violation > progress * checkpoint {
                     stop = Stop::Stalled;
                     break;
                 }

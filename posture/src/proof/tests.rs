@@ -275,3 +275,15 @@ fn soles_in_each_other_are_a_proof() {
         ));
     });
 }
+
+#[test]
+fn where_attempts_came_near_a_posture_is_found() {
+    let robot = humanoid();
+    for (seed, index) in [(7802, 21), (7805, 34)] {
+        let record = drawn(&robot, Family::OneFoot, index + 1, seed).remove(index);
+        with(&robot, contacts(&robot, &record), |problem, config| {
+            let outcome = solve(problem, config).unwrap();
+            assert!(outcome.posture().is_some(), "{seed} {index}: {outcome:?}");
+        });
+    }
+}
