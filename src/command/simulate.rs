@@ -35,6 +35,9 @@ pub struct Args {
     /// The world that is simulated
     #[arg(long, value_enum, default_value_t)]
     world: World,
+    /// A mesh (STL, OBJ) of what really stands there, in W, metres
+    #[arg(long, value_name = "MESH", value_parser = argument::file, conflicts_with = "world")]
+    mesh: Option<PathBuf>,
     /// Execute the motion perturbed, too
     #[arg(long, value_enum, value_delimiter = ',', value_name = "KIND")]
     perturb: Vec<Perturb>,

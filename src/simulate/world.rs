@@ -1,12 +1,19 @@
 //! The world that a plan is simulated in.
 
+use std::path::{Path, PathBuf};
+
 use anyhow::{Result, bail};
 use nalgebra::Vector3;
 use plan::Plan;
 use simulation::world::{WorldBody, WorldShape};
-use surfaces::{Face, Source};
+use surfaces::{Face, Obstacle, Source};
 
 use crate::command::simulate::World;
+use crate::config::Config;
+use crate::environment::perceive;
+use crate::provenance::Inputs;
+use crate::report::Stages;
+use crate::scene::{Environment, Files};
 
 /// A face is farther off its body than this by no scan, m.
 const SEEN_OFF_M: f64 = 0.05;
@@ -28,8 +35,26 @@ pub fn world(plan: &Plan, choice: World) -> Result<(Vec<WorldBody>, bool)> {
         (World::True, None) => {
             bail!("what really stands in {:?} is not known", plan.scene)
         }
-        (World::Known | World::Planned, _) => Ok((planned(plan), false)),
+        (World::Known | World::Planned, _) => {
+            let bodies = standing(&plan.faces, &plan.obstacles, plan.thin_body_m);
+            Ok((bodies, false))
+        }
     }
+}
+
+/// The bodies of a mesh of what really stands there, with the friction of the faces that were seen of them.
+///
+/// # Errors
+/// As [`perceive`].
+pub fn of_mesh(mesh: &Path, seen: &[Face], config: &Config) -> Result<Vec<WorldBody>> {
+    let source = Environment::Mesh(mesh.display().to_string());
+    let (mut stages, mut inputs) = (Stages::default(), Inputs::default());
+    let here = Files::Folder(PathBuf::new());
+    let terrain = perceive(&source, &here, config, &mut stages, &mut inputs)?.terrain;
+    let thin_m = config.surfaces.body.thickness_m;
+    let mut bodies = standing(&terrain.faces, &terrain.obstacles, thin_m);
+    make_slippery(&mut bodies, seen);
+    Ok(bodies)
 }
 
 fn body(solid: &scenes::OrientedBox) -> WorldBody {
@@ -61,10 +86,10 @@ fn make_slippery(bodies: &mut [WorldBody], faces: &[Face]) {
 }
 
 /// The bodies behind the faces, where no obstacle already is one, and the obstacles that were seen.
-fn planned(plan: &Plan) -> Vec<WorldBody> {
-    let seen = || plan.obstacles.iter().filter(|o| !o.assumed);
+fn standing(faces: &[Face], obstacles: &[Obstacle], thin_m: f64) -> Vec<WorldBody> {
+    let seen = || obstacles.iter().filter(|o| !o.assumed);
     let has_body = |id: &str| seen().any(|o| o.surface.as_deref() == Some(id));
-    let bare = plan.faces.iter().filter(|face| !has_body(face.id.as_str()));
+    let bare = faces.iter().filter(|face| !has_body(face.id.as_str()));
     let thin = bare.flat_map(|face| {
         // What was seen of it, and not what is kept away from.
         let face = Face {
@@ -72,7 +97,7 @@ fn planned(plan: &Plan) -> Vec<WorldBody> {
             source: Source::File,
             ..face.clone()
         };
-        let (bodies, friction) = (face.bodies_W(plan.thin_body_m).into_iter(), face.friction);
+        let (bodies, friction) = (face.bodies_W(thin_m).into_iter(), face.friction);
         bodies.map(move |points_W| WorldBody {
             name: face.id.to_string(),
             shape: WorldShape::Hull(points_W),
@@ -80,8 +105,7 @@ fn planned(plan: &Plan) -> Vec<WorldBody> {
         })
     });
     let obstacles = seen().map(|obstacle| {
-        let face = plan
-            .faces
+        let face = faces
             .iter()
             .find(|face| Some(face.id.as_str()) == obstacle.surface.as_deref());
         WorldBody {
@@ -134,5 +158,24 @@ mod tests {
         let own: Vec<Option<f64>> = bodies.iter().map(|b| b.friction).collect();
         assert!(own[..last].iter().all(Option::is_none), "{own:?}");
         assert_eq!(own[last], Some(0.2));
+    }
+
+    #[test]
+    fn the_bodies_of_a_mesh_have_the_friction_that_was_seen_of_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("block.obj");
+        let corners = (0..8).map(|k| [0, 1, 2].map(|axis| f64::from(k >> axis & 1)));
+        let corners = corners.map(|[x, y, z]| format!("v {x} {y} {z}\n"));
+        let sides = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+        std::fs::write(&file, corners.collect::<String>() + sides).unwrap();
+        let top = Isometry3::translation(0.5, 0.5, 1.01);
+        let mut seen = Face::rectangle("seen", top, [0.5, 0.5]).unwrap();
+        seen.friction = Some(0.3);
+        let bodies = of_mesh(&file, &[seen], &Config::default()).unwrap();
+        assert_eq!(bodies.len(), 1, "{bodies:?}");
+        assert_eq!(
+            (bodies[0].corners_W().len(), bodies[0].friction),
+            (8, Some(0.3))
+        );
     }
 }

@@ -55,8 +55,11 @@ pub fn simulate(
     let (mut robot, _) = args.robot.load_noted(&plan, robots)?;
     simulate::stance::apply_friction(&mut robot, &plan)?;
     let config = Config::layered(None, global)?;
+    let (world, true_world) = match &args.mesh {
+        Some(mesh) => (simulate::world::of_mesh(mesh, &plan.faces, &config)?, true),
+        None => simulate::world::world(&plan, args.world)?,
+    };
     let (seed, config) = (config.seed, config.simulation);
-    let (world, true_world) = simulate::world::world(&plan, args.world)?;
     let pool = threads::pool(global.threads)?;
     let mut report = Report {
         format: SIMULATION_FORMAT,
