@@ -4,6 +4,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use posture::FaceIndex;
 use robot_model::PatchId;
+use robot_model::collision::Shape;
 
 use crate::problem::{MotionContext, Swing};
 use crate::swing_path::STRAIGHT_M;
@@ -62,22 +63,34 @@ impl Airborne {
         near(self.leaves, self.heights.0).or(near(self.lands, self.heights.1))
     }
 
-    /// The least distance, m, to a body of the environment that the patch may touch here; nothing
-    /// where it may not. A shank with a ball that moves by `moves_m` from one sample to the next keeps its
+    /// Whether a body of the environment is one that the patch may touch here.
+    pub fn may_touch(&self, context: &MotionContext, obstacle: usize) -> bool {
+        let mut near = self.near_faces();
+        near.any(|(face, _)| context.environment.is_behind(face, obstacle))
+    }
+
+    /// The faces at the ends of the way that are near, with the height over them, m.
+    fn near_faces(&self) -> impl Iterator<Item = (FaceIndex, f64)> {
+        let ends = [(self.leaves, self.heights.0), (self.lands, self.heights.1)];
+        let near = ends.into_iter().filter(|(_, height)| *height < STRAIGHT_M);
+        near.filter_map(|(face, height)| Some((face?, height)))
+    }
+
+    /// The least distance, m, of a shape of the patch's body to a body of the environment that the patch may touch
+    /// here; nothing where it may not. A shank with a ball that moves by `moves_m` from one sample to the next keeps its
     /// clearance at the first sample below where it may touch: above that it was not looked at since the last
     /// one, and it may lie almost flat. A sole has nothing below it.
     pub fn contact_distance_m(
         &self,
         context: &MotionContext,
+        shape: &Shape,
         obstacle: usize,
         moves_m: f64,
     ) -> Option<f64> {
         let patch = &context.robot.patches[self.patch];
-        let ends = [(self.leaves, self.heights.0), (self.lands, self.heights.1)];
-        let near = ends.into_iter().filter(|(_, height)| *height < STRAIGHT_M);
-        let least_m = near.filter_map(|(face, height)| {
+        let least_m = self.near_faces().filter_map(|(face, height)| {
             let environment = context.environment;
-            let least_m = environment.contact_distance_m(patch, face?, obstacle)?;
+            let least_m = environment.contact_distance_m(patch, shape, face, obstacle)?;
             let is_sole = patch.point_radius_m().is_none();
             Some(match is_sole || height + moves_m < STRAIGHT_M {
                 true => least_m,

@@ -211,8 +211,9 @@ impl<'a> ClearanceMonitor<'a> {
                 }
                 let in_air = air.filter(|_| swings);
                 let moves_m = (FURTHER * self.moved[i]).min(0.5 * beside);
-                let touching = (in_air.and_then(|air| air.contact_distance_m(context, o, moves_m)))
-                    .or_else(|| task.contact_distance_m(context, shape.body, o));
+                let touching = (in_air)
+                    .and_then(|air| air.contact_distance_m(context, shape, o, moves_m))
+                    .or_else(|| task.contact_distance_m(context, shape, o));
                 // What a patch touches changes while it is in the air alone.
                 if touching == Some(f64::NEG_INFINITY) {
                     *left = if swings { 0.0 } else { f64::INFINITY };

@@ -50,8 +50,10 @@ pub(crate) fn pairs(
     let touching = |shape: BodyShape, obstacle: usize| {
         let air = air.as_ref().filter(|(body, _)| *body == shape.body);
         let moves_m = STEP_PART * context.posture.clearance_m;
-        let in_air = air.and_then(|(_, air)| air.contact_distance_m(context, obstacle, moves_m));
-        in_air.or_else(|| task.contact_distance_m(context, shape.body, obstacle))
+        let shape = &collision.shapes()[shape.shape];
+        let in_air =
+            air.and_then(|(_, air)| air.contact_distance_m(context, shape, obstacle, moves_m));
+        in_air.or_else(|| task.contact_distance_m(context, shape, obstacle))
     };
     let skip = |shape, obstacle| touching(shape, obstacle) == Some(f64::NEG_INFINITY);
     let beside = context.posture.clearance_m;
@@ -63,7 +65,7 @@ pub(crate) fn pairs(
             return None;
         };
         if let Some(required) = touching(pair.a, obstacle) {
-            let is_near = pair.distance < required + CONTACT_LOOK_M;
+            let is_near = pair.distance < required + CONTACT_LOOK_M.max(required);
             return is_near.then(|| near(pair, kinematics, required));
         }
         let required = match &air {

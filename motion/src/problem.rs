@@ -3,6 +3,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 use posture::{Contact, Environment, FaceIndex, Posture, Upright};
+use robot_model::collision::Shape;
 use robot_model::{Configuration, PatchId, Robot};
 
 use crate::Config;
@@ -116,20 +117,20 @@ impl Task {
         })
     }
 
-    /// The least distance, m, of `body` from an obstacle that lies behind the plane of a face that a
-    /// patch of the body rests on; nothing where there is no such face.
+    /// The least distance, m, of a shape from an obstacle that lies behind the plane of a face that a
+    /// patch of its body rests on; nothing where there is no such face.
     pub fn contact_distance_m(
         &self,
         context: &MotionContext,
-        body: usize,
+        shape: &Shape,
         obstacle: usize,
     ) -> Option<f64> {
         let least_m = self.closed.iter().filter_map(|contact| {
             let patch = &context.robot.patches[contact.patch];
-            let face = contact.face.filter(|_| patch.body == body)?;
+            let face = contact.face.filter(|_| patch.body == shape.body)?;
             context
                 .environment
-                .contact_distance_m(patch, face, obstacle)
+                .contact_distance_m(patch, shape, face, obstacle)
         });
         least_m.min_by(f64::total_cmp)
     }

@@ -100,9 +100,7 @@ pub(crate) fn shortfall(
             let (middle, reach) = (X_WG * centre, Vector3::repeat(radius));
             for o in world.near(&(middle - reach), &(middle + reach), LOOK_M) {
                 let obstacle = &world.obstacles()[o];
-                if obstacle.is_beyond(&middle, radius + LOOK_M)
-                    || air.contact_distance_m(context, o, 0.0).is_some()
-                {
+                if obstacle.is_beyond(&middle, radius + LOOK_M) || air.may_touch(context, o) {
                     continue;
                 }
                 let (other, pose) = (obstacle.geometry(), obstacle.pose());

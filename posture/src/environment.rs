@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use nalgebra::Point3;
 use robot_model::ContactPatch;
-use robot_model::collision::{BoxIndex, World};
+use robot_model::collision::{BoxIndex, Shape, World};
 use surfaces::outline::Outline;
 use surfaces::{Face, Region, Terrain};
 
@@ -141,20 +141,21 @@ impl Environment {
     /// a link that rests on the face; nothing where the body does not lie behind it.
     ///
     /// A flat patch holds its link over the plane, so that nothing is asked of the distance (−∞). A
-    /// ball lets its link tilt, and into the ground: there it may be as deep as the body rises over
-    /// the plane, and a little more.
+    /// ball lets its link tilt, and into the ground: what holds the ball may be as deep there as the body
+    /// rises over the plane, and a little more; any other shape of the link stays off it by half of the ball's radius,
+    /// as it does where the link is upright.
     pub fn contact_distance_m(
         &self,
         patch: &ContactPatch,
+        shape: &Shape,
         face: FaceIndex,
         body: usize,
     ) -> Option<f64> {
         let rise_m = self.rise_m(face, body)?;
-        let is_ball = patch.point_radius_m().is_some();
-        Some(if is_ball {
-            -CONTACT_DEPTH_M - rise_m
-        } else {
-            f64::NEG_INFINITY
+        Some(match patch.point_radius_m() {
+            Some(radius_m) if !shape.is_pad => 0.5 * radius_m,
+            Some(_) => -CONTACT_DEPTH_M - rise_m,
+            None => f64::NEG_INFINITY,
         })
     }
 }

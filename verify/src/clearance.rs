@@ -188,7 +188,10 @@ impl<'a> Pairs<'a> {
                 }
                 continue;
             }
-            let bound = touching - rise.max(0.0);
+            let bound = match shapes[near.shape].is_pad {
+                true => touching - rise.max(0.0),
+                false => 0.0,
+            };
             let deep = asked(worst, Check::ContactDepth, bound);
             if let Some(found) = near.watch.look(two, step, &deep, &hints, boxes) {
                 worst.add(Check::ContactDepth, found, bound, subject);

@@ -43,7 +43,8 @@ pub struct Options {
     /// the rounding of distance algorithms.
     pub distance_m: f64,
     /// How deep a touching link may sink into the body behind its surface, m. Collision shapes
-    /// are not exact where soles and pads are: they may overlap by what they are drawn off.
+    /// are not exact where soles and pads are: they may overlap by what they are drawn off. What is beside a
+    /// ball does not touch at all.
     pub contact_depth_m: f64,
     /// Bodies that do not rise by more than this over the plane of a contact may be touched by the
     /// link that carries it (pieces of one face, the riser under a tread), m: the errors of two

@@ -47,7 +47,8 @@ impl Clearances {
             let own = contacts.filter(|(_, model)| model.body == shape.body);
             let least_m = own.filter_map(|(contact, _)| {
                 let patch = &robot.patches[contact.patch];
-                environment.contact_distance_m(patch, contact.face?, obstacle)
+                let shape = &collision.shapes()[shape.shape];
+                environment.contact_distance_m(patch, shape, contact.face?, obstacle)
             });
             least_m.min_by(f64::total_cmp)
         };
@@ -60,7 +61,7 @@ impl Clearances {
             };
             match touching(pair.a, obstacle) {
                 None => self.world.push(pair),
-                Some(least_m) if pair.distance < least_m + CONTACT_PREDICTION_M => {
+                Some(least_m) if pair.distance < least_m + CONTACT_PREDICTION_M.max(least_m) => {
                     self.touching.push((pair, least_m));
                 }
                 Some(_) => {}

@@ -260,3 +260,34 @@ fn a_small_robot_steps_as_far_for_its_size_as_a_large_one() {
     assert!(large > 0.12, "{large} m of 0.2 m");
     assert!((small / large - 1.0).abs() < 0.05, "{small} for {large}");
 }
+
+/// A shank is thicker than its ball: where it lies flat it stands on its rim, and the ball on nothing.
+#[test]
+fn a_shank_stays_off_the_ground_that_its_ball_is_on() {
+    let (robot, q) = standing("quadruped", "standing", "front_left");
+    let world = world(vec![floor()]);
+    let floor = world.face("floor").unwrap();
+    let kinematics = Kinematics::new(&robot, &q);
+    let feet = ["front_left", "front_right", "rear_left", "rear_right"];
+    let far_ahead = feet.map(|foot| {
+        let patch = robot.patch_id(foot).unwrap();
+        let mut at = kinematics.X_WC(&robot.patches[patch]).translation.vector;
+        at.x += if at.x > 0.0 { 0.4 } else { 0.0 };
+        let at = Isometry3::from_parts(at.into(), UnitQuaternion::identity());
+        Contact::at(&robot, patch, at).on(floor, &world)
+    });
+    let low = BaseGoal {
+        position_m: [None, None, Some(0.25)],
+        tolerance_m: 0.03,
+        ..BaseGoal::default()
+    };
+    let outcome = solve(
+        &robot,
+        &world,
+        &far_ahead,
+        Some(low),
+        &q,
+        &Config::default(),
+    );
+    assert!(outcome.posture().is_some(), "{outcome:?}");
+}

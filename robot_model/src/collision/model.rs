@@ -8,7 +8,7 @@ use super::broad::Bounds;
 use super::closest::Closest;
 use super::narrow::closest;
 use super::{ShapeGeometry, World};
-use crate::{Body, Configuration, Kinematics, Robot};
+use crate::{Body, Configuration, ContactPatch, Kinematics, Robot};
 
 /// A collision shape on a link.
 #[derive(Clone, Debug)]
@@ -21,6 +21,9 @@ pub struct Shape {
     pub X_BG: Isometry3<f64>,
     /// The shape in G.
     pub geometry: ShapeGeometry,
+    /// Whether it may be a part of what touches: its body has a flat patch, or it holds the centre of a ball that
+    /// its body touches with. A shank beside its ball is none.
+    pub is_pad: bool,
 }
 
 /// One shape of the robot.
@@ -128,6 +131,20 @@ impl CollisionModel {
             bounds,
             pairs,
             joined,
+        }
+    }
+
+    /// Tells the shapes that may be a part of what touches from those that may not.
+    pub fn find_pads(&mut self, patches: &[ContactPatch]) {
+        for shape in &mut self.shapes {
+            let own = patches.iter().filter(|patch| patch.body == shape.body);
+            let holds = |patch: &ContactPatch| {
+                let centre = ShapeGeometry::Sphere { radius_m: 0.0 };
+                let (X_BG, geometry) = (&shape.X_BG, &shape.geometry);
+                patch.point_radius_m().is_none()
+                    || closest(geometry, X_BG, &centre, &patch.X_BC, 0.0).is_some()
+            };
+            shape.is_pad = own.into_iter().any(holds);
         }
     }
 
