@@ -14,6 +14,8 @@ use super::StartState;
 
 mod join;
 
+use join::Floor;
+
 /// Soles whose vertices lie in one plane to this distance stand on one face, and on a surface that
 /// is known to be there, m: what a named posture's rounded joints leave between two soles, half of
 /// what the verifier grants.
@@ -91,11 +93,29 @@ pub fn add_ground(
         let (mut X_WF, mut polygon) = hull(&soles, members, config.border_m)?;
         // One floor is as slippery here as there.
         let mut friction: Option<f64> = None;
+        let mut is_joined = false;
+        let mut nearest: Option<(f64, &FaceId)> = None;
         for floor in &mut terrain.faces[..given] {
             let (gap_m, notes) = (config.join_gap_m, &mut ground.notes);
-            if join::join(&mut X_WF, &mut polygon, floor, gap_m, notes) {
-                friction = friction.into_iter().chain(floor.friction).reduce(f64::min);
+            match join::join(&mut X_WF, &mut polygon, floor, gap_m, notes) {
+                Floor::Other => {}
+                Floor::Apart(apart_m) => {
+                    let before = nearest.filter(|(before_m, _)| *before_m <= apart_m);
+                    nearest = before.or(Some((apart_m, &floor.id)));
+                }
+                Floor::Joined => {
+                    is_joined = true;
+                    friction = friction.into_iter().chain(floor.friction).reduce(f64::min);
+                }
             }
+        }
+        if let Some((apart_m, floor)) = nearest.filter(|_| !is_joined) {
+            ground.notes.push(format!(
+                "warning: {floor} continues the ground under the feet {apart_m:.2} m from them; what is between \
+                 was not seen, and is not stepped on: take a scan that shows it too (the sensor nods), start before \
+                 {floor}, or, where it is known to be floor, --set ground.join_gap_m={:.2}",
+                apart_m + 0.005
+            ));
         }
         let contacts = patches.map(|patch| (patch, FaceId::from(id.as_str())));
         ground.contacts.extend(contacts);

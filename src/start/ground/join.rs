@@ -10,21 +10,31 @@ use super::centred;
 /// the error of a plane fitted to a scan.
 const JOIN_HEIGHT_M: f64 = 0.010;
 
-/// Reaches over to a scanned `floor` that continues the ground, and moves it into its plane; whether it does.
+/// What a scanned floor is to the ground under the feet.
+pub(super) enum Floor {
+    /// It lies elsewhere.
+    Other,
+    /// It lies in the ground's plane, farther away than may be reached over, m.
+    Apart(f64),
+    /// It continues the ground.
+    Joined,
+}
+
+/// Reaches over to a scanned `floor` that continues the ground, and moves it into its plane.
 pub(super) fn join(
     X_WF: &mut Isometry3<f64>,
     polygon: &mut ConvexPolygon,
     floor: &mut Face,
     gap_m: f64,
     notes: &mut Vec<String>,
-) -> bool {
+) -> Floor {
     let normal = X_WF.rotation * Vector3::z();
     let in_ground = |p: &Point3<f64>| X_WF.inverse_transform_point(p);
     let vertices = floor.vertices_W().into_iter();
     let off_m = vertices.map(|v| in_ground(&v).z.abs()).fold(0.0, f64::max);
     let is_same = off_m <= JOIN_HEIGHT_M && normal.dot(&floor.normal_W()) > 0.0;
     if floor.source != Source::Scan || !is_same {
-        return false;
+        return Floor::Other;
     }
     // The convex part of the floor about its point nearest to the soles.
     let middle = polygon.centroid();
@@ -32,16 +42,20 @@ pub(super) fn join(
     let middle = floor.X_WF.inverse_transform_point(&middle).xy();
     let ahead = floor.region.nearest(&middle) - middle;
     let Some(part) = Outline::from(&floor.region).convex_around(&middle, &ahead) else {
-        return false;
+        return Floor::Other;
     };
     let corners = part.vertices().iter();
     let corners: Vec<Point2<f64>> = corners.map(|v| in_ground(&floor.point_W(v)).xy()).collect();
     let Ok(seen) = ConvexPolygon::hull(&corners) else {
-        return false;
+        return Floor::Other;
     };
-    let reached = reach_over(polygon, &seen, gap_m);
+    let apart_m = apart_m(polygon, &seen);
+    if apart_m > gap_m {
+        return Floor::Apart(apart_m);
+    }
+    let reached = reach_over(polygon, &seen);
     let Some(Ok(centred)) = reached.map(|reached| centred(X_WF, &reached)) else {
-        return false;
+        return Floor::Other;
     };
     (*X_WF, *polygon) = centred;
     into_plane(floor, X_WF);
@@ -50,20 +64,24 @@ pub(super) fn join(
         floor.id,
         1e3 * off_m
     ));
-    true
+    Floor::Joined
 }
 
-/// `polygon` grown over the gap to `seen` at its own width; unchanged where they overlap, `None`
-/// where the gap is wider than `gap_m`.
-fn reach_over(polygon: &ConvexPolygon, seen: &ConvexPolygon, gap_m: f64) -> Option<ConvexPolygon> {
+/// How far two convex polygons are apart, m.
+fn apart_m(a: &ConvexPolygon, b: &ConvexPolygon) -> f64 {
+    match a.intersection(b) {
+        Some(_) => 0.0,
+        None => nearest_points(a, b).map_or(f64::INFINITY, |(from, to)| (to - from).norm()),
+    }
+}
+
+/// `polygon` grown over the gap to `seen` at its own width; unchanged where they overlap.
+fn reach_over(polygon: &ConvexPolygon, seen: &ConvexPolygon) -> Option<ConvexPolygon> {
     if polygon.intersection(seen).is_some() {
         return Some(polygon.clone());
     }
     let (from, to) = nearest_points(polygon, seen)?;
     let across = to - from;
-    if across.norm() > gap_m {
-        return None;
-    }
     // The strip of the polygon's width that runs across the gap.
     let along = across.try_normalize(1e-9)?;
     let side = Vector2::new(-along.y, along.x);

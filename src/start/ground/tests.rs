@@ -113,7 +113,11 @@ fn a_step_a_far_floor_and_a_wall_are_left_alone() {
     let before = terrain.faces.clone();
     let (ground, _) = standing(&mut terrain);
     assert_eq!(terrain.faces[..4], before);
-    assert!(ground.notes.is_empty(), "{:?}", ground.notes);
+    // Of the floor ahead it is said that what lies between was not seen.
+    let [said] = &ground.notes[..] else {
+        panic!("{:?}", ground.notes);
+    };
+    assert!(said.starts_with("warning: far continues"), "{said}");
 }
 
 #[test]
