@@ -128,7 +128,7 @@ pub fn pose(
     }
     if !refuted.is_empty() {
         notes.push(format!(
-            "the robot stands where these would go on beyond the view: {}",
+            "the robot stands where these would go on beyond the view, or is what was seen: {}",
             refuted.join(", ")
         ));
     }

@@ -46,6 +46,8 @@ pub struct Config {
     pub lidar: LidarConfig,
     /// Where further scans of a scene were taken from.
     pub registration: RegistrationConfig,
+    /// Whether what a camera or a bare cloud shows beside all faces is kept away from.
+    pub avoid_loose: bool,
     /// Whether faces that may be level are taken to be.
     pub assume_level: bool,
     /// Whether faces that more than one scan shows are made one; if not, those of every scan stand
@@ -63,6 +65,7 @@ impl Default for Config {
             brossette2013: Brossette2013Config::default(),
             lidar: LidarConfig::default(),
             registration: RegistrationConfig::default(),
+            avoid_loose: true,
             assume_level: true,
             fuse_views: true,
         }

@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use surfaces::free_space::{FreeSpace, RayEnd};
 use surfaces::fuse::{self, View};
 use surfaces::level::apply_level_prior;
+use surfaces::loose::loose;
 use surfaces::{Face, Terrain, fill_unseen};
 
 use crate::extraction::Statistics;
@@ -128,6 +129,8 @@ pub enum Notice {
     Registered(Box<Registration>),
     /// What became of a face as views were fused.
     Fused(fuse::Change),
+    /// Bodies of what lies on no face.
+    Loose(usize),
 }
 
 impl fmt::Display for Notice {
@@ -191,6 +194,10 @@ impl fmt::Display for Notice {
                 }
             }
             Self::Fused(change) => change.fmt(f),
+            Self::Loose(bodies) => write!(
+                f,
+                "{bodies} bodies of what was seen and lies on no face: only kept away from"
+            ),
         }
     }
 }
@@ -204,7 +211,8 @@ const LIDAR_SIGMA_M: f64 = 0.015;
 ///
 /// Each scan is extracted; where [`Config::registration`] asks for it, it is moved onto those before it; faces that
 /// may be level are taken to be; faces that more than one scan shows are made one, and
-/// what a later scan looks through is taken off; where nothing was seen things go on.
+/// what a later scan looks through is taken off; what lies on no face is kept away from; where nothing was seen
+/// things go on.
 ///
 /// # Errors
 /// As [`extract`] and [`segment_cloud`], [`Error::OutOfRange`] of a scan with hardly a point in range, and
@@ -218,9 +226,7 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         let mut view = match scan {
             PosedScan::Scan { name, scan, X_WV } => {
                 let mut view = of_scan(name, scan, X_WV, config, &mut found.notices)?;
-                if several {
-                    view.free_space = free_space(scan, X_WV, config.range_max_m);
-                }
+                view.free_space = free_space(scan, X_WV, config.range_max_m);
                 view
             }
             PosedScan::Lidar { name, cloud, mount } => {
@@ -251,10 +257,7 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         views.push(view);
     }
     // 4. Faces that more than one scan shows are one.
-    let looked: Vec<FreeSpace> = (views.iter())
-        .filter(|_| several)
-        .map(|view| view.free_space.clone())
-        .collect();
+    let looked: Vec<FreeSpace> = views.iter().map(|view| view.free_space.clone()).collect();
     let fused = if config.fuse_views {
         fuse::fuse(views)
     } else {
@@ -264,9 +267,21 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         .notices
         .extend(fused.changes.into_iter().map(Notice::Fused));
     found.terrain = fused.terrain;
-    // 5. Where things may go on that no view showed.
+    // 5. What a camera shows beside the faces: a sweep's things are known by now.
+    if config.avoid_loose {
+        let cameras = scans.iter().zip(&looked);
+        let cameras = cameras.filter(|(scan, _)| matches!(scan, PosedScan::Scan { .. }));
+        let cameras: Vec<&FreeSpace> = cameras.map(|(_, looked)| looked).collect();
+        let loose = loose(&found.terrain.faces, &cameras);
+        if !loose.is_empty() {
+            found.notices.push(Notice::Loose(loose.len()));
+        }
+        found.terrain.obstacles.extend(loose);
+    }
+    // 6. Where things may go on that no view showed.
     let (depth_m, reach_m) = (config.unseen_depth_m, config.unseen_reach_m);
-    let unseen = fill_unseen(&mut found.terrain.faces, &looked, depth_m, reach_m);
+    let others = if several { &looked[..] } else { &[] };
+    let unseen = fill_unseen(&mut found.terrain.faces, others, depth_m, reach_m);
     found.terrain.obstacles.extend(unseen);
     Ok(found)
 }

@@ -3,12 +3,14 @@
 use nalgebra::Vector3;
 use robot_model::collision::{BodyShape, World};
 use robot_model::{Kinematics, PatchId, Robot};
+use surfaces::loose::is_loose;
 use surfaces::{Obstacle, Terrain};
 
 use super::StartState;
 
-/// Drops the bodies beyond the view that the robot at its start would be too near to, or one of its feet where it was
-/// put down, straight from `raised_m` over its place: what was assumed there cannot be. Returns their names.
+/// Drops the bodies beyond the view, and of points that lie on no face, that the robot at its start would be too near
+/// to, or one of its feet where it was put down, straight from `raised_m` over its place: what was assumed there cannot
+/// be, and what was seen there is the robot. Returns their names.
 ///
 /// Bodies of a face's rim stay: the face itself was seen.
 pub fn drop_refuted(
@@ -44,11 +46,37 @@ pub fn drop_refuted(
     };
     let mut dropped = Vec::new();
     terrain.obstacles.retain(|obstacle| {
-        let refuted = obstacle.assumed && obstacle.surface.is_none() && meets(obstacle);
+        let beyond = obstacle.assumed && obstacle.surface.is_none();
+        let refuted = (beyond || is_loose(obstacle)) && meets(obstacle);
         if refuted {
             dropped.push(obstacle.id.clone());
         }
         !refuted
     });
     dropped
+}
+
+#[cfg(test)]
+mod tests {
+    use posture::{Config, Environment};
+
+    use super::*;
+    use crate::scene::Start;
+    use crate::start::stand;
+
+    #[test]
+    fn what_was_seen_where_the_robot_stands_is_the_robot() {
+        let robot = scenes::robot("hrp2").unwrap();
+        let nothing = Environment::default();
+        let start = stand(&robot, &Start::default(), &nothing, &Config::default()).unwrap();
+        let body = |id: &str, x: f64| Obstacle::cuboid(id, [x, -0.1, 0.3], [x + 0.1, 0.1, 0.4]);
+        let mut terrain = Terrain {
+            faces: Vec::new(),
+            obstacles: vec![body("loose0", 0.0), body("loose1", 1.0), body("crate", 0.0)],
+        };
+        let dropped = drop_refuted(&mut terrain, &robot, &start, 0.02, 0.1);
+        assert_eq!(dropped, ["loose0"]);
+        let left: Vec<&str> = terrain.obstacles.iter().map(|o| o.id.as_str()).collect();
+        assert_eq!(left, ["loose1", "crate"]);
+    }
 }

@@ -14,6 +14,7 @@
 //! | inset_e | what an edge may be nearer than it seems, from Σ and its view | [`Face::edge_insets_m`] |
 //! | F ⊖ insets | the part that is surely the face's, and a convex part of that | [`Face::inset_region`], [`outline::Outline::convex_around`] |
 //! | ∪ P_i ⊂ F | a region as few large convex pieces | [`cover`] |
+//! | | what was seen and lies on no face | [`mod@loose`] |
 //! | F ⊕ edge | convex bodies that surely cover what is behind it | [`Face::bodies_W`], [`fill_unseen`] |
 //! | σ² = gᵀ Σ g | a plane's covariance at a point, in another frame | [`covariance`] |
 //! | Σ Hᵀ S⁻¹ h | what "it is level" adds to a plane | [`level`] |
@@ -56,6 +57,7 @@ mod face;
 pub mod free_space;
 pub mod fuse;
 pub mod level;
+pub mod loose;
 pub mod mesh;
 mod nearest;
 mod obstacle;

@@ -1,9 +1,10 @@
 //! Everything that is done to scans, in one call.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{Config, Notice, Perception, PosedScan, Scan, perceive};
+use surfaces::loose::is_loose;
 
-use crate::support::{Block, pose, scan, stairs, unorganised};
+use crate::support::{Block, block, floor, pose, scan, stairs, unorganised};
 
 fn posed(scan: &Scan) -> PosedScan<'_> {
     PosedScan::Scan {
@@ -43,7 +44,8 @@ fn every_tread_is_one_face_by_image_and_by_voxels() {
         each_step_is_one_face(&world, &found);
         let points = posed(&scan).points_W(&found.moved_W[0], 1).count();
         assert_eq!(points, scan.cloud.finite().count());
-        assert!(matches!(&found.notices[..], [Notice::Extracted { .. }]));
+        let told = |notice: &Notice| matches!(notice, Notice::Extracted { .. } | Notice::Loose(_));
+        assert!(found.notices.iter().all(told));
         assert!(found.notices[0].to_string().starts_with("stairs: "));
     }
 }
@@ -80,5 +82,70 @@ fn an_image_full_of_holes_is_taken_as_a_cloud_and_said_to_be() {
         let sparse = |notice: &Notice| matches!(notice, Notice::Sparse { .. });
         assert_eq!(found.notices.iter().any(sparse), is_cloud);
         each_step_is_one_face(&world, &found);
+    }
+}
+
+/// How far a point is from a block, m.
+fn away(block: &Block, p_W: &Point3<f64>) -> f64 {
+    let p = block.pose.inverse() * p_W;
+    let out = Vector3::from_fn(|i, _| (p[i].abs() - block.half[i]).max(0.0));
+    out.norm()
+}
+
+/// Stones of 5 cm, heaped in all attitudes: of no face, and in the way all the same.
+fn heap() -> Vec<Block> {
+    let stones = (0..60).map(|k| {
+        let part = |step: f64| (f64::from(k) * step).fract();
+        let (x, y, z) = (part(0.618_034), part(0.754_878), part(0.569_840));
+        let centre = [1.3 + 0.25 * x, 0.25 * y, 0.3 * z];
+        let turn = std::f64::consts::PI;
+        block(
+            "stone",
+            centre,
+            [0.05; 3],
+            turn * part(0.324_718),
+            turn * part(0.414_214),
+        )
+    });
+    stones.chain([floor()]).collect()
+}
+
+#[test]
+fn what_is_on_no_face_is_kept_away_from_and_nothing_is_where_nothing_stands() {
+    let worlds = [vec![floor()], heap(), stairs()];
+    for (number, world) in worlds.iter().enumerate() {
+        for seed in 1..4 {
+            let image = scan(world, &pose(), true, seed);
+            for scan in [unorganised(&image), image] {
+                let found = perceive(&[posed(&scan)], &Config::default()).unwrap();
+                let bodies = found.terrain.obstacles.iter().filter(|body| is_loose(body));
+                let points: Vec<Point3<f64>> = bodies
+                    .flat_map(|body| body.points_W.iter().copied())
+                    .collect();
+                // The worst of some thousand points is 4 σ off, and 3 cm are of what is behind.
+                for p in &points {
+                    let range_m = (p - Point3::from(pose().translation.vector)).norm();
+                    let off_m = 4.0 * scan.noise.sigma_z_m(range_m).hypot(0.004 * range_m) + 0.035;
+                    let on = world.iter().any(|block| away(block, p) < off_m);
+                    assert!(on, "world {number}, seed {seed}: {p}");
+                }
+                // Patches of the floor beyond its face, 4.5 m away, are in it to the noise there, 3 cm.
+                let over = || points.iter().filter(|p| p.z > 0.06);
+                match number {
+                    0 => assert_eq!(over().count(), 0, "{points:?}"),
+                    1 => {
+                        let high = over().map(|p| p.z).fold(0.0, f64::max);
+                        assert!((0.25..0.4).contains(&high), "{high} {points:?}");
+                    }
+                    _ => {}
+                }
+                let without = Config {
+                    avoid_loose: false,
+                    ..Config::default()
+                };
+                let found = perceive(&[posed(&scan)], &without).unwrap();
+                assert!(!found.terrain.obstacles.iter().any(is_loose));
+            }
+        }
     }
 }

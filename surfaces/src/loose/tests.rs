@@ -1,0 +1,100 @@
+use super::*;
+
+/// Points as an eye 1.4 m over the origin sees them, a hundredth of the distance apart: of the floor from 0.6 to 2 m
+/// ahead and of `things`, each with its height at a place of the floor.
+fn seen(things: &dyn Fn(f64, f64) -> f64) -> FreeSpace {
+    let eye_W = Point3::new(0.0, 0.0, 1.4);
+    let mut points = Vec::new();
+    for (i, j) in (0..120).flat_map(|i| (0..100).map(move |j| (i, j))) {
+        let down = 0.6 + 0.007 * f64::from(i);
+        let way = Vector3::new(down.cos(), 0.01 * f64::from(j - 50), -down.sin());
+        // On, in small steps, until it is no longer over what is there.
+        let at = |t: f64| eye_W + way * t;
+        let over = |t: &f64| at(*t).z > things(at(*t).x, at(*t).y);
+        let end = (0..1500).map(|k| 0.002 * f64::from(k)).find(|t| !over(t));
+        if let Some(t) = end {
+            points.push(RayEnd {
+                p_W: at(t),
+                sigma_m: 0.003,
+            });
+        }
+    }
+    FreeSpace { eye_W, points }
+}
+
+fn floor() -> Face {
+    Face::rectangle("floor", Isometry3::translation(1.0, 0.0, 0.0), [3.0, 3.0]).unwrap()
+}
+
+/// A block 12 cm thick and 0.3 m wide.
+fn block(x: f64, y: f64) -> f64 {
+    if (1.2..1.32).contains(&x) && y.abs() < 0.15 {
+        0.13
+    } else {
+        0.0
+    }
+}
+
+#[test]
+fn a_thing_on_no_face_is_a_body_and_the_floor_is_none() {
+    assert!(loose(&[floor()], &[&seen(&|_, _| 0.0)]).is_empty());
+    let view = seen(&block);
+    let bodies = loose(&[floor()], &[&view]);
+    assert!((1..4).contains(&bodies.len()), "{bodies:?}");
+    let all = bodies.iter().flat_map(|body| &body.points_W);
+    let ends = |axis: usize| {
+        let along = all.clone().map(|p| p[axis]);
+        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+            (a.min(x), b.max(x))
+        })
+    };
+    let near = |(low, high): (f64, f64), a: f64, b: f64| {
+        assert!(
+            (low - a).abs() < 0.035 && (high - b).abs() < 0.035,
+            "{low} … {high}"
+        );
+    };
+    near(ends(0), 1.2, 1.32);
+    near(ends(1), -0.15, 0.15);
+    near(ends(2), 0.0, 0.13);
+    bodies
+        .iter()
+        .for_each(|body| assert!(body.validate().is_ok() && is_loose(body)));
+}
+
+#[test]
+fn points_between_a_thing_and_what_is_behind_it_are_no_thing() {
+    let mut view = seen(&|_, _| 0.0);
+    // A row of single points across the view, each anywhere between eye and floor.
+    let eye_W = view.eye_W;
+    for (k, seen) in view.points.iter_mut().skip(60 * 100).take(100).enumerate() {
+        let part = 0.5 + 0.4 * (k as f64 * 0.37).fract();
+        seen.p_W = eye_W + (seen.p_W - eye_W) * part;
+    }
+    assert!(loose(&[floor()], &[&view]).is_empty());
+}
+
+/// In a cloud of few points each may be all that a cell can have.
+#[test]
+fn a_few_points_of_a_thin_cloud_in_line_are_a_body_or_none() {
+    for count in [0, 1, 5, 6, 20] {
+        let points = (0..count).map(|k| RayEnd {
+            p_W: Point3::new(1.0, 0.01 * f64::from(k), 0.5),
+            sigma_m: 0.003,
+        });
+        let view = FreeSpace {
+            eye_W: Point3::new(0.0, 0.0, 1.4),
+            points: points.collect(),
+        };
+        for body in loose(&[floor()], &[&view]) {
+            assert!(count > 5, "{body:?}");
+            body.validate().unwrap();
+            let along = |axis: usize| body.points_W.iter().map(move |p| p[axis]);
+            let wide = |axis: usize| {
+                along(axis).fold(f64::NEG_INFINITY, f64::max)
+                    - along(axis).fold(f64::INFINITY, f64::min)
+            };
+            assert!((0..3).all(|axis| wide(axis) >= 0.0099), "{body:?}");
+        }
+    }
+}
