@@ -51,8 +51,8 @@ pub fn of_mesh(mesh: &Path, seen: &[Face], config: &Config) -> Result<Vec<WorldB
     let (mut stages, mut inputs) = (Stages::default(), Inputs::default());
     let here = Files::Folder(PathBuf::new());
     let terrain = perceive(&source, &here, config, &mut stages, &mut inputs)?.terrain;
-    let thin_m = config.surfaces.body.thickness_m;
-    let mut bodies = standing(&terrain.faces, &terrain.obstacles, thin_m);
+    // The mesh itself is behind its faces.
+    let mut bodies = standing(&[], &terrain.obstacles, 0.0);
     make_slippery(&mut bodies, seen);
     Ok(bodies)
 }
