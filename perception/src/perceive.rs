@@ -226,7 +226,9 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         let mut view = match scan {
             PosedScan::Scan { name, scan, X_WV } => {
                 let mut view = of_scan(name, scan, X_WV, config, &mut found.notices)?;
-                view.free_space = free_space(scan, X_WV, config.range_max_m);
+                if several || config.avoid_loose {
+                    view.free_space = free_space(scan, X_WV, config.range_max_m);
+                }
                 view
             }
             PosedScan::Lidar { name, cloud, mount } => {
@@ -257,7 +259,12 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         views.push(view);
     }
     // 4. Faces that more than one scan shows are one.
-    let looked: Vec<FreeSpace> = views.iter().map(|view| view.free_space.clone()).collect();
+    let looked: Vec<FreeSpace> = (views.iter_mut())
+        .map(|view| match several {
+            true => view.free_space.clone(),
+            false => std::mem::take(&mut view.free_space),
+        })
+        .collect();
     let fused = if config.fuse_views {
         fuse::fuse(views)
     } else {
@@ -339,19 +346,25 @@ fn of_scan(
 
 /// What a camera or a bare cloud looked through, by points in range.
 fn free_space(scan: &Scan, X_WV: &Isometry3<f64>, range_max_m: f64) -> FreeSpace {
-    let end = |p: &[f32; 3]| {
+    let turn = X_WV.rotation.to_rotation_matrix();
+    let sampled = scan.cloud.points.iter().step_by(RAY_STEP);
+    let mut points = Vec::with_capacity(sampled.len());
+    for p in sampled {
         let p_V = Point3::from(p.map(f64::from));
         let range = (p_V.coords - scan.eye_V).norm();
-        let sigma = scan.noise.sigma_z_m(range);
-        (range <= range_max_m).then(|| RayEnd {
-            p_W: X_WV * p_V,
-            sigma_m: sigma.hypot(scan.noise.systematic_ratio * range),
-        })
-    };
-    let points = scan.cloud.finite().step_by(RAY_STEP).filter_map(end);
+        // Not where a coordinate is not a number.
+        if range <= range_max_m {
+            let sigma = scan.noise.sigma_z_m(range);
+            let systematic = scan.noise.systematic_ratio * range;
+            points.push(RayEnd {
+                p_W: turn * p_V + X_WV.translation.vector,
+                sigma_m: (sigma * sigma + systematic * systematic).sqrt(),
+            });
+        }
+    }
     FreeSpace {
         eye_W: X_WV * Point3::from(scan.eye_V),
-        points: points.collect(),
+        points,
     }
 }
 

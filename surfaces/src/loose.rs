@@ -50,9 +50,13 @@ pub fn loose(faces: &[Face], views: &[&FreeSpace]) -> Vec<Obstacle> {
     let mut cells: BTreeMap<Cell, Vec<Loose>> = BTreeMap::new();
     for view in views {
         let bin = full_bin(view);
+        let mut last: Option<&Plate> = None;
         for seen in &view.points {
             let way_W = seen.p_W - view.eye_W;
-            if plates.iter().any(|plate| plate.explains(seen, &way_W)) {
+            // Mostly the face of the point before.
+            let mut likely = last.into_iter().chain(&plates);
+            last = likely.find(|plate| plate.explains(seen, &way_W));
+            if last.is_some() {
                 continue;
             }
             let full = bin * (CELL_M / (BIN * way_W.norm())).powi(2);
@@ -181,6 +185,7 @@ impl Plate {
         if off_m > NEAR_MIN_M.max(SIGMAS * seen.sigma_m) {
             return false;
         }
+        // And as near as it is known across the plane.
         let across_m = seen.sigma_m * self.n_W.dot(way_W).abs() / way_W.norm();
         if off_m > NEAR_MIN_M.max(SIGMAS * across_m) {
             return false;
