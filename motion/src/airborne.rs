@@ -65,15 +65,22 @@ impl Airborne {
 
     /// Whether a body of the environment is one that the patch may touch here.
     pub fn may_touch(&self, context: &MotionContext, obstacle: usize) -> bool {
-        let mut near = self.near_faces();
-        near.any(|(face, _)| context.environment.is_behind(face, obstacle))
+        self.near_faces(context, obstacle).next().is_some()
     }
 
-    /// The faces at the ends of the way that are near, with the height over them, m.
-    fn near_faces(&self) -> impl Iterator<Item = (FaceIndex, f64)> {
+    /// The faces at the ends of the way of which a body is one to touch, with the height over the body, m: what rises
+    /// over the plane a little is left that much later, or the way from touching it to being clear of it had a gap.
+    fn near_faces(
+        &self,
+        context: &MotionContext,
+        obstacle: usize,
+    ) -> impl Iterator<Item = (FaceIndex, f64)> {
         let ends = [(self.leaves, self.heights.0), (self.lands, self.heights.1)];
-        let near = ends.into_iter().filter(|(_, height)| *height < STRAIGHT_M);
-        near.filter_map(|(face, height)| Some((face?, height)))
+        let over = move |(face, height): (Option<FaceIndex>, f64)| {
+            let rise_m = context.environment.rise_m(face?, obstacle)?;
+            Some((face?, height - rise_m)).filter(|(_, over)| *over < STRAIGHT_M)
+        };
+        ends.into_iter().filter_map(over)
     }
 
     /// The least distance, m, of a shape of the patch's body to a body of the environment that the patch may touch
@@ -88,11 +95,12 @@ impl Airborne {
         moves_m: f64,
     ) -> Option<f64> {
         let patch = &context.robot.patches[self.patch];
-        let least_m = self.near_faces().filter_map(|(face, height)| {
+        let near = self.near_faces(context, obstacle);
+        let least_m = near.filter_map(|(face, over_m)| {
             let environment = context.environment;
             let least_m = environment.contact_distance_m(patch, shape, face, obstacle)?;
             let is_sole = patch.point_radius_m().is_none();
-            Some(match is_sole || height + moves_m < STRAIGHT_M {
+            Some(match is_sole || over_m + moves_m < STRAIGHT_M {
                 true => least_m,
                 false => context.posture.clearance_m,
             })

@@ -114,9 +114,18 @@ struct Step {
 
 impl Step {
     fn new() -> Self {
+        Self::beside(Vec::new())
+    }
+
+    /// With bodies beside the step.
+    fn beside(obstacles: Vec<Obstacle>) -> Self {
         let builtin = scenes::builtin_robot("hrp2").unwrap();
         let robot = builtin.load(&robot_model::Config::default()).unwrap();
-        let environment = Environment::new(step(), 0.03, 2.0).unwrap();
+        let world = Terrain {
+            obstacles,
+            ..step()
+        };
+        let environment = Environment::new(world, 0.03, 2.0).unwrap();
         Self {
             pair: Pair::new(&robot, &environment),
             robot,
@@ -331,6 +340,18 @@ fn the_fastest_motion_keeps_its_limits_and_one_of_them_binds() {
     // Differences of a curve over a sample are its mean rates: no more than the largest.
     assert!(most.iter().all(|part| *part < 1.01), "{most:?}");
     assert!(most.iter().any(|part| *part > 0.9), "{most:?}");
+}
+
+/// Two faces that are known to a centimetre: one of them rises over the foot that stands on the other.
+#[test]
+fn a_foot_leaves_what_rises_a_little_beside_its_floor() {
+    for rise_m in [0.009, 0.0105, 0.012, 0.0135, 0.0148] {
+        let plate = Obstacle::cuboid("plate", [-0.3, 0.05, -0.05], [0.15, 0.3, rise_m]);
+        let step = Step::beside(vec![plate]);
+        if let Err(failure) = step.segment().unwrap() {
+            panic!("{rise_m} m: {}", failure.describe());
+        }
+    }
 }
 
 #[test]

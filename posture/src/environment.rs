@@ -129,7 +129,7 @@ impl Environment {
     }
 
     /// How far a body rises over a face's plane, m, where that is so little that it lies behind it.
-    fn rise_m(&self, face: FaceIndex, body: usize) -> Option<f64> {
+    pub fn rise_m(&self, face: FaceIndex, body: usize) -> Option<f64> {
         let (face, body) = (&self.faces[face.0], &self.world.obstacles()[body]);
         let up_O = body.pose().inverse_transform_vector(&face.normal_W());
         let highest_W = body.pose() * body.geometry().support(&up_O);

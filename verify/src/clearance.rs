@@ -49,7 +49,8 @@ pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Nearest {
         bends_m: &[],
         at: &|_| None,
     };
-    pairs.look(&step, &vec![true; touches.len()], "", &mut worst);
+    let heights_m = vec![f64::NEG_INFINITY; touches.len()];
+    pairs.look(&step, &heights_m, "", &mut worst);
     let nearest = Nearest {
         environment: worst.value(Check::Clearance),
         own: worst.value(Check::SelfClearance),
@@ -154,11 +155,16 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// The worst distances of a step; `active` says which touches there are during it.
-    pub fn look(&mut self, step: &Step, active: &[bool], at: &str, worst: &mut Extremes) {
+    /// The worst distances of a step; `heights_m` says how far over what it may touch each touch is during it: over the
+    /// face, and as much farther over a body as that rises over the face.
+    pub fn look(&mut self, step: &Step, heights_m: &[f64], at: &str, worst: &mut Extremes) {
         let shapes = self.scene.robot.collision.shapes();
         let (free, touching) = (self.bounds.free, self.bounds.touching);
         let far = self.bounds.beyond;
+        let is_active = |part: &Part| {
+            let rise = part.rise.as_ref().map_or(0.0, |rise| *rise);
+            heights_m[part.touch] - rise < TOLERANCES.motion_touch_m
+        };
         let asked = |worst: &Extremes, check: Check, bound: f64| Asked {
             bound,
             enough: bound
@@ -177,7 +183,7 @@ impl<'a> Pairs<'a> {
             let subject = || format!("{} / {}{at}", shapes[near.shape].link, near.body.name);
             let mut hints = Vec::new();
             let mut rise = f64::NEG_INFINITY;
-            for part in near.parts.iter().filter(|part| active[part.touch]) {
+            for part in near.parts.iter().filter(|part| is_active(part)) {
                 hints.push(part.normal);
                 rise = rise.max(part.rise.as_ref().map_or(f64::NEG_INFINITY, |rise| *rise));
             }
@@ -202,7 +208,7 @@ impl<'a> Pairs<'a> {
             // What rises over the plane of a contact: the part that does is to be kept away from.
             let asked = asked(worst, Check::Clearance, free);
             let mut most = Some(f64::NEG_INFINITY);
-            for part in near.parts.iter_mut().filter(|part| active[part.touch]) {
+            for part in near.parts.iter_mut().filter(|part| is_active(part)) {
                 if let Err((above, watch)) = &mut part.rise {
                     let still = above.here();
                     let two = Two(near.shape, Other::Still(&still));

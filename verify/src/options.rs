@@ -92,7 +92,8 @@ pub struct Options {
     pub motion_joint_rad: f64,
     /// The same of distances, m: 5 % of the usual clearance.
     pub motion_distance_m: f64,
-    /// How near to a surface that it leaves or lands on a patch counts as touching, m.
+    /// How near to a surface that it leaves or lands on a patch counts as touching, m; to a body that rises over that,
+    /// over what rises.
     pub motion_touch_m: f64,
 }
 

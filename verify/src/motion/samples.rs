@@ -216,15 +216,12 @@ fn distances(
     let touching: Vec<(usize, &Face)> = touching.map(|c| (c.patch.body, c.face)).collect();
     let all: Vec<&Moment> = moments.iter().collect();
     let mut pairs = Pairs::new(scene, &touching, Bounds::of_motion(scene), &all);
-    let near = |posture: &Posture| {
-        let near = swung.iter().map(|contact| is_near(contact, posture));
-        closed
-            .iter()
-            .map(|_| true)
-            .chain(near)
-            .collect::<Vec<bool>>()
+    let heights_m = |posture: &Posture| {
+        let swung = swung.iter().map(|contact| height_m(contact, posture));
+        let closed = closed.iter().map(|_| f64::NEG_INFINITY);
+        closed.chain(swung).collect::<Vec<f64>>()
     };
-    let mut touched = Vec::new();
+    let mut before_m = Vec::new();
     for (k, (now, posture)) in moments.iter().zip(postures).enumerate() {
         let before = k.checked_sub(1).map(|k| &moments[k]);
         let pair = [first + k - before.iter().count(), first + k].map(|i| &motion.samples[i]);
@@ -240,12 +237,14 @@ fn distances(
             at: &at,
         };
         // During a step that may touch which touches at one of its ends.
-        let touches = near(posture);
-        let either = touches.iter().zip(touched.iter().chain(repeat(&false)));
-        let either: Vec<bool> = either.map(|(a, b)| *a || *b).collect();
+        let now_m = heights_m(posture);
+        let either = now_m
+            .iter()
+            .zip(before_m.iter().chain(repeat(&f64::INFINITY)));
+        let either: Vec<f64> = either.map(|(a, b)| a.min(*b)).collect();
         let at = format!(" at {:.2} s", pair[1].t_s);
         pairs.look(&step, &either, &at, worst);
-        touched = touches;
+        before_m = now_m;
     }
 }
 
@@ -261,15 +260,17 @@ fn touch<'a>(contact: &Closed<'a>, posture: &Posture) -> Touch<'a> {
     }
 }
 
-/// Whether the patch in the air is near to a place that it leaves or lands on.
-fn is_near(contact: &Closed, posture: &Posture) -> bool {
+/// How far the patch in the air is over the face of a place that it leaves or lands on, m; infinite where it is not near.
+fn height_m(contact: &Closed, posture: &Posture) -> f64 {
     let touch = touch(contact, posture);
     let X_WF = touch.face.X_WF.to_homogeneous();
     let radius = touch.patch.point_radius_m().unwrap_or(0.0);
     let height = inverse_point(&X_WF, &column(&touch.X_WC, 3)).z - radius;
     let place = Vector3::from(touch.stated.X_WC.p);
-    height < TOLERANCES.motion_touch_m
-        && (column(&touch.X_WC, 3) - place).norm() < 2.0 * TOLERANCES.motion_touch_m
+    match (column(&touch.X_WC, 3) - place).norm() < 2.0 * TOLERANCES.motion_touch_m {
+        true => height,
+        false => f64::INFINITY,
+    }
 }
 
 /// The patch's vertices in W; of a ball its point that is nearest to the face.
