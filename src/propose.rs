@@ -62,7 +62,7 @@ pub fn propose(
         let (patches, missing) = propose::patches(&robot, &limbs, &at, rsdf, kinds);
         notes = missing;
         if !given {
-            robot.patches = patches.iter().map(patch).collect();
+            robot.set_patches(patches.iter().map(patch).collect());
         }
         found = patches;
         backward = propose::looks_backward(&robot);

@@ -41,6 +41,12 @@ pub struct Robot {
 }
 
 impl Robot {
+    /// Gives it what it touches with, in the place of what it had.
+    pub fn set_patches(&mut self, patches: Vec<ContactPatch>) {
+        self.collision.find_pads(&patches);
+        self.patches = patches;
+    }
+
     /// A robot of bodies in depth-first order.
     ///
     /// # Errors

@@ -135,16 +135,22 @@ impl CollisionModel {
     }
 
     /// Tells the shapes that may be a part of what touches from those that may not.
-    pub fn find_pads(&mut self, patches: &[ContactPatch]) {
-        for shape in &mut self.shapes {
-            let own = patches.iter().filter(|patch| patch.body == shape.body);
-            let holds = |patch: &ContactPatch| {
-                let centre = ShapeGeometry::Sphere { radius_m: 0.0 };
-                let (X_BG, geometry) = (&shape.X_BG, &shape.geometry);
+    pub(crate) fn find_pads(&mut self, patches: &[ContactPatch]) {
+        self.shapes
+            .iter_mut()
+            .for_each(|shape| shape.is_pad = false);
+        for patch in patches {
+            let centre = ShapeGeometry::Sphere { radius_m: 0.0 };
+            let holds = |shape: &Shape| {
                 patch.point_radius_m().is_none()
-                    || closest(geometry, X_BG, &centre, &patch.X_BC, 0.0).is_some()
+                    || closest(&shape.geometry, &shape.X_BG, &centre, &patch.X_BC, 0.0).is_some()
             };
-            shape.is_pad = own.into_iter().any(holds);
+            let own = |shape: &&mut Shape| shape.body == patch.body;
+            // A ball in none of them is of all.
+            let in_one = self.shapes.iter().any(|s| s.body == patch.body && holds(s));
+            for shape in self.shapes.iter_mut().filter(own) {
+                shape.is_pad |= !in_one || holds(shape);
+            }
         }
     }
 

@@ -207,8 +207,7 @@ fn put_together(
     }
     if let Some((file, text)) = &texts.contacts {
         let patches = contacts::read(file, text, &robot);
-        robot.patches = findings.kept(patches).unwrap_or_default();
-        robot.collision.find_pads(&robot.patches);
+        robot.set_patches(findings.kept(patches).unwrap_or_default());
     }
     overlaps::except(&mut robot, config, findings);
     Ok(robot)
