@@ -65,6 +65,7 @@ pub(crate) fn pairs(
             return None;
         };
         if let Some(required) = touching(pair.a, obstacle) {
+            // What is to stay off is looked for from twice that on.
             let is_near = pair.distance < required + CONTACT_LOOK_M.max(required);
             return is_near.then(|| near(pair, kinematics, required));
         }

@@ -19,7 +19,7 @@ pub struct Robot {
     pub bodies: Vec<Body>,
     /// Every link of the URDF as a frame on a body.
     pub frames: Vec<Frame>,
-    /// Where it may touch the world.
+    /// Where it may touch the world; [`Self::set_patches`] replaces them.
     pub patches: Vec<ContactPatch>,
     /// Named joint values, `nj` each.
     pub postures: BTreeMap<String, Vec<f64>>,

@@ -72,11 +72,15 @@ mod tests {
         let body = |id: &str, x: f64| Obstacle::cuboid(id, [x, -0.1, 0.3], [x + 0.1, 0.1, 0.4]);
         let mut terrain = Terrain {
             faces: Vec::new(),
-            obstacles: vec![body("loose0", 0.0), body("loose1", 1.0), body("crate", 0.0)],
+            obstacles: vec![
+                body("loose0", 0.0),
+                body("loose1", 1.0),
+                body("loose plank", 0.0),
+            ],
         };
         let dropped = drop_refuted(&mut terrain, &robot, &start, 0.02, 0.1);
         assert_eq!(dropped, ["loose0"]);
         let left: Vec<&str> = terrain.obstacles.iter().map(|o| o.id.as_str()).collect();
-        assert_eq!(left, ["loose1", "crate"]);
+        assert_eq!(left, ["loose1", "loose plank"]);
     }
 }

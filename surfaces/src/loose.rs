@@ -100,9 +100,11 @@ pub fn loose(faces: &[Face], views: &[&FreeSpace]) -> Vec<Obstacle> {
 /// What bodies of no face are called.
 const NAME: &str = "loose";
 
-/// Whether a body is of points that lie on no face.
+/// Whether a body is of points that lie on no face, by its name: `loose` and a number.
 pub fn is_loose(body: &Obstacle) -> bool {
-    body.surface.is_none() && body.id.starts_with(NAME)
+    let number = body.id.strip_prefix(NAME);
+    let is_number = |n: &str| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
+    body.surface.is_none() && number.is_some_and(is_number)
 }
 
 struct Loose {

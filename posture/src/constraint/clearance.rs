@@ -14,7 +14,8 @@ use crate::rows::{Rows, Tag};
 
 /// Distance within which pairs of bodies are looked at, m.
 const PREDICTION_M: f64 = 0.10;
-/// A distance to what a link in contact may touch is a row from here on to its bound, m.
+/// A distance to what a link in contact may touch is a row from here on to its bound, m; where it is to stay off, from
+/// twice that on.
 const CONTACT_PREDICTION_M: f64 = 2e-3;
 
 /// Pairs whose distance is watched.

@@ -291,3 +291,19 @@ fn a_shank_stays_off_the_ground_that_its_ball_is_on() {
     );
     assert!(outcome.posture().is_some(), "{outcome:?}");
 }
+
+#[test]
+fn what_holds_the_ball_may_touch_and_all_of_the_link_where_nothing_does() {
+    let (mut robot, _) = standing("quadruped", "standing", "front_left");
+    let mut patches = robot.patches.clone();
+    let body = patches[0].body;
+    let pads = |robot: &Robot| {
+        let own = robot.collision.shapes().iter().filter(|s| s.body == body);
+        own.map(|shape| shape.is_pad).collect::<Vec<bool>>()
+    };
+    let held = pads(&robot);
+    assert!(held.contains(&true) && held.contains(&false), "{held:?}");
+    patches[0].X_BC.translation.vector.z -= 1.0;
+    robot.set_patches(patches);
+    assert!(pads(&robot).iter().all(|is_pad| *is_pad));
+}

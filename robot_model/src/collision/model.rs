@@ -22,7 +22,7 @@ pub struct Shape {
     /// The shape in G.
     pub geometry: ShapeGeometry,
     /// Whether it may be a part of what touches: its body has a flat patch, or it holds the centre of a ball that
-    /// its body touches with. A shank beside its ball is none.
+    /// its body touches with, or no shape of the body does. A shank beside its ball is none.
     pub is_pad: bool,
 }
 

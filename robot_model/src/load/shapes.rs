@@ -77,7 +77,7 @@ impl ShapeReader<'_> {
                     body: *body,
                     X_BG: X_BL * pose(origin),
                     geometry,
-                    is_pad: false,
+                    is_pad: true,
                 });
             }
             if !link.visual.is_empty() {
