@@ -100,7 +100,7 @@ pub struct Face {
     /// How well the plane was fitted; None where none was.
     pub fit: Option<Fit>,
     /// How the edges were seen: [`crate::Edge::view`] counts these; none where they are known
-    /// exactly.
+    /// exactly. The body behind the face goes on along the rays of the first.
     pub views: Vec<EdgeView>,
     /// How deep the body behind the face goes on along the rays that saw it (against the normal where nothing is
     /// known of these), m: nothing was seen of what lies there.

@@ -33,7 +33,8 @@ const FLAT: f64 = 0.25;
 const SPECK_M2: f64 = 0.002;
 
 /// Makes bodies behind scanned faces `depth_m` deep along the rays, or as deep as none of the views saw anything
-/// there; and returns bodies beyond the border of the view, which reach `reach_m` far.
+/// there, and of the views of a face along the rays of that which leaves them deepest: what is hidden is hidden from
+/// each, and a view from behind the front edge of a tread would hide free space before the riser. And returns bodies beyond the border of the view, which reach `reach_m` far.
 ///
 /// Units: m.  Frames: W.
 pub fn fill_unseen(
@@ -45,14 +46,33 @@ pub fn fill_unseen(
     let scanned = |face: &&mut Face| face.source == Source::Scan;
     let mut bodies = Vec::new();
     for face in faces.iter_mut().filter(scanned) {
-        if let Some(view) = face.views.first() {
-            face.depth_m = hidden_m(face, &view.eye_W, views, depth_m);
+        let depths = face
+            .views
+            .iter()
+            .map(|view| hidden_m(face, &view.eye_W, views, depth_m));
+        // The later of equal ones is the greatest.
+        let deepest = depths.enumerate().rev().max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((view, deepest_m)) = deepest {
+            put_first(face, view);
+            face.depth_m = deepest_m;
         }
         if reach_m > 0.0 && depth_m > 0.0 {
             bodies.extend(beyond(face, views, depth_m, reach_m));
         }
     }
     bodies
+}
+
+/// Makes a view of a face the first one.
+fn put_first(face: &mut Face, view: usize) {
+    face.views.swap(0, view);
+    for edge in face.region.edges_mut().flatten() {
+        edge.view = edge.view.map(|seen| match seen {
+            0 => view,
+            seen if seen == view => 0,
+            seen => seen,
+        });
+    }
 }
 
 /// How deep nothing was seen behind a face along the rays from an eye, `most_m` at most.

@@ -92,6 +92,33 @@ fn what_another_view_saw_behind_a_face_ends_its_body() {
     }
 }
 
+/// A tread that two views saw, one from above its front edge and one from behind: the space before the riser is hidden from
+/// the latter alone.
+#[test]
+fn a_body_goes_on_along_the_rays_that_leave_it_deepest() {
+    let (behind, before) = ([3.0, 0.5, 2.0], [-2.0, 0.5, 2.0]);
+    let mut faces = [face(&SQUARE, behind)];
+    faces[0].views.push(EdgeView {
+        eye_W: before.into(),
+        ..faces[0].views[0]
+    });
+    faces[0].region.edges_mut().flatten().last().unwrap().view = Some(1);
+    // The floor below the front edge.
+    let views = [
+        looking(behind, [0, 100, 0, 100], 0.0),
+        looking(before, [-40, -2, 0, 100], -0.1),
+    ];
+    fill_unseen(&mut faces, &views, 0.3, 0.0);
+    assert_eq!(faces[0].depth_m, 0.3);
+    assert_eq!(faces[0].views[0].eye_W, before.into());
+    let edges = faces[0]
+        .region
+        .edges_mut()
+        .flatten()
+        .map(|edge| edge.view.unwrap());
+    assert_eq!(edges.collect::<Vec<_>>(), [1, 1, 1, 0]);
+}
+
 /// Outlines on the plane z = 0 of the fronts of bodies.
 fn fronts(bodies: &[Obstacle]) -> Outline {
     let ring = |body: &Obstacle| {
