@@ -81,10 +81,8 @@ impl Search<'_> {
         }
         if self.best.is_none() {
             let more = self.context.config.improve;
-            self.budget = [
-                self.nodes.len() + more,
-                self.solved + more * PROBLEMS_A_NODE,
-            ];
+            let [nodes, _, solved] = self.spent();
+            self.budget = [nodes + more, solved + more * PROBLEMS_A_NODE];
             if more > 0 {
                 // Few contacts count from here on, not a quick answer.
                 self.frontier.weigh_less(self.context.weight - 1.0);
@@ -115,8 +113,8 @@ impl Search<'_> {
 
     /// Whether the budget is spent.
     pub(crate) fn is_spent(&self) -> bool {
-        let [nodes, solved] = self.budget;
-        self.nodes.len() >= nodes || self.solved >= solved
+        let ([nodes, _, solved], [nodes_max, solved_max]) = (self.spent(), self.budget);
+        nodes >= nodes_max || solved >= solved_max
     }
 
     /// The best plan where there is one, or how far the search came.

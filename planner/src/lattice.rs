@@ -1,7 +1,9 @@
 //! Where the base may be: how its feet would stand there, how much room there is, and what a move costs.
+#![allow(non_snake_case)]
+
 use std::f64::consts::TAU;
 
-use nalgebra::{Rotation2, Vector2};
+use nalgebra::{Rotation2, Vector2, Vector3};
 
 use crate::context::SearchContext;
 use crate::ground::{Ground, Stands};
@@ -22,6 +24,20 @@ const TIGHT: f64 = 4.0;
 const CROUCH: f64 = 5.0;
 /// Price of a metre up or down.
 const CLIMB: f64 = 2.0;
+/// What a search that got stuck at a place adds to the price of a metre and of a turn there, and how far about it, falling
+/// off evenly, in parts of the legs' height.
+const STUCK: f64 = 6.0;
+const STUCK_LEGS: f64 = 2.0;
+
+/// What a way is chosen by beside its length.
+#[derive(Clone, Debug)]
+pub(crate) struct Preference {
+    /// What a metre by which the ground is higher under one of two feet than under the other adds to the price of a metre
+    /// and of a turn.
+    pub uneven: f64,
+    /// Where the base was on other ways when the search got stuck, in W, m.
+    pub stuck_W: Vec<Vector3<f64>>,
+}
 
 /// How the feet step, m.
 #[derive(Clone, Copy, Debug)]
@@ -105,9 +121,7 @@ pub(crate) struct Lattice<'a> {
     /// Height of the base over the ground, m.
     pub legs_m: f64,
     pub steps: Steps,
-    /// What a metre by which the ground is higher under one of two feet than under the other adds to the price of a metre
-    /// and of a turn.
-    uneven: f64,
+    preference: &'a Preference,
     /// How far the base is beside what carries it at most, m.
     lean_m: f64,
     /// Where a foot may be from its usual place (ahead, left), the nearest first.
@@ -125,6 +139,8 @@ pub(crate) struct Footed {
     pub uneven_m: f64,
     /// How much room there is about the base.
     pub room: Room,
+    /// What searches that got stuck near there add to the price of a metre.
+    pub stuck: f64,
 }
 
 impl<'a> Lattice<'a> {
@@ -133,7 +149,7 @@ impl<'a> Lattice<'a> {
         context: &'a SearchContext<'a>,
         steps: fn(&SearchContext, f64) -> Steps,
         stands: Stands,
-        uneven: f64,
+        preference: &'a Preference,
     ) -> Option<Self> {
         let feet = &context.feet;
         let legs = feet.iter().map(|f| -context.offset(*f).z);
@@ -156,7 +172,7 @@ impl<'a> Lattice<'a> {
             rooms: Rooms::new(context, legs_m, steps.over_m),
             legs_m,
             steps,
-            uneven,
+            preference,
             lean_m: tip_m(context) + 0.1 * legs_m,
             spread,
         })
@@ -193,6 +209,11 @@ impl<'a> Lattice<'a> {
         let count = self.context.feet.len() as f64;
         let ground_m = ground_m / count;
         let room = self.rooms.at(p, ground_m)?;
+        let base = p.push(ground_m + self.legs_m);
+        let stuck = |place: &Vector3<f64>| {
+            let apart = (place - base).norm() / (STUCK_LEGS * self.legs_m);
+            STUCK * (1.0 - apart).max(0.0)
+        };
         Some(Footed {
             ground_m,
             off_m: off_m / count,
@@ -202,6 +223,7 @@ impl<'a> Lattice<'a> {
                 _ => 0.0,
             },
             room,
+            stuck: self.preference.stuck_W.iter().map(stuck).sum(),
         })
     }
 
@@ -223,9 +245,9 @@ impl<'a> Lattice<'a> {
         let aside = 1.0 + (ASIDE - 1.0) * (1.0 - ahead).min(1.0);
         let tight = if to.room.is_wide { 1.0 } else { TIGHT };
         let low = CROUCH * to.room.crouch_m / self.legs_m;
-        let uneven = 1.0 + self.uneven * to.uneven_m;
-        length * aside * tight * (uneven + OFF_PLACE * to.off_m + low)
-            + self.context.turn_m * turn.abs() * uneven
+        let ground = 1.0 + self.preference.uneven * to.uneven_m + to.stuck;
+        length * aside * tight * (ground + OFF_PLACE * to.off_m + low)
+            + self.context.turn_m * turn.abs() * ground
             + CLIMB * (to.ground_m - from.ground_m).abs()
     }
 }

@@ -1,18 +1,22 @@
-//! The search along one way of the base, and along another one where that leads to no plan soon.
+//! The search along one way of the base, and along others where that leads to no plan soon.
+#![allow(non_snake_case)]
 
 use std::sync::atomic::AtomicBool;
 
 use crate::context::SearchContext;
 use crate::estimate::estimate;
+use crate::lattice::Preference;
 use crate::request::Request;
 use crate::result::{Progress, SearchResult, Status};
 use crate::search::Search;
 use crate::way::{self, UNEVEN};
 use crate::{Config, Error};
 
-/// Nodes after which another way is tried: so many, and so many for every contact change that is estimated.
+/// Nodes after which another way is tried: so many, and so many for every contact change that is estimated; or so many
+/// posture problems for each of these.
 const SOON: f64 = 40.0;
 const SOON_A_CHANGE: f64 = 2.0;
+const SOON_PROBLEMS: usize = 4;
 
 /// Searches for a sequence of stances from the start to the goal.
 ///
@@ -23,7 +27,7 @@ const SOON_A_CHANGE: f64 = 2.0;
 /// [`Error`] where the request makes no sense or the start is no stance.
 ///
 /// Source: best-first planning of \[escande2013\] as used in \[brossette2013\]; deviation: candidates
-/// are solved one at a time in the order of an estimate instead of all children of a node, and along another way of
+/// are solved one at a time in the order of an estimate instead of all children of a node, and along other ways of
 /// the base where none is found soon along the first.
 pub fn search(
     request: &Request,
@@ -34,40 +38,68 @@ pub fn search(
     cancel: &AtomicBool,
 ) -> Result<SearchResult, Error> {
     motion_config.validate()?;
-    let begun = |uneven: f64| {
+    let begun = |preference: &Preference| {
         let context = SearchContext::new(request, config, posture_config)?;
-        let context = way::laid(context, uneven);
+        let context = way::laid(context, preference);
         Search::begin(context, posture_config, motion_config, progress)
     };
-    let (mut search, mut ended) = begun(UNEVEN)?;
-    let mut elsewhere = [0; 3];
+    let mut preference = Preference {
+        uneven: UNEVEN,
+        stuck_W: Vec::new(),
+    };
+    let (mut first, mut ended) = begun(&preference)?;
+    let feet = first.nodes[0].feet(&first.context);
+    let soon = (SOON + SOON_A_CHANGE * estimate(&first.context, &feet)) as usize;
+    let soon = [soon, soon * SOON_PROBLEMS];
     if ended.is_none() {
-        let feet = search.nodes[0].feet(&search.context);
-        let soon = SOON + SOON_A_CHANGE * estimate(&search.context, &feet);
-        ended = search.run(soon as usize, progress, cancel)?;
-        if ended.is_none() {
-            let (mut other, mut its) = begun(0.0)?;
-            if other.context.route.poses() != search.context.route.poses() && its.is_none() {
-                other.spends(search.spent());
-                its = other.run(soon as usize, progress, cancel)?;
-                if its == Some(Status::Found) {
-                    (search, other, ended) = (other, search, its);
-                }
-                elsewhere = other.spent();
-                search.spends(elsewhere);
-            }
-        }
+        ended = first.run(soon, progress, cancel)?;
     }
+    let mut searches = vec![first];
+    // One way does not mind uneven ground; the others keep off where those before got stuck.
+    for keeps_off in [false, true, true, true, true] {
+        if ended.is_some() {
+            break;
+        }
+        preference.uneven = if keeps_off { UNEVEN } else { 0.0 };
+        if keeps_off {
+            preference.stuck_W = searches.iter().map(Search::stuck_W).collect();
+        }
+        let (mut other, its) = begun(&preference)?;
+        let known = |search: &Search| other.context.route.is_along(&search.context.route);
+        if its.is_some() || searches.iter().any(known) {
+            continue;
+        }
+        other.elsewhere = spent(&searches);
+        ended = other.run(soon, progress, cancel)?;
+        ended = ended.filter(|ended| *ended == Status::Found);
+        searches.push(other);
+    }
+    // That which has a plan, or else the one that came nearest to the goal, goes on.
+    let last = searches.len() - 1;
+    let rest = |&way: &usize| searches[way].rest();
+    let nearest = (0..=last).min_by(|a, b| rest(a).total_cmp(&rest(b)));
+    let chosen = match ended {
+        Some(_) => last,
+        None => nearest.unwrap_or(0),
+    };
+    let mut search = searches.swap_remove(chosen);
+    search.elsewhere = spent(&searches);
     let ended = match ended {
         Some(ended) => ended,
         None => search
-            .run(usize::MAX, progress, cancel)?
+            .run([usize::MAX; 2], progress, cancel)?
             .unwrap_or(Status::Exhausted),
     };
-    let mut result = search.ended(ended);
-    let [nodes, expanded, solved] = elsewhere;
-    result.summary.nodes_generated += nodes;
-    result.summary.nodes_expanded += expanded;
-    result.summary.candidates_solved += solved;
-    Ok(result)
+    Ok(search.ended(ended))
+}
+
+/// What searches spent together, each by itself.
+fn spent(searches: &[Search]) -> [usize; 3] {
+    let alone = searches.iter().map(|search| {
+        let (spent, elsewhere) = (search.spent(), search.elsewhere);
+        std::array::from_fn(|k| spent[k] - elsewhere[k])
+    });
+    alone.fold([0; 3], |sum, spent: [usize; 3]| {
+        std::array::from_fn(|k| sum[k] + spent[k])
+    })
 }

@@ -68,6 +68,8 @@ pub(crate) struct Search<'a> {
     failed: BTreeMap<(Key, ChangeKey), BTreeSet<usize>>,
     expanded: BTreeSet<usize>,
     pub solved: usize,
+    /// What searches along other ways spent, as in [`Self::spent`].
+    pub elsewhere: [usize; 3],
 }
 
 impl<'a> Search<'a> {
@@ -206,12 +208,13 @@ impl<'a> Search<'a> {
     pub fn progress(&self, stage: Stage) -> Progress {
         let best = &self.nodes[self.nearest()];
         let rest = estimate(&self.context, &best.feet(&self.context));
+        let [nodes, _, solved] = self.spent();
         Progress {
-            nodes: self.nodes.len(),
+            nodes,
             nodes_max: self.budget[0],
             stances: best.depth + 1,
             stances_about: best.depth + 1 + rest.ceil() as usize,
-            solved: self.solved,
+            solved,
             best_distance_m: best.distance_m(&self.context),
             stage,
         }
@@ -236,10 +239,11 @@ impl<'a> Search<'a> {
     /// Counts of what was done.
     pub fn summary(&self, path_stances: usize) -> SearchSummary {
         let route = self.context.route.poses().iter();
+        let [nodes_generated, nodes_expanded, candidates_solved] = self.spent();
         SearchSummary {
-            nodes_generated: self.nodes.len(),
-            nodes_expanded: self.expanded.len(),
-            candidates_solved: self.solved,
+            nodes_generated,
+            nodes_expanded,
+            candidates_solved,
             path_stances,
             changes_min: self.changes_min,
             route: route

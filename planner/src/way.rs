@@ -13,7 +13,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::context::{LEVEL_LEGS, SearchContext};
 use crate::gap::gap;
 use crate::ground::{PLACES_M, Stands};
-use crate::lattice::{Footed, HEADINGS, Lattice, Steps};
+use crate::lattice::{Footed, HEADINGS, Lattice, Preference, Steps};
 use crate::route::{Pose, Route, wrap};
 use crate::shortest::Found;
 use crate::steepness::holds_alone;
@@ -43,9 +43,12 @@ enum Way {
 ///
 /// Where steps as usual lead nowhere, the longest ones are asked for; and where faces are too slippery to stand
 /// on, a way that does without them is sought first.
-pub(crate) fn laid(mut context: SearchContext, uneven: f64) -> SearchContext {
-    let found = |stands: Stands| match find(&context, Steps::usual, stands, uneven) {
-        Way::None(_) => find(&context, Steps::longest, stands, uneven),
+pub(crate) fn laid<'a>(
+    mut context: SearchContext<'a>,
+    preference: &Preference,
+) -> SearchContext<'a> {
+    let found = |stands: Stands| match find(&context, Steps::usual, stands, preference) {
+        Way::None(_) => find(&context, Steps::longest, stands, preference),
         found => found,
     };
     let feet = context.feet.iter();
@@ -76,9 +79,9 @@ fn find(
     context: &SearchContext,
     steps: fn(&SearchContext, f64) -> Steps,
     stands: Stands,
-    uneven: f64,
+    preference: &Preference,
 ) -> Way {
-    let Some(lattice) = Lattice::new(context, steps, stands, uneven) else {
+    let Some(lattice) = Lattice::new(context, steps, stands, preference) else {
         return Way::Straight(false);
     };
     let goal_heading = context.request.goal.base.yaw_rad;
@@ -205,14 +208,13 @@ impl Lattice<'_> {
         let footed = self.founded(&from.p.xy(), from.heading, level_m)?;
         let (poses, _) = self.line(from, footed, &to.xy(), heading)?;
         let (_, last) = poses.last()?;
-        // On the level that is wanted, with room and never far from where feet are usually.
+        // On the level that is wanted, with room, never far from where feet are usually, and where no search got stuck.
         let wanted = to.z - self.legs_m;
         let off_m = poses.iter().map(|(_, f)| f.off_m).fold(0.0, f64::max);
         let arrives = (last.ground_m - wanted).abs() <= self.steps.climb_m;
-        let is_wide = poses
-            .iter()
-            .all(|(_, f)| f.room.is_wide && f.room.crouch_m == 0.0);
-        let is_usual = is_wide && off_m <= 0.5 * Steps::usual(self.context, self.legs_m).ahead_m;
+        let is_open = |f: &Footed| f.room.is_wide && f.room.crouch_m == 0.0 && f.stuck == 0.0;
+        let is_open = poses.iter().all(|(_, f)| is_open(f));
+        let is_usual = is_open && off_m <= 0.5 * Steps::usual(self.context, self.legs_m).ahead_m;
         (arrives && is_usual).then_some(poses)
     }
 

@@ -1,10 +1,12 @@
 //! How a search begins, and what becomes of each candidate.
+#![allow(non_snake_case)]
 
 use std::collections::BTreeSet;
 use std::collections::btree_map::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use motion::MotionContext;
+use nalgebra::Vector3;
 
 use crate::change::Candidate;
 use crate::context::SearchContext;
@@ -70,6 +72,7 @@ impl<'a> Search<'a> {
             failed: BTreeMap::new(),
             expanded: BTreeSet::new(),
             solved: 0,
+            elsewhere: [0; 3],
         };
         search.blocked.extend(doubt);
         let root = node_construction::root(&search.context, posture_config)?;
@@ -88,26 +91,36 @@ impl<'a> Search<'a> {
         Ok((search, None))
     }
 
-    /// Nodes, nodes of which children were tried, and posture problems so far.
+    /// Nodes, nodes of which children were tried, and posture problems so far, with those of searches along other ways.
     pub fn spent(&self) -> [usize; 3] {
-        [self.nodes.len(), self.expanded.len(), self.solved]
+        let here = [self.nodes.len(), self.expanded.len(), self.solved];
+        std::array::from_fn(|k| here[k] + self.elsewhere[k])
     }
 
-    /// Takes what was spent elsewhere off the budget.
-    pub fn spends(&mut self, [nodes, _, solved]: [usize; 3]) {
-        for (left, spent) in self.budget.iter_mut().zip([nodes, solved]) {
-            *left = left.saturating_sub(spent);
+    /// The least estimate to the goal of a node, in contacts; infinite where nothing is left to try.
+    pub fn rest(&self) -> f64 {
+        match self.frontier.first() {
+            Some(_) => self.nearest.0,
+            None => f64::INFINITY,
         }
     }
 
-    /// Goes on until so many nodes are there and no plan; how it ends where it does before.
+    /// Where the base was to go from the node that is nearest to the goal, in W, m.
+    pub fn stuck_W(&self) -> Vector3<f64> {
+        let along_m = self.nodes[self.nearest()].along_m(&self.context);
+        let ahead_m = along_m + self.context.stride_m;
+        self.context.route.at(ahead_m).p
+    }
+
+    /// Goes on until so many nodes are there, or so many posture problems solved, and no plan; how it ends where it does
+    /// before.
     pub fn run(
         &mut self,
-        nodes_max: usize,
+        [nodes, solved]: [usize; 2],
         progress: Told,
         cancel: &AtomicBool,
     ) -> Result<Option<Status>, Error> {
-        while self.best.is_some() || self.nodes.len() < nodes_max {
+        while self.best.is_some() || (self.nodes.len() < nodes && self.solved < solved) {
             if let Some(status) = self.step(progress, cancel)? {
                 return Ok(Some(status));
             }

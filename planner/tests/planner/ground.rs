@@ -307,3 +307,25 @@ fn stairs_that_turn_back_are_turned_on_the_landing() {
     let request = request(&robot, &environment, Vector3::new(0.3, 1.3, 0.0));
     check(&plan(&request), 2.0);
 }
+
+/// Stones with room for a sole's width and not for its length: where the shortest way leads to no plan, others keep off
+/// where the search got stuck.
+#[test]
+fn a_way_that_leads_nowhere_is_left_for_a_longer_one() {
+    let robot = humanoid();
+    let mut faces = vec![
+        level("floor", [-0.5, 1.0, 0.0], [1.0, 2.4]),
+        level("other", [2.9, 1.0, 0.0], [1.0, 2.4]),
+        level("bridge", [1.2, 2.4, 0.0], [0.9, 0.8]),
+    ];
+    for (i, j) in (0..6).flat_map(|i| (0..4).map(move |j| (i, j))) {
+        let at = [0.62 + 0.21 * f64::from(i), 0.21 * (f64::from(j) - 1.5), 0.0];
+        faces.push(level(&format!("stone{i}-{j}"), at, [0.1, 0.1]));
+    }
+    let environment = world(faces, Vec::new());
+    let found = plan(&request(&robot, &environment, Vector3::new(2.6, 0.0, 0.0)));
+    check(&found, 8.0);
+    let bridge = environment.face("bridge").ok();
+    let mut contacts = found.path.iter().flat_map(|stance| &stance.contacts);
+    assert!(contacts.any(|contact| contact.face == bridge));
+}
