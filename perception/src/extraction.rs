@@ -19,6 +19,8 @@ pub struct Extraction {
     pub statistics: Statistics,
     /// Which pixel or point belongs to which plane; not of [`crate::Method::Brossette2013`].
     pub segmentation: Option<Segmentation>,
+    /// Which pixel a face surely holds; of an image only.
+    pub on_face: Vec<bool>,
 }
 
 /// Counts of points and parts along the way.

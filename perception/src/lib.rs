@@ -44,6 +44,7 @@ mod extraction;
 mod face;
 mod ground_pose;
 pub mod lidar;
+mod looked;
 mod organised;
 mod perceive;
 mod plane_covariance;

@@ -7,11 +7,12 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use surfaces::free_space::{FreeSpace, RayEnd};
 use surfaces::fuse::{self, View};
 use surfaces::level::apply_level_prior;
-use surfaces::loose::loose;
+use surfaces::loose::{is_loose, loose};
 use surfaces::{Face, Terrain, fill_unseen};
 
 use crate::extraction::Statistics;
 use crate::lidar::{LidarCalibration, LidarCloud, LidarCounts, segment_cloud};
+use crate::looked::{Asked, looked};
 use crate::registration::{Registration, register};
 use crate::{Config, Error, Method, Scan, extract, plausible};
 
@@ -202,8 +203,6 @@ impl fmt::Display for Notice {
     }
 }
 
-/// Of so many points one tells what a view looked through.
-const RAY_STEP: usize = 4;
 /// Standard deviation of a LiDAR's range where its rings are not calibrated, m.
 const LIDAR_SIGMA_M: f64 = 0.015;
 
@@ -225,10 +224,12 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         // 1. What the scan shows by itself.
         let mut view = match scan {
             PosedScan::Scan { name, scan, X_WV } => {
-                let mut view = of_scan(name, scan, X_WV, config, &mut found.notices)?;
-                if several || config.avoid_loose {
-                    view.free_space = free_space(scan, X_WV, config.range_max_m);
-                }
+                let (mut view, on_face) = of_scan(name, scan, X_WV, config, &mut found.notices)?;
+                let of = Asked {
+                    through: several,
+                    beside: config.avoid_loose,
+                };
+                view.free_space = looked(scan, X_WV, config.range_max_m, &on_face, of);
                 view
             }
             PosedScan::Lidar { name, cloud, mount } => {
@@ -259,7 +260,7 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
         views.push(view);
     }
     // 4. Faces that more than one scan shows are one.
-    let looked: Vec<FreeSpace> = (views.iter_mut())
+    let seen: Vec<FreeSpace> = (views.iter_mut())
         .map(|view| match several {
             true => view.free_space.clone(),
             false => std::mem::take(&mut view.free_space),
@@ -276,18 +277,19 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
     found.terrain = fused.terrain;
     // 5. What a camera shows beside the faces: a sweep's things are known by now.
     if config.avoid_loose {
-        let cameras = scans.iter().zip(&looked);
+        let cameras = scans.iter().zip(&seen);
         let cameras = cameras.filter(|(scan, _)| matches!(scan, PosedScan::Scan { .. }));
-        let cameras: Vec<&FreeSpace> = cameras.map(|(_, looked)| looked).collect();
+        let cameras: Vec<&FreeSpace> = cameras.map(|(_, seen)| seen).collect();
         let loose = loose(&found.terrain.faces, &cameras);
-        if !loose.is_empty() {
-            found.notices.push(Notice::Loose(loose.len()));
+        let things = loose.iter().filter(|body| is_loose(body)).count();
+        if things > 0 {
+            found.notices.push(Notice::Loose(things));
         }
         found.terrain.obstacles.extend(loose);
     }
     // 6. Where things may go on that no view showed.
     let (depth_m, reach_m) = (config.unseen_depth_m, config.unseen_reach_m);
-    let others = if several { &looked[..] } else { &[] };
+    let others = if several { &seen[..] } else { &[] };
     let unseen = fill_unseen(&mut found.terrain.faces, others, depth_m, reach_m);
     found.terrain.obstacles.extend(unseen);
     Ok(found)
@@ -295,14 +297,14 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
 
 /// A scan with less than this part of its points in range shows nothing.
 const IN_RANGE_MIN: f64 = 0.01;
-/// The view of a camera or a bare cloud.
+/// The view of a camera or a bare cloud, and which of its points a face surely holds.
 fn of_scan(
     name: &str,
     scan: &Scan,
     X_WV: &Isometry3<f64>,
     config: &Config,
     notices: &mut Vec<Notice>,
-) -> Result<View, Error> {
+) -> Result<(View, Vec<bool>), Error> {
     let extraction = extract(scan, X_WV, config)?;
     let Statistics { valid, used, .. } = extraction.statistics;
     let doubts: Vec<String> = scan.depth.iter().flat_map(plausible::doubts).collect();
@@ -337,35 +339,11 @@ fn of_scan(
         scan: name.to_owned(),
         cause,
     }));
-    Ok(View {
+    let view = View {
         faces: extraction.faces,
-        obstacles: Vec::new(),
-        free_space: FreeSpace::default(),
-    })
-}
-
-/// What a camera or a bare cloud looked through, by points in range.
-fn free_space(scan: &Scan, X_WV: &Isometry3<f64>, range_max_m: f64) -> FreeSpace {
-    let turn = X_WV.rotation.to_rotation_matrix();
-    let sampled = scan.cloud.points.iter().step_by(RAY_STEP);
-    let mut points = Vec::with_capacity(sampled.len());
-    for p in sampled {
-        let p_V = Point3::from(p.map(f64::from));
-        let range = (p_V.coords - scan.eye_V).norm();
-        // Not where a coordinate is not a number.
-        if range <= range_max_m {
-            let sigma = scan.noise.sigma_z_m(range);
-            let systematic = scan.noise.systematic_ratio * range;
-            points.push(RayEnd {
-                p_W: turn * p_V + X_WV.translation.vector,
-                sigma_m: (sigma * sigma + systematic * systematic).sqrt(),
-            });
-        }
-    }
-    FreeSpace {
-        eye_W: X_WV * Point3::from(scan.eye_V),
-        points,
-    }
+        ..View::default()
+    };
+    Ok((view, extraction.on_face))
 }
 
 /// The view of a LiDAR.
@@ -407,6 +385,7 @@ fn of_sweep(
         free_space: FreeSpace {
             eye_W: Point3::from(mount.X_WV().translation.vector),
             points: scan.points_W.iter().map(end).collect(),
+            ..FreeSpace::default()
         },
     })
 }

@@ -1,6 +1,6 @@
 //! One scan: points in the sensor's frame, and the depth image behind them where there is one.
 
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use crate::sensor::{Intrinsics, Noise};
 
@@ -57,6 +57,14 @@ pub struct Scan {
 }
 
 impl DepthImage {
+    /// The point of a pixel by its place in the rows, NaN where there is none.
+    pub(crate) fn point(&self, i: usize) -> Point3<f64> {
+        let (k, z) = (&self.intrinsics, f64::from(self.z_m[i]));
+        let z = if z > 0.0 { z } else { f64::NAN };
+        let (u, v) = ((i % self.width) as f64, (i / self.width) as f64);
+        Point3::new((u - k.cx) / k.fx * z, (v - k.cy) / k.fy * z, z)
+    }
+
     /// The points of the valid pixels on the image's grid, NaN where there is none.
     pub fn to_cloud(&self) -> PointCloud {
         let k = &self.intrinsics;

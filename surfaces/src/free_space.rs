@@ -37,6 +37,11 @@ pub struct FreeSpace {
     pub eye_W: Point3<f64>,
     /// The points; a sample of them will do.
     pub points: Vec<RayEnd>,
+    /// Those that no face is known to hold, as dense a sample as `density` says.
+    pub beside: Vec<RayEnd>,
+    /// Of all points as many are in such a sample on a square that faces the sensor, of a side as long as it is far
+    /// away, where it sees most.
+    pub density: f64,
 }
 
 /// What a view makes of a face.

@@ -71,10 +71,12 @@ impl View {
         }
         let bodies = self.obstacles.iter_mut();
         let points = bodies.flat_map(|body| body.points_W.iter_mut());
-        for p_W in points.chain(self.free_space.points.iter_mut().map(|seen| &mut seen.p_W)) {
+        let looked = &mut self.free_space;
+        let seen = looked.points.iter_mut().chain(&mut looked.beside);
+        for p_W in points.chain(seen.map(|seen| &mut seen.p_W)) {
             *p_W = X_W * *p_W;
         }
-        self.free_space.eye_W = X_W * self.free_space.eye_W;
+        looked.eye_W = X_W * looked.eye_W;
     }
 }
 
@@ -115,7 +117,8 @@ impl View {
                 .zip(further)
                 .for_each(|(edge, more)| edge.further_m += more);
         }
-        for seen in &mut self.free_space.points {
+        let looked = &mut self.free_space;
+        for seen in looked.points.iter_mut().chain(&mut looked.beside) {
             let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
             let more = axes.map(|n| sigma(along(&seen.p_W, &n)).powi(2));
             let more = more.into_iter().fold(0.0, f64::max);

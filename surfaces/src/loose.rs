@@ -1,7 +1,9 @@
-//! What was seen and lies on no face, gathered into convex bodies to keep away from.
+//! What was seen and is in no face, gathered into convex bodies to keep away from.
 //!
-//! A point is of a face where it is as near to its plane as the point is known, over the face or little beside it.
-//! Points of no face are counted in cells, each point as the part of a full cell that it is at its distance, so that
+//! A face's region is what is surely the face's: a strip along its edges, narrow parts and those where something else
+//! may begin are taken off. For collisions they count. A point that is as near to the plane of a face around as it is
+//! known is of that plane: beside the region it is put onto the plane, and nothing of its body is before that. Points of
+//! no plane are things. Both are counted in cells, each point as the part of a full cell that it is at its distance, so that
 //! single points between a thing and what is behind it are none. Cells that touch are one thing, and a thing is cut
 //! until each part about fills a box. Each part is the hull of its points and of a little behind them.
 
@@ -12,95 +14,127 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::conservative_bodies::behind_W;
 use crate::free_space::{FreeSpace, RayEnd, SIGMAS};
 use crate::outline::Outline;
-use crate::{Face, Obstacle};
+use crate::{Face, FaceId, Obstacle};
 
 /// Side of the cells in which points are counted, m.
 const CELL_M: f64 = 0.05;
 /// The part of a cell's full number of points from which on something is there.
 const FILLED: f64 = 0.25;
-/// Full cells that the smallest thing has points for.
+/// Full cells that the smallest thing of no plane has points for.
 const FULL_CELLS_MIN: f64 = 1.0;
-/// And points of it.
+/// And points of any thing.
 const POINTS_MIN: usize = 6;
 /// Half the width of a point: a body has some in all directions, m.
 const POINT_M: f64 = 0.005;
-/// Nearer to a plane points are of its face, m.
+/// Nearer to a plane points are of it, m.
 const NEAR_MIN_M: f64 = 0.02;
 /// Side of the cells in which it is known where a face is, m.
-const FACE_CELL_M: f64 = 0.05;
-/// So many of them beside its outline a face may go on.
-const BESIDE: usize = 2;
+const FACE_CELL_M: f64 = 0.02;
+/// So many of them around a face its plane goes on.
+const AROUND: isize = 15;
+/// Planes are across each other from this angle on (its sine, squared).
+const ACROSS: f64 = 0.5;
 /// Most cells of a face: faces of a kilometre are no faces.
 const CELLS_MAX: usize = 4_000_000;
-/// A part that fills less of its box is cut where it is longer than a few cells.
-const BOX_FILLED: f64 = 0.3;
+/// A thing that fills less of its box is cut where it is longer than a few cells: one of no plane, and one beside a
+/// face, of which a hull would fill inner corners.
+const BOX_FILLED: [f64; 2] = [0.3, 0.6];
 /// Depth of a body behind what was seen of it, m.
 const DEPTH_M: f64 = 0.03;
-/// Width of the bins of direction in which points are counted, as a ratio of the distance.
-const BIN: f64 = 0.02;
-/// Of so many points one is counted there.
-const BIN_STEP: usize = 5;
 
 type Cell = [i64; 3];
 
-/// Bodies of what the views show beside the faces, by their first cells.
+/// Bodies of what the views show beside the faces: those of the planes of faces in their order, then those of none.
 pub fn loose(faces: &[Face], views: &[&FreeSpace]) -> Vec<Obstacle> {
     let plates: Vec<Plate> = faces.iter().filter_map(Plate::of).collect();
-    // 1. Points of no face in their cells, each with its share of a full cell.
-    let mut cells: BTreeMap<Cell, Vec<Loose>> = BTreeMap::new();
+    // 1. Points in the cells of the plane that they are of, and of none, each with its share of a full cell.
+    let mut cells: Vec<BTreeMap<Cell, Vec<Loose>>> = Vec::new();
+    cells.resize_with(plates.len() + 1, BTreeMap::new);
     for view in views {
-        let bin = full_bin(view);
-        let mut last: Option<&Plate> = None;
-        for seen in &view.points {
+        for seen in &view.beside {
             let way_W = seen.p_W - view.eye_W;
-            // Mostly the face of the point before.
-            let mut likely = last.into_iter().chain(&plates);
-            last = likely.find(|plate| plate.explains(seen, &way_W));
-            if last.is_some() {
-                continue;
-            }
-            let full = bin * (CELL_M / (BIN * way_W.norm())).powi(2);
-            let point = Loose {
-                p_W: seen.p_W,
-                behind_W: behind_W(&seen.p_W, &view.eye_W, DEPTH_M),
-                share: 1.0 / full.max(1.0),
+            let near = plates.iter().enumerate();
+            let near = near.filter_map(|(k, plate)| Some((plate.off(seen, &way_W)?, k)));
+            let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0));
+            let facing = view.density * (CELL_M / way_W.norm()).powi(2);
+            let (to, at, full, ends_W) = match nearest {
+                Some((off, _)) if off < 0.0 => continue,
+                Some((_, k)) => {
+                    let plate = &plates[k];
+                    let mut foot_W = seen.p_W - plate.n_W * plate.height_m(&seen.p_W);
+                    // The end of a riser is not over the tread.
+                    for across in &plates {
+                        let t_W = across.n_W - plate.n_W * plate.n_W.dot(&across.n_W);
+                        let height_m = across.height_m(&foot_W);
+                        if t_W.norm_squared() > ACROSS
+                            && height_m > 0.0
+                            && across.off(seen, &way_W).is_some()
+                        {
+                            foot_W -= t_W * (height_m / t_W.norm_squared());
+                        }
+                    }
+                    let at = (plate.X_FW * foot_W).xy().coords.push(0.0);
+                    let ends_W = [foot_W, foot_W - plate.n_W * DEPTH_M];
+                    (k, at, facing * plate.across(&way_W), ends_W)
+                }
+                None => {
+                    let behind_W = behind_W(&seen.p_W, &view.eye_W, DEPTH_M);
+                    (plates.len(), seen.p_W.coords, facing, [seen.p_W, behind_W])
+                }
             };
-            let at = seen.p_W.coords.map(|x| (x / CELL_M).floor() as i64);
-            cells.entry(at.into()).or_default().push(point);
+            let at = at.map(|x| (x / CELL_M).floor() as i64);
+            cells[to].entry(at.into()).or_default().push(Loose {
+                ends_W,
+                share: 1.0 / full.max(1.0),
+            });
         }
     }
-    let share = |points: &[Loose]| points.iter().map(|point| point.share).sum::<f64>();
-    cells.retain(|_, points| share(points) >= FILLED);
-    // 2. Cells that touch, cut into parts.
-    let mut parts = Vec::new();
-    let mut left: BTreeSet<Cell> = cells.keys().copied().collect();
-    while let Some(first) = left.pop_first() {
-        let thing = connected(first, &mut left);
-        let full: f64 = thing.iter().map(|cell| share(&cells[cell])).sum();
-        let points: usize = thing.iter().map(|cell| cells[cell].len()).sum();
-        if full >= FULL_CELLS_MIN && points >= POINTS_MIN {
-            cut(thing, &mut parts);
+    // 2. Cells that touch, cut into parts, and their bodies.
+    let mut bodies = Vec::new();
+    let space = [Vector3::x(), Vector3::y(), Vector3::z()];
+    for (k, mut cells) in cells.into_iter().enumerate() {
+        let plate = plates.get(k);
+        let share = |points: &[Loose]| points.iter().map(|point| point.share).sum::<f64>();
+        cells.retain(|_, points| share(points) >= FILLED);
+        let (full_min, box_filled) = match plate {
+            None => (FULL_CELLS_MIN, BOX_FILLED[0]),
+            Some(_) => (FILLED, BOX_FILLED[1]),
+        };
+        let mut parts = Vec::new();
+        let mut left: BTreeSet<Cell> = cells.keys().copied().collect();
+        while let Some(first) = left.pop_first() {
+            let thing = connected(first, &mut left);
+            let full: f64 = thing.iter().map(|cell| share(&cells[cell])).sum();
+            let points: usize = thing.iter().map(|cell| cells[cell].len()).sum();
+            if full >= full_min && points >= POINTS_MIN {
+                cut(thing, box_filled, &mut parts);
+            }
+        }
+        for (number, part) in parts.iter().enumerate() {
+            let ends = part
+                .iter()
+                .flat_map(|cell| &cells[cell])
+                .flat_map(|p| p.ends_W);
+            let points: Vec<Point3<f64>> = ends.collect();
+            let axes = plate.map_or(&space[..], |plate| &plate.tangents_W);
+            bodies.push(Obstacle {
+                id: match plate {
+                    None => format!("{NAME}{number}"),
+                    Some(plate) => format!("{}/rim{number}", plate.id),
+                },
+                points_W: outermost(&points, axes),
+                surface: None,
+                assumed: false,
+            });
         }
     }
-    // 3. Their bodies.
-    let bodies = parts.iter().enumerate().map(|(number, part)| {
-        let points = part.iter().flat_map(|cell| &cells[cell]);
-        let points = points.flat_map(|p| [p.p_W, p.behind_W]);
-        let points: Vec<Point3<f64>> = points.flat_map(around).collect();
-        Obstacle {
-            id: format!("{NAME}{number}"),
-            points_W: outermost(&points),
-            surface: None,
-            assumed: false,
-        }
-    });
-    bodies.collect()
+    bodies
 }
 
-/// What bodies of no face are called.
+/// What bodies of no plane are called.
 const NAME: &str = "loose";
 
-/// Whether a body is of points that lie on no face, by its name: `loose` and a number.
+/// Whether a body is of points of no plane, by its name: `loose` and a number.
 pub fn is_loose(body: &Obstacle) -> bool {
     let number = body.id.strip_prefix(NAME);
     let is_number = |n: &str| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
@@ -108,113 +142,96 @@ pub fn is_loose(body: &Obstacle) -> bool {
 }
 
 struct Loose {
-    p_W: Point3<f64>,
-    behind_W: Point3<f64>,
+    /// The point, and what is behind it.
+    ends_W: [Point3<f64>; 2],
     /// The part of a full cell that the point is.
     share: f64,
 }
 
-/// Points in a bin of directions that is full: the median of the bins with any.
-fn full_bin(view: &FreeSpace) -> f64 {
-    let mut bins: BTreeMap<Cell, usize> = BTreeMap::new();
-    for seen in view.points.iter().step_by(BIN_STEP) {
-        let way = seen.p_W - view.eye_W;
-        let axis = way.iamax();
-        let scale = 1.0 / (BIN * way[axis].abs().max(f64::MIN_POSITIVE));
-        let [u, v] = [1, 2].map(|k| (way[(axis + k) % 3] * scale).floor() as i64);
-        let side = axis as i64 * 2 + i64::from(way[axis] > 0.0);
-        *bins.entry([side, u, v]).or_default() += 1;
-    }
-    let mut counts: Vec<usize> = bins.into_values().collect();
-    let middle = counts.len() / 2;
-    match counts.is_empty() {
-        true => 0.0,
-        false => (BIN_STEP * *counts.select_nth_unstable(middle).1) as f64,
-    }
-}
-
 /// Where a face is, in cells of its plane, for many questions.
-struct Plate {
+struct Plate<'a> {
+    id: &'a FaceId,
     X_FW: Isometry3<f64>,
-    /// The plane n·p = b in W.
+    /// The plane n·p = b in W, and its tangents.
     n_W: Vector3<f64>,
     b_m: f64,
+    tangents_W: [Vector3<f64>; 2],
     low: [f64; 2],
     cols: usize,
-    /// Row by row, whether the face is there or may go on.
+    /// Row by row, whether the face is there.
     on: Vec<bool>,
 }
 
-impl Plate {
-    fn of(face: &Face) -> Option<Self> {
+impl<'a> Plate<'a> {
+    fn of(face: &'a Face) -> Option<Self> {
         let (low, high) = Outline::from(&face.region).bounds()?;
-        let beside_m = BESIDE as f64 * FACE_CELL_M;
-        let low = [low.x - beside_m, low.y - beside_m];
-        let count = |axis: usize| {
-            let long_m = high[axis] + beside_m - low[axis];
-            (long_m / FACE_CELL_M).ceil().max(1.0) as usize
-        };
+        let count = |axis: usize| ((high[axis] - low[axis]) / FACE_CELL_M).ceil().max(1.0) as usize;
         let (cols, rows) = (count(0), count(1));
         let mut on = vec![false; cols.checked_mul(rows).filter(|n| *n <= CELLS_MAX)?];
         let middle = |axis: usize, k: usize| low[axis] + (k as f64 + 0.5) * FACE_CELL_M;
+        let mut crossed: Vec<f64> = Vec::new();
         for (y, row) in on.chunks_exact_mut(cols).enumerate() {
             // Where the row's line goes in and out of the region.
             let at = middle(1, y);
-            let crossed = face.region.segments().filter_map(|(_, [a, b])| {
+            crossed.clear();
+            crossed.extend(face.region.segments().filter_map(|(_, [a, b])| {
                 let across = (a.y > at) != (b.y > at);
                 across.then(|| a.x + (at - a.y) / (b.y - a.y) * (b.x - a.x))
-            });
-            let mut crossed: Vec<f64> = crossed.collect();
+            }));
             crossed.sort_by(f64::total_cmp);
-            for (x, cell) in row.iter_mut().enumerate() {
-                *cell = crossed.partition_point(|c| *c < middle(0, x)) % 2 == 1;
+            for ends in crossed.chunks_exact(2) {
+                let cell = |x: f64| ((x - low.x) / FACE_CELL_M).round().max(0.0) as usize;
+                let [first, end] = [ends[0], ends[1]].map(|x| cell(x).min(cols));
+                row[first..end].fill(true);
             }
         }
-        let n_W = face.normal_W();
+        let (n_W, turn) = (face.normal_W(), face.X_WF.rotation);
         Some(Self {
+            id: &face.id,
             X_FW: face.X_WF.inverse(),
             n_W,
             b_m: n_W.dot(&face.X_WF.translation.vector),
-            low,
+            tangents_W: [turn * Vector3::x(), turn * Vector3::y()],
+            low: [low.x, low.y],
             cols,
-            on: wider(&wider(&on, cols, 1), cols, cols),
+            on,
         })
     }
 
-    /// Whether a point is of the face.
-    fn explains(&self, seen: &RayEnd, way_W: &Vector3<f64>) -> bool {
-        let off_m = (self.n_W.dot(&seen.p_W.coords) - self.b_m).abs();
-        if off_m > NEAR_MIN_M.max(SIGMAS * seen.sigma_m) {
-            return false;
-        }
-        // And as near as it is known across the plane.
-        let across_m = seen.sigma_m * self.n_W.dot(way_W).abs() / way_W.norm();
-        if off_m > NEAR_MIN_M.max(SIGMAS * across_m) {
-            return false;
-        }
-        let p = self.X_FW * seen.p_W;
-        let [x, y] = [0, 1].map(|axis| ((p[axis] - self.low[axis]) / FACE_CELL_M).floor());
-        let within = x >= 0.0 && y >= 0.0 && x < self.cols as f64;
-        within && self.on.get(y as usize * self.cols + x as usize) == Some(&true)
+    /// How far a point is off the plane as a part of what it may be, where it is of it; less than 0 in the face: where
+    /// one face ends and another one goes on it is in the other.
+    #[inline]
+    fn off(&self, seen: &RayEnd, way_W: &Vector3<f64>) -> Option<f64> {
+        let off_m = self.height_m(&seen.p_W).abs();
+        // As near as it is known along the ray, and so across the plane.
+        let may_be = off_m <= NEAR_MIN_M.max(SIGMAS * seen.sigma_m);
+        may_be.then(|| self.off_near(off_m, seen, way_W)).flatten()
     }
-}
 
-/// Cells that are as far as [`BESIDE`] steps before or behind one that is on, in its row (steps of one) or its
-/// column (steps of a row).
-fn wider(on: &[bool], cols: usize, step: usize) -> Vec<bool> {
-    let mut wide = on.to_vec();
-    for (i, _) in on.iter().enumerate().filter(|(_, on)| **on) {
-        for k in 1..=BESIDE {
-            let in_line = |j: &usize| step != 1 || j / cols == i / cols;
-            let (before, behind) = (i.checked_sub(k * step), Some(i + k * step));
-            for j in [before, behind].into_iter().flatten().filter(in_line) {
-                if let Some(cell) = wide.get_mut(j) {
-                    *cell = true;
-                }
-            }
+    fn off_near(&self, off_m: f64, seen: &RayEnd, way_W: &Vector3<f64>) -> Option<f64> {
+        let most_m = NEAR_MIN_M.max(SIGMAS * seen.sigma_m * self.across(way_W));
+        let p = self.X_FW * seen.p_W;
+        let [x, y] = [0, 1].map(|axis| ((p[axis] - self.low[axis]) / FACE_CELL_M).floor() as isize);
+        let (cols, rows) = (self.cols as isize, (self.on.len() / self.cols) as isize);
+        let around = |x: isize, cells: isize| (-AROUND..cells + AROUND).contains(&x);
+        if off_m > most_m || !around(x, cols) || !around(y, rows) {
+            return None;
         }
+        let within = (0..cols).contains(&x) && (0..rows).contains(&y);
+        Some(match within && self.on[(y * cols + x) as usize] {
+            true => -1.0,
+            false => off_m / most_m,
+        })
     }
-    wide
+
+    fn height_m(&self, p_W: &Point3<f64>) -> f64 {
+        self.n_W.dot(&p_W.coords) - self.b_m
+    }
+
+    /// The sine of the angle between a ray and the plane.
+    fn across(&self, way_W: &Vector3<f64>) -> f64 {
+        self.n_W.dot(way_W).abs() / way_W.norm()
+    }
 }
 
 /// The cells that touch one another from the first on, taken out of those that are left.
@@ -235,7 +252,7 @@ fn connected(first: Cell, left: &mut BTreeSet<Cell>) -> Vec<Cell> {
 }
 
 /// Cuts cells across their longest axis until each part about fills its box, or is small.
-fn cut(part: Vec<Cell>, parts: &mut Vec<Vec<Cell>>) {
+fn cut(part: Vec<Cell>, box_filled: f64, parts: &mut Vec<Vec<Cell>>) {
     let ends = |axis: usize| {
         let along = || part.iter().map(|cell| cell[axis]);
         (along().min().unwrap_or(0), along().max().unwrap_or(0))
@@ -243,7 +260,7 @@ fn cut(part: Vec<Cell>, parts: &mut Vec<Vec<Cell>>) {
     let long = [0, 1, 2].map(|axis| ends(axis).1 - ends(axis).0 + 1);
     let axis = (0..3).max_by_key(|&axis| long[axis]).unwrap_or(0);
     let all: i64 = long.iter().product();
-    if long[axis] <= 3 || part.len() as f64 >= BOX_FILLED * all as f64 {
+    if long[axis] <= 3 || part.len() as f64 >= box_filled * all as f64 {
         parts.push(part);
         return;
     }
@@ -251,32 +268,39 @@ fn cut(part: Vec<Cell>, parts: &mut Vec<Vec<Cell>>) {
     let (before, after) = part.into_iter().partition(|cell| cell[axis] < middle);
     [before, after]
         .into_iter()
-        .for_each(|half| cut(half, parts));
+        .for_each(|half| cut(half, box_filled, parts));
 }
 
-/// The corners of a point that has a width.
-fn around(p: Point3<f64>) -> impl Iterator<Item = Point3<f64>> {
-    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let ends = axes.into_iter().flat_map(|axis| [axis, -axis]);
-    ends.map(move |end| p + POINT_M * end)
-}
-
-/// The points that are farthest out in directions all around.
-fn outermost(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
-    let all = (0..27).filter(|k| *k != 13);
-    let directions = all.map(|k| {
-        Vector3::new(
-            f64::from(k % 3 - 1),
-            f64::from(k / 3 % 3 - 1),
-            f64::from(k / 9 - 1),
-        )
-    });
-    let farthest = directions.filter_map(|d| {
-        let along = |p: &usize| points[*p].coords.dot(&d);
-        (0..points.len()).max_by(|a, b| along(a).total_cmp(&along(b)))
-    });
-    let farthest: BTreeSet<usize> = farthest.collect();
-    farthest.into_iter().map(|i| points[i]).collect()
+/// The corners of the hull that are farthest out in directions all around, of points that have a width along axes.
+fn outermost(points: &[Point3<f64>], axes: &[Vector3<f64>]) -> Vec<Point3<f64>> {
+    let mut corners: Vec<Point3<f64>> = Vec::new();
+    // Half of the directions to the corners, edges and sides of a cube: the other half is opposite.
+    for k in 0..13 {
+        let d = Vector3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1).map(f64::from);
+        let first = points.first().copied().unwrap_or_default();
+        let (mut low, mut high) = ((f64::INFINITY, first), (f64::NEG_INFINITY, first));
+        for p in points {
+            let along = p.coords.dot(&d);
+            if along < low.0 {
+                low = (along, *p);
+            }
+            if along > high.0 {
+                high = (along, *p);
+            }
+        }
+        let most =
+            |a: &&Vector3<f64>, b: &&Vector3<f64>| a.dot(&d).abs().total_cmp(&b.dot(&d).abs());
+        let out = axes
+            .iter()
+            .max_by(most)
+            .map_or(d, |axis| axis * axis.dot(&d).signum());
+        for corner in [low.1 - out * POINT_M, high.1 + out * POINT_M] {
+            if !corners.contains(&corner) {
+                corners.push(corner);
+            }
+        }
+    }
+    corners
 }
 
 #[cfg(test)]

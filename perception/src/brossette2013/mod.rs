@@ -155,6 +155,7 @@ pub(crate) fn extract(
         refused,
         statistics,
         segmentation: None,
+        on_face: Vec::new(),
     })
 }
 

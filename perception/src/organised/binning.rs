@@ -1,6 +1,5 @@
 //! Images finer than what is told in pixels is meant for.
 
-use crate::extraction::Segmentation;
 use crate::scan::DepthImage;
 use crate::sensor::{Intrinsics, Noise};
 
@@ -53,15 +52,19 @@ pub(super) fn binned(depth: &DepthImage, ratio: usize, noise: &Noise) -> DepthIm
     }
 }
 
-/// The labels of a binned image's pixels for those of the image itself.
-pub(super) fn spread(labels: &[u16], width: usize, of: &DepthImage, ratio: usize) -> Vec<u16> {
-    let height = labels.len() / width.max(1);
+/// What is known of a binned image's pixels for those of the image itself, `none` in the margin.
+pub(super) fn spread<T: Copy>(
+    known: &[T],
+    width: usize,
+    of: &DepthImage,
+    ratio: usize,
+    none: T,
+) -> Vec<T> {
+    let height = known.len() / width.max(1);
     let at = |i: usize| {
         let (x, y) = (i % of.width / ratio, i / of.width / ratio);
         let inside = x < width && y < height;
-        inside.then(|| labels[y * width + x])
+        inside.then(|| known[y * width + x])
     };
-    (0..of.z_m.len())
-        .map(|i| at(i).unwrap_or(Segmentation::NONE))
-        .collect()
+    (0..of.z_m.len()).map(|i| at(i).unwrap_or(none)).collect()
 }

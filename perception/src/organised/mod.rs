@@ -146,7 +146,16 @@ pub(crate) fn extract(
         let face = outline::face(&image, pixels, &around, known, noise, X_WV)?;
         Some((pixels.label, face))
     };
-    let found: Vec<_> = connected.par_iter().filter_map(of_pixels).collect();
+    let found: Vec<_> = connected.par_iter().map(of_pixels).collect();
+    let mut on_face = vec![false; labels.len()];
+    let is_face =
+        |(_, found): &(&Face, &Option<(u16, Result<_, _>)>)| matches!(found, Some((_, Ok(_))));
+    let held = connected.iter().zip(&found).filter(is_face);
+    for &(v, a, b) in held.flat_map(|(pixels, _)| &pixels.runs) {
+        let [first, end] = [a, b].map(|u| v as usize * image.width + u as usize);
+        on_face[first..end].fill(true);
+    }
+    let found: Vec<_> = found.into_iter().flatten().collect();
     let Faces {
         faces,
         planes: plane_of_face,
@@ -166,7 +175,7 @@ pub(crate) fn extract(
         height: all.height,
         labels: match ratio {
             1 => labels,
-            _ => binning::spread(&labels, image.width, all, ratio),
+            _ => binning::spread(&labels, image.width, all, ratio, Segmentation::NONE),
         },
         plane_of_face,
         planes_V: planes
@@ -185,5 +194,9 @@ pub(crate) fn extract(
         refused,
         statistics,
         segmentation: Some(segmentation),
+        on_face: match ratio {
+            1 => on_face,
+            _ => binning::spread(&on_face, image.width, all, ratio, false),
+        },
     })
 }

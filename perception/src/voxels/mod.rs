@@ -127,6 +127,7 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
         refused,
         statistics,
         segmentation: Some(segmentation),
+        on_face: Vec::new(),
     }
 }
 

@@ -149,3 +149,48 @@ fn what_is_on_no_face_is_kept_away_from_and_nothing_is_where_nothing_stands() {
         }
     }
 }
+
+/// The distance of a point from the hull of others, m, or a little less: as far as they are to one side of it.
+fn beside_hull(p: &Point3<f64>, points: &[Point3<f64>]) -> f64 {
+    let on_sphere = (0..200).map(|k| {
+        let (turn, z) = (2.399_963 * f64::from(k), (f64::from(k) - 99.5) / 100.0);
+        let r = (1.0 - z * z).sqrt();
+        Vector3::new(r * turn.cos(), r * turn.sin(), z)
+    });
+    let gap = |u: Vector3<f64>| {
+        let along = points.iter().map(|q| (p - q).dot(&u));
+        along.fold(f64::INFINITY, f64::min)
+    };
+    on_sphere.map(gap).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Of a kerb's narrow top little is surely one face, and nothing may go through the rest.
+#[test]
+fn a_narrow_top_is_in_the_way_from_end_to_end() {
+    for (seed, x, width) in [(1, 2.2, 0.1), (2, 2.5, 0.1), (3, 2.8, 0.08)] {
+        let height = 0.11;
+        let kerb = block("kerb", [x, 0.0, 0.0], [width, 1.8, 2.0 * height], 0.0, 0.0);
+        let image = scan(&[floor(), kerb], &pose(), true, seed);
+        let found = perceive(&[posed(&image)], &Config::default()).unwrap();
+        let behind = found
+            .terrain
+            .faces
+            .iter()
+            .flat_map(|face| face.bodies_W(0.03));
+        let others = found
+            .terrain
+            .obstacles
+            .iter()
+            .map(|body| body.points_W.clone());
+        let bodies: Vec<Vec<Point3<f64>>> = behind.chain(others).collect();
+        for k in -16..=16 {
+            let p = Point3::new(x, 0.05 * f64::from(k), height);
+            let away_m = bodies.iter().map(|body| beside_hull(&p, body));
+            let away_m = away_m.fold(f64::INFINITY, f64::min);
+            assert!(
+                away_m < 0.02,
+                "{x} m away, seed {seed}: {p} is {away_m} m from all bodies"
+            );
+        }
+    }
+}

@@ -51,6 +51,7 @@ fn looking_at(eye: [f64; 3], [x0, x1, y0, y1]: [f64; 4], height: f64) -> FreeSpa
     FreeSpace {
         eye_W: Point3::from(eye),
         points: points.map(seen).collect(),
+        ..FreeSpace::default()
     }
 }
 

@@ -1,3 +1,5 @@
+use nalgebra::{Translation3, UnitQuaternion};
+
 use super::*;
 
 /// Points as an eye 1.4 m over the origin sees them, a hundredth of the distance apart: of the floor from 0.6 to 2 m
@@ -19,7 +21,12 @@ fn seen(things: &dyn Fn(f64, f64) -> f64) -> FreeSpace {
             });
         }
     }
-    FreeSpace { eye_W, points }
+    FreeSpace {
+        eye_W,
+        beside: points,
+        density: 1e4,
+        ..FreeSpace::default()
+    }
 }
 
 fn floor() -> Face {
@@ -62,12 +69,73 @@ fn a_thing_on_no_face_is_a_body_and_the_floor_is_none() {
         .for_each(|body| assert!(body.validate().is_ok() && is_loose(body)));
 }
 
+/// Of a floor whose face is two parts with a gap between, all that was seen is in the way, and nothing is over it.
+#[test]
+fn what_a_face_lost_is_behind_its_plane() {
+    let part = |id: &str, x: f64| {
+        Face::rectangle(id, Isometry3::translation(x, 0.0, 0.0), [0.6, 3.0]).unwrap()
+    };
+    let faces = [part("near", 0.7), part("far", 1.5)];
+    // Noise of 1 cm up and down.
+    let view = seen(&|x, y| 0.01 * (1e3 * (x + 2.0 * y)).sin());
+    let bodies = loose(&faces, &[&view]);
+    let within = |y: f64| {
+        bodies.iter().any(|body| {
+            let along = |axis: usize| body.points_W.iter().map(move |p| p[axis]);
+            let covers = |axis: usize, low: f64, high: f64| {
+                along(axis).any(|x| x <= low) && along(axis).any(|x| x >= high)
+            };
+            covers(0, 1.03, 1.17) && covers(1, y, y)
+        })
+    };
+    assert!(
+        (-20..=20).all(|k| within(0.02 * f64::from(k))),
+        "{bodies:?}"
+    );
+    for body in &bodies {
+        body.validate().unwrap();
+        assert!(
+            !is_loose(body) && body.points_W.iter().all(|p| p.z < 1e-9),
+            "{body:?}"
+        );
+    }
+}
+
+/// The end of a wall is not over what it stands under.
+#[test]
+fn what_is_near_two_planes_is_over_neither() {
+    // A step of 13 cm at x = 1.2, whose face begins and ends 3 cm from its ends.
+    let view = seen(&|x, _| {
+        if x < 1.2 {
+            0.0
+        } else {
+            0.13 + 0.015 * (1e3 * x).sin()
+        }
+    });
+    let floor = Face::rectangle("floor", Isometry3::translation(0.2, 0.0, 0.0), [1.9, 3.0]);
+    let top = Face::rectangle("top", Isometry3::translation(2.24, 0.0, 0.13), [2.0, 3.0]);
+    let turn = UnitQuaternion::from_axis_angle(&-Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
+    let wall = Face::rectangle(
+        "wall",
+        Isometry3::from_parts(Translation3::new(1.2, 0.0, 0.065), turn),
+        [0.07, 3.0],
+    );
+    let bodies = loose(&[floor.unwrap(), top.unwrap(), wall.unwrap()], &[&view]);
+    let walls = bodies.iter().filter(|body| body.id.starts_with("wall"));
+    let highest = walls.flat_map(|body| &body.points_W).map(|p| p.z);
+    let highest = highest.fold(f64::NEG_INFINITY, f64::max);
+    assert!(
+        (0.11..0.13 + POINT_M + 1e-9).contains(&highest),
+        "{highest}"
+    );
+}
+
 #[test]
 fn points_between_a_thing_and_what_is_behind_it_are_no_thing() {
     let mut view = seen(&|_, _| 0.0);
     // A row of single points across the view, each anywhere between eye and floor.
     let eye_W = view.eye_W;
-    for (k, seen) in view.points.iter_mut().skip(60 * 100).take(100).enumerate() {
+    for (k, seen) in view.beside.iter_mut().skip(60 * 100).take(100).enumerate() {
         let part = 0.5 + 0.4 * (k as f64 * 0.37).fract();
         seen.p_W = eye_W + (seen.p_W - eye_W) * part;
     }
@@ -84,7 +152,8 @@ fn a_few_points_of_a_thin_cloud_in_line_are_a_body_or_none() {
         });
         let view = FreeSpace {
             eye_W: Point3::new(0.0, 0.0, 1.4),
-            points: points.collect(),
+            beside: points.collect(),
+            ..FreeSpace::default()
         };
         for body in loose(&[floor()], &[&view]) {
             assert!(count > 5, "{body:?}");

@@ -36,6 +36,7 @@ fn looking(eye: [f64; 3], [x0, x1, y0, y1]: [i32; 4], height: f64) -> FreeSpace 
     FreeSpace {
         eye_W: eye.into(),
         points: places.map(seen).collect(),
+        ..FreeSpace::default()
     }
 }
 
