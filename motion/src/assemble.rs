@@ -13,6 +13,9 @@ use crate::passage;
 use crate::problem::MotionContext;
 use crate::segment::{PhaseTrajectory, Segment};
 
+/// Every so many places of phases are looked at for the time from rest to rest: the fewer, the less that is.
+const LOOKED_AT: [usize; 2] = [8, 1];
+
 /// What motions of these settings keep to.
 pub fn limits(config: &Config, posture: &posture::Config) -> Limits {
     Limits {
@@ -87,11 +90,11 @@ fn paced(
     let own = || run.par_iter().map(|(k, _)| stops[*k]);
     let through = pace::samples(context, &bent);
     let steps: usize = through.iter().map(|(_, samples)| samples.len() - 1).sum();
-    let slow = || {
-        let least: Vec<f64> = own().map(|phase| pace::least_s(context, phase)).collect();
-        steps as f64 * context.config.dt_s > least.iter().sum()
+    let slow = |every: &usize| {
+        let least = own().map(|phase| pace::least_s(context, phase, *every));
+        steps as f64 * context.config.dt_s > least.collect::<Vec<f64>>().iter().sum()
     };
-    if run.len() > 1 && (through.is_empty() || slow()) {
+    if run.len() > 1 && (through.is_empty() || LOOKED_AT.iter().all(slow)) {
         return own()
             .flat_map(|phase| pace::samples(context, &[phase]))
             .collect();

@@ -84,13 +84,21 @@ impl LoadShares {
         own
     }
 
-    /// Force and moment about `com_W` of forces at the points.
-    pub fn resultant(&self, com_W: &Vector3<f64>, forces_W: &[Vector3<f64>]) -> Vector6<f64> {
-        let each = self.points.iter().zip(forces_W);
-        each.fold(Vector6::zeros(), |sum, (p, f)| {
-            let moment = (p.p_W - com_W).cross(f);
-            sum + Vector6::new(f.x, f.y, f.z, moment.x, moment.y, moment.z)
-        })
+    /// Force and moment about `com_W` of each of several forces at every point.
+    pub fn resultants<const N: usize>(
+        &self,
+        com_W: &Vector3<f64>,
+        forces_W: &[[Vector3<f64>; N]],
+    ) -> [Vector6<f64>; N] {
+        let mut sums = [Vector6::zeros(); N];
+        for (p, forces) in self.points.iter().zip(forces_W) {
+            let r = p.p_W - com_W;
+            for (sum, f) in sums.iter_mut().zip(forces) {
+                let moment = r.cross(f);
+                *sum += Vector6::new(f.x, f.y, f.z, moment.x, moment.y, moment.z);
+            }
+        }
+        sums
     }
 
     /// How much of what is needed beyond rest each point takes, by how hard it presses at rest.
@@ -112,7 +120,7 @@ impl LoadShares {
         weights: &[f64],
         com_W: &Vector3<f64>,
         resultants: [Vector6<f64>; N],
-    ) -> [Vec<Vector3<f64>>; N] {
+    ) -> impl Iterator<Item = [Vector3<f64>; N]> + use<N> {
         let most = weights.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
         let each = self.points.iter().zip(weights);
         let each = each.map(|(p, w)| (p.p_W - com_W, self.bearing[p.contact] * (w / most)));
@@ -136,44 +144,44 @@ impl LoadShares {
             Some(_) => None,
             None => square.pseudo_inverse(1e-9).ok(),
         };
-        resultants.map(|resultant| {
+        let solved = resultants.map(|resultant| {
             let y = match (&factor, inverse) {
                 (Some(factor), _) => factor.solve(&resultant),
                 (None, Some(inverse)) => inverse * resultant,
                 (None, None) => Vector6::zeros(),
             };
-            let (force, moment) = (y.fixed_rows::<3>(0), y.fixed_rows::<3>(3));
-            each.iter()
-                .map(|(r, W)| W * (force + moment.cross(r)))
-                .collect()
-        })
+            [y.fixed_rows::<3>(0), y.fixed_rows::<3>(3)].map(|part| part.into_owned())
+        });
+        let own = each.into_iter();
+        own.map(move |(r, W)| solved.map(|[force, moment]| W * (force + moment.cross(&r))))
     }
 
     /// Forces with this resultant whose loads are near to those at rest in proportion, so that none of
     /// them changes its sign: the shares of the whole, again and again by the loads that come of it.
     pub fn leaning(
         &self,
-        at_rest: &[Vector3<f64>],
+        mut loads: Vec<f64>,
         com_W: &Vector3<f64>,
         resultant: Vector6<f64>,
-    ) -> Vec<Vector3<f64>> {
-        let mut loads = self.loads(at_rest);
+    ) -> impl Iterator<Item = Vector3<f64>> + use<> {
         for _ in 0..LEANINGS {
-            let [forces] = self.shared(&loads, com_W, [resultant]);
-            let next = self.loads(&forces);
+            let forces = self.shared(&loads, com_W, [resultant]);
+            let next = forces.zip(&self.points).map(|([f], p)| self.load(&f, p));
             for (load, next) in loads.iter_mut().zip(next) {
                 *load = next.max(FALL_MAX * *load);
             }
         }
-        let [forces] = self.shared(&loads, com_W, [resultant]);
-        forces
+        self.shared(&loads, com_W, [resultant]).map(|[f]| f)
     }
 
     /// How hard each point presses, N; nothing where it pulls.
-    pub fn loads(&self, forces_W: &[Vector3<f64>]) -> Vec<f64> {
-        let loads = forces_W.iter().zip(&self.points);
-        let loads = loads.map(|(f, p)| f.dot(&self.normals[p.contact]).max(0.0));
-        loads.collect()
+    pub fn loads(&self, forces_W: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {
+        let loads = forces_W.zip(&self.points);
+        loads.map(|(f, p)| self.load(&f, p)).collect()
+    }
+
+    fn load(&self, f: &Vector3<f64>, p: &ForcePoint) -> f64 {
+        f.dot(&self.normals[p.contact]).max(0.0)
     }
 }
 
@@ -273,10 +281,11 @@ mod tests {
             normals,
         };
         let w = Vector6::new(40.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        let [forces] = shares.shared(&[250.0; 4], &Vector3::zeros(), [w]);
-        let wall = forces[2].x + forces[3].x;
+        let forces: Vec<_> = shares.shared(&[250.0; 4], &Vector3::zeros(), [w]).collect();
+        let wall = forces[2][0].x + forces[3][0].x;
         assert!(wall > 25.0, "the wall bears {wall} N of 40");
-        assert!((shares.resultant(&Vector3::zeros(), &forces) - w).norm() < 1e-9);
+        let [sum] = shares.resultants(&Vector3::zeros(), &forces);
+        assert!((sum - w).norm() < 1e-9);
     }
 
     #[test]

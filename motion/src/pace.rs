@@ -15,7 +15,7 @@ use nalgebra::{DVector, Matrix3, Matrix3x6, Vector3, Vector6};
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics};
 
 use crate::interpolation::{Curve, Instant};
-use crate::inverse_dynamics::Accelerations;
+use crate::inverse_dynamics::PathDynamics;
 use crate::load_shares::LoadShares;
 use crate::problem::MotionContext;
 use crate::segment::PhaseTrajectory;
@@ -56,14 +56,14 @@ struct Place {
     at_rest: Vec<Vector3<f64>>,
     loads: Vec<f64>,
     /// Torque that each joint would exert if nothing were touched, N·m or N, its axis and its origin.
-    bare: Parts<Vec<f64>>,
+    bare: Vec<Parts<f64>>,
     joints_W: Vec<[Vector3<f64>; 2]>,
     /// Force at each point, N.
-    forces_W: Parts<Vec<Vector3<f64>>>,
+    forces_W: Vec<Parts<Vector3<f64>>>,
     /// Torque of each joint, N·m or N.
-    tau: Parts<Vec<f64>>,
-    /// How fast each body's centre of mass moves, over ṡ.
-    speeds: Vec<f64>,
+    tau: Vec<Parts<f64>>,
+    /// How fast the fastest centre of mass of a body moves, over ṡ.
+    speed: f64,
     /// How fast the patch in the air moves over ṡ, and how far it is from its landing.
     landing: Option<(f64, f64)>,
 }
@@ -81,7 +81,7 @@ pub(crate) struct Pace<'a> {
     /// The axes along which the sides of each contact's cone stand, in W.
     cone_axes: Vec<Matrix3<f64>>,
     kinematics: Kinematics,
-    accelerations: Accelerations,
+    dynamics: PathDynamics,
 }
 
 impl<'a> Pace<'a> {
@@ -91,7 +91,7 @@ impl<'a> Pace<'a> {
         let curve = Curve::new(samples, step, Ends::Free);
         Self {
             kinematics: Kinematics::new(context.robot, &curve.at(0.0).q),
-            accelerations: Accelerations::new(context.robot),
+            dynamics: PathDynamics::default(),
             shares: LoadShares::new(context, &phase.task.closed),
             cone_axes: phase
                 .task
@@ -105,9 +105,9 @@ impl<'a> Pace<'a> {
         }
     }
 
-    /// The dynamics at the samples of the path.
-    fn places(&mut self) -> Vec<Place> {
-        let n = self.phase.samples.len() - 1;
+    /// The dynamics at every so many samples of the path.
+    fn places(&mut self, every: usize) -> Vec<Place> {
+        let n = ((self.phase.samples.len() - 1) / every).max(1);
         let places = (0..=n).map(|i| self.place(i as f64 / n as f64, &Lean::new()));
         places.collect()
     }
@@ -116,21 +116,20 @@ impl<'a> Pace<'a> {
     fn lean(&self, place: &Place, rate: f64, bend: f64) -> Lean {
         let [rest, a, b] = &place.needs;
         let w = a * bend + b * rate * rate;
-        let still = &place.forces_W[0];
-        let leaning = self.shares.leaning(still, &place.com_W, rest + w * FARTHER);
+        let still = || place.forces_W.iter().map(|parts| parts[0]);
+        let loads = self.shares.loads(still());
+        let leaning = self.shares.leaning(loads, &place.com_W, rest + w * FARTHER);
+        let leaning = leaning.zip(still()).map(|(f, rest)| (f - rest) / FARTHER);
+        let leaning: Vec<Vector3<f64>> = leaning.collect();
         let weights = self.shares.weights(&place.loads);
         let plain = self.shares.shared(&weights, &place.com_W, [w]);
-        let [plain] = plain;
-        let leaning = leaning
-            .iter()
-            .zip(still)
-            .map(|(f, rest)| (f - rest) / FARTHER);
-        let leaning: Vec<Vector3<f64>> = leaning.collect();
+        let plain: Vec<Vector3<f64>> = plain.map(|[f]| f).collect();
         // By what part of their limits they grow.
         let used = |forces: &[Vector3<f64>]| {
-            let mut rows = Vec::new();
-            self.bearing([still, forces, forces], &mut rows);
-            rows.iter().map(|row| row.a / row.c).fold(0.0, f64::max)
+            let mut most = 0.0_f64;
+            let parts = still().zip(forces).map(|(rest, f)| [rest, *f, *f]);
+            self.bearing(parts, |row| most = most.max(row.a / row.c));
+            most
         };
         let weight = self.context.robot.mass_kg * GRAVITY_M_S2;
         // Nearly nothing has no direction.
@@ -150,14 +149,11 @@ impl<'a> Pace<'a> {
         let square = rate * rate;
         let path = &place.path;
         let mut forces_W = vec![Vec::new(); self.phase.task.closed.len()];
-        for (i, point) in self.shares.points.iter().enumerate() {
-            let [rest, a, b] = [0, 1, 2].map(|k| place.forces_W[k][i]);
+        for ([rest, a, b], point) in place.forces_W.iter().zip(&self.shares.points) {
             forces_W[point.contact].push(rest + a * bend + b * square);
         }
-        let tau = (0..place.tau[0].len()).map(|j| {
-            let [rest, a, b] = [0, 1, 2].map(|k| place.tau[k][j]);
-            rest + a * bend + b * square
-        });
+        let tau = place.tau.iter();
+        let tau = tau.map(|[rest, a, b]| rest + a * bend + b * square);
         Paced {
             q: path.q.clone(),
             v: &path.v * rate,

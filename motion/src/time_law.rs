@@ -44,18 +44,31 @@ impl TimeLaw {
     /// The fastest time along a path with these limits at the places `at`, from 0 on; nothing where the
     /// path cannot be gone along.
     pub fn fastest(at: &[f64], limits: &[Vec<Row>], smooth_s: f64) -> Option<Self> {
+        Self::within(at, limits, &vec![1.0; at.len()], smooth_s)
+    }
+
+    /// The same with limits that are drawn in by these factors.
+    pub(crate) fn within(
+        at: &[f64],
+        limits: &[Vec<Row>],
+        drawn: &[f64],
+        smooth_s: f64,
+    ) -> Option<Self> {
         let n = limits.len().checked_sub(1).filter(|n| *n > 0)?;
         let mut most = vec![0.0; n + 1];
+        // Limits that are drawn in by k keep s̈ and ṡ² to a k-th of what those as they are do.
         for i in (0..n).rev() {
-            most[i] = controllable(&limits[i], at[i + 1] - at[i], most[i + 1]);
+            let k = drawn[i];
+            most[i] = controllable(&limits[i], at[i + 1] - at[i], k * most[i + 1]) / k;
         }
         let mut x = 0.0_f64;
-        let mut knots = vec![[0.0; 4]];
-        for (i, rows) in limits.iter().enumerate().take(n) {
+        let mut knots = Vec::with_capacity(n + 1);
+        knots.push([0.0; 4]);
+        for (i, (rows, k)) in limits.iter().zip(drawn).enumerate().take(n) {
             let ds = at[i + 1] - at[i];
             let up = rows.iter().filter(|r| r.a > SMALL * r.c);
             let reach = up
-                .map(|r| (r.c - r.b * x) / r.a)
+                .map(|r| (r.c / k - r.b * x) / r.a)
                 .fold(f64::INFINITY, f64::min);
             let slow = MOVING * x.min(most[i + 1]);
             let next = (x + 2.0 * ds * reach).clamp(slow, most[i + 1]);
@@ -91,11 +104,16 @@ impl TimeLaw {
 
     /// s, ṡ and s̈ at a time.
     pub fn at(&self, t_s: f64) -> [f64; 3] {
+        self.with_span(t_s).0
+    }
+
+    /// s, ṡ and s̈ at a time, and the part of the path over which the mean is taken there: s from … to ….
+    pub fn with_span(&self, t_s: f64) -> ([f64; 3], [f64; 2]) {
         let t = t_s / self.slower;
         let (now, before) = (self.sharp(t), self.sharp(t - self.smooth_s));
         let mean = |k: usize| (now[k] - before[k]) / self.smooth_s;
         let k = 1.0 / self.slower;
-        [mean(2), mean(0) * k, mean(1) * k * k]
+        ([mean(2), mean(0) * k, mean(1) * k * k], [before[0], now[0]])
     }
 
     /// When the path is at `s`, s.
@@ -119,12 +137,6 @@ impl TimeLaw {
             low += if rate > SLOW { (s - at) / rate } else { 0.0 };
         }
         low
-    }
-
-    /// The part of the path over which the mean at a time is taken: s from … to ….
-    pub fn span(&self, t_s: f64) -> [f64; 2] {
-        let t = t_s / self.slower;
-        [self.sharp(t - self.smooth_s)[0], self.sharp(t)[0]]
     }
 
     /// When the law would end without the mean, s.

@@ -32,13 +32,16 @@ const STRETCHED: usize = 24;
 /// makes of it between two of them: more is a kink.
 const KINK: f64 = 0.08;
 
-/// The least time for a phase from rest to rest, s: before forces suit its law.
-pub(crate) fn least_s(context: &MotionContext, phase: &PhaseTrajectory) -> f64 {
+/// The least time for a phase from rest to rest, s, by the limits at every so many of its samples: before forces
+/// suit its law.
+pub(crate) fn least_s(context: &MotionContext, phase: &PhaseTrajectory, every: usize) -> f64 {
     let mut pace = Pace::new(context, phase);
-    let places = pace.places();
-    let rows = places.iter().map(|place| binding(pace.rows(place)));
-    let rows = rows.collect();
-    let law = smooth(&Grid::new(vec![rows]), context.config, ROUGHLY);
+    let places = pace.places(every);
+    let law = smooth(
+        &mut Grid::new(vec![pace.limits(&places)]),
+        context.config,
+        ROUGHLY,
+    );
     law.map_or(0.0, |(law, over)| law.duration_s() * over)
 }
 
@@ -50,16 +53,13 @@ pub(crate) fn samples(
 ) -> Vec<(LoadShares, Vec<Paced>)> {
     let paces = phases.iter().map(|phase| Pace::new(context, phase));
     let mut paces: Vec<Pace> = paces.collect();
-    let places = paces.par_iter_mut().map(Pace::places);
-    let mut places: Vec<Vec<Place>> = places.collect();
-    let Some(leans) = suited(&paces, &mut places, context.config) else {
+    let Some((mut grid, leans)) = suited(&mut paces, context.config) else {
         return Vec::new();
     };
-    let mut grid = knots(&paces, places, &leans);
     let (mut slower, mut samples, mut settled) = (1.0, Vec::new(), false);
     let mut sharp: Vec<[f64; 2]> = Vec::new();
     for tried in 1..=DRAWN_IN + STRETCHED {
-        let Some((law, over)) = smooth(&grid, context.config, FINALLY) else {
+        let Some((law, over)) = smooth(&mut grid, context.config, FINALLY) else {
             break;
         };
         let law = law.slower(over * slower);
@@ -90,40 +90,31 @@ pub(crate) fn samples(
     shares.zip(samples).collect()
 }
 
-/// The limits at every sample of the phases' paths, between which the second derivatives of these are linear.
-fn knots(paces: &[Pace], places: Vec<Vec<Place>>, leans: &[Vec<Lean>]) -> Grid {
-    let all = paces.par_iter().zip(places).zip(leans);
-    let rows = all.map(|((pace, places), leans)| {
-        let rows = places.into_iter().enumerate().map(|(i, mut place)| {
-            pace.bear(&mut place, leans.get(i).unwrap_or(&Lean::new()));
-            binding(pace.rows(&place))
-        });
-        rows.collect()
-    });
-    Grid::new(rows.collect())
-}
-
-/// How forces lean that suit the fastest law of the phases.
-fn suited(paces: &[Pace], places: &mut [Vec<Place>], config: &Config) -> Option<Vec<Vec<Lean>>> {
-    let mut best: Option<(f64, Vec<Vec<Lean>>)> = None;
+/// The limits at every sample of the phases' paths, between which the second derivatives of these are linear,
+/// and how forces lean that suit the fastest law.
+fn suited(paces: &mut [Pace], config: &Config) -> Option<(Grid, Vec<Vec<Lean>>)> {
+    let places = paces.par_iter_mut().map(|pace| pace.places(1));
+    let mut places: Vec<Vec<Place>> = places.collect();
+    let mut best: Option<(f64, Grid, Vec<Vec<Lean>>)> = None;
     let mut leans: Vec<Vec<Lean>> = vec![Vec::new(); paces.len()];
     for _ in 0..PASSES {
-        let rows = paces.par_iter().zip(&*places);
-        let rows = rows.map(|(pace, places)| {
-            let rows = places.iter().map(|place| binding(pace.rows(place)));
-            rows.collect()
-        });
+        let rows = paces.par_iter().zip(&places);
+        let rows = rows.map(|(pace, places)| pace.limits(places));
         // At rest every row has room, so there is one.
-        let grid = Grid::new(rows.collect());
-        let Some((law, _)) = smooth(&grid, config, ROUGHLY) else {
+        let mut grid = Grid::new(rows.collect());
+        let Some((law, _)) = smooth(&mut grid, config, ROUGHLY) else {
             break;
         };
         let time = law.duration_s();
-        let before = best.as_ref().map(|(time, _)| *time);
-        if before.is_some_and(|before| time >= before) {
+        let before = best.as_ref().map_or(f64::INFINITY, |best| best.0);
+        if time >= before {
             break;
         }
-        let next = paces.par_iter().zip(&mut *places).enumerate();
+        best = Some((time, grid, leans));
+        if time > WORTH * before {
+            break;
+        }
+        let next = paces.par_iter().zip(&mut places).enumerate();
         let next = next.map(|(k, (pace, places))| {
             let pieces = (places.len() - 1) as f64;
             let lean = places.iter_mut().enumerate().map(|(i, place)| {
@@ -134,13 +125,9 @@ fn suited(paces: &[Pace], places: &mut [Vec<Place>], config: &Config) -> Option<
             });
             lean.collect()
         });
-        let next = next.collect();
-        best = Some((time, std::mem::replace(&mut leans, next)));
-        if before.is_some_and(|before| time > WORTH * before) {
-            break;
-        }
+        leans = next.collect();
     }
-    best.map(|(_, leans)| leans)
+    best.map(|(_, grid, leans)| (grid, leans))
 }
 
 /// The samples of every phase by a law, where its path is to be looked at, and by how much each of them exceeds
@@ -162,22 +149,27 @@ fn sampled(
     let all = paces.par_iter_mut().zip(leans).enumerate();
     let all = all.map(|(k, (pace, leans))| {
         let states = stepped([borders[k], borders[k + 1]], config.dt_s);
+        let mut rows = Vec::new();
         let samples = states.into_iter().map(|[tau, slower, change]| {
-            let [s, rate, bend] = law.at(tau);
+            let ([s, rate, bend], span) = law.with_span(tau);
             if !looked_at(s) {
                 return None;
             }
             let (rate, bend) = (rate * slower, bend * slower * slower + rate * change);
             let along = (s - k as f64).clamp(0.0, 1.0);
             let place = pace.place(along, &between(leans, along));
-            let rows = pace.rows(&place);
+            pace.rows(&place, &mut rows);
             let over = excess(&rows, rate, bend);
             let beyond = over > 1.0 + OVER;
             let excess = Excess {
                 s,
-                span: law.span(tau),
+                span,
                 over,
-                rows: if beyond { binding(rows) } else { Vec::new() },
+                rows: if beyond {
+                    binding(&mut rows)
+                } else {
+                    Vec::new()
+                },
             };
             Some((pace.paced(&place, rate, bend), excess))
         });

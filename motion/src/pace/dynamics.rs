@@ -3,8 +3,7 @@
 use nalgebra::{DVector, Vector3, Vector6};
 use robot_model::JointKind;
 
-use super::{Lean, Pace, Place};
-use crate::inverse_dynamics::{BodyForces, joint_torques};
+use super::{Lean, Pace, Parts, Place};
 use crate::sampling::Instance;
 
 impl Pace<'_> {
@@ -15,22 +14,12 @@ impl Pace<'_> {
         let at_rest = self.shares.at_rest(&self.blended(s));
         let kinematics = &mut self.kinematics;
         kinematics.update(robot, &path.q);
-        let (v, a) = (path.v.as_slice(), path.a.as_slice());
-        let zero = vec![0.0; v.len()];
-        // What every body needs per s̈ and per ṡ², in this order, so that the accelerations left are the
-        // velocities over ṡ.
-        let accelerations = &mut self.accelerations;
-        accelerations.update(robot, kinematics);
-        let mut needs: [BodyForces; 2] = Default::default();
-        for (k, (v, a)) in [(1, (v, a)), (0, (&zero[..], v))] {
-            accelerations.forces(robot, kinematics, (v, a), &mut needs[k]);
-        }
-        let speed = |body, r: &Vector3<f64>| accelerations.point(body, r).norm();
-        let speeds = accelerations.of_masses().map(|v| v.norm()).collect();
+        let dynamics = &mut self.dynamics;
+        dynamics.update(robot, kinematics, [path.v.as_slice(), path.a.as_slice()]);
         let landing = self.phase.task.swing.as_ref().map(|swing| {
             let patch = &robot.patches[swing.patch];
             let p = kinematics.X_WC(patch).translation.vector;
-            let moves = speed(patch.body, &(p - kinematics.origin_W[patch.body]));
+            let moves = dynamics.point_speed(patch.body, &(p - kinematics.origin_W[patch.body]));
             let lands = self.phase.landed.as_ref();
             let away = lands.map(|c| (p - c.X_WC.translation.vector).norm());
             (moves, away.unwrap_or(f64::INFINITY))
@@ -39,28 +28,27 @@ impl Pace<'_> {
         let com_W = kinematics.com_W;
         let mut gravity = DVector::zeros(robot.nv());
         kinematics.gravity_torques(robot, &mut gravity);
-        let [a, b] = needs.each_mut().map(|needs| {
-            let mut tau = vec![0.0; robot.nj()];
-            joint_torques(robot, kinematics, needs, &mut tau);
-            let (f, m) = needs[0];
-            let m = m + (kinematics.origin_W[0] - com_W).cross(&f);
-            (tau, Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z))
-        });
-        let bare = [gravity.as_slice()[6..].to_vec(), a.0, b.0];
         let weight = Vector6::z() * gravity[2];
+        let at_rest_only = gravity.iter().skip(6).map(|tau| [*tau, 0.0, 0.0]);
+        let mut bare: Vec<Parts<f64>> = at_rest_only.collect();
+        let base = dynamics.joint_torques(robot, kinematics, &mut bare);
+        let [a, b] = base.map(|(f, m)| {
+            let m = m + (kinematics.origin_W[0] - com_W).cross(&f);
+            Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z)
+        });
         let joints_W =
             (1..robot.bodies.len()).map(|b| [kinematics.axis_W[b], kinematics.origin_W[b]]);
         let mut place = Place {
             path,
             com_W,
-            needs: [weight, a.1, b.1],
-            loads: self.shares.loads(&at_rest),
+            needs: [weight, a, b],
+            loads: self.shares.loads(at_rest.iter().copied()),
             at_rest,
             joints_W: joints_W.collect(),
-            forces_W: Default::default(),
-            tau: bare.clone(),
+            forces_W: Vec::new(),
+            tau: Vec::with_capacity(bare.len()),
             bare,
-            speeds,
+            speed: dynamics.speed,
             landing,
         };
         self.bear(&mut place, lean);
@@ -72,40 +60,45 @@ impl Pace<'_> {
         let (robot, shares, com_W) = (self.context.robot, &self.shares, &place.com_W);
         let [rest, a, b] = place.needs;
         // What leans has no resultant, and the shares make up for what it has.
-        let leaning = [a, b].map(|w| {
-            let parts = lean.iter().zip(&place.loads);
-            parts
-                .map(|(part, load)| part * w * *load)
-                .collect::<Vec<_>>()
-        });
-        let left = [0, 1].map(|k| shares.resultant(com_W, &leaning[k]));
-        let unborne = rest - shares.resultant(com_W, &place.at_rest);
-        let needed = [unborne, a - left[0], b - left[1]];
+        let parts = place.at_rest.iter().zip(&place.loads).enumerate();
+        place.forces_W.clear();
+        place
+            .forces_W
+            .extend(parts.map(|(i, (f, load))| match lean.get(i) {
+                Some(part) => [*f, part * a * *load, part * b * *load],
+                None => [*f, Vector3::zeros(), Vector3::zeros()],
+            }));
+        let has = shares.resultants(com_W, &place.forces_W);
+        let needed = [rest - has[0], a - has[1], b - has[2]];
         let weights = shares.weights(&place.loads);
-        place.forces_W = shares.shared(&weights, com_W, needed);
-        let off = [&place.at_rest, &leaning[0], &leaning[1]];
-        for (forces, off) in place.forces_W.iter_mut().zip(off) {
-            forces.iter_mut().zip(off).for_each(|(f, off)| *f += off);
+        let shared = shares.shared(&weights, com_W, needed);
+        for (forces, shared) in place.forces_W.iter_mut().zip(shared) {
+            forces
+                .iter_mut()
+                .zip(shared)
+                .for_each(|(f, share)| *f += share);
         }
         // What the joints exert for it.
-        for (k, tau) in place.tau.iter_mut().enumerate() {
-            tau.copy_from_slice(&place.bare[k]);
-            for (number, closed) in self.phase.task.closed.iter().enumerate() {
-                let forces = place.forces_W[k].iter().zip(&shares.points);
-                let own = forces.filter(|(_, p)| p.contact == number);
-                let (force, moment) = own
-                    .fold((Vector3::zeros(), Vector3::zeros()), |sum, (f, p)| {
-                        (sum.0 + f, sum.1 + p.p_W.cross(f))
-                    });
-                let mut body = robot.patches[closed.patch].body;
-                while let Some(parent) = robot.bodies[body].parent {
-                    let [axis, origin] = &place.joints_W[body - 1];
-                    tau[body - 1] -= match robot.bodies[body].kind {
-                        JointKind::Prismatic => axis.dot(&force),
-                        _ => axis.dot(&(moment - origin.cross(&force))),
-                    };
-                    body = parent;
+        place.tau.clone_from(&place.bare);
+        for (number, closed) in self.phase.task.closed.iter().enumerate() {
+            let mut wrenches = [(Vector3::zeros(), Vector3::zeros()); 3];
+            let own = place.forces_W.iter().zip(&shares.points);
+            for (forces, p) in own.filter(|(_, p)| p.contact == number) {
+                for ((force, moment), f) in wrenches.iter_mut().zip(forces) {
+                    *force += f;
+                    *moment += p.p_W.cross(f);
                 }
+            }
+            let mut body = robot.patches[closed.patch].body;
+            while let Some(parent) = robot.bodies[body].parent {
+                let [axis, origin] = &place.joints_W[body - 1];
+                for (tau, (force, moment)) in place.tau[body - 1].iter_mut().zip(&wrenches) {
+                    *tau -= match robot.bodies[body].kind {
+                        JointKind::Prismatic => axis.dot(force),
+                        _ => axis.dot(&(moment - origin.cross(force))),
+                    };
+                }
+                body = parent;
             }
         }
     }

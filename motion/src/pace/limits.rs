@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use posture::Contact;
 use robot_model::pyramid_axes_W;
 
+use super::smoothing::binding;
 use super::{Lean, Pace, Parts, Place, UNLOADED_N};
 use crate::problem::MotionContext;
 use crate::time_law::Row;
@@ -24,13 +25,6 @@ const TO_MOVE: f64 = 1.25;
 const ROOM: f64 = 1e-3;
 /// How a patch slows down on its way to its landing, m/s².
 const LANDING_M_S2: f64 = 5.0;
-/// A limit that binds nothing.
-const FREE: Row = Row {
-    a: 0.0,
-    b: 0.0,
-    c: 1.0,
-};
-
 /// Normals of the eight sides of a friction cone, and the part of its width that is inside of them.
 const CONE_SIDES: [[f64; 2]; 8] = {
     let (c, s) = (CONE_INSIDE, 0.382_683_432_365_089_8);
@@ -48,60 +42,60 @@ const CONE_SIDES: [[f64; 2]; 8] = {
 const CONE_INSIDE: f64 = 0.923_879_532_511_286_7;
 
 impl Pace<'_> {
-    /// Every limit at one place; as many at every place of the path.
-    pub(super) fn rows(&self, place: &Place) -> Vec<Row> {
+    /// The limits that bind at these places.
+    pub(super) fn limits(&self, places: &[Place]) -> Vec<Vec<Row>> {
+        let mut rows = Vec::new();
+        let binding = places.iter().map(|place| {
+            self.rows(place, &mut rows);
+            binding(&mut rows)
+        });
+        binding.collect()
+    }
+
+    /// Writes every limit at one place.
+    pub(super) fn rows(&self, place: &Place, rows: &mut Vec<Row>) {
         let (robot, config) = (self.context.robot, self.context.config);
-        let mut rows = Vec::with_capacity(300);
-        let mut square = |speed: f64, limit: f64| {
-            let b = if limit > 0.0 && limit.is_finite() {
-                (speed / limit).powi(2)
-            } else {
-                0.0
-            };
-            rows.push(Row { a: 0.0, b, c: 1.0 });
+        rows.clear();
+        // Speeds, of which the one nearest to its limit binds: of joints, of bodies between two samples, of the
+        // patch in the air.
+        let mut used = 0.0_f64;
+        let mut speed = |speed: f64, limit: f64| {
+            if limit > 0.0 && limit.is_finite() {
+                used = used.max((speed / limit).abs());
+            }
         };
-        // Speeds: of joints, of bodies between two samples, of the patch in the air.
         let (v, a) = (&place.path.v.as_slice()[6..], &place.path.a.as_slice()[6..]);
         for (v, body) in v.iter().zip(robot.joint_bodies()) {
-            square(*v, body.velocity * config.joint_speed_use);
+            speed(*v, body.velocity * config.joint_speed_use);
         }
         let step_m = STEP_PART * self.context.posture.clearance_m;
-        for speed in &place.speeds {
-            square(*speed, step_m / config.dt_s);
-        }
-        if let Some((speed, away)) = place.landing {
+        speed(place.speed, step_m / config.dt_s);
+        if let Some((moves, away)) = place.landing {
             let slows = 2.0 * LANDING_M_S2 * (away - LANDING_M).max(0.0);
             let limit = (config.landing_speed_m_s.powi(2) + slows).sqrt();
-            square(speed, limit.min(config.swing_speed_m_s));
+            speed(moves, limit.min(config.swing_speed_m_s));
         }
-        let mut both = |parts: [f64; 3], limit: f64| {
-            let (most, least) = (limit - parts[0], limit + parts[0]);
+        let b = used * used;
+        rows.push(Row { a: 0.0, b, c: 1.0 });
+        let mut both = |[rest, a, b]: Parts<f64>, limit: f64| {
             let room = |c: f64| c.max(ROOM * limit);
-            let [_, a, b] = parts;
-            rows.push(Row {
-                a,
-                b,
-                c: room(most),
-            });
-            rows.push(Row {
-                a: -a,
-                b: -b,
-                c: room(least),
-            });
+            let (most, least) = (room(limit - rest), room(limit + rest));
+            rows.push(Row { a, b, c: most });
+            let (a, b) = (-a, -b);
+            rows.push(Row { a, b, c: least });
         };
         // Accelerations and torques of joints.
         for (v, a) in v.iter().zip(a) {
             both([0.0, *v, *a], config.joint_acceleration_rad_s2);
         }
         let (_, torque_use) = self.uses();
-        for (j, body) in robot.joint_bodies().iter().enumerate() {
+        for (tau, body) in place.tau.iter().zip(robot.joint_bodies()) {
             let limit = body.effort * torque_use;
             if limit > 0.0 && limit.is_finite() {
-                both([0, 1, 2].map(|k| place.tau[k][j]), limit);
+                both(*tau, limit);
             }
         }
-        self.bearing(place.forces_W.each_ref().map(Vec::as_slice), &mut rows);
-        rows
+        self.bearing(place.forces_W.iter().copied(), |row| rows.push(row));
     }
 
     /// Whether contacts and joints can hold the body at rest at `s`.
@@ -109,14 +103,14 @@ impl Pace<'_> {
         let place = self.place(s, &Lean::new());
         let (friction_use, torque_use) = self.uses();
         let bodies = self.context.robot.joint_bodies().iter();
-        let mut torques = place.tau[0].iter().zip(bodies);
-        let holds = torques.all(|(tau, body)| {
+        let mut torques = place.tau.iter().zip(bodies);
+        let holds = torques.all(|([tau, ..], body)| {
             let bound = body.effort > 0.0 && body.effort.is_finite();
             !bound || tau.abs() <= body.effort * torque_use
         });
-        let mut forces = place.forces_W[0].iter().zip(&self.shares.points);
+        let mut forces = place.forces_W.iter().zip(&self.shares.points);
         holds
-            && forces.all(|(f, point)| {
+            && forces.all(|([f, ..], point)| {
                 let contact = &self.phase.task.closed[point.contact];
                 let normal = f.dot(&contact.normal_W());
                 let across = (f - contact.normal_W() * normal).norm();
@@ -137,34 +131,29 @@ impl Pace<'_> {
     }
 
     /// Forces push, inside eight sides of their contact's cone whose edges are on it.
-    pub(super) fn bearing(&self, forces_W: Parts<&[Vector3<f64>]>, rows: &mut Vec<Row>) {
+    pub(super) fn bearing(
+        &self,
+        forces_W: impl Iterator<Item = Parts<Vector3<f64>>>,
+        mut limit: impl FnMut(Row),
+    ) {
         let (friction_use, _) = self.uses();
-        for (i, point) in self.shares.points.iter().enumerate() {
+        for (forces_W, point) in forces_W.zip(&self.shares.points) {
             let contact = &self.phase.task.closed[point.contact];
             let axes = &self.cone_axes[point.contact];
-            let parts = [0, 1, 2].map(|k| axes.tr_mul(&forces_W[k][i]));
+            let parts = forces_W.map(|f| axes.tr_mul(&f));
             let n = parts.map(|f| f.z);
+            // A point that bears nothing takes nothing.
+            if n[0] <= UNLOADED_N {
+                continue;
+            }
             // No more than floors keep that are wet or dusty, unless rest takes nearly as much.
-            let rest = parts[0].xy().norm() / (contact.friction * n[0].max(UNLOADED_N));
+            let rest = parts[0].xy().norm() / (contact.friction * n[0]);
             let most = (rest * TO_MOVE).clamp(USUAL.min(friction_use), friction_use);
             let mu = contact.friction * most;
-            let mut least = |along: [f64; 3], kept: f64| {
-                let c = along[0] - kept;
-                let row = Row {
-                    a: -along[1],
-                    b: -along[2],
-                    c,
-                };
-                // A point that bears nothing takes nothing.
-                let bears = n[0] > UNLOADED_N;
-                rows.push(if bears {
-                    Row {
-                        c: c.max(ROOM * mu * n[0]),
-                        ..row
-                    }
-                } else {
-                    FREE
-                });
+            let mut least = |[rest, a, b]: Parts<f64>, kept: f64| {
+                let c = (rest - kept).max(ROOM * mu * n[0]);
+                let (a, b) = (-a, -b);
+                limit(Row { a, b, c });
             };
             least(n, LOAD_KEPT * n[0]);
             for [x, y] in CONE_SIDES {
