@@ -5,18 +5,13 @@
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Four sums: the additions need not wait for each other.
     let mut sum = [0.0; 4];
-    let (ca, cb) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = ca
-        .remainder()
-        .iter()
-        .zip(cb.remainder())
-        .map(|(x, y)| x * y)
-        .sum();
-    for (x, y) in ca.zip(cb) {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    for (x, y) in a.iter().zip(b) {
         for k in 0..4 {
             sum[k] += x[k] * y[k];
         }
     }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
     rest + (sum[0] + sum[1]) + (sum[2] + sum[3])
 }
 

@@ -205,23 +205,27 @@ fn attempt(
     };
     let mut route = router.solve()?;
     // What fails by much is seen on a few samples.
-    sample(context, task, path, &mut route, LOOKS)?;
-    let mut steps = STEPS;
-    let mut before = f64::INFINITY;
+    let trajectory = sample(context, task, path, &mut route, LOOKS)?;
+    // Bodies are clear between two samples too where they move less than their clearance.
+    let over = |(step_m, _): (f64, usize)| step_m / (STEP_PART * context.posture.clearance_m);
+    let finer =
+        |steps: usize, over: f64| STEPS * (steps as f64 * over / STEPS as f64).ceil() as usize;
+    let mut before = over(trajectory.longest_step());
+    // A way through several samples is no shorter than that from the first to the last of them.
+    let mut steps = finer(LOOKS, before).max(STEPS);
     loop {
         let trajectory = sample(context, task, path, &mut route, steps)?;
-        // Bodies are clear between two samples too where they move less than their clearance.
-        let (over, at) = trajectory.longest_step();
-        let over = (over / (STEP_PART * context.posture.clearance_m)).max(trajectory.coarse);
+        let longest = trajectory.longest_step();
+        let over = over(longest).max(trajectory.coarse);
         if over <= 1.0 {
             return Ok(trajectory);
         }
         // More samples are nearer to each other; a jump stays as far.
         if over > SHORTER * before {
-            return Err(discontinuity(context, task, &trajectory, at));
+            return Err(discontinuity(context, task, &trajectory, longest.1));
         }
         before = over;
-        steps = STEPS * (steps as f64 * over / STEPS as f64).ceil() as usize;
+        steps = finer(steps, over);
     }
 }
 

@@ -19,7 +19,6 @@ use crate::inverse_dynamics::PathDynamics;
 use crate::load_shares::LoadShares;
 use crate::problem::MotionContext;
 use crate::segment::PhaseTrajectory;
-use crate::spline::Ends;
 pub(crate) use chain::{least_s, samples};
 
 /// For how much more than a law needs forces are suited to it.
@@ -86,9 +85,11 @@ pub(crate) struct Pace<'a> {
 
 impl<'a> Pace<'a> {
     pub fn new(context: &'a MotionContext<'a>, phase: &'a PhaseTrajectory) -> Self {
-        let samples = phase.samples.iter().map(|sample| &sample.q[..]);
-        let step = 1.0 / (phase.samples.len() - 1) as f64;
-        let curve = Curve::new(samples, step, Ends::Free);
+        Self::along(context, phase, phase.curve())
+    }
+
+    /// Those of a phase whose samples are on another curve.
+    pub fn along(context: &'a MotionContext<'a>, phase: &'a PhaseTrajectory, curve: Curve) -> Self {
         Self {
             kinematics: Kinematics::new(context.robot, &curve.at(0.0).q),
             dynamics: PathDynamics::default(),

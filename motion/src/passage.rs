@@ -20,8 +20,7 @@ use crate::pace::Pace;
 use crate::problem::MotionContext;
 use crate::projection::{Ask, Bounds, Projection};
 use crate::sampling::{Instance, SampledTrajectory, joints, tilt};
-use crate::segment::PhaseTrajectory;
-use crate::spline::Ends;
+use crate::segment::{PhaseTrajectory, curve};
 
 /// The part w of a phase that is bent.
 const BENT: f64 = 0.25;
@@ -78,7 +77,7 @@ fn passage(
 ) -> Option<[Vec<Instance>; 2]> {
     let [one, other] = [touching(before, End::Last), touching(after, End::First)];
     let closes_all = |phase: &PhaseTrajectory| phase.task.closed.len() == one.len();
-    let [back, on] = [before, after].map(curve);
+    let [back, on] = [before, after].map(PhaseTrajectory::curve);
     let T = if one != other {
         None
     } else if closes_all(after) {
@@ -95,11 +94,6 @@ fn passage(
         let first = bent(context, after, &on, (End::First, &one), &T)?;
         Some([last, first])
     })
-}
-
-fn curve(phase: &PhaseTrajectory) -> Curve {
-    let step = 1.0 / (phase.samples.len() - 1) as f64;
-    Curve::new(phase.samples.iter().map(|s| &s.q[..]), step, Ends::Free)
 }
 
 /// The patches that touch at an end of a phase.
@@ -198,10 +192,10 @@ fn bent(
     let (step, _) = trajectory.longest_step();
     let near = step <= STEP_PART * context.posture.clearance_m && trajectory.coarse <= 1.0;
     // What rests bear at the new places, the contacts can.
-    let mut whole = phase.clone();
     let begin = if end == End::First { 0 } else { n - count };
-    whole.samples[begin..=begin + count].clone_from_slice(&trajectory.samples);
-    let mut pace = Pace::new(context, &whole);
+    let mut whole: Vec<&Instance> = phase.samples.iter().collect();
+    whole.splice(begin..=begin + count, &trajectory.samples);
+    let mut pace = Pace::along(context, phase, curve(whole.into_iter()));
     let stands = (begin..=begin + count).all(|i| pace.stands(i as f64 / n as f64));
     tracing::debug!("through: near {near}, stands {stands}");
     (near && stands).then_some(trajectory.samples)

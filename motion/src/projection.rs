@@ -33,7 +33,7 @@ const SHRINK: f64 = 0.5;
 const DAMPED: f64 = 0.8;
 const STUCK: f64 = 0.8;
 /// A step below this (rad, m) no longer changes the solution.
-const STILL: f64 = 1e-6;
+const STILL: f64 = 1e-5;
 /// A tilt this near to its bound becomes an inequality, rad.
 const NEAR_TILT: f64 = 0.2;
 
@@ -134,20 +134,19 @@ impl Projection {
         self.equations.update(ask.robot, ask.target, kinematics)
     }
 
-    /// Takes what is left of the equations' residual away by least-norm steps; the bounds that are
-    /// asked for are to be [`Bounds::NONE`].
+    /// Takes what is left of the equations' residual away by least-norm steps from `q`, whose kinematics these
+    /// are; the bounds that are asked for are to be [`Bounds::NONE`].
     pub fn close(&mut self, ask: &Ask, q: &mut Configuration, kinematics: &mut Kinematics) {
         self.near.clear();
         let here = DVector::zeros(ask.robot.nv());
         for _ in 0..CLOSING {
-            kinematics.update(ask.robot, q);
             let closed = self.equations.update(ask.robot, ask.target, kinematics) < CLOSED;
             if closed || !self.quadratic(ask, q, &here, kinematics) {
                 return;
             }
             q.integrate_in_place(&self.step);
+            kinematics.update(ask.robot, q);
         }
-        kinematics.update(ask.robot, q);
     }
 
     /// Writes the step to the solution of the problem linearised at `q`, which is `delta` away from

@@ -273,6 +273,7 @@ impl Route<'_> {
         kinematics: &mut Kinematics,
     ) {
         self.configuration(u, out);
+        kinematics.update(robot, out);
         let closed = self.closed.iter().copied();
         closed_target(self.keyframes, closed, &self.ends, u, &mut self.target);
         let ask = Ask {

@@ -9,10 +9,12 @@ use crate::Error;
 use crate::equations::{Target, apart, is_point};
 use crate::failure::Failure;
 use crate::generate;
+use crate::interpolation::Curve;
 use crate::problem::{Keyframe, MotionContext, StanceRef, Swing, Task};
 use crate::projection::{Ask, Bounds, Projection};
 use crate::route::joint_bounds;
 use crate::sampling::Instance;
+use crate::spline::Ends;
 use crate::swing_path::STRAIGHT_M;
 use plan::PhaseKind;
 
@@ -33,6 +35,19 @@ pub(crate) struct PhaseTrajectory {
     /// The patch that has landed at the end, with its surface and pose.
     pub landed: Option<Contact>,
     pub samples: Vec<Instance>,
+}
+
+impl PhaseTrajectory {
+    /// The curve through the samples, from 0 to 1.
+    pub fn curve(&self) -> Curve {
+        curve(self.samples.iter())
+    }
+}
+
+/// The curve through samples, from 0 to 1.
+pub(crate) fn curve<'a>(samples: impl ExactSizeIterator<Item = &'a Instance>) -> Curve {
+    let step = 1.0 / (samples.len() - 1) as f64;
+    Curve::new(samples.map(|sample| &sample.q[..]), step, Ends::Free)
 }
 
 /// The motion from one stance to the next.

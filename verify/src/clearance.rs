@@ -165,13 +165,13 @@ impl<'a> Pairs<'a> {
             let rise = part.rise.as_ref().map_or(0.0, |rise| *rise);
             heights_m[part.touch] - rise < TOLERANCES.motion_touch_m
         };
-        let asked = |worst: &Extremes, check: Check, bound: f64| Asked {
-            bound,
-            enough: bound
-                + worst
-                    .margin(check)
-                    .min((worst.margin(check) - TOLD_M).max(0.0)),
-            far: bound + far,
+        let asked = |worst: &Extremes, check: Check, bound: f64| {
+            let margin = worst.margin(check);
+            Asked {
+                bound,
+                enough: bound + margin.min((margin - TOLD_M).max(0.0)),
+                far: bound + far,
+            }
         };
         for near in &mut self.environment {
             let two = Two(near.shape, Other::Still(&near.still));
