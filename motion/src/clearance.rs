@@ -52,16 +52,18 @@ pub(crate) struct ClearanceMonitor<'a> {
     swing_body: Option<usize>,
     balls: Vec<Ball>,
     placed: Vec<Placed>,
-    /// How far each shape moved since the last sample, at most, m.
+    /// How far each shape moved since the last sample, at most, and in all, m.
     moved: Vec<f64>,
+    gone: Vec<f64>,
     /// For each pair of the robot's shapes, by how much they may still move.
     own: Vec<f64>,
     /// The bodies of the environment that are near the robot, by index.
     near: Vec<usize>,
     /// By how much every shape may move until another body could be too near, m.
     alone_m: f64,
-    /// By how much each shape may still move beside each of the near bodies, by shape.
+    /// How far each shape may have gone beside each of the near bodies, by shape, and beside all of them.
     world: Vec<f64>,
+    soonest: Vec<f64>,
     fresh: bool,
     /// How much shorter steps have to be for parts of the robot that pass each other.
     pub coarse: f64,
@@ -89,10 +91,12 @@ impl<'a> ClearanceMonitor<'a> {
             swing_body: swing.map(|s| context.robot.patches[s.patch].body),
             placed: vec![at; balls.len()],
             moved: vec![0.0; balls.len()],
+            gone: vec![0.0; balls.len()],
             own: vec![0.0; collision.pairs().len()],
             near: Vec::new(),
             alone_m: 0.0,
             world: Vec::new(),
+            soonest: vec![0.0; balls.len()],
             balls,
             fresh: true,
             coarse: 0.0,
@@ -122,6 +126,7 @@ impl<'a> ClearanceMonitor<'a> {
                 step = centre - before.centre;
                 turned_m = chord(&before.X_WG.rotation, &X_WG.rotation) * ball.radius;
                 self.moved[i] = step.norm() + turned_m;
+                self.gone[i] += self.moved[i];
             }
             self.placed[i] = Placed {
                 X_WG,
@@ -187,6 +192,7 @@ impl<'a> ClearanceMonitor<'a> {
         };
         self.near = context.environment.world().near(&low, &high, AROUND_M);
         self.world = vec![0.0; self.balls.len() * self.near.len()];
+        self.soonest.fill(0.0);
         let most = context
             .posture
             .clearance_m
@@ -202,11 +208,14 @@ impl<'a> ClearanceMonitor<'a> {
         let beside = context.posture.clearance_m;
         let most = beside.max(context.config.swing_clearance_m);
         for (i, shape) in shapes.iter().enumerate() {
+            let gone = self.gone[i];
+            if self.soonest[i] > gone {
+                continue;
+            }
             let swings = self.swing_body == Some(shape.body);
             let row = &mut self.world[i * self.near.len()..(i + 1) * self.near.len()];
-            for (&o, left) in self.near.iter().zip(row) {
-                *left -= self.moved[i];
-                if *left > 0.0 {
+            for (&o, until) in self.near.iter().zip(&mut *row) {
+                if *until > gone {
                     continue;
                 }
                 let in_air = air.filter(|_| swings);
@@ -216,19 +225,19 @@ impl<'a> ClearanceMonitor<'a> {
                     .or_else(|| task.contact_distance_m(context, shape, o));
                 // What a patch touches changes while it is in the air alone.
                 if touching == Some(f64::NEG_INFINITY) {
-                    *left = if swings { 0.0 } else { f64::INFINITY };
+                    *until = if swings { gone } else { f64::INFINITY };
                     continue;
                 }
                 let placed = &self.placed[i];
                 let apart = obstacles[o].distance_m(&placed.centre) - self.balls[i].radius;
                 if apart > LOOK_M {
-                    *left = apart - most;
+                    *until = gone + apart - most;
                     continue;
                 }
                 let (other, pose) = (obstacles[o].geometry(), obstacles[o].pose());
                 let found = closest(&shape.geometry, &placed.X_WG, other, pose, LOOK_M);
                 let Some(found) = found else {
-                    *left = LOOK_M - most;
+                    *until = gone + LOOK_M - most;
                     continue;
                 };
                 let required = match (touching, in_air) {
@@ -238,11 +247,12 @@ impl<'a> ClearanceMonitor<'a> {
                 };
                 let short = required - found.distance;
                 // What is asked of a patch in the air grows along its path: look again in good time.
-                *left = match touching {
-                    Some(_) if swings => 0.0,
-                    Some(least_m) => found.distance - least_m,
-                    None => found.distance - if swings { most } else { beside },
-                };
+                *until = gone
+                    + match touching {
+                        Some(_) if swings => 0.0,
+                        Some(least_m) => found.distance - least_m,
+                        None => found.distance - if swings { most } else { beside },
+                    };
                 if short > TOLERANCE_M {
                     let reason = Reason::Clearance {
                         link: shape.link.clone(),
@@ -251,6 +261,7 @@ impl<'a> ClearanceMonitor<'a> {
                     keep_worst(worst, context.failure(task, reason, short, at));
                 }
             }
+            self.soonest[i] = row.iter().copied().fold(f64::INFINITY, f64::min);
         }
     }
 }

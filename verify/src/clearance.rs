@@ -220,15 +220,17 @@ impl<'a> Pairs<'a> {
                 worst.add(Check::Clearance, found, free, subject);
             }
         }
+        let asked = |worst: &Extremes| asked(worst, Check::SelfClearance, self.bounds.own);
+        let mut own = asked(worst);
         for (i, j, watch) in &mut self.own {
-            let asked = asked(worst, Check::SelfClearance, self.bounds.own);
             let ball = |shape: usize| step.now.shapes[shape].ball();
             let boxes = || apart(&ball(*i), &ball(*j));
             let two = Two(*i, Other::Shape(*j));
-            if let Some(found) = watch.look(two, step, &asked, &[], boxes) {
+            if let Some(found) = watch.look(two, step, &own, &[], boxes) {
                 worst.add(Check::SelfClearance, found, self.bounds.own, || {
                     format!("{} / {}{at}", shapes[*i].link, shapes[*j].link)
                 });
+                own = asked(worst);
             }
         }
     }

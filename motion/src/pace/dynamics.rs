@@ -3,20 +3,20 @@
 use nalgebra::{DVector, Vector3, Vector6};
 use robot_model::JointKind;
 
-use super::{Lean, Pace, Parts, Place};
+use super::{Lean, Pace, Place};
+use crate::interpolation::Instant;
 use crate::sampling::Instance;
 
 impl Pace<'_> {
     /// The dynamics at `s`, where forces lean like this.
     pub(super) fn place(&mut self, s: f64, lean: &Lean) -> Place {
         let robot = self.context.robot;
-        let path = self.curve.at(s);
-        let at_rest = self.shares.at_rest(&self.blended(s));
-        let kinematics = &mut self.kinematics;
-        kinematics.update(robot, &path.q);
-        let dynamics = &mut self.dynamics;
-        dynamics.update(robot, kinematics, [path.v.as_slice(), path.a.as_slice()]);
-        let landing = self.phase.task.swing.as_ref().map(|swing| {
+        let mut place = self.resting(s);
+        let Instant { v, a, .. } = &place.path;
+        let (kinematics, dynamics) = (&self.kinematics, &mut self.dynamics);
+        dynamics.update(robot, kinematics, [v.as_slice(), a.as_slice()]);
+        place.speed = dynamics.speed;
+        place.landing = self.phase.task.swing.as_ref().map(|swing| {
             let patch = &robot.patches[swing.patch];
             let p = kinematics.X_WC(patch).translation.vector;
             let moves = dynamics.point_speed(patch.body, &(p - kinematics.origin_W[patch.body]));
@@ -24,35 +24,44 @@ impl Pace<'_> {
             let away = lands.map(|c| (p - c.X_WC.translation.vector).norm());
             (moves, away.unwrap_or(f64::INFINITY))
         });
-        // What the joints would exert if nothing were touched, and what is needed altogether.
-        let com_W = kinematics.com_W;
-        let mut gravity = DVector::zeros(robot.nv());
-        kinematics.gravity_torques(robot, &mut gravity);
-        let weight = Vector6::z() * gravity[2];
-        let at_rest_only = gravity.iter().skip(6).map(|tau| [*tau, 0.0, 0.0]);
-        let mut bare: Vec<Parts<f64>> = at_rest_only.collect();
-        let base = dynamics.joint_torques(robot, kinematics, &mut bare);
-        let [a, b] = base.map(|(f, m)| {
-            let m = m + (kinematics.origin_W[0] - com_W).cross(&f);
-            Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z)
-        });
-        let joints_W =
-            (1..robot.bodies.len()).map(|b| [kinematics.axis_W[b], kinematics.origin_W[b]]);
-        let mut place = Place {
-            path,
-            com_W,
-            needs: [weight, a, b],
-            loads: self.shares.loads(at_rest.iter().copied()),
-            at_rest,
-            joints_W: joints_W.collect(),
-            forces_W: Vec::new(),
-            tau: Vec::with_capacity(bare.len()),
-            bare,
-            speed: dynamics.speed,
-            landing,
-        };
+        let needs = dynamics.joint_torques(robot, kinematics, &mut place.bare);
+        for (part, (f, m)) in place.needs[1..].iter_mut().zip(needs) {
+            let m = m + (kinematics.origin_W[0] - place.com_W).cross(&f);
+            *part = Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z);
+        }
         self.bear(&mut place, lean);
         place
+    }
+
+    /// What is the same at `s` whether it is gone through or not, borne by nothing yet.
+    pub(super) fn resting(&mut self, s: f64) -> Place {
+        let robot = self.context.robot;
+        let path = self.curve.at(s);
+        let at_rest = self.shares.at_rest(&self.blended(s));
+        let kinematics = &mut self.kinematics;
+        kinematics.update(robot, &path.q);
+        let mut gravity = DVector::zeros(robot.nv());
+        kinematics.gravity_torques(robot, &mut gravity);
+        let bare = gravity.iter().skip(6).map(|tau| [*tau, 0.0, 0.0]);
+        let joints_W =
+            (1..robot.bodies.len()).map(|b| [kinematics.axis_W[b], kinematics.origin_W[b]]);
+        Place {
+            path,
+            com_W: kinematics.com_W,
+            needs: [
+                Vector6::z() * gravity[2],
+                Vector6::zeros(),
+                Vector6::zeros(),
+            ],
+            loads: self.shares.loads(at_rest.iter().copied()),
+            at_rest,
+            bare: bare.collect(),
+            joints_W: joints_W.collect(),
+            forces_W: Vec::new(),
+            tau: Vec::new(),
+            speed: 0.0,
+            landing: None,
+        }
     }
 
     /// Lets the forces at a place lean like this.

@@ -25,6 +25,7 @@ const TO_MOVE: f64 = 1.25;
 const ROOM: f64 = 1e-3;
 /// How a patch slows down on its way to its landing, m/s².
 const LANDING_M_S2: f64 = 5.0;
+
 /// Normals of the eight sides of a friction cone, and the part of its width that is inside of them.
 const CONE_SIDES: [[f64; 2]; 8] = {
     let (c, s) = (CONE_INSIDE, 0.382_683_432_365_089_8);
@@ -100,7 +101,8 @@ impl Pace<'_> {
 
     /// Whether contacts and joints can hold the body at rest at `s`.
     pub fn stands(&mut self, s: f64) -> bool {
-        let place = self.place(s, &Lean::new());
+        let mut place = self.resting(s);
+        self.bear(&mut place, &Lean::new());
         let (friction_use, torque_use) = self.uses();
         let bodies = self.context.robot.joint_bodies().iter();
         let mut torques = place.tau.iter().zip(bodies);
