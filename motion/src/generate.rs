@@ -40,6 +40,8 @@ const STRAIGHT: f64 = 0.15;
 const LOOKS: usize = 24;
 /// Steps in which it is sampled, or a multiple: the pieces of its spline are one or two of them.
 const STEPS: usize = 80;
+/// How many times as many there are at once where the first look asks for them, at most.
+const FINER_MAX: usize = 3;
 /// Part of the clearance that a body may move between two samples: past an edge it is then nearer between
 /// them by 2 % at most.
 pub(crate) const STEP_PART: f64 = 0.4;
@@ -210,9 +212,12 @@ fn attempt(
     let over = |(step_m, _): (f64, usize)| step_m / (STEP_PART * context.posture.clearance_m);
     let finer =
         |steps: usize, over: f64| STEPS * (steps as f64 * over / STEPS as f64).ceil() as usize;
-    let mut before = over(trajectory.longest_step());
-    // A way through several samples is no shorter than that from the first to the last of them.
-    let mut steps = finer(LOOKS, before).max(STEPS);
+    // A way through several samples is no shorter than that from the first to the last of them; one that is much
+    // longer may be a jump.
+    let least = finer(LOOKS, over(trajectory.longest_step()));
+    let plain = (STEPS..=FINER_MAX * STEPS).contains(&least);
+    let mut steps = if plain { least } else { STEPS };
+    let mut before = f64::INFINITY;
     loop {
         let trajectory = sample(context, task, path, &mut route, steps)?;
         let longest = trajectory.longest_step();
