@@ -85,12 +85,26 @@ fn hidden_m(face: &Face, eye_W: &Point3<f64>, views: &[FreeSpace], most_m: f64) 
         return most_m;
     }
     let inside = face.inset_region(0.0, TOUCH_M);
+    let Some((low, high)) = Outline::from(&face.region).bounds() else {
+        return most_m;
+    };
+    let in_bounds = |p: &Point2<f64>| (0..2).all(|k| (low[k]..=high[k]).contains(&p[k]));
+    // Nearly all points are elsewhere: their height over the plane alone tells, or the bounds of the face.
+    let (n_W, b_m) = (
+        face.normal_W(),
+        face.normal_W().dot(&face.X_WF.translation.vector),
+    );
     let deep = seen.filter_map(|seen| {
-        let p = X_FW * seen.p_W;
+        let height_m = n_W.dot(&seen.p_W.coords) - b_m;
         let margin = BEHIND_MIN_M + SIGMAS * seen.sigma_m;
+        if !(-most_m..-margin).contains(&height_m) {
+            return None;
+        }
+        let p = X_FW * seen.p_W;
         let at = eye + (p - eye) * (eye.z / (eye.z - p.z));
         let past_m = (p - at).norm();
-        (p.z < -margin && past_m < most_m && inside.contains(&at.xy())).then_some(past_m)
+        let is_behind = past_m < most_m && in_bounds(&at.xy()) && inside.contains(&at.xy());
+        is_behind.then_some(past_m)
     });
     deep.fold(most_m, f64::min)
 }
