@@ -35,7 +35,7 @@ pub(crate) struct Preference {
     /// What a metre by which the ground is higher under one of two feet than under the other adds to the price of a metre
     /// and of a turn.
     pub uneven: f64,
-    /// Where the base was on other ways when the search got stuck, in W, m.
+    /// Where the base was to go next on other ways when the search got stuck, in W, m.
     pub stuck_W: Vec<Vector3<f64>>,
 }
 

@@ -24,7 +24,7 @@
 //! | nodes from solved candidates | `node_construction` |
 //! | what waits, in order | `frontier` |
 //! | the tree and its order | `search` |
-//! | another way of the base where the first leads to no plan soon | [`portfolio`] |
+//! | other ways of the base where the first leads to no plan soon | [`portfolio`] |
 //! | which contacts the way can do without | `shorten` |
 //! | what is done with a way that reaches the goal, and when the search ends | `finalize` |
 //! | the motions between stances, and what becomes of edges without one | `motions`, `settle` |

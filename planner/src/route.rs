@@ -18,7 +18,7 @@ const BEND_RAD: f64 = 0.15;
 const ASIDE: f64 = 2.0;
 /// What an angle between a sole's heading and the route's counts beside a distance, m/rad.
 const YAW_M: f64 = 0.25;
-/// Poses of two routes nearer than this are the same, m.
+/// Poses of two routes nearer than this, headings counted in, are the same, m.
 const SAME_M: f64 = 0.15;
 /// Progress is looked for this far about where it is expected, m.
 const WINDOW_M: f64 = 1.5;
@@ -124,7 +124,7 @@ impl Route {
         route
     }
 
-    /// Whether it leads nowhere where another does not lead as well.
+    /// Whether every pose of it is near to one of another route.
     pub fn is_along(&self, other: &Self) -> bool {
         let parts = (other.length_m() / SAME_M).ceil().max(1.0);
         let along = |k: usize| other.at(other.length_m() * k as f64 / parts);

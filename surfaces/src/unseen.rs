@@ -33,8 +33,10 @@ const FLAT: f64 = 0.25;
 const SPECK_M2: f64 = 0.002;
 
 /// Makes bodies behind scanned faces `depth_m` deep along the rays, or as deep as none of the views saw anything
-/// there, and of the views of a face along the rays of that which leaves them deepest: what is hidden is hidden from
-/// each, and a view from behind the front edge of a tread would hide free space before the riser. And returns bodies beyond the border of the view, which reach `reach_m` far.
+/// there; and returns bodies beyond the border of the view, which reach `reach_m` far.
+///
+/// Of a face that several views saw the first is then the one whose rays leave the body deepest: what another view
+/// sees in a shadow shows that it is none, as before the riser below a tread that was seen over its back edge.
 ///
 /// Units: m.  Frames: W.
 pub fn fill_unseen(
@@ -80,8 +82,12 @@ fn hidden_m(face: &Face, eye_W: &Point3<f64>, views: &[FreeSpace], most_m: f64) 
     let X_FW = face.X_WF.inverse();
     let eye = X_FW * eye_W;
     let seen = views.iter().flat_map(|view| &view.points);
+    // From behind the plane, by an error of its pose, a view tells nothing of what the face hides.
+    if eye.z <= 0.0 {
+        return 0.0;
+    }
     // Only another view sees what this one does not.
-    if views.len() < 2 || eye.z <= 0.0 {
+    if views.len() < 2 {
         return most_m;
     }
     let inside = face.inset_region(0.0, TOUCH_M);

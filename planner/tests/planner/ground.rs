@@ -324,7 +324,7 @@ fn a_way_that_leads_nowhere_is_left_for_a_longer_one() {
     }
     let environment = world(faces, Vec::new());
     let found = plan(&request(&robot, &environment, Vector3::new(2.6, 0.0, 0.0)));
-    check(&found, 8.0);
+    check(&found, 3.0);
     let bridge = environment.face("bridge").ok();
     let mut contacts = found.path.iter().flat_map(|stance| &stance.contacts);
     assert!(contacts.any(|contact| contact.face == bridge));

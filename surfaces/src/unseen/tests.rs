@@ -120,6 +120,23 @@ fn a_body_goes_on_along_the_rays_that_leave_it_deepest() {
     assert_eq!(edges.collect::<Vec<_>>(), [1, 1, 1, 0]);
 }
 
+/// By errors of its pose a view that grazed a face may look from behind its plane: its rays would lead a body to the front.
+#[test]
+fn a_view_from_behind_the_plane_tells_nothing_of_what_a_face_hides() {
+    let (below, above) = ([-3.0, 0.5, -0.01], [0.5, 0.5, 2.0]);
+    let mut faces = [face(&SQUARE, below)];
+    faces[0].views.push(EdgeView {
+        eye_W: above.into(),
+        ..faces[0].views[0]
+    });
+    fill_unseen(&mut faces, &[], 0.3, 0.0);
+    assert_eq!(faces[0].views[0].eye_W, above.into());
+    let mut alone = [face(&SQUARE, below)];
+    fill_unseen(&mut alone, &[], 0.3, 0.0);
+    let bodies = alone[0].bodies_W(0.03);
+    assert!(bodies.iter().flatten().all(|p| p.z < 1e-9));
+}
+
 /// Outlines on the plane z = 0 of the fronts of bodies.
 fn fronts(bodies: &[Obstacle]) -> Outline {
     let ring = |body: &Obstacle| {
