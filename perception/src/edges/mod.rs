@@ -82,14 +82,26 @@ const STEEPEST: f64 = 5.7;
 pub(crate) struct Found {
     /// What ends the face.
     pub kind: EdgeKind,
-    /// How far on that is, px: in the middle between the last pixel of the face and the first that
-    /// shows something else, where no more lies between than drops out on both sides of an edge; else
-    /// right after the last pixel of the face.
+    /// How far on that is, px: where the planes of both sides meet; else in the middle between the last pixel of the
+    /// face and the first that shows something else, where no more lies between than drops out on both sides of an
+    /// edge; else right after the last pixel of the face.
     pub at_px: f64,
+    /// Whether the planes of both sides meet there.
+    pub meet: bool,
 }
 
-/// The kinds of a ring's edges, each from a corner to the next, and how far on the face ends in
-/// the median of an edge's places, px.
+/// What ends a face at an edge.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct End {
+    /// What most of the edge's places found.
+    pub kind: EdgeKind,
+    /// How far on the face ends in their median, px.
+    pub at_px: f64,
+    /// Whether the planes of both sides meet there at most of them: then it is known farther on than pixels tell.
+    pub meet: bool,
+}
+
+/// What ends a face at the edges of a ring, each from a corner to the next.
 ///
 /// The face, on the plane `label`, is on the ring's left where `left` says so, else on its right (in
 /// the picture's axes as a mathematician draws them).
@@ -98,14 +110,18 @@ pub(crate) fn kinds(
     label: u16,
     ring: &[Point2<f64>],
     left: bool,
-) -> impl Iterator<Item = (EdgeKind, f64)> {
+) -> impl Iterator<Item = End> {
     let next = ring.iter().skip(1).chain(ring.first());
     let (mut found, mut at_px) = (Vec::new(), Vec::new());
     ring.iter().zip(next).map(move |(a, b)| {
         let along = b - a;
         let length = along.norm();
         if length <= 1e-9 {
-            return (EdgeKind::Unknown, 0.0);
+            return End {
+                kind: EdgeKind::Unknown,
+                at_px: 0.0,
+                meet: false,
+            };
         }
         let ahead = along / length;
         let right = Vector2::new(ahead.y, -ahead.x);
@@ -116,23 +132,25 @@ pub(crate) fn kinds(
         found.clear();
         found.extend(walks(picture, label, count, place, &out));
         // Most edges are short: their one place decides alone.
-        if let [found] = &found[..] {
-            return (found.kind, found.at_px);
+        if let &[Found { kind, at_px, meet }] = &found[..] {
+            return End { kind, at_px, meet };
         }
         let kind = EdgeKind::most(found.iter().map(|found| found.kind));
+        let meet = 2 * found.iter().filter(|found| found.meet).count() > found.len();
         at_px.clear();
         at_px.extend(found.iter().map(|found| found.at_px));
         let half = (at_px.len() - 1) / 2;
         let (_, &mut middle, _) = at_px.select_nth_unstable_by(half, f64::total_cmp);
         // The border of the view is where it is, whatever the face does before it.
+        let end = |at_px| End { kind, at_px, meet };
         if kind == EdgeKind::FieldOfView {
-            return (kind, middle);
+            return end(middle);
         }
         // Real edges are round: what leaves the plane farther inside is the face still.
         let leaves = leaves_px(picture, label, places(count).map(place), &out, middle)
             .unwrap_or(middle)
             .max(0.0);
-        (kind, middle.min(leaves))
+        end(middle.min(leaves))
     })
 }
 
@@ -165,7 +183,24 @@ fn beyond(picture: &impl Picture, label: u16, from: &Point2<f64>, out: &PixelRay
         Found {
             kind,
             at_px: (last as f64 + 0.5 + half) * out.length,
+            meet: false,
         }
+    };
+    // Where the plane of what follows meets the face's the face ends, and by which is nearer beyond the other one rises
+    // or falls: a single point there tells neither.
+    let meeting = |last: usize, first: usize, its: u16| {
+        let met = meet_at(picture, [label, its], &at(last), &at(first), out)?;
+        let kind = if met.rises {
+            EdgeKind::Fold
+        } else {
+            EdgeKind::Real
+        };
+        let end = found(kind, last, first);
+        Some(met.steps.map_or(end, |steps| Found {
+            at_px: (last as f64 + steps) * out.length,
+            meet: true,
+            ..end
+        }))
     };
     // The last pixel of the face before something else, and how many of it followed a gap.
     let (mut last, mut again, mut unlabelled) = (0, 0, None);
@@ -193,19 +228,16 @@ fn beyond(picture: &impl Picture, label: u16, from: &Point2<f64>, out: &PixelRay
             unlabelled = None;
             continue;
         };
+        if let Some(end) = meeting(last, k, its) {
+            return end;
+        }
         if own().is_none_or(|own| w <= own) {
             return found(EdgeKind::Real, last, k);
         }
-        // Something nearer than the plane: hidden, unless it meets the plane.
-        let p = at(k);
-        if picture.plane(its, &p).is_some() {
-            let kind = if meets(picture, [label, its], &at(last), &p, out) {
-                EdgeKind::Fold
-            } else {
-                EdgeKind::Occluded
-            };
+        // Something nearer than the plane that does not meet it hides it.
+        if picture.plane(its, &at(k)).is_some() {
             let first = unlabelled.map_or(k, |(first, _)| first);
-            return found(kind, last, first);
+            return found(EdgeKind::Occluded, last, first);
         }
         let (first, nearest) = *unlabelled.get_or_insert((k, w));
         if k - first >= BESIDE_PX {
@@ -234,28 +266,39 @@ fn near(picture: &impl Picture, own: f64, w: f64) -> bool {
     (w - own) * (w - own) <= sigma * sigma + systematic * systematic
 }
 
-/// Whether two planes meet between two places, as well as it is known where that is.
-fn meets(
+/// Where two planes meet.
+struct Met {
+    /// Whether the other one is nearer than the face's beyond.
+    rises: bool,
+    /// How many steps on that is; `None` where it is anywhere within the noise.
+    steps: Option<f64>,
+}
+
+/// Where two planes meet between two places, if they do as well as it is known.
+fn meet_at(
     picture: &impl Picture,
     labels: [u16; 2],
     from: &Point2<f64>,
     to: &Point2<f64>,
     out: &PixelRay,
-) -> bool {
+) -> Option<Met> {
     let apart = |p: &Point2<f64>| {
         let [own, its] = labels.map(|label| picture.plane(label, p));
         Some((own?, its? - own?))
     };
     let middle = from + (to - from) * 0.5;
-    let (Some((w, apart_here)), Some((_, further))) =
-        (apart(&middle), apart(&out.place(&middle, 1.0)))
-    else {
-        return false;
-    };
-    let slope = (further - apart_here).abs() / out.length;
-    let reach = 0.5 * (to - from).norm() + MEETING_PX * out.length;
+    let (w, apart_here) = apart(&middle)?;
+    let (_, further) = apart(&out.place(&middle, 1.0))?;
+    let slope = further - apart_here;
+    let half = 0.5 * (to - from).norm() / out.length;
     let noise = picture.noise();
     let sigma = 3.0 * noise.sigma_at_inverse(w);
     let slow = SYSTEMATICS * noise.systematic_ratio * w;
-    apart_here.abs() <= (sigma * sigma + slow * slow).sqrt() + slope * reach
+    let known = (sigma * sigma + slow * slow).sqrt();
+    let reach = half + MEETING_PX;
+    let within = |off: f64| apart_here.abs() <= off + slope.abs() * reach;
+    (slope != 0.0 && within(known)).then(|| Met {
+        rises: slope > 0.0,
+        steps: within(0.0).then(|| half - apart_here / slope),
+    })
 }

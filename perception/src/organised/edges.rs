@@ -6,7 +6,7 @@ use surfaces::EdgeKind;
 use super::image::InverseImage;
 use super::mask::EDGE_SEEN_PX;
 use super::plane::Plane;
-use crate::edges::{self, Picture, Shown};
+use crate::edges::{self, End, Picture, Shown};
 use crate::scan::DepthImage;
 use crate::sensor::Noise;
 
@@ -137,17 +137,21 @@ pub(super) struct Edges {
 }
 
 /// More than this no outline is surely inside the true edge, px: what was taken off. What its label covers beyond may be
-/// another's, within the noise of its plane: the front of a board, the floor at a ramp's foot.
+/// another's, within the noise of its plane: the front of a board, the floor at a ramp's foot. Where planes meet it is
+/// known.
 const INSIDE_MAX_PX: f64 = EDGE_SEEN_PX as f64;
 
 impl Edges {
     /// Of rings that have the face on their left where v is up.
     pub fn new(seen: &Seen, label: u16, rings: &[Vec<Point2<f64>>]) -> Self {
         let pixel_rad = seen.pixel_rad();
+        let inside_px = |end: &End| match end.meet {
+            true => end.at_px,
+            false => end.at_px.min(INSIDE_MAX_PX),
+        };
         let of_ring = |ring: &Vec<_>| -> (Vec<_>, Vec<_>) {
-            let found = edges::kinds(seen, label, ring, true);
-            found
-                .map(|(kind, px)| (kind, px.min(INSIDE_MAX_PX) * pixel_rad))
+            let ends = edges::kinds(seen, label, ring, true);
+            ends.map(|end| (end.kind, inside_px(&end) * pixel_rad))
                 .unzip()
         };
         let (kinds, inside_rad) = rings.iter().map(of_ring).unzip();

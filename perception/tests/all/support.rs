@@ -16,6 +16,14 @@ pub struct Block {
     pub half: Vector3<f64>,
 }
 
+impl Block {
+    /// Whether a point of W is inside, but for one axis of the block's.
+    fn holds(&self, p: &Point3<f64>, but: Option<usize>) -> bool {
+        let local = self.pose.inverse_transform_point(p);
+        (0..3).all(|i| Some(i) == but || local[i].abs() <= self.half[i])
+    }
+}
+
 /// A box by centre and size (m), turned about z by `yaw` and then about its y by `pitch` (rad).
 pub fn block(name: &'static str, c: [f64; 3], size: [f64; 3], yaw: f64, pitch: f64) -> Block {
     let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw)
@@ -305,15 +313,14 @@ impl Face<'_> {
     /// and not inside another block that stands on it.
     pub fn holds(&self, p: &Point3<f64>, world: &[Block]) -> bool {
         let foot = p - self.normal_W() * self.height(p);
-        let above = foot + self.normal_W() * 0.005;
-        let inside = |block: &Block, p: &Point3<f64>, but: Option<usize>| {
-            let local = block.pose.inverse_transform_point(p);
-            (0..3).all(|i| Some(i) == but || local[i].abs() <= block.half[i])
-        };
-        self.blocks
-            .iter()
-            .any(|b| inside(b, &foot, Some(self.axis)))
-            && !world.iter().any(|b| inside(b, &above, None))
+        let inside = |block: &&Block| block.holds(&foot, Some(self.axis));
+        self.blocks.iter().any(inside) && !self.is_covered(p, world)
+    }
+
+    /// Whether something stands on the face's plane there.
+    pub fn is_covered(&self, p: &Point3<f64>, world: &[Block]) -> bool {
+        let above = p + self.normal_W() * (0.005 - self.height(p));
+        world.iter().any(|block| block.holds(&above, None))
     }
 }
 
