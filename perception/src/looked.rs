@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use surfaces::free_space::{FreeSpace, RayEnd};
+use surfaces::free_space::{FreeSpace, HELD, RayEnd};
 
 use crate::Scan;
 
@@ -39,30 +39,41 @@ pub(crate) fn looked(
         eye_W: X_WV * Point3::from(scan.eye_V),
         ..FreeSpace::default()
     };
-    for i in (0..scan.cloud.points.len()).step_by(STEP) {
-        let beside = asked.beside && on_face.get(i) != Some(&true);
-        if !asked.through && !beside {
-            continue;
-        }
-        // An image is a third of its points to fetch.
-        let p_V = match &scan.depth {
-            Some(image) => image.point(i),
-            None => Point3::from(scan.cloud.points[i].map(f64::from)),
-        };
-        let range = (p_V.coords - scan.eye_V).norm();
-        // Not where a coordinate is not a number.
-        if range <= range_max_m {
-            let sigma = scan.noise.sigma_z_m(range);
-            let systematic = scan.noise.systematic_ratio * range;
-            let end = RayEnd {
-                p_W: turn * p_V + X_WV.translation.vector,
-                sigma_m: (sigma * sigma + systematic * systematic).sqrt(),
-            };
-            if asked.through {
-                found.points.push(end);
+    let count = scan.cloud.points.len();
+    let width = scan
+        .depth
+        .as_ref()
+        .map_or(count, |image| image.width)
+        .max(1);
+    for (number, row) in (0..count).step_by(width).enumerate() {
+        for i in (row..count.min(row + width)).step_by(STEP) {
+            let is_held = on_face.get(i) == Some(&true);
+            let beside = asked.beside && !is_held;
+            // Of each row of an image others than of the next.
+            let held = asked.beside && is_held && (i / STEP + number).is_multiple_of(HELD);
+            if !(asked.through || beside || held) {
+                continue;
             }
-            if beside {
-                found.beside.push(end);
+            // An image is a third of its points to fetch.
+            let p_V = match &scan.depth {
+                Some(image) => image.point(i),
+                None => Point3::from(scan.cloud.points[i].map(f64::from)),
+            };
+            let range = (p_V.coords - scan.eye_V).norm();
+            // Not where a coordinate is not a number.
+            if range <= range_max_m {
+                let p_W = turn * p_V + X_WV.translation.vector;
+                if held {
+                    found.held.push(p_W);
+                }
+                if asked.through || beside {
+                    let sigma = scan.noise.sigma_z_m(range);
+                    let systematic = scan.noise.systematic_ratio * range;
+                    let sigma_m = (sigma * sigma + systematic * systematic).sqrt();
+                    let end = RayEnd { p_W, sigma_m };
+                    found.points.extend(asked.through.then_some(end));
+                    found.beside.extend(beside.then_some(end));
+                }
             }
         }
     }

@@ -19,7 +19,10 @@ const CARVED_MIN_M2: f64 = 0.005;
 /// Most cells that are counted in: faces of a kilometre are no faces.
 const CELLS_MAX: usize = 4_000_000;
 /// Rays flatter than this to a plane do not tell where they meet it (sine of the angle).
-const GRAZING: f64 = 0.05;
+pub(crate) const GRAZING: f64 = 0.05;
+
+/// Of so many points that a face holds one tells of them.
+pub const HELD: usize = 4;
 
 /// A point that was seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +42,8 @@ pub struct FreeSpace {
     pub points: Vec<RayEnd>,
     /// Those that no face is known to hold, as dense a sample as `density` says.
     pub beside: Vec<RayEnd>,
+    /// Those that a face is known to hold, one of [`HELD`] of a sample as dense.
+    pub held: Vec<Point3<f64>>,
     /// Of all points as many are in such a sample on a square that faces the sensor, of a side as long as it is far
     /// away, where it sees most.
     pub density: f64,

@@ -73,7 +73,8 @@ impl View {
         let points = bodies.flat_map(|body| body.points_W.iter_mut());
         let looked = &mut self.free_space;
         let seen = looked.points.iter_mut().chain(&mut looked.beside);
-        for p_W in points.chain(seen.map(|seen| &mut seen.p_W)) {
+        let held = looked.held.iter_mut();
+        for p_W in points.chain(held).chain(seen.map(|seen| &mut seen.p_W)) {
             *p_W = X_W * *p_W;
         }
         looked.eye_W = X_W * looked.eye_W;

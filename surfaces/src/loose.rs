@@ -7,6 +7,8 @@
 //! single points between a thing and what is behind it are none. Cells that touch are one thing, and a thing is cut
 //! until each part about fills a box. Each part is the hull of its points and of a little behind them.
 
+mod grazing;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -50,7 +52,7 @@ pub fn loose(faces: &[Face], views: &[&FreeSpace]) -> Vec<Obstacle> {
     // 1. Points in the cells of the plane that they are of, and of none, each with its share of a full cell.
     let mut cells: Vec<BTreeMap<Cell, Vec<Loose>>> = Vec::new();
     cells.resize_with(plates.len() + 1, BTreeMap::new);
-    for view in views {
+    for (number, view) in views.iter().enumerate() {
         for seen in &view.beside {
             let way_W = seen.p_W - view.eye_W;
             let near = plates.iter().enumerate();
@@ -85,16 +87,21 @@ pub fn loose(faces: &[Face], views: &[&FreeSpace]) -> Vec<Obstacle> {
             let at = at.map(|x| (x / CELL_M).floor() as i64);
             cells[to].entry(at.into()).or_default().push(Loose {
                 ends_W,
-                share: 1.0 / full.max(1.0),
+                sigma_m: seen.sigma_m,
+                full,
+                view: number,
             });
         }
+    }
+    if let Some(cells) = cells.last_mut() {
+        grazing::weigh(cells, views);
     }
     // 2. Cells that touch, cut into parts, and their bodies.
     let mut bodies = Vec::new();
     let space = [Vector3::x(), Vector3::y(), Vector3::z()];
     for (k, mut cells) in cells.into_iter().enumerate() {
         let plate = plates.get(k);
-        let share = |points: &[Loose]| points.iter().map(|point| point.share).sum::<f64>();
+        let share = |points: &[Loose]| points.iter().map(Loose::share).sum::<f64>();
         cells.retain(|_, points| share(points) >= FILLED);
         let (full_min, box_filled) = match plate {
             None => (FULL_CELLS_MIN, BOX_FILLED[0]),
@@ -144,8 +151,25 @@ pub fn is_loose(body: &Obstacle) -> bool {
 struct Loose {
     /// The point, and what is behind it.
     ends_W: [Point3<f64>; 2],
+    /// Standard deviation along the ray, m.
+    sigma_m: f64,
+    /// Points of a full cell.
+    full: f64,
+    /// The view that shows it.
+    view: usize,
+}
+
+impl Loose {
     /// The part of a full cell that the point is.
-    share: f64,
+    fn share(&self) -> f64 {
+        1.0 / self.full.max(1.0)
+    }
+
+    /// The sine of the angle between the point's ray and a plane.
+    fn across(&self, n_W: &Vector3<f64>) -> f64 {
+        let [p_W, behind_W] = &self.ends_W;
+        n_W.dot(&(behind_W - p_W)).abs() / (behind_W - p_W).norm()
+    }
 }
 
 /// Where a face is, in cells of its plane, for many questions.
@@ -273,28 +297,32 @@ fn cut(part: Vec<Cell>, box_filled: f64, parts: &mut Vec<Vec<Cell>>) {
 
 /// The corners of the hull that are farthest out in directions all around, of points that have a width along axes.
 fn outermost(points: &[Point3<f64>], axes: &[Vector3<f64>]) -> Vec<Point3<f64>> {
-    let mut corners: Vec<Point3<f64>> = Vec::new();
     // Half of the directions to the corners, edges and sides of a cube: the other half is opposite.
-    for k in 0..13 {
-        let d = Vector3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1).map(f64::from);
-        let first = points.first().copied().unwrap_or_default();
-        let (mut low, mut high) = ((f64::INFINITY, first), (f64::NEG_INFINITY, first));
-        for p in points {
-            let along = p.coords.dot(&d);
-            if along < low.0 {
-                low = (along, *p);
-            }
-            if along > high.0 {
-                high = (along, *p);
-            }
+    let ways: [Vector3<f64>; 13] = std::array::from_fn(|k| {
+        Vector3::new(k % 3, k / 3 % 3, k / 9).map(|step| step as f64 - 1.0)
+    });
+    let (mut low, mut high) = ([f64::INFINITY; 13], [f64::NEG_INFINITY; 13]);
+    let (mut low_at, mut high_at) = ([0_u64; 13], [0_u64; 13]);
+    for (at, p) in (0..).zip(points) {
+        for k in 0..13 {
+            let along = p.coords.dot(&ways[k]);
+            let [is_low, is_high] = [along < low[k], along > high[k]];
+            low[k] = if is_low { along } else { low[k] };
+            low_at[k] = if is_low { at } else { low_at[k] };
+            high[k] = if is_high { along } else { high[k] };
+            high_at[k] = if is_high { at } else { high_at[k] };
         }
-        let most =
-            |a: &&Vector3<f64>, b: &&Vector3<f64>| a.dot(&d).abs().total_cmp(&b.dot(&d).abs());
+    }
+    let mut corners: Vec<Point3<f64>> = Vec::new();
+    for (d, at) in ways.iter().zip(low_at.into_iter().zip(high_at)) {
+        let point = |at: u64| points.get(at as usize).copied().unwrap_or_default();
+        let (low, high) = (point(at.0), point(at.1));
+        let most = |a: &&Vector3<f64>, b: &&Vector3<f64>| a.dot(d).abs().total_cmp(&b.dot(d).abs());
         let out = axes
             .iter()
             .max_by(most)
-            .map_or(d, |axis| axis * axis.dot(&d).signum());
-        for corner in [low.1 - out * POINT_M, high.1 + out * POINT_M] {
+            .map_or(*d, |axis| axis * axis.dot(d).signum());
+        for corner in [low - out * POINT_M, high + out * POINT_M] {
             if !corners.contains(&corner) {
                 corners.push(corner);
             }

@@ -142,6 +142,62 @@ fn points_between_a_thing_and_what_is_behind_it_are_no_thing() {
     assert!(loose(&[floor()], &[&view]).is_empty());
 }
 
+/// Whether about so many of some are left of the k-th of points in a row.
+fn of_each(part: f64, k: usize) -> bool {
+    (4e4 * (k as f64).sin()).rem_euclid(1.0) < part
+}
+
+/// Along a wall 0.2 m beside it, at 6° to 10°, a sensor sees few points, and loses more than half of them.
+#[test]
+fn a_wall_along_which_the_view_looks_is_a_body() {
+    let mut view = seen(&|x, y| {
+        if x > 1.1 && (0.2..0.25).contains(&y) {
+            2.0
+        } else {
+            0.0
+        }
+    });
+    let is_wall = |seen: &RayEnd| seen.p_W.z > 0.1;
+    let mut count = 0..;
+    view.beside
+        .retain(|seen| !is_wall(seen) || count.next().is_some_and(|k| of_each(0.4, k)));
+    let wall: Vec<Point3<f64>> = (view.beside.iter().filter(|seen| is_wall(seen)))
+        .map(|seen| seen.p_W)
+        .collect();
+    let bodies = loose(&[floor()], &[&view]);
+    let near = |p: &Point3<f64>, body: &Obstacle| {
+        (0..3).all(|axis| {
+            let along = || body.points_W.iter().map(|q| q[axis] - p[axis]);
+            along().any(|x| x < 0.02) && along().any(|x| x > -0.02)
+        })
+    };
+    let bare = (wall
+        .iter()
+        .filter(|p| !bodies.iter().any(|body| near(p, body))))
+    .count();
+    assert!(
+        wall.len() > 90 && 5 * bare < wall.len(),
+        "{bare} of {}",
+        wall.len()
+    );
+}
+
+/// As many points as such a wall has, over a floor that others show behind them.
+#[test]
+fn a_part_of_a_floors_points_above_it_is_no_thing() {
+    let mut view = seen(&|_, _| 0.0);
+    let eye_W = view.eye_W;
+    for (_, seen) in view
+        .beside
+        .iter_mut()
+        .enumerate()
+        .filter(|(k, _)| of_each(0.06, *k))
+    {
+        seen.p_W = eye_W + (seen.p_W - eye_W) * ((eye_W.z - 0.04) / eye_W.z);
+    }
+    assert!(loose(&[floor()], &[&view]).is_empty());
+}
+
 /// In a cloud of few points each may be all that a cell can have.
 #[test]
 fn a_few_points_of_a_thin_cloud_in_line_are_a_body_or_none() {
