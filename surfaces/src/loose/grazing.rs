@@ -216,7 +216,8 @@ impl Sums {
         let seen = side.dot(&(spread * side)) / side.norm_squared() / way.norm_squared();
         let is_seen = seen * view.density > EDGE * EDGE;
         // Of a rectangle with that spread.
-        let area_m2 = 12.0 * (eigenvalues.product() / eigenvalues[flat]).sqrt();
+        let others = (0..3).filter(|k| *k != flat).map(|k| eigenvalues[k]);
+        let area_m2 = 12.0 * others.product::<f64>().sqrt();
         let full = view.density * area_m2 * across / way.norm_squared();
         let is_seen = is_seen && self.count >= FILLED * full;
         (wide && is_seen && across > GRAZING && eigenvalues[flat] <= most)
