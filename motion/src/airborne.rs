@@ -1,5 +1,4 @@
 //! How near a patch in the air may come to what it passes.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use posture::FaceIndex;

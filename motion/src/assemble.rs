@@ -1,5 +1,4 @@
 //! Segments, one after the other, as the motion that is written.
-#![allow(non_snake_case)]
 
 use nalgebra::{DVector, Vector3};
 use plan::{Limits, MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};

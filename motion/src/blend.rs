@@ -6,7 +6,6 @@
 //! equilibrium with forces in their cones.
 //!
 //!   w_0 + w_1 + … = 1,  w ≥ 0;   two keyframes: w_1 = u;   more: quintic steps from keyframe to keyframe
-#![allow(non_snake_case)]
 
 use nalgebra::{DVector, Vector3};
 use robot_model::Configuration;

@@ -4,7 +4,6 @@
 //! by d − m together: a shape's points move at most by its centre's move and 2 sin(θ/2) times its
 //! radius. So the distance is known to keep m at every sample, and between two samples to fall
 //! short by less than half of what the pair moves in one step.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use robot_model::Kinematics;

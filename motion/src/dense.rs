@@ -1,5 +1,4 @@
 //! The little dense algebra of the projection, on rows in one slice.
-#![allow(non_snake_case)]
 
 /// Scalar product.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -1,7 +1,6 @@
 //! The equations of a projection: where patches and the centre of mass are to be.
 //!
 //!   r = (p − p*, log R R*ᵀ) a patch, (c − c*)_xy
-#![allow(non_snake_case)]
 
 use nalgebra::{DMatrixViewMut, Isometry3, Vector3};
 use robot_model::{Kinematics, PatchId, PatchKind, Robot};

@@ -1,8 +1,6 @@
 //! The motion of one phase: try paths that are free for the swinging link, compute the whole body
 //! along them, and add waypoints where it cannot follow.
 
-#![allow(non_snake_case)]
-
 use posture::{Constraint, Contact, Outcome, Problem};
 
 use crate::Error;

@@ -5,7 +5,6 @@
 //!
 //! solved by an active set over the few rows that are near (C. L. Lawson and R. J. Hanson, *Solving Least
 //! Squares Problems*, 1974, ch. 23).
-#![allow(non_snake_case)]
 
 use crate::dense::{backward_solve, cholesky, cholesky_solve, dot, forward_solve};
 

@@ -3,7 +3,6 @@
 //! Coordinates are splines in time; the base's quaternion is a spline made unit length,
 //!
 //!   q = p/|p|,   ω = 2 q̇ q*,   ω̇ = 2 q̈ q*      (vector parts, in W)
-#![allow(non_snake_case)]
 
 use nalgebra::{DVector, Quaternion, UnitQuaternion, Vector3, Vector4};
 use robot_model::Configuration;

@@ -4,7 +4,6 @@
 //!   τ_b = a_b·Σ_{beyond b} (n + (o − o_b) × f)   (revolute),   a_b·Σ f   (prismatic)
 //!
 //! Source: \[featherstone2008\] section 5.3, written out in W about body origins.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 use robot_model::{JointKind, Kinematics, Robot};

@@ -9,7 +9,6 @@
 //! so that a contact that bears nothing takes nothing, and forces are continuous where contacts change.
 //! The points are those of the patches shrunk by less than at rest: the zero-moment point may use a part
 //! of the margin of the centre of mass.
-#![allow(non_snake_case)]
 
 use std::ops::AddAssign;
 

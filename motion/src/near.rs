@@ -1,5 +1,4 @@
 //! The distances that a configuration along the path must keep, as the projection's inequalities.
-#![allow(non_snake_case)]
 
 use nalgebra::{Point3, Vector3};
 use robot_model::Kinematics;

@@ -4,7 +4,6 @@
 //!
 //! What a body needs, what contacts bear and what joints exert are then constant, linear in s̈ and linear
 //! in ṡ²; so is every limit.
-#![allow(non_snake_case)]
 
 mod chain;
 mod dynamics;

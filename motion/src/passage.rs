@@ -6,7 +6,6 @@
 //! that the patch which lands or leaves is at rest while the body goes on along T; at x = 1 it is on the
 //! path as before. T is the path's own direction in the phase in which all patches stay closed, so that
 //! this one hardly changes. Both phases close the same contacts and so have the same second derivatives.
-#![allow(non_snake_case)]
 
 use nalgebra::{DVector, Point3};
 use rayon::prelude::*;

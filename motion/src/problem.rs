@@ -1,5 +1,4 @@
 //! The problem: two stances that follow on each other, in an environment, and its phases.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Vector3};
 use posture::{Contact, Environment, FaceIndex, Posture, Upright};

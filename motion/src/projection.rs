@@ -6,7 +6,6 @@
 //! r = (p − p*, log R R*ᵀ) a patch, (c − c*)_xy; e is zero but for the orientation of a patch that
 //! is far from both its ends. Sequential linearisation; the QP in dual form, the equations by
 //! Cholesky, the few inequalities by an active set.
-#![allow(non_snake_case)]
 
 use crate::dense::{cholesky, cholesky_solve, dot};
 use crate::equations::{Equations, Target};

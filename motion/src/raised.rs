@@ -1,5 +1,4 @@
 //! Whether a patch can leave the place that it touches, or come to it, at all.
-#![allow(non_snake_case)]
 
 use nalgebra::Translation3;
 use posture::{Contact, Freedom, Problem};

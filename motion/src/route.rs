@@ -4,7 +4,6 @@
 //!   q(u) = q_ref(u) ⊕ δ(u)      δ a cubic spline through the projections of q_ref at the knots
 //!
 //! Between the knots a Newton step closes the contacts once more.
-#![allow(non_snake_case)]
 
 use nalgebra::Isometry3;
 use posture::Upright;

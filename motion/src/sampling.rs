@@ -1,5 +1,4 @@
 //! The samples of a phase, and the dense check of every one of them.
-#![allow(non_snake_case)]
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use robot_model::Kinematics;

@@ -1,5 +1,4 @@
 //! The motion from one stance to the next: which contacts stay closed, what leaves, what lands.
-#![allow(non_snake_case)]
 
 use nalgebra::Translation3;
 use posture::{Contact, Freedom, Posture, Upright};

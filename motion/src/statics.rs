@@ -1,7 +1,6 @@
 //! Statics of one sample: balance, friction and holding torques.
 //!
 //!   Σ f + m g = 0,   Σ p × f = −c × m g,   τ_b = a_b·((c_b − o_b) × m_b g ẑ − Σ_{beyond b} (p − o_b) × f)
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, Vector3};
 use posture::force_points;

@@ -1,6 +1,5 @@
 //! The swinging link alone against the environment: a cheap test of a path before the whole body is
 //! computed. For a leg that ends in a ball only the ball is tested.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Vector3};
 use robot_model::collision::{Shape, ShapeGeometry, closest};

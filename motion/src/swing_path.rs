@@ -4,7 +4,6 @@
 //! Positions are a clamped cubic B-spline (C², inside the hull of its control points); the first
 //! and last four control points lie on the normals, so its ends are straight. The orientation
 //! turns between the straight parts only.
-#![allow(non_snake_case)]
 
 use std::ops::Range;
 

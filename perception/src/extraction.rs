@@ -42,7 +42,6 @@ pub struct Statistics {
 
 /// A plane for every pixel, or for every point of a cloud: one without a grid is one row.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Segmentation {
     /// Columns.
     pub width: usize,

@@ -1,5 +1,4 @@
 //! Regions of planes → faces of the world.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Translation3};
 use surfaces::{ConvexPolygon, Edge, EdgeView, Error, Face, Fit, Region, Ring, Source};

@@ -4,7 +4,6 @@
 //! Floors, treads and tables share their normal, and no other direction of a room has so much area that
 //! a sensor on a robot would see from above. Where gravity was measured it says which planes these are,
 //! and the planes say it more exactly.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 use surfaces::Face;

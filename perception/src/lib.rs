@@ -81,7 +81,6 @@ use nalgebra::Isometry3;
 /// # Errors
 /// [`Error::Config`]; [`Error::NotOrganised`] when the organised path was asked for on a scan
 /// without an image; [`Error::Neighbours`].
-#[allow(non_snake_case)]
 pub fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Result<Extraction, Error> {
     config.check()?;
     if let (Some(depth), Method::Auto | Method::Organised) = (&scan.depth, config.method)

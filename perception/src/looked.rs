@@ -1,5 +1,4 @@
 //! What a camera or a bare cloud looked through, and what of it lies on no face.
-#![allow(non_snake_case)]
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,4 @@
 //! All that is done to scans before a robot is planned for: faces, obstacles and what was noticed.
-#![allow(non_snake_case)]
 
 use std::fmt;
 

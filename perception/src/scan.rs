@@ -39,7 +39,6 @@ impl PointCloud {
 
 /// What one scan file holds.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Scan {
     /// The points, in V.
     pub cloud: PointCloud,

@@ -1,5 +1,4 @@
 //! What follows from a request once for the whole search.
-#![allow(non_snake_case)]
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;

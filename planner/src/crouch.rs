@@ -1,5 +1,4 @@
 //! The usual posture with its base lowered over the feet, legs bent.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Vector3};
 use robot_model::kinematics::{PointTarget, reach};

@@ -1,5 +1,4 @@
 //! A place where a patch may touch a face.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use posture::{Area, Contact, FaceIndex, Freedom};

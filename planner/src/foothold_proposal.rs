@@ -1,5 +1,4 @@
 //! Where a patch should touch a face: first the place a stride ahead, then others, one at a time.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, Rotation2, Rotation3, Vector2, Vector3};
 use posture::FaceIndex;

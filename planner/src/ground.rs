@@ -1,5 +1,4 @@
 //! Where feet may land, as heights on a raster of the level plane, computed tile by tile.
-#![allow(non_snake_case)]
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;

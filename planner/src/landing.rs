@@ -3,7 +3,6 @@
 //! What stands there is every body of the world that rises over the face's plane, in the slab over
 //! the plane that the patch's own link fills. Its outline in the plane is grown by what the link
 //! must keep from it.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Point2, Point3, Vector2};
 use posture::{Environment, FaceIndex};

@@ -1,5 +1,4 @@
 //! Where the base may be: how its feet would stand there, how much room there is, and what a move costs.
-#![allow(non_snake_case)]
 
 use std::f64::consts::TAU;
 

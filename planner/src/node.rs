@@ -1,5 +1,4 @@
 //! A node of the tree: a contact set with the posture that reached it.
-#![allow(non_snake_case)]
 
 use std::sync::Arc;
 

@@ -1,5 +1,4 @@
 //! Nodes: the root from the robot's own kinematics, children from solved candidates.
-#![allow(non_snake_case)]
 
 use std::sync::Arc;
 

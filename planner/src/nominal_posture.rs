@@ -10,7 +10,6 @@
 //! With the usual height measured along the plumb line the body is nearer to a slope than to level
 //! ground by the cosine of its angle. Over steps and blocks, whose faces are level, it stays level; a
 //! robot on two feet stays upright.
-#![allow(non_snake_case)]
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use posture::Contact;

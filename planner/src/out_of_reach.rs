@@ -13,7 +13,6 @@
 //!   d_xy(hull, face') ≤ max ‖p_C − c‖ + ½ Δz tan(slope + atan μ)
 //!
 //! Boxes stand for the faces, so that distances are too short and the proof is one.
-#![allow(non_snake_case)]
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,5 +1,4 @@
 //! The search along one way of the base, and along others where that leads to no plan soon.
-#![allow(non_snake_case)]
 
 use std::sync::atomic::AtomicBool;
 

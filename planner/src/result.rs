@@ -1,5 +1,4 @@
 //! What the search gives back.
-#![allow(non_snake_case)]
 
 use std::sync::Arc;
 

@@ -1,5 +1,4 @@
 //! How much room there is about the base: for the trunk, for all of the robot, and under what hangs over it.
-#![allow(non_snake_case)]
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;

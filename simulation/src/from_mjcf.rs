@@ -11,7 +11,6 @@
 //! | excluded pairs of bodies, keyframes | disabled pairs and named postures |
 //!
 //! `from_mjcf/robot.urdf` and `from_mjcf/robot.srdf` are the templates of the texts.
-#![allow(non_snake_case)]
 
 mod drive;
 mod geom;

@@ -5,7 +5,6 @@ use nalgebra::{Point3, Vector3};
 /// The finite points no farther than `range_max_m` from where the sensor stood, in order.
 ///
 /// Source: [brossette2013] III-B: farther points are not reliable.
-#[allow(non_snake_case)]
 pub(super) fn crop<'a>(
     points: impl Iterator<Item = &'a [f32; 3]>,
     eye_V: &Vector3<f64>,

@@ -72,7 +72,6 @@ const NORMAL_NEIGHBOURS: usize = 50;
 ///
 /// # Errors
 /// [`Error::Neighbours`].
-#[allow(non_snake_case)]
 pub(crate) fn extract(
     scan: &Scan,
     X_WV: &Isometry3<f64>,
@@ -190,7 +189,6 @@ fn directions<'a>(
 }
 
 /// What ends a face at each edge of its hull in S.
-#[allow(non_snake_case)]
 fn kinds(
     seen: &SphericalRangeImage,
     number: u16,

@@ -60,7 +60,6 @@ pub(crate) struct Normals {
 }
 
 /// The direction of least scatter of every point's `count` nearest neighbours, turned to the sensor.
-#[allow(non_snake_case)]
 pub(crate) fn normals(
     points: &[Point3<f64>],
     neighbours: &Neighbours,

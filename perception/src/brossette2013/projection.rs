@@ -6,7 +6,6 @@ use super::plane_extraction::PlaneFit;
 use crate::scan::tangent_frame;
 
 /// Points on a plane.
-#[allow(non_snake_case)]
 pub(super) struct Projection {
     /// Pose of S in V: origin at the barycentre, z_S toward the sensor.
     pub X_VS: Isometry3<f64>,
@@ -17,7 +16,6 @@ pub(super) struct Projection {
 /// The inliers of a plane, projected onto it; `forward` and `up` (in V) choose the tangents.
 ///
 /// Source: [brossette2013] III-E: tangent, bitangent, normal, origin at the barycentre.
-#[allow(non_snake_case)]
 pub(super) fn projection(
     points: &[Point3<f64>],
     plane: &PlaneFit,

@@ -39,7 +39,6 @@ pub struct LidarCalibration {
 
 impl LidarCalibration {
     /// A pose without anything else known.
-    #[allow(non_snake_case)]
     pub fn from_pose(X_WV: &Isometry3<f64>, covariance: &Matrix4<f64>) -> Self {
         Self {
             format: CALIBRATION_FORMAT.to_owned(),
@@ -53,7 +52,6 @@ impl LidarCalibration {
     }
 
     /// Pose of V in W.
-    #[allow(non_snake_case)]
     pub fn X_WV(&self) -> Isometry3<f64> {
         let [x, y, z, w] = self.quat_xyzw;
         Isometry3::from_parts(
@@ -63,7 +61,6 @@ impl LidarCalibration {
     }
 
     /// The same sensor in another world U in which this one stands at `X_UW`.
-    #[allow(non_snake_case)]
     pub fn placed(&self, X_UW: &Isometry3<f64>) -> Self {
         let X_UV = X_UW * self.X_WV();
         let mut turn = Matrix4::identity();
@@ -79,7 +76,6 @@ impl LidarCalibration {
     }
 
     /// The ground z = 0 in V.
-    #[allow(non_snake_case)]
     pub fn ground_V(&self) -> Plane {
         let X_WV = self.X_WV();
         Plane {

@@ -5,7 +5,6 @@ use crate::error::within;
 
 /// Points of a LiDAR in its frame V: x forward, y left, z up, the origin at the optical centre.
 #[derive(Debug, Clone, PartialEq, Default)]
-#[allow(non_snake_case)]
 pub struct LidarCloud {
     /// x, y, z, m; all finite.
     pub points_V: Vec<[f32; 3]>,
@@ -31,7 +30,6 @@ impl LidarCloud {
     }
 
     /// A cloud of points of which nothing else is known; azimuths are computed.
-    #[allow(non_snake_case)]
     pub fn from_points(points: impl IntoIterator<Item = [f32; 3]>) -> Self {
         let mut cloud = Self::default();
         for p_V in points {
@@ -41,7 +39,6 @@ impl LidarCloud {
     }
 
     /// Adds a point, or counts it as invalid. Either all points have a ring (a time), or none.
-    #[allow(non_snake_case)]
     pub(crate) fn push(
         &mut self,
         p_V: [f32; 3],
@@ -63,7 +60,6 @@ impl LidarCloud {
 
     /// The same points as they are seen from another place than the origin, for clouds that were moved
     /// after the scan: V is then there, its axes those of the file.
-    #[allow(non_snake_case)]
     pub fn seen_from(&self, eye_m: [f64; 3]) -> Self {
         let mut cloud = Self {
             invalid: self.invalid,

@@ -17,7 +17,6 @@ pub(super) fn ground_covariance(calibration: &LidarCalibration) -> Matrix3<f64> 
     Matrix3::from_fn(|i, j| calibration.covariance[rows[i]][rows[j]])
 }
 
-#[allow(non_snake_case)]
 pub(super) fn ground_of(
     fitted: &Option<Refined>,
     plane_V: Plane,
@@ -48,7 +47,6 @@ pub(super) fn ground_of(
 }
 
 /// The description of slope `k` and its uncertainty; `None` where slope and ground do not meet.
-#[allow(non_snake_case)]
 pub(super) fn described(
     field: &Field,
     fitted: &Refined,

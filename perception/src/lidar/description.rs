@@ -7,7 +7,6 @@ use nalgebra::{Point3, Vector3};
 /// Source: \[meng\] Eqs. 11 to 15, corrected: l and ψ are unit vectors, ψ points uphill, the start line
 /// is the intersection of the two planes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Description {
     /// First end of the start line, m; p₂ − p₁ is along l.
     pub p1_W: Point3<f64>,

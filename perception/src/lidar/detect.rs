@@ -71,7 +71,6 @@ pub struct SegmentedCloud {
 }
 
 /// The chain; no scan where nothing is ground and no calibration says where it is.
-#[allow(non_snake_case)]
 fn chain(
     cloud: &LidarCloud,
     calibration: Option<&LidarCalibration>,

@@ -16,7 +16,6 @@ use crate::Error;
 
 /// The planes of a cloud in V.
 #[derive(Debug, Clone, PartialEq, Default)]
-#[allow(non_snake_case)]
 pub struct ExtractedPlanes {
     /// The points that were used, m.
     pub points_V: Vec<[f32; 3]>,
@@ -177,7 +176,6 @@ fn lies_on(field: &Field, i: usize, plane: &Plane) -> bool {
 
 /// The ground under a mounted LiDAR and its rings' constant range errors.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Adjustment {
     /// The ground in V.
     pub ground_V: Plane,

@@ -1,5 +1,4 @@
 //! Ground and slopes as faces that a robot may touch.
-#![allow(non_snake_case)]
 
 use nalgebra::{
     Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,

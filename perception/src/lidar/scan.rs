@@ -23,7 +23,6 @@ pub struct LidarCounts {
 
 /// The ground of a scan.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Ground {
     /// The plane in V.
     pub plane_V: Plane,
@@ -41,7 +40,6 @@ pub struct Ground {
 
 /// A slope of a scan.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Slope {
     /// Start line, orientation, angle.
     pub description: Description,
@@ -70,7 +68,6 @@ pub struct Slope {
 
 /// What a scan shows of ground and slopes, in W.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct SlopeScan {
     /// Pose of V in W: the calibrated one, or the one that the ground gives.
     pub X_WV: Isometry3<f64>,

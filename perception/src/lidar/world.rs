@@ -11,7 +11,6 @@ use super::plane::Plane;
 ///
 /// Source: \[meng\] Eqs. 1, 7 and 8; deviation: the rotation is built from the axes, because the Euler
 /// angles of Eq. 2 lose their signs and do not exist for a level sensor.
-#[allow(non_snake_case)]
 pub fn levelled(ground_V: &Plane) -> Isometry3<f64> {
     let z = ground_V.normal;
     // V's y straight up: any tangent does.
@@ -27,7 +26,6 @@ pub fn levelled(ground_V: &Plane) -> Isometry3<f64> {
 }
 
 #[cfg(test)]
-#[allow(non_snake_case)]
 mod tests {
     use super::*;
     use proptest::prelude::*;

@@ -1,5 +1,4 @@
 //! Coordinates on a face's plane.
-#![allow(non_snake_case)]
 
 use nalgebra::{Point2, Point3, Rotation3, Vector3};
 

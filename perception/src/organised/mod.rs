@@ -77,7 +77,6 @@ const USUAL_MIN: f64 = 4.0;
 
 /// The faces of a depth image taken from `X_WV`; `None` where too many pixels are missing, unless the
 /// image is asked for.
-#[allow(non_snake_case)]
 pub(crate) fn extract(
     depth: &DepthImage,
     noise: &Noise,

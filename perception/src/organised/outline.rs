@@ -32,7 +32,6 @@ const EDGE_SIGMA_PX: f64 = 0.5;
 ///
 /// # Errors
 /// As [`crate::face::face`].
-#[allow(non_snake_case)]
 pub(super) fn face(
     image: &InverseImage,
     pixels: &Face,

@@ -1,5 +1,4 @@
 //! The final plane of one region: weighted fit, residuals.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 

@@ -1,5 +1,4 @@
 //! The covariance of a plane, from where its pixels lie.
-#![allow(non_snake_case)]
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point2, Rotation2, RowVector3, Vector3};
 

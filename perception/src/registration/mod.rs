@@ -8,7 +8,6 @@
 //! P what is known of the pose that is given, by Gauss and Newton. So each direction of the pose is
 //! corrected as far as planes determine it, and what they leave open stays as it was given, with the
 //! covariance that it had. No points are matched, nothing iterates over nearest neighbours.
-#![allow(non_snake_case)]
 
 mod matching;
 mod pose;

@@ -43,7 +43,6 @@ const DISTANCE_MAX_M: f64 = 0.06;
 const NOISE_FACTOR_MAX: f64 = 10.0;
 
 /// The faces of a cloud taken from `X_WV`.
-#[allow(non_snake_case)]
 pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Extraction {
     // 1. The points within range, about the eye; their voxels, in several sizes.
     let near = Near::new(scan, config.range_max_m);
@@ -132,7 +131,6 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
 }
 
 /// The points of a scan, and how they were seen.
-#[allow(non_snake_case)]
 struct Cloud<'a> {
     points: &'a Near<'a>,
     /// Which of them surely belong to their plane.
@@ -145,7 +143,6 @@ struct Cloud<'a> {
 
 impl Cloud<'_> {
     /// The connected faces of one plane.
-    #[allow(non_snake_case)]
     fn faces(&self, found: &Final, number: u16) -> Vec<(u16, Result<Face, Error>)> {
         // The normal toward the eye, which is the origin of the points.
         let toward = if found.plane.offset > 0.0 { -1.0 } else { 1.0 };
@@ -216,7 +213,6 @@ impl Cloud<'_> {
     }
 
     /// What ends a face at the edges of a ring in S, with the face on its left.
-    #[allow(non_snake_case)]
     fn kinds(
         &self,
         number: u16,
@@ -240,7 +236,6 @@ impl Cloud<'_> {
     ///   σ_n² = N (σ n·r̂)²,  s² = (κ d)²/m,  tilts of the slow error up to its waves' slope
     ///
     /// with N points whose errors go together, and m waves of the slowly varying error on the faces.
-    #[allow(non_snake_case)]
     fn covariance(
         &self,
         found: &Final,

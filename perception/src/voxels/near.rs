@@ -1,5 +1,4 @@
 //! The points of a cloud within range.
-#![allow(non_snake_case)]
 
 use nalgebra::Vector3;
 

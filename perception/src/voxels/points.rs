@@ -104,7 +104,6 @@ pub(super) struct Final {
 
 impl Final {
     /// Unit normal n toward the eye, and d with n·p = −d for points p of V.
-    #[allow(non_snake_case)]
     pub fn toward(&self, eye_V: &Vector3<f64>) -> (Vector3<f64>, f64) {
         let toward = if self.plane.offset > 0.0 { -1.0 } else { 1.0 };
         let normal = self.plane.normal * toward;

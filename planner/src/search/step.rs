@@ -1,5 +1,4 @@
 //! How a search begins, and what becomes of each candidate.
-#![allow(non_snake_case)]
 
 use std::collections::BTreeSet;
 use std::collections::btree_map::BTreeMap;

@@ -5,7 +5,6 @@
 //! into upright bodies. A sweep sees neither between its beams nor above and below them, so both
 //! reach as far as the next beam would have been, and what the uppermost or lowest beam meets goes on
 //! beyond it.
-#![allow(non_snake_case)]
 
 mod obstacle_cluster;
 mod walls;
