@@ -3,8 +3,9 @@
 //! From places along an edge the walk leaves the face straight outward, over the pixels of the face
 //! that were taken off its edge and over unmeasured ones, to the first that shows something else:
 //!
-//! - farther away than the face's plane, or on a plane that meets it there: the face ends, the edge
-//!   is real;
+//! - on a plane that meets the face's there: nearer beyond their line it rises from the face, a fold;
+//!   farther away the face ends, the edge is real;
+//! - farther away than the face's plane: the face ends, the edge is real;
 //! - nearer than the plane, with a step: it hides how the face goes on, occluded;
 //! - the border of what the sensor measured, or the range that is used: field of view;
 //! - nothing for far, or the face again: unknown.
@@ -77,7 +78,7 @@ const MEETING_PX: f64 = 2.0;
 /// Steepest slope along the ray that something without a plane has, tan 80°.
 const STEEPEST: f64 = 5.7;
 
-/// What the walk from one place found.
+/// What the walk from a place found, or those from an edge's places.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Found {
     /// What ends the face.
@@ -90,18 +91,8 @@ pub(crate) struct Found {
     pub meet: bool,
 }
 
-/// What ends a face at an edge.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct End {
-    /// What most of the edge's places found.
-    pub kind: EdgeKind,
-    /// How far on the face ends in their median, px.
-    pub at_px: f64,
-    /// Whether the planes of both sides meet there at most of them: then it is known farther on than pixels tell.
-    pub meet: bool,
-}
-
-/// What ends a face at the edges of a ring, each from a corner to the next.
+/// What ends a face at the edges of a ring, each from a corner to the next: what most of an edge's places found, and
+/// the median of how far on.
 ///
 /// The face, on the plane `label`, is on the ring's left where `left` says so, else on its right (in
 /// the picture's axes as a mathematician draws them).
@@ -110,14 +101,14 @@ pub(crate) fn kinds(
     label: u16,
     ring: &[Point2<f64>],
     left: bool,
-) -> impl Iterator<Item = End> {
+) -> impl Iterator<Item = Found> {
     let next = ring.iter().skip(1).chain(ring.first());
     let (mut found, mut at_px) = (Vec::new(), Vec::new());
     ring.iter().zip(next).map(move |(a, b)| {
         let along = b - a;
         let length = along.norm();
         if length <= 1e-9 {
-            return End {
+            return Found {
                 kind: EdgeKind::Unknown,
                 at_px: 0.0,
                 meet: false,
@@ -132,8 +123,8 @@ pub(crate) fn kinds(
         found.clear();
         found.extend(walks(picture, label, count, place, &out));
         // Most edges are short: their one place decides alone.
-        if let &[Found { kind, at_px, meet }] = &found[..] {
-            return End { kind, at_px, meet };
+        if let &[found] = &found[..] {
+            return found;
         }
         let kind = EdgeKind::most(found.iter().map(|found| found.kind));
         let meet = 2 * found.iter().filter(|found| found.meet).count() > found.len();
@@ -142,7 +133,7 @@ pub(crate) fn kinds(
         let half = (at_px.len() - 1) / 2;
         let (_, &mut middle, _) = at_px.select_nth_unstable_by(half, f64::total_cmp);
         // The border of the view is where it is, whatever the face does before it.
-        let end = |at_px| End { kind, at_px, meet };
+        let end = |at_px| Found { kind, at_px, meet };
         if kind == EdgeKind::FieldOfView {
             return end(middle);
         }

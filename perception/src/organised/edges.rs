@@ -6,7 +6,7 @@ use surfaces::EdgeKind;
 use super::image::InverseImage;
 use super::mask::EDGE_SEEN_PX;
 use super::plane::Plane;
-use crate::edges::{self, End, Picture, Shown};
+use crate::edges::{self, Found, Picture, Shown};
 use crate::scan::DepthImage;
 use crate::sensor::Noise;
 
@@ -145,7 +145,7 @@ impl Edges {
     /// Of rings that have the face on their left where v is up.
     pub fn new(seen: &Seen, label: u16, rings: &[Vec<Point2<f64>>]) -> Self {
         let pixel_rad = seen.pixel_rad();
-        let inside_px = |end: &End| match end.meet {
+        let inside_px = |end: &Found| match end.meet {
             true => end.at_px,
             false => end.at_px.min(INSIDE_MAX_PX),
         };

@@ -16,8 +16,8 @@ use crate::free_space::{FreeSpace, GRAZING, HELD, SIGMAS};
 const BLOCK: i64 = 4;
 /// Points are on a plane to this, and wider than it along both of its directions, m (standard deviation).
 const FLAT_M: f64 = 0.01;
-/// Pixels between an edge and what is behind it are a band of four at most, of which one of two is a ray (standard
-/// deviation, in distances of rays).
+/// The pixels that are measured between an edge and what is behind it are a band of at most four, one in two of which is
+/// sampled: what is no wider as it is seen is no surface (standard deviation, in distances between rays).
 const EDGE: f64 = 0.6;
 /// Rays in a bin of direction.
 const RAYS: f64 = 9.0;
@@ -147,7 +147,7 @@ fn count(
             patch.through += rays * usize::from(height_m < 0.0);
         });
     }
-    // Of these those of the plane itself are no ones that went through it.
+    // Rays that end on the plane, but for noise, did not go through it.
     for point in cells.values().flatten().filter(|p| p.view == number) {
         at(&point.ends_W[0], &|patch, height_m| {
             let margin_m = NEAR_MIN_M.max(SIGMAS * point.sigma_m * point.across(&patch.n_W));
