@@ -6,7 +6,8 @@
 //!
 //! `brossette2013` extrudes each surface by a few centimetres. A distance algorithm that finds a link
 //! past the middle of so thin a body pushes it out at the far side; nothing is known of what is hidden
-//! behind a face, so its body goes on there along the rays that saw it ([`crate::unseen`]).
+//! behind a face, so its body goes on there along the rays that saw it ([`crate::unseen`]), down to a plane parallel
+//! to the face: then it is the same body into whichever convex parts the region is cut.
 
 use nalgebra::{Point2, Point3};
 
@@ -31,7 +32,7 @@ const SPECK_M2: f64 = 1e-8;
 
 impl Face {
     /// The corners of convex bodies that cover what is behind the face, in W, m: prisms behind convex
-    /// pieces of its region, `thickness_m` deep, and [`Self::depth_m`] along the rays that saw it. None behind
+    /// pieces of its region, `thickness_m` deep, and along the rays that saw it [`Self::depth_m`] deep. None behind
     /// the face of a mesh, which is among the obstacles itself.
     ///
     /// Shapes: of each body the n corners of its front, then the same n moved against the normal, and where it was
@@ -58,12 +59,14 @@ impl Face {
             return self.prism_W(front, thickness_m.max(self.depth_m));
         };
         let mut points_W = self.prism_W(front, thickness_m);
-        let hidden = |p_W: &Point3<f64>| behind_W(p_W, &view.eye_W, self.depth_m);
-        points_W.extend_from_within(..front.vertices().len());
-        let hidden_from = 2 * front.vertices().len();
-        points_W[hidden_from..]
-            .iter_mut()
-            .for_each(|p_W| *p_W = hidden(p_W));
+        let height_m = self.height_of(&view.eye_W);
+        // From behind the plane a view tells nothing of what the face hides.
+        if height_m > 0.0 {
+            let ratio = (self.depth_m / height_m).min(1.0);
+            let corners = points_W[..front.vertices().len()].iter();
+            let hidden: Vec<_> = corners.map(|p| p + (p - view.eye_W) * ratio).collect();
+            points_W.extend(hidden);
+        }
         points_W
     }
 

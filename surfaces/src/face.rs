@@ -102,8 +102,8 @@ pub struct Face {
     /// How the edges were seen: [`crate::Edge::view`] counts these; none where they are known
     /// exactly. The body behind the face goes on along the rays of the first.
     pub views: Vec<EdgeView>,
-    /// How deep the body behind the face goes on along the rays that saw it (against the normal where nothing is
-    /// known of these), m: nothing was seen of what lies there.
+    /// How deep behind the plane its body goes on along the rays that saw it (against the normal where nothing is known
+    /// of these), m: nothing was seen of what lies there. No deeper than the eye is high over the plane.
     pub depth_m: f64,
     /// Where the face is known from.
     pub source: Source,

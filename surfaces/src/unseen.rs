@@ -32,8 +32,8 @@ const FLAT: f64 = 0.25;
 /// What is smaller is not worth a body, m².
 const SPECK_M2: f64 = 0.002;
 
-/// Makes bodies behind scanned faces `depth_m` deep along the rays, or as deep as none of the views saw anything
-/// there; and returns bodies beyond the border of the view, which reach `reach_m` far.
+/// Makes bodies behind scanned faces as deep as the ray through the middle goes in `depth_m`, or as none of the views
+/// saw anything there; and returns bodies beyond the border of the view, which reach `reach_m` far.
 ///
 /// Of a face that several views saw the first is then the one whose rays leave the body deepest: what another view
 /// sees in a shadow shows that it is none, as before the riser below a tread that was seen over its back edge.
@@ -77,8 +77,9 @@ fn put_first(face: &mut Face, view: usize) {
     }
 }
 
-/// How deep nothing was seen behind a face along the rays from an eye, `most_m` at most.
-fn hidden_m(face: &Face, eye_W: &Point3<f64>, views: &[FreeSpace], most_m: f64) -> f64 {
+/// How deep behind the plane of a face nothing was seen along the rays from an eye, at most as deep as the ray through
+/// the face's middle goes in `along_m`: one depth for all of the face, so that its body has a plane back.
+fn hidden_m(face: &Face, eye_W: &Point3<f64>, views: &[FreeSpace], along_m: f64) -> f64 {
     let X_FW = face.X_WF.inverse();
     let eye = X_FW * eye_W;
     let seen = views.iter().flat_map(|view| &view.points);
@@ -86,6 +87,8 @@ fn hidden_m(face: &Face, eye_W: &Point3<f64>, views: &[FreeSpace], most_m: f64) 
     if eye.z <= 0.0 {
         return 0.0;
     }
+    let middle = face.region.centroid().coords.push(0.0);
+    let most_m = (along_m * eye.z / (eye.coords - middle).norm()).min(eye.z);
     // Only another view sees what this one does not.
     if views.len() < 2 {
         return most_m;
@@ -108,9 +111,8 @@ fn hidden_m(face: &Face, eye_W: &Point3<f64>, views: &[FreeSpace], most_m: f64) 
         }
         let p = X_FW * seen.p_W;
         let at = eye + (p - eye) * (eye.z / (eye.z - p.z));
-        let past_m = (p - at).norm();
-        let is_behind = past_m < most_m && in_bounds(&at.xy()) && inside.contains(&at.xy());
-        is_behind.then_some(past_m)
+        let is_behind = in_bounds(&at.xy()) && inside.contains(&at.xy());
+        is_behind.then_some(-height_m)
     });
     deep.fold(most_m, f64::min)
 }

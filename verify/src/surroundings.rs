@@ -49,15 +49,13 @@ impl Surroundings {
         let has_own = |face: &&Face| face.source != Source::Mesh || plan.obstacles.is_empty();
         for face in plan.faces.iter().filter(has_own) {
             let pose = face.X_WF.to_homogeneous();
-            // What a face hides lies behind it along the rays that saw it.
-            let hidden = |p: Vector3<f64>| match face.views.first() {
-                Some(view) => {
-                    p + (p - view.eye_W.coords)
-                        .try_normalize(0.0)
-                        .unwrap_or_default()
-                        * face.depth_m
-                }
-                None => p - column(&pose, 2) * face.depth_m,
+            // What a face hides lies behind it along the rays that saw it, down to a plane parallel to it.
+            let eye = face.views.first().map(|view| view.eye_W.coords);
+            let height_m = eye.map(|eye| inverse_point(&pose, &eye).z);
+            let hidden = |p: Vector3<f64>| match (eye, height_m) {
+                (Some(eye), Some(z)) if z > 0.0 => p + (p - eye) * (face.depth_m / z).min(1.0),
+                (Some(_), _) => p,
+                (None, _) => p - column(&pose, 2) * face.depth_m,
             };
             for part in convex_parts(face) {
                 let at = |z: f64| {
