@@ -274,6 +274,7 @@ def plan(
     guide: Optional[npt.ArrayLike] = None,
     *,
     start_contacts: Sequence[str] = (),
+    before_floor: bool = False,
     goal_contacts: Optional[Mapping[str, Union[str, npt.ArrayLike]]] = None,
     goal_tolerance_m: Optional[float] = None,
     friction: Optional[float] = None,
@@ -288,7 +289,8 @@ def plan(
     ``start`` is the name of a posture, upright over the origin with its soles on z = 0 (default: the resting
     one); a posture and the pose of the base in W; or a mapping of patches to the poses of their frames C in W.
     Poses are matrices (4, 4), or x, y, z, qx, qy, qz, qw. ``start_contacts`` are the patches that touch the
-    ground (all feet). ``goal`` is x, y or x, y, z or x, y, z, yaw of the base in W, m and rad;
+    ground (all feet). ``before_floor`` moves a start that has no pose on to just before the floor that is seen ahead of
+    the origin. ``goal`` is x, y or x, y, z or x, y, z, yaw of the base in W, m and rad;
     ``goal_contacts`` are contacts that it must have, on a face or at a place (3,). ``guide`` are places (n, 3)
     that the base should pass. ``config`` are settings as ``scandent config`` lists them, such as
     ``{"planner": {"nodes_max": 200}}``. The plan does not depend on ``threads``.
@@ -307,6 +309,7 @@ def plan(
     flags += _start(start, robot)
     touching = [_patch(name, robot, "start_contacts") for name in each(start_contacts, "start_contacts")]
     flags += ["--start-contacts", ",".join(touching)] if touching else []
+    flags += ["--before-floor"] if before_floor else []
     wanted = mapping(goal_contacts, "goal_contacts")
     if goal is None and not wanted:
         raise InputError("goal, or goal_contacts, is missing", "goal")

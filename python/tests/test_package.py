@@ -123,6 +123,12 @@ def test_no_plan_carries_its_reasons(hrp2: scandent.Robot) -> None:
     assert isinstance(caught.value.partial, scandent.Plan)
 
 
+def test_a_start_before_the_floor_that_is_seen(hrp2: scandent.Robot) -> None:
+    floor = scandent.Terrain.from_polygons({"floor": rectangle(0.9, 3.0, 0.0)})
+    found = scandent.plan(floor, hrp2, goal=[1.5, 0.0], goal_tolerance_m=0.2, before_floor=True)
+    assert 0.6 < found.stances[0].q[0] < 0.9
+
+
 def test_a_callback_stops_the_search_at_the_same_place(step: scandent.Terrain, hrp2: scandent.Robot) -> None:
     def stopped() -> list[int]:
         nodes: list[int] = []

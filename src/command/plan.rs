@@ -51,6 +51,9 @@ pub struct Args {
     /// (default: the resting posture over the origin, soles on z = 0)
     #[arg(long, value_name = "START", value_parser = argument::start, allow_hyphen_values = true)]
     start: Vec<StartFlag>,
+    /// Start with the toes just before the floor that is seen ahead of the origin, and on its plane
+    #[arg(long)]
+    before_floor: bool,
     /// Patches that touch the ground at the start (default: all feet)
     #[arg(long, value_name = "PATCH,…", value_delimiter = ',')]
     start_contacts: Vec<String>,
@@ -265,6 +268,20 @@ impl Args {
                     }
                 });
                 *start = Start::Contacts(contacts.collect::<Result<_>>()?);
+            }
+        }
+        if self.before_floor {
+            match start {
+                Start::Posture {
+                    base: None,
+                    before_floor,
+                    ..
+                } => *before_floor = true,
+                _ => {
+                    return Err(usage(
+                        "--before-floor does not go with a place in --start: the floor that is seen says where",
+                    ));
+                }
             }
         }
         if self.start_contacts.is_empty() {

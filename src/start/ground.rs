@@ -113,7 +113,7 @@ pub fn add_ground(
             ground.notes.push(format!(
                 "warning: {floor} continues the ground under the feet {apart_m:.2} m from them; what is between \
                  was not seen, and is not stepped on: take a scan that shows it too (the sensor nods), start before \
-                 {floor}, or, where it is known to be floor, --set ground.join_gap_m={:.2}",
+                 {floor} (--before-floor), or, where it is known to be floor, --set ground.join_gap_m={:.2}",
                 apart_m + 0.005
             ));
         }

@@ -121,11 +121,15 @@ fn a_changed_plan_fails_verification_with_exit_code_1() {
 
 /// Two steps of 0.15 m on a floor, as a mesh of boxes.
 fn steps_obj() -> String {
-    let boxes = [
+    boxes_obj(&[
         [-1.0, 3.0, -1.0, 1.0, -0.1, 0.0],
         [0.3, 0.7, -0.4, 0.4, 0.0, 0.15],
         [0.7, 2.2, -0.5, 0.5, 0.0, 0.30],
-    ];
+    ])
+}
+
+/// Boxes, each from x to x, from y to y and from z to z, m, as a mesh.
+fn boxes_obj(boxes: &[[f64; 6]]) -> String {
     let faces = [
         [0, 1, 3, 2],
         [4, 6, 7, 5],
@@ -135,7 +139,7 @@ fn steps_obj() -> String {
         [1, 5, 7, 3],
     ];
     let mut text = String::new();
-    for (number, [x0, x1, y0, y1, z0, z1]) in boxes.into_iter().enumerate() {
+    for (number, &[x0, x1, y0, y1, z0, z1]) in boxes.iter().enumerate() {
         for (x, y) in [(x0, y0), (x0, y1), (x1, y0), (x1, y1)] {
             text += &format!("v {x} {y} {z0}\nv {x} {y} {z1}\n");
         }
@@ -187,6 +191,27 @@ fn a_known_mesh_is_climbed_without_any_scan() {
     assert_eq!(&partial["search"]["unsolved"], unsolved);
     let page = std::fs::read_to_string(out.join("view.html")).expect("a page");
     assert!(page.contains("<title>No plan"));
+}
+
+/// A sensor on a head sees the floor from some way ahead of the feet on.
+#[test]
+fn a_robot_starts_before_the_floor_that_is_seen() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mesh = folder.path().join("floor.obj");
+    std::fs::write(&mesh, boxes_obj(&[[0.9, 3.0, -1.0, 1.0, -0.1, 0.0]])).expect("writable");
+    let out = folder.path().join("out");
+    let plan = |flags: &str| {
+        let line = format!("plan --mesh @ -o @ --goal 1.5,0 --goal-tolerance-m 0.2 {flags}");
+        scandent(&line, &[&mesh, &out])
+    };
+    assert_ended(&plan(""), 4, &["ground to m1: 0.74 m apart"]);
+    assert_ended(&plan("--before-floor"), 0, &[]);
+    let written = json(out.join("plan.json"));
+    let first = list(&written["stances"]).first().expect("a stance");
+    let x = number(&first["q"][0]);
+    assert!((0.6..0.9).contains(&x), "{x}");
+    let placed = plan("--before-floor --start half_sitting@0.5,0,0.7");
+    assert_ended(&placed, 2, &["--before-floor does not go with a place"]);
 }
 
 #[test]
