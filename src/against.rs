@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use plan::{Input, Plan};
+use plan::{Input, Motion, Plan};
 use robot_model::Robot;
 use verify::World;
 
@@ -17,7 +17,7 @@ use crate::provenance::{FLAGS, Inputs};
 use crate::report::Stages;
 use crate::robot_files::Robots;
 use crate::scene::{Environment, Scene};
-use crate::threads;
+use crate::{threads, unseen};
 
 /// The robot and the world that a plan in a folder is checked against: of the scene that `named` is, or that
 /// a folder of this name holds; else of what the plan itself says it was asked for, as far as its files are
@@ -27,6 +27,7 @@ use crate::threads;
 /// Files of the robot that cannot be read; with `named` whatever cannot be found again.
 pub fn find(
     plan: &Plan,
+    motion: Option<&Motion>,
     folder: &Path,
     named: Option<&str>,
     flags: &PlanRobotFlags,
@@ -39,11 +40,11 @@ pub fn find(
             let name = in_folder(named, role(plan, "scene"))?;
             let mut scene = Scene::open(&name, &mut inputs)?;
             mount(plan, folder, &mut scene, global, &mut inputs)?;
-            Some(again(plan, &scene, inputs, global)?)
+            Some(again((plan, motion), &scene, inputs, global)?)
         }
         None => {
             let scene = asked(plan, folder, global, &mut inputs);
-            match scene.and_then(|scene| again(plan, &scene, inputs, global)) {
+            match scene.and_then(|scene| again((plan, motion), &scene, inputs, global)) {
                 Ok(found) => Some(found),
                 Err(error) => {
                     world.leaves_open(format!("if world and task are right: {error:#}"));
@@ -124,7 +125,7 @@ fn in_folder(named: &str, scene: Option<&Input>) -> Result<String> {
 /// The robot and the world of a scene, by the settings of the plan; those that are not the scene's own
 /// are told.
 fn again(
-    plan: &Plan,
+    (plan, motion): (&Plan, Option<&Motion>),
     scene: &Scene,
     mut inputs: Inputs,
     global: &Global,
@@ -135,6 +136,8 @@ fn again(
     let (mut stages, robots) = (Stages::default(), Robots::default());
     let posed = posed::pose(scene, &config, &pool, &mut stages, &mut inputs, &robots)?;
     let mut world = posed.world(&config, &scene.name)?;
+    let unseen = unseen::unseen(plan, motion, &posed.robot, &posed.looked)?;
+    unseen.iter().for_each(|unseen| unseen.tell(&mut world));
     world.rests_on(inputs.into_list());
     let own = Config::layered(Some((&scene.name, &scene.settings)), &Global::default())?;
     let own = serde_json::to_value(&own).context("the scene's settings")?;

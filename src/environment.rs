@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix4, Vector4};
 use perception::lidar::{LidarCalibration, LidarCloud};
 use perception::{BagOptions, Intrinsics, PosedScan, Scan, SensorOptions};
 use scenes::scene_file::ScanSource;
-use surfaces::{Terrain, TriangleMesh};
+use surfaces::{LookedThrough, Terrain, TriangleMesh};
 
 use crate::config::Config;
 use crate::mistakes;
@@ -26,6 +26,8 @@ pub struct Perceived {
     pub terrain: Terrain,
     /// The scans' points in W, m.
     pub cloud_W: Vec<[f32; 3]>,
+    /// What each scan looked through.
+    pub looked: Vec<LookedThrough>,
     /// What was read and found, for the user.
     pub notes: Vec<String>,
 }
@@ -77,10 +79,13 @@ pub fn perceive(
 pub fn of_scans(scans: &[PosedScan], config: &Config, stages: &mut Stages) -> Result<Perceived> {
     let work = || perception::perceive(scans, &config.perception);
     let perceived = stages.measure("perception", work)?;
-    let points = scans.iter().zip(&perceived.moved_W);
-    let points = points.flat_map(|(scan, moved)| scan.points_W(moved, 1));
+    let placed = || scans.iter().zip(&perceived.moved_W);
+    let looked = || placed().map(|(scan, moved)| scan.looked_through(moved));
+    let looked = stages.measure("looked through", || looked().collect());
+    let points = placed().flat_map(|(scan, moved)| scan.points_W(moved, 1));
     Ok(Perceived {
         cloud_W: points.collect(),
+        looked,
         terrain: perceived.terrain,
         notes: perceived.notices.iter().map(ToString::to_string).collect(),
     })
@@ -238,7 +243,7 @@ fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
     notes.extend(plausible::doubts(name, &terrain));
     Ok(Perceived {
         terrain,
-        cloud_W: Vec::new(),
         notes,
+        ..Perceived::default()
     })
 }

@@ -48,6 +48,7 @@ pub mod summary;
 pub mod template;
 pub mod threads;
 pub mod told;
+pub mod unseen;
 pub mod unsolved;
 pub mod view;
 

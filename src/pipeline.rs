@@ -16,6 +16,7 @@ use crate::provenance::{self, Inputs};
 use crate::report::{Clock, Report, Stages, peak_memory_mb};
 use crate::robot_files::Robots;
 use crate::scene::Scene;
+use crate::unseen::{self, Unseen};
 use crate::{goal, roles, threads, unsolved};
 
 /// Name of the file of a plan's motion, in the plan's folder.
@@ -181,21 +182,20 @@ pub fn plan(
         motion: motion_file,
         search: answer.summary.clone(),
     };
+    let motion = answer.motion.as_ref();
+    let through = || unseen::unseen(&plan, motion, robot, &posed.looked);
+    let through = stages.measure("unseen", through)?;
     let certificate = pool.install(|| {
         stages.measure("verify", || {
-            let motion = answer.motion.as_ref();
-            anyhow::Ok(verify::verify_in(
-                &plan,
-                motion,
-                robot,
-                &posed.world(config, &scene.name)?,
-            ))
+            let mut world = posed.world(config, &scene.name)?;
+            through.iter().for_each(|through| through.tell(&mut world));
+            anyhow::Ok(verify::verify_in(&plan, motion, robot, &world))
         })
     })?;
 
     let (status, blocked) = (answer.status, &answer.blocked);
     plan.search.unsolved = unsolved::unsolved(status, blocked, &plan, &certificate, config);
-    let report = report(&answer, &plan, stages, pool.current_num_threads());
+    let report = report(&answer, &plan, through, stages, pool.current_num_threads());
     Ok(PlanOutcome {
         status: answer.status,
         plan,
@@ -213,7 +213,13 @@ pub fn plan(
     })
 }
 
-fn report(answer: &SearchResult, plan: &Plan, stages: Stages, threads: usize) -> Report {
+fn report(
+    answer: &SearchResult,
+    plan: &Plan,
+    unseen: Option<Unseen>,
+    stages: Stages,
+    threads: usize,
+) -> Report {
     let unsolved = plan.search.unsolved.clone();
     let status = unsolved.as_ref().map_or("verified", |u| u.status.as_str());
     Report {
@@ -228,6 +234,7 @@ fn report(answer: &SearchResult, plan: &Plan, stages: Stages, threads: usize) ->
             _ => 0,
         },
         motion_s: plan.motion.as_ref().map_or(0.0, |m| m.duration_s),
+        unseen,
         threads,
         peak_memory_mb: peak_memory_mb(),
     }

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use plan::{RequiredMargins, RobotSummary};
 use posture::{Environment, FaceIndex};
 use robot_model::{Kinematics, PatchId, Robot};
-use surfaces::{FaceId, Terrain};
+use surfaces::{FaceId, LookedThrough, Terrain};
 use verify::World;
 
 use crate::config::Config;
@@ -29,6 +29,8 @@ pub struct Posed {
     pub terrain: Terrain,
     /// The scans' points in W, m.
     pub cloud_W: Vec<[f32; 3]>,
+    /// What each scan looked through.
+    pub looked: Vec<LookedThrough>,
     /// The terrain with the bodies behind it.
     pub environment: Environment,
     /// How the robot stands at the start.
@@ -65,6 +67,7 @@ pub fn pose(
     let Perceived {
         terrain: extracted,
         cloud_W,
+        looked,
         mut notes,
     } = perceived;
     let friction = apply_friction(&mut robot, scene);
@@ -143,6 +146,7 @@ pub fn pose(
         extracted,
         terrain,
         cloud_W,
+        looked,
         environment,
         stand,
         contacts,

@@ -9,6 +9,8 @@ use planner::Stage;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::unseen::Unseen;
+
 /// The content of `report.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Report {
@@ -28,6 +30,8 @@ pub struct Report {
     pub path_stances: usize,
     /// How long the motion of the plan takes, s; 0 without one.
     pub motion_s: f64,
+    /// Where the robot moves through space that no view looked through; of a plan from scans.
+    pub unseen: Option<Unseen>,
     /// Threads that the search used.
     pub threads: usize,
     /// Largest resident memory of the process so far, MB (10⁶ bytes), where the system tells.

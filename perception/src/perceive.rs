@@ -7,7 +7,7 @@ use surfaces::free_space::{FreeSpace, RayEnd};
 use surfaces::fuse::{self, View};
 use surfaces::level::apply_level_prior;
 use surfaces::loose::{is_loose, loose};
-use surfaces::{Face, Terrain, fill_unseen};
+use surfaces::{Face, LookedThrough, Terrain, fill_unseen};
 
 use crate::extraction::Statistics;
 use crate::lidar::{LidarCalibration, LidarCloud, LidarCounts, segment_cloud};
@@ -38,6 +38,27 @@ pub enum PosedScan<'a> {
 }
 
 impl PosedScan<'_> {
+    /// Where the sensor was, in W after the scan was moved, m.
+    pub fn eye_W(&self, moved_W: &Isometry3<f64>) -> Point3<f64> {
+        match self {
+            PosedScan::Scan { scan, X_WV, .. } => moved_W * X_WV * Point3::from(scan.eye_V),
+            PosedScan::Lidar { mount, .. } => {
+                moved_W * Point3::from(mount.X_WV().translation.vector)
+            }
+        }
+    }
+
+    /// What was looked through up to the measured points, in W after the scan was moved.
+    pub fn looked_through(&self, moved_W: &Isometry3<f64>) -> LookedThrough {
+        let count = match self {
+            PosedScan::Scan { scan, .. } => scan.cloud.points.len(),
+            PosedScan::Lidar { cloud, .. } => cloud.points_V.len(),
+        };
+        // An odd step goes through all columns of most images.
+        let ends: Vec<[f32; 3]> = self.points_W(moved_W, (count / RAYS) | 1).collect();
+        LookedThrough::new(self.eye_W(moved_W), &ends)
+    }
+
     /// Every `step`th of the measured points, in W after the scan was moved, m.
     pub fn points_W(
         &self,
@@ -60,6 +81,9 @@ impl PosedScan<'_> {
         points.iter().step_by(step).filter(measured).map(in_W)
     }
 }
+
+/// So many rays tell what was looked through.
+const RAYS: usize = 45_000;
 
 /// What scans show.
 #[derive(Debug, Clone, Default)]

@@ -161,6 +161,7 @@ impl Terrain {
         Self::of_memory(Perceived {
             terrain,
             cloud_W: self.cloud_W.clone(),
+            looked: Vec::new(),
             notes: self.notes.clone(),
         })
     }

@@ -124,9 +124,13 @@ fn verdict(planned: &PlanOutcome, told: &mut Told) -> Result<Status> {
         Ended::Found if planned.certificate.pass => {
             let rows: usize = planned.certificate.summary.iter().map(|s| s.rows).sum();
             let conditions = &planned.certificate.conditions;
-            writeln!(told, "verified: all of {rows} checks pass")?;
-            for condition in conditions {
-                writeln!(told, "  {condition}")?;
+            let conditionally = match conditions.is_empty() {
+                true => "",
+                false => ", conditionally",
+            };
+            writeln!(told, "verified{conditionally}: all of {rows} checks pass")?;
+            for line in conditions.iter().chain(&planned.certificate.notes) {
+                writeln!(told, "  {line}")?;
             }
             told.fact(
                 "verified",

@@ -96,8 +96,9 @@ pub fn certificate(
     global: &Global,
 ) -> Result<Certificate> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let (robot, world) = against::find(plan, folder, against, robot, global)?;
     let motion = plan_file::open_motion(path, plan)?;
-    let check = || verify::verify_in(plan, motion.as_ref(), &robot, &world);
+    let motion = motion.as_ref();
+    let (robot, world) = against::find(plan, motion, folder, against, robot, global)?;
+    let check = || verify::verify_in(plan, motion, &robot, &world);
     Ok(threads::pool(global.threads)?.install(check))
 }

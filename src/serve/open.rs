@@ -115,8 +115,7 @@ fn robots(folder: &Folder) -> Vec<String> {
 fn surfaces(name: &str, path: &Path, robots: &[String], global: &Global) -> Result<String> {
     let seen = Perceived {
         terrain: open_surfaces(path)?,
-        cloud_W: Vec::new(),
-        notes: Vec::new(),
+        ..Perceived::default()
     };
     let config = Config::layered(None, global)?;
     page(name, &seen, &config, &unset(&seen.terrain, &config), robots)

@@ -143,7 +143,7 @@ fn data(kind: &str, input: &ViewInput<'_>) -> Result<Value> {
         "certificate": input.certificate.map(|certificate| json!({
             "verdict": certificate.verdict(),
             "checks": certificate.rows.len(),
-            "conditions": certificate.conditions,
+            "conditions": certificate.conditions.iter().chain(&certificate.notes).collect::<Vec<_>>(),
         })),
     }))
 }

@@ -1,5 +1,6 @@
 //! A connected plane face of the world: what a robot may touch.
 
+mod goes_on;
 mod inset;
 mod record;
 

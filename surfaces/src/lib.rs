@@ -57,6 +57,7 @@ mod face;
 pub mod free_space;
 pub mod fuse;
 pub mod level;
+mod looked_through;
 pub mod loose;
 pub mod mesh;
 mod nearest;
@@ -76,6 +77,7 @@ pub use config::{
 pub use edge::EdgeKind;
 pub use error::Error;
 pub use face::{EdgeView, Face, FaceId, Fit, Source};
+pub use looked_through::LookedThrough;
 pub use mesh::TriangleMesh;
 pub use obstacle::Obstacle;
 pub use polygon::{ConvexPolygon, HalfPlane};

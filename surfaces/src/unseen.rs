@@ -20,13 +20,13 @@ const CUT_MIN_M: f64 = 0.03;
 /// Shorter edges do not tell where others lead: they are known to a pixel or two, m.
 const LEAD_MIN_M: f64 = 0.1;
 /// A rounded corner is this near to the sharp one, m.
-const CORNER_M: f64 = 0.1;
+pub(crate) const CORNER_M: f64 = 0.1;
 /// Corners this near to a line are on it, m.
 const STRAIGHT_M: f64 = 0.02;
 /// A jagged edge is seen so far inside the line on which it ends, m: rays that graze an edge are lost.
 const JAG_M: f64 = 0.04;
 /// An edge tells where a face ends for as many times as far as it was seen straight.
-const TELLS: f64 = 3.0;
+pub(crate) const TELLS: f64 = 3.0;
 /// An edge that leads to the border at a flatter angle does not tell how the face goes on (its sine).
 const FLAT: f64 = 0.25;
 /// What is smaller is not worth a body, m².

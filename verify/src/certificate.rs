@@ -26,8 +26,11 @@ pub struct Certificate {
     pub stances: usize,
     /// Whether every row passes.
     pub pass: bool,
-    /// What is taken from the plan as it says: it passes if these are so.
+    /// What is taken from the plan as it says, or was seen by no view: it passes if these are so.
     pub conditions: Vec<String>,
+    /// What to know beside the checks: where the robot moves through space that no view looked through.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// The tolerances.
     pub options: Options,
     /// The worst row of every check that was made.
@@ -167,8 +170,8 @@ impl Certificate {
         let (rows, stances, failed) = (self.rows.len(), self.stances, self.failures().count());
         let sum = format!("{rows} checks over {stances} stances, {failed} failed");
         let _ = writeln!(text, "{}: {sum}", self.verdict());
-        for condition in &self.conditions {
-            let _ = writeln!(text, "  {condition}");
+        for line in self.conditions.iter().chain(&self.notes) {
+            let _ = writeln!(text, "  {line}");
         }
         text
     }

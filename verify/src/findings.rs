@@ -27,6 +27,7 @@ fn row(stance: Option<usize>, check: Check, subject: String, pass: bool, note: S
 pub(crate) struct Findings {
     rows: Vec<Row>,
     conditions: Vec<String>,
+    notes: Vec<String>,
 }
 
 impl Findings {
@@ -37,6 +38,7 @@ impl Findings {
             .conditions
             .into_iter()
             .for_each(|what| self.condition(what));
+        self.notes.append(&mut other.notes);
     }
 
     /// A value against its bound; what is not a number fails.
@@ -69,6 +71,11 @@ impl Findings {
         if !self.conditions.contains(&what) {
             self.conditions.push(what);
         }
+    }
+
+    /// What to know beside the checks, in words.
+    pub fn note(&mut self, notes: &[String]) {
+        self.notes.extend_from_slice(notes);
     }
 
     /// Something that does not hold, in words.
@@ -109,6 +116,7 @@ impl Findings {
             stances,
             pass: self.rows.iter().all(|row| row.pass),
             conditions: self.conditions,
+            notes: self.notes,
             options: TOLERANCES,
             summary,
             rows: self.rows,

@@ -31,6 +31,8 @@ pub struct World {
     inputs: Vec<Input>,
     /// What could not be found again, in words.
     unknown: Vec<String>,
+    /// What to know beside the checks, in words.
+    notes: Vec<String>,
     /// Whether what differs may have been asked for beside the files.
     overridden: bool,
 }
@@ -64,6 +66,11 @@ impl World {
     /// Says what could not be found again: the plan is taken at its word there.
     pub fn leaves_open(&mut self, what: impl Into<String>) {
         self.unknown.push(what.into());
+    }
+
+    /// Says what to know of the plan beside the checks: it is told, and is no condition.
+    pub fn tells(&mut self, what: impl Into<String>) {
+        self.notes.push(what.into());
     }
 
     /// Takes what differs from the files to be asked for elsewhere: it is told, and no flaw.
@@ -134,6 +141,7 @@ pub(crate) fn check(plan: &Plan, motion: Option<&Motion>, world: &World, finding
         .unknown
         .iter()
         .for_each(|what| findings.condition(what.clone()));
+    findings.note(&world.notes);
 }
 
 /// A part of a plan by its name.
