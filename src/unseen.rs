@@ -91,7 +91,7 @@ impl Unseen {
         }
         if let Some(deepest) = &self.deepest {
             world.tells(format!(
-                "through space that no view looked into: {:.0} % of the way, at most {:.2} m inside ({deepest})",
+                "the robot goes through space that no view looked into: {:.0} % of the way, at most {:.2} m inside ({deepest})",
                 100.0 * self.part,
                 deepest.inside_m
             ));
