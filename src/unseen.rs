@@ -36,7 +36,7 @@ pub struct Place {
     pub t_s: Option<f64>,
     /// The link's foremost point in W, m.
     pub p_W: [f64; 3],
-    /// How far inside it is, m.
+    /// How far inside the unseen space, or behind the wall's plane, m.
     pub inside_m: f64,
 }
 

@@ -5,6 +5,9 @@ use nalgebra::{Point2, Point3};
 use crate::unseen::{CORNER_M, TELLS};
 use crate::{EdgeKind, Face, UNSEEN_DEPTH_M};
 
+/// Lengths that differ by less are equal, m.
+const ROUNDING_M: f64 = 1e-9;
+
 impl Face {
     /// How far beyond the border of the view a place is in which something would be if the face went on in its
     /// plane, m: most of what ends its region where that is nearest is cut by the border.
@@ -30,8 +33,6 @@ impl Face {
         (cut_m > ROUNDING_M && beyond_m <= TELLS * self.region.area().sqrt()).then_some(beyond_m)
     }
 }
-
-const ROUNDING_M: f64 = 1e-9;
 
 /// How much of a segment lies within a distance of a point, m.
 fn length_within_m([a, b]: [&Point2<f64>; 2], of: &Point2<f64>, within_m: f64) -> f64 {
