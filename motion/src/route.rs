@@ -28,8 +28,9 @@ const HAIR_RAD: f64 = 5e-3;
 const HAIR_M: f64 = 3e-3;
 const MORE: f64 = 1.5;
 /// Part of the path over which what is kept beyond the limits grows from 0 and falls back to it: the postures at the
-/// ends may be on their bounds.
-const EASE: f64 = 0.05;
+/// ends may be on their bounds. A patch that is lifted rises faster than the clearance grows: else the body would turn
+/// away for it and back.
+const EASE: f64 = 0.25;
 /// Residual that the projection may leave at a knot, m and rad: samples are closed once more.
 const LEFT: f64 = 1e-3;
 /// Largest difference between a knot at an end and the posture there, m and rad, below what it is none, and
