@@ -44,6 +44,7 @@ pub fn model(
         let friction = friction_of(robot, i).unwrap_or(physics.friction_elsewhere);
         let mut said = link(body, scales.mass);
         said["armature"] = json!(physics.armature_of(body.effort));
+        said["damping"] = json!(physics.damping_of(body));
         said["closes"] = json!(open.len() - stays);
         said["friction"] = json!(friction * scales.friction);
         said["shapes"] = shapes(robot, i);
@@ -54,7 +55,6 @@ pub fn model(
     let said = json!({
         "dt_s": physics.dt_s,
         "gravity_m_s2": GRAVITY_M_S2,
-        "damping": physics.damping,
         "kp": servo.kp,
         "kv": servo.kv,
         "meshes": meshes(robot, world),

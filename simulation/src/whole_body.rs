@@ -106,7 +106,7 @@ impl<'a> WholeBodyController<'a> {
         self.reference.update_motion(robot, planned.0, planned.1);
         for j in 6..nv {
             self.now.M[(j, j)] += self.physics.armature_of(robot.bodies[j - 5].effort);
-            self.now.h[j] += self.physics.damping * v[j];
+            self.now.h[j] += self.physics.damping_of(&robot.bodies[j - 5]) * v[j];
         }
         // A patch that lands early bears from then on.
         let contacts = wanted.contacts.iter().chain(&wanted.landing);
