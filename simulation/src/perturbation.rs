@@ -92,9 +92,9 @@ impl Kinds {
 impl Perturbation {
     /// Run `run` of the seed's runs.
     ///
-    /// `used` tells of each body of the world how contacts use it, `None` for one that stays where it
-    /// is. A body is displaced along all axes, and turned about its contacts as far as none of them is
-    /// displaced farther by that.
+    /// `used` tells of each body of the world how contacts use the thing that it is a part of, `None` for one that
+    /// stays where it is. A thing is displaced along all axes, and turned about its contacts as far as none of
+    /// them is displaced farther by that.
     pub fn draw(
         seed: u64,
         run: u64,
@@ -105,8 +105,9 @@ impl Perturbation {
     ) -> Self {
         let draw = |what: u64, index: u64| symmetric(seed, run, what, index);
         let three = |what: u64, k: u64| Vector3::from([0, 1, 2].map(|axis| draw(what + axis, k)));
-        let displacement = |(k, used): (u64, &Option<Used>)| {
+        let displacement = |used: &Option<Used>| {
             used.map_or_else(Displacement::default, |used| {
+                let k = used.first as u64;
                 let turn = TURN_RAD.min(spread.surface_m / used.reach_m.max(SOLE_M));
                 Displacement {
                     shift_W: (three(4, k) * spread.surface_m).into(),
@@ -133,7 +134,7 @@ impl Perturbation {
         Self {
             friction_factor: kinds.friction.then_some(spread.friction_factor),
             mass_factor: kinds.mass.then(|| 1.0 + spread.mass * draw(0, 0)),
-            moved: (0..).zip(moved).map(displacement).collect(),
+            moved: moved.iter().map(displacement).collect(),
             pushes: (0..count as u64).map(push).collect(),
             sensing: kinds
                 .sensing
@@ -202,11 +203,15 @@ mod tests {
 
     #[test]
     fn a_run_changes_what_it_says() {
-        let used = |reach_m| {
+        let used = |first, reach_m| {
             let centre_W = Vector3::x();
-            Some(Used { centre_W, reach_m })
+            Some(Used {
+                first,
+                centre_W,
+                reach_m,
+            })
         };
-        let used = [None, used(0.1), used(2.0)];
+        let used = [None, used(1, 0.1), used(2, 2.0)];
         let spread = Spread::default();
         let drawn = Perturbation::draw(1, 0, &spread, Kinds::ALL, &used, 25.0);
         assert_eq!(drawn.scales().friction, 0.75);

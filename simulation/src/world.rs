@@ -7,6 +7,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 pub struct WorldBody {
     /// Name, for reports.
     pub name: String,
+    /// The thing that it is a part of: its parts are displaced as one.
+    pub part_of: String,
     /// Its shape and place.
     pub shape: WorldShape,
     /// Coefficient of friction that it has at most with the robot; without one the robot's count.

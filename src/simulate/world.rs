@@ -60,6 +60,7 @@ pub fn of_mesh(mesh: &Path, seen: &[Face], config: &Config) -> Result<Vec<WorldB
 fn body(solid: &scenes::OrientedBox) -> WorldBody {
     WorldBody {
         name: solid.name.clone(),
+        part_of: solid.name.clone(),
         shape: WorldShape::Box {
             X_WO: solid.X_WO(),
             half_m: Vector3::from(solid.size_m) / 2.0,
@@ -100,6 +101,7 @@ fn standing(faces: &[Face], obstacles: &[Obstacle], thin_m: f64) -> Vec<WorldBod
         let (bodies, friction) = (face.bodies_W(thin_m).into_iter(), face.friction);
         bodies.map(move |points_W| WorldBody {
             name: face.id.to_string(),
+            part_of: face.id.to_string(),
             shape: WorldShape::Hull(points_W),
             friction,
         })
@@ -110,6 +112,7 @@ fn standing(faces: &[Face], obstacles: &[Obstacle], thin_m: f64) -> Vec<WorldBod
             .find(|face| Some(face.id.as_str()) == obstacle.surface.as_deref());
         WorldBody {
             name: obstacle.id.clone(),
+            part_of: obstacle.surface.as_ref().unwrap_or(&obstacle.id).clone(),
             shape: WorldShape::Hull(obstacle.points_W.clone()),
             friction: face.and_then(|face| face.friction),
         }

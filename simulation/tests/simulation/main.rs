@@ -1,6 +1,8 @@
 //! Stances and motions simulated: what must hold holds, what must fail fails.
 #![allow(clippy::unwrap_used)]
 
+#[cfg(feature = "mujoco")]
+mod displaced;
 mod dynamics;
 #[cfg(feature = "mujoco")]
 mod from_mjcf;

@@ -27,6 +27,7 @@ fn floor(end_x_m: f64) -> Vec<WorldBody> {
     vec![WorldBody {
         friction: None,
         name: "floor".to_owned(),
+        part_of: "floor".to_owned(),
         shape: WorldShape::Box {
             X_WO: centre.into(),
             half_m: Vector3::new(10.0, 10.0, 0.25),
@@ -264,6 +265,7 @@ fn a_push_that_is_too_strong_fells_and_is_reported() {
 #[test]
 fn the_world_is_displaced_as_drawn() {
     let used = [Some(Used {
+        first: 0,
         centre_W: Vector3::zeros(),
         reach_m: 0.0,
     })];

@@ -190,6 +190,7 @@ impl Walked {
             let bodies = face.bodies_W(self.plan.thin_body_m).into_iter().enumerate();
             bodies.map(|(number, points_W)| WorldBody {
                 name: format!("{}/{number}", face.id),
+                part_of: face.id.to_string(),
                 shape: WorldShape::Hull(points_W),
                 friction: face.friction,
             })
