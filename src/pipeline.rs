@@ -1,23 +1,28 @@
 //! The way of one scan: from a scene to a verified plan.
 
+mod around;
+mod attempt;
+
 use std::num::NonZeroUsize;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, Result};
-use plan::{Motion, MotionFile, PLAN_FORMAT, Plan, RequiredMargins, Trace};
-use planner::{Progress, Request, SearchResult, Status};
+use anyhow::Result;
+use plan::{Motion, Plan, Trace};
+use planner::{Progress, SearchResult, Status};
 use robot_model::Robot;
 use surfaces::Terrain;
 use verify::Certificate;
 
 use crate::config::Config;
 use crate::posed::{self, Posed};
-use crate::provenance::{self, Inputs};
-use crate::report::{Clock, Report, Stages, peak_memory_mb};
+use crate::provenance::Inputs;
+use crate::report::{Report, Stages, peak_memory_mb};
 use crate::robot_files::Robots;
 use crate::scene::Scene;
-use crate::unseen::{self, Unseen};
+use crate::unseen::Unseen;
 use crate::{goal, roles, threads, unsolved};
+pub use around::Around;
+use attempt::{Run, Told};
 
 /// Name of the file of a plan's motion, in the plan's folder.
 pub const MOTION_FILE: &str = "motion.json";
@@ -120,82 +125,35 @@ pub fn plan(
         tracing::info!("{note}");
     }
     (options.stage)("searching");
-    // Request → stances and the motion between them.
-    let clock = Clock::default();
-    let request = Request {
-        robot,
-        environment,
-        start: planner::Start {
-            configuration: posed.stand.configuration.clone(),
-            contacts: contacts.clone(),
-        },
-        goal: goal.clone(),
+    let mut run = Run {
+        scene,
+        config,
+        options,
+        pool: &pool,
+        posed: &posed,
         guide,
         usable: usable.faces,
-        reference: posed.stand.configuration.clone(),
-    };
-    let progress = |progress: Progress| {
-        clock.note(progress.stage);
-        (options.progress)(&progress);
-    };
-    let (planner, posture, motion) = (&config.planner, &config.posture, &config.motion);
-    let cancel = options.cancel;
-    let search = || planner::search(&request, planner, posture, motion, &progress, cancel);
-    let answer = pool.install(|| stages.measure("planning", search));
-    let answer = answer.map_err(|error| posed::doubted(error.into(), &posed.notes))?;
-    stages.split("planning", "motion", clock.motion_ms());
-    let (status, tried) = (answer.status, answer.summary.candidates_solved);
-    let nodes = answer.summary.nodes_generated;
-    tracing::info!("{status:?}: {nodes} contact sets, {tried} posture problems");
-
-    // Motion → file, and the plan that names it.
-    let mut motion_json = Vec::new();
-    let motion_file = match &answer.motion {
-        Some(motion) => {
-            motion_json = stages.measure("writing", || serde_json::to_vec(motion))?;
-            Some(MotionFile {
-                file: MOTION_FILE.to_owned(),
-                sha256: provenance::sha256(&motion_json),
-                duration_s: motion.duration_s(),
-                samples: motion.samples.len(),
-            })
-        }
-        None => None,
-    };
-
-    (options.stage)("verifying");
-    // Stances → plan, and the verdict of code that shares nothing with the search.
-    let mut plan = Plan {
-        format: PLAN_FORMAT.to_owned(),
-        program: crate::program(),
-        scene: scene.name.clone(),
-        seed: config.seed,
-        config: serde_json::to_value(config).context("the settings")?,
         inputs: inputs.into_list(),
-        robot: posed::summary(robot),
-        faces: posed.terrain.faces.clone(),
-        obstacles: posed.terrain.obstacles.clone(),
-        thin_body_m: config.surfaces.body.thickness_m,
-        required: RequiredMargins::from(&config.posture),
-        goal: goal::record(goal, robot, environment),
-        stances: planner::record::stances(robot, environment, &answer.path),
-        motion: motion_file,
-        search: answer.summary.clone(),
+        stages,
     };
-    let motion = answer.motion.as_ref();
-    let through = || unseen::unseen(&plan, motion, robot, &posed.looked);
-    let through = stages.measure("unseen", through)?;
-    let certificate = pool.install(|| {
-        stages.measure("verify", || {
-            let mut world = posed.world(config, &scene.name)?;
-            through.iter().for_each(|through| through.tell(&mut world));
-            anyhow::Ok(verify::verify_in(&plan, motion, robot, &world))
-        })
-    })?;
+    // Request → stances and the motion between them.
+    let answer = run.search(environment, &config.planner);
+    let answer = answer.map_err(|error| posed::doubted(error.into(), &posed.notes))?;
+    (options.stage)("verifying");
+    let told = run.told(answer)?;
+    let (told, around) = run.around_walls(told)?;
 
+    let Told {
+        answer,
+        mut plan,
+        motion_json,
+        through,
+        certificate,
+    } = told;
     let (status, blocked) = (answer.status, &answer.blocked);
     plan.search.unsolved = unsolved::unsolved(status, blocked, &plan, &certificate, config);
-    let report = report(&answer, &plan, through, stages, pool.current_num_threads());
+    let (stages, threads) = (run.stages, pool.current_num_threads());
+    let report = report(&answer, &plan, (through, around), stages, threads);
     Ok(PlanOutcome {
         status: answer.status,
         plan,
@@ -216,7 +174,7 @@ pub fn plan(
 fn report(
     answer: &SearchResult,
     plan: &Plan,
-    unseen: Option<Unseen>,
+    (unseen, around): (Option<Unseen>, Option<Around>),
     stages: Stages,
     threads: usize,
 ) -> Report {
@@ -235,6 +193,7 @@ fn report(
         },
         motion_s: plan.motion.as_ref().map_or(0.0, |m| m.duration_s),
         unseen,
+        around,
         threads,
         peak_memory_mb: peak_memory_mb(),
     }

@@ -9,6 +9,7 @@ use planner::Stage;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::pipeline::Around;
 use crate::unseen::Unseen;
 
 /// The content of `report.json`.
@@ -32,6 +33,8 @@ pub struct Report {
     pub motion_s: f64,
     /// Where the robot moves through space that no view looked through; of a plan from scans.
     pub unseen: Option<Unseen>,
+    /// Of a plan that was planned again to keep off walls which the border of a view cuts.
+    pub around: Option<Around>,
     /// Threads that the search used.
     pub threads: usize,
     /// Largest resident memory of the process so far, MB (10⁶ bytes), where the system tells.

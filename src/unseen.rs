@@ -20,7 +20,7 @@ use verify::World;
 /// Time between the samples of a motion that are looked at, s.
 const EVERY_S: f64 = 0.2;
 /// Places farther from what was seen are surely unseen, m: what was seen is known to so much.
-const UNSEEN_M: f64 = 0.05;
+pub const UNSEEN_M: f64 = 0.05;
 /// The hull of the robot at its start leaves out what sticks out of it by less, m.
 const START_M: f64 = 0.005;
 const START_VERTICES: usize = 40;
@@ -277,5 +277,7 @@ impl StartHull {
     }
 }
 
+#[cfg(test)]
+pub(crate) mod room;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! Where the robot stands, nothing else is.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use robot_model::collision::{BodyShape, World};
 use robot_model::{Kinematics, PatchId, Robot};
 use surfaces::loose::is_loose;
@@ -20,30 +20,8 @@ pub fn drop_refuted(
     clearance_m: f64,
     raised_m: f64,
 ) -> Vec<String> {
-    let kinematics = Kinematics::new(robot, &start.configuration);
-    // Instead of the foot the body is moved, the other way.
-    let is_near = |obstacle: &Obstacle, foot: Option<PatchId>, raised_m: f64| {
-        let down = Vector3::z() * raised_m;
-        let points: Vec<_> = obstacle.points_W.iter().map(|p| p - down).collect();
-        let Ok(world) = World::new(&[&points]) else {
-            return true;
-        };
-        let body = foot.map(|foot| robot.patches[foot].body);
-        let except = |shape: BodyShape, _| body.is_some_and(|body| shape.body != body);
-        let mut near = Vec::new();
-        let collision = &robot.collision;
-        collision.world_proximities(&kinematics, &world, clearance_m, &except, &mut near);
-        !near.is_empty()
-    };
-    let meets = |obstacle: &Obstacle| {
-        let mut feet = start.patches.iter();
-        is_near(obstacle, None, 0.0)
-            || feet.any(|&foot| {
-                [0.5, 1.0]
-                    .iter()
-                    .any(|part| is_near(obstacle, Some(foot), part * raised_m))
-            })
-    };
+    let meets =
+        |obstacle: &Obstacle| meets(&obstacle.points_W, robot, start, clearance_m, raised_m);
     let mut dropped = Vec::new();
     terrain.obstacles.retain(|obstacle| {
         let beyond = obstacle.assumed && obstacle.surface.is_none();
@@ -54,6 +32,41 @@ pub fn drop_refuted(
         !refuted
     });
     dropped
+}
+
+/// Whether the robot at its start would be too near to a body, or one of its feet where it was put down, straight from
+/// `raised_m` over its place.
+///
+/// Units: m.  Frames: W.
+pub fn meets(
+    body_W: &[Point3<f64>],
+    robot: &Robot,
+    start: &StartState,
+    clearance_m: f64,
+    raised_m: f64,
+) -> bool {
+    let kinematics = Kinematics::new(robot, &start.configuration);
+    // Instead of the foot the body is moved, the other way.
+    let is_near = |foot: Option<PatchId>, raised_m: f64| {
+        let down = Vector3::z() * raised_m;
+        let points: Vec<_> = body_W.iter().map(|p| p - down).collect();
+        let Ok(world) = World::new(&[&points]) else {
+            return true;
+        };
+        let body = foot.map(|foot| robot.patches[foot].body);
+        let except = |shape: BodyShape, _| body.is_some_and(|body| shape.body != body);
+        let mut near = Vec::new();
+        let collision = &robot.collision;
+        collision.world_proximities(&kinematics, &world, clearance_m, &except, &mut near);
+        !near.is_empty()
+    };
+    let mut feet = start.patches.iter();
+    is_near(None, 0.0)
+        || feet.any(|&foot| {
+            [0.5, 1.0]
+                .iter()
+                .any(|part| is_near(Some(foot), part * raised_m))
+        })
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
-use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
+use nalgebra::Isometry3;
 use perception::{PosedScan, SensorOptions, depth_scan};
-use scenes::simulator::{DepthNoise, XTION, scan};
-use scenes::truth::{OrientedBox, Truth};
+use scenes::simulator::XTION;
 
 use super::*;
 use crate::config::Config;
@@ -10,24 +9,7 @@ use crate::report::Stages;
 
 /// A room with a wall at y = 0.4 along its left side, of which a camera at the origin sees what is ahead.
 fn half_a_room() -> Perceived {
-    let cuboid = |name: &str, middle: [f64; 3], size| {
-        OrientedBox::new(name, middle.into(), size, Rotation3::identity())
-    };
-    let truth = Truth {
-        scene: "room".into(),
-        boxes: vec![
-            cuboid("wall", [0.0, 0.5, 1.0], [10.0, 0.2, 2.0]),
-            cuboid("floor", [0.0, 0.0, -0.1], [20.0, 8.0, 0.2]),
-        ],
-    };
-    let level = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
-    let turn = Rotation3::from_matrix_unchecked(level)
-        * Rotation3::from_axis_angle(&Vector3::x_axis(), -0.6);
-    let X_WV = Isometry3::from_parts(
-        Translation3::new(0.08, 0.0, 1.3),
-        UnitQuaternion::from_rotation_matrix(&turn),
-    );
-    let image = scan(&truth.world(), &XTION, &X_WV, &DepthNoise::default(), 7);
+    let (image, X_WV) = room::half_a_room(0.4, 0.0);
     let options = SensorOptions {
         sensor: "xtion".into(),
         ..SensorOptions::default()
