@@ -19,9 +19,8 @@ use crate::provenance::Inputs;
 use crate::report::{Report, Stages, peak_memory_mb};
 use crate::robot_files::Robots;
 use crate::scene::Scene;
-use crate::unseen::Unseen;
+use crate::unseen::{Around, Unseen};
 use crate::{goal, roles, threads, unsolved};
-pub use around::Around;
 use attempt::{Run, Told};
 
 /// Name of the file of a plan's motion, in the plan's folder.

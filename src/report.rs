@@ -9,8 +9,7 @@ use planner::Stage;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::pipeline::Around;
-use crate::unseen::Unseen;
+use crate::unseen::{Around, Unseen};
 
 /// The content of `report.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]

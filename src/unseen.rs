@@ -63,6 +63,17 @@ pub struct Unseen {
     pub walls: Vec<Wall>,
 }
 
+/// How a way was sought around walls that would be met if they went straight on beyond the border of a view.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Around {
+    /// Searches with walls that went on.
+    pub searches: usize,
+    /// Contact sets with a posture in these.
+    pub nodes_generated: usize,
+    /// Walls that the plan as it was found first would meet, and that the plan now keeps off.
+    pub kept_off: Vec<Wall>,
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [x, y, z] = self.p_W;

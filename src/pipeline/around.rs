@@ -10,29 +10,16 @@ use anyhow::Result;
 use nalgebra::Point3;
 use planner::Status;
 use posture::Environment;
-use schemars::JsonSchema;
-use serde::Serialize;
 use surfaces::{LookedThrough, Obstacle};
 
 use super::attempt::{Run, Told};
 use crate::start::assumed;
-use crate::unseen::{UNSEEN_M, Wall};
+use crate::unseen::{Around, UNSEEN_M, Wall};
 
 /// Searches at most: another way may meet other walls.
 const SEARCHES_MAX: usize = 3;
 /// Each may spend so many times what the first one did, as far as the settings allow.
 const SPENT_MAX: usize = 4;
-
-/// How a way was sought around walls that would be met if they went straight on beyond the border of a view.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Around {
-    /// Searches with walls that went on.
-    pub searches: usize,
-    /// Contact sets with a posture in these.
-    pub nodes_generated: usize,
-    /// Walls that the plan as it was found first would meet, and that the plan now keeps off.
-    pub kept_off: Vec<Wall>,
-}
 
 impl Run<'_> {
     /// The plan that meets fewest walls that would go on, of those that are found once these do; and what was tried.
