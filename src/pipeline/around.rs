@@ -22,7 +22,8 @@ const SEARCHES_MAX: usize = 3;
 const SPENT_MAX: usize = 4;
 
 impl Run<'_> {
-    /// The plan that meets fewest walls that would go on, of those that are found once these do; and what was tried.
+    /// The plan that meets fewest walls that would go on, and these least, of those that are found once they do; and what
+    /// was tried.
     ///
     /// # Errors
     /// As [`Run::told`].
@@ -65,7 +66,7 @@ impl Run<'_> {
             let before = straight.len();
             straight.extend(ids(other.walls()));
             way_W.extend(self::way_W(&other));
-            if other.is_verified() && other.walls().len() < best.walls().len() {
+            if other.is_verified() && rests_on(&other) < rests_on(&best) {
                 best = other;
             }
             if straight.len() == before {
@@ -130,6 +131,12 @@ impl Run<'_> {
             config.posture.edge_sigmas,
         )?)
     }
+}
+
+/// What a plan rests on, to be the least: how many walls it would meet, and how far inside one it would be at most, m.
+fn rests_on(told: &Told) -> (usize, f64) {
+    let inside_m = told.walls().iter().map(|wall| wall.place.inside_m);
+    (told.walls().len(), inside_m.fold(0.0, f64::max))
 }
 
 /// Where the base is in its stances, m.

@@ -9,6 +9,8 @@ use crate::{EdgeKind, Face, UNSEEN_DEPTH_M};
 const ROUNDING_M: f64 = 1e-9;
 /// Side of the least bodies beyond the border, m.
 const CELL_M: f64 = 0.1;
+/// Where something cannot be, the fronts of these recede by such parts of their depth.
+const RECESSES: usize = 40;
 /// What is farther beside the box about a way is none of its concern, m.
 const NEAR_M: f64 = 3.0;
 
@@ -43,8 +45,8 @@ impl Face {
     }
 
     /// Convex bodies that cover where something would be if the face went on ([`Self::goes_on_m`]) and where nothing
-    /// was seen: squares of its plane, [`UNSEEN_DEPTH_M`] deep, but for those of `CELL_M` that cannot be there; as far as
-    /// it matters to a robot on its way.
+    /// was seen: squares of its plane, down to [`UNSEEN_DEPTH_M`] behind it; as far as it matters to a robot on its way.
+    /// Where a body cannot be it begins as little behind the plane as it can.
     ///
     /// Shapes: of each body the 4 corners of its front, then those of its back.  Units: m.  Frames: W.
     pub fn bodies_beyond_W(
@@ -93,15 +95,29 @@ impl Face {
             let ends = [[0, 0], [size, 0], [size, size], [0, size]];
             let front = ends.map(|[dx, dy]| node((y + dy) * (side + 1) + x + dx));
             let at = |z: f64| front.map(|p| self.X_WF * Point3::new(p.x, p.y, z));
-            let body = [at(0.0), at(-UNSEEN_DEPTH_M)].concat();
-            if solid == size * size && may_be(&body) {
-                bodies.push(body);
+            let behind = |k: usize| {
+                let recess_m = UNSEEN_DEPTH_M * k as f64 / RECESSES as f64;
+                [at(-recess_m), at(-UNSEEN_DEPTH_M)].concat()
+            };
+            if solid == size * size && may_be(&behind(0)) {
+                bodies.push(behind(0));
             } else if size > 1 {
                 let half = size / 2;
                 squares.extend(
                     [(x, y), (x + half, y), (x, y + half), (x + half, y + half)]
                         .map(|(x, y)| (x, y, half)),
                 );
+            } else {
+                // What is farther behind is no more in the way.
+                let (mut not, mut least) = (0, RECESSES);
+                while least - not > 1 {
+                    let k = usize::midpoint(not, least);
+                    match may_be(&behind(k)) {
+                        true => least = k,
+                        false => not = k,
+                    }
+                }
+                bodies.extend((least < RECESSES).then(|| behind(least)));
             }
         }
         bodies
@@ -173,7 +189,7 @@ mod tests {
     fn bodies_are_wherever_the_wall_would_go_on_unseen_and_not_where_they_cannot_be() {
         // Seen where x < −1.5; a robot stands around x = −0.4, z = 0.3.
         let unseen = |p: &Point3<f64>| p.x > -1.5;
-        let robot = Point3::new(-0.4, 0.4, 0.3);
+        let robot = Point3::new(-0.4, 0.35, 0.3);
         let is_in = |body: &[Point3<f64>], p: &Point3<f64>, by_m: f64| {
             (0..3).all(|k| {
                 let along = || body.iter().map(|c| c[k]);
@@ -184,6 +200,7 @@ mod tests {
         };
         let bodies = wall().bodies_beyond_W(&[robot], unseen, |body| !is_in(body, &robot, 0.05));
         assert!((4..100).contains(&bodies.len()), "{}", bodies.len());
+        let mut behind_robot = false;
         for k in 0..4000 {
             let at = |over: usize, low: f64, high: f64| {
                 low + (high - low) * ((k / over) % 20) as f64 / 20.0
@@ -193,6 +210,7 @@ mod tests {
             let goes_on = wall().goes_on_m(&p).is_some() && unseen(&p);
             let near_robot = (p.xz() - robot.xz()).amax() < 0.2;
             assert!(is_solid || !goes_on || near_robot, "{p}");
+            behind_robot |= is_solid && near_robot;
             // At most by a cell too far.
             let near = [-0.1, 0.0, 0.1].iter().any(|dx| {
                 [-0.1, 0.0, 0.1].iter().any(|dz| {
@@ -203,6 +221,8 @@ mod tests {
             assert!(near || !is_solid, "{p}");
         }
         assert!(bodies.iter().all(|body| !is_in(body, &robot, 0.05)));
+        // It stands 0.05 m behind the plane there: what is farther behind it may be.
+        assert!(behind_robot);
         let none = wall().bodies_beyond_W(&[Point3::new(9.0, 0.0, 0.0)], |_| true, |_| true);
         assert_eq!(none, Vec::<Vec<Point3<f64>>>::new());
     }
