@@ -27,9 +27,11 @@ mod multipliers;
 mod turns;
 
 /// Smallest violation that counts, m and parts of the weight: over what postures may be off their contacts by
-/// (1e-5 m, 1e-4 rad), times the length of a limb.
-const CERTAIN: f64 = 1e-3;
-/// What directions may be off by, twice.
+/// (1e-5 m), and forces off the weight; what directions may be off by, over the length of a limb, is in [`SLACK`].
+const CERTAIN: f64 = 1e-4;
+/// Part of a torque's limit that directions of axes which are off may make of the forces.
+const TORQUE: f64 = 1e-3;
+/// What directions may be off by (1e-4 rad), twice.
 const SLACK: f64 = 2e-4;
 /// No point bears more than so many times the weight.
 const FORCE_MAX: f64 = 100.0;

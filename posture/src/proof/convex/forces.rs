@@ -7,7 +7,7 @@ use robot_model::{JointKind, Kinematics};
 
 use super::super::load;
 use super::cones::Form;
-use super::{CERTAIN, Chain, held};
+use super::{Chain, TORQUE, held};
 use crate::outcome::Constraint;
 
 /// Part of the torques' limits that a seed may use with the axes of another configuration.
@@ -83,7 +83,7 @@ impl Chain<'_> {
                 }
                 (None, Some(X)) => {
                     let (mass, radius_m) = held(ctx, b);
-                    let unsure_m = mass / robot.mass_kg * radius_m + CERTAIN * limit_m;
+                    let unsure_m = mass / robot.mass_kg * radius_m + TORQUE * limit_m;
                     (X.rotation * body.axis, X.translation.vector, 0.0, unsure_m)
                 }
                 _ => continue,
