@@ -103,7 +103,7 @@ fn bend(context: &MotionContext, task: &Task, path: &mut SwingPath) -> Option<Sh
         let short = sweep::shortfall(context, task, path)?;
         let offset = short.away_W * (short.short_m + BEND_FURTHER_M);
         if bends == BENDS_MAX || short.short_m > BEND_MAX_M || !path.bend(short.at, &offset) {
-            return Some(short).filter(|s| s.short_m > TOLERANCE_M + extra_m(s.at));
+            return Some(short).filter(|s| s.short_m > TOLERANCE_M + extra_m(path, s.at));
         }
         bends += 1;
     }

@@ -28,9 +28,10 @@ const HAIR_RAD: f64 = 5e-3;
 const HAIR_M: f64 = 3e-3;
 const MORE: f64 = 1.5;
 /// Part of the path over which what is kept beyond the limits grows from 0 and falls back to it: the postures at the
-/// ends may be on their bounds. A patch that is lifted rises faster than the clearance grows: else the body would turn
-/// away for it and back.
-const EASE: f64 = 0.25;
+/// ends may be on their bounds. It does so over no less of the way of a patch in the air, m, which moves faster then
+/// than its clearance grows: a body beside one that is lifted would turn away for it and back.
+const EASE: f64 = 0.05;
+const EASE_M: f64 = 0.012;
 /// Residual that the projection may leave at a knot, m and rad: samples are closed once more.
 const LEFT: f64 = 1e-3;
 /// Largest difference between a knot at an end and the posture there, m and rad, below what it is none, and
@@ -125,15 +126,15 @@ impl<'a> Router<'a> {
                 q.integrate_in_place(&deltas[before..]);
             }
             self.target(u, &ends, &mut target);
-            let joints = joint_bounds(context, inner(u) * self.extra.joints_rad);
+            let joints = joint_bounds(context, inner(self.path, u) * self.extra.joints_rad);
             let near = |kinematics: &Kinematics, out: &mut Vec<Near>| {
-                let extra_m = inner(u) * self.extra.clearance_m;
+                let extra_m = inner(self.path, u) * self.extra.clearance_m;
                 near::pairs(context, self.task, kinematics, extra_m, out);
             };
             let bounds = Bounds {
                 joints: &joints,
                 upright: self.task.upright(u).map(|upright| Upright {
-                    tilt_max_rad: upright.tilt_max_rad - inner(u) * self.extra.tilt_rad,
+                    tilt_max_rad: upright.tilt_max_rad - inner(self.path, u) * self.extra.tilt_rad,
                     ..upright
                 }),
                 near: if self.evades { Some(&near) } else { None },
@@ -287,13 +288,14 @@ impl Route<'_> {
 }
 
 /// How far `u` is from the ends of the path: 0 at them, 1 in the middle.
-fn inner(u: f64) -> f64 {
-    quintic(u / EASE) * quintic((1.0 - u) / EASE)
+fn inner(path: Option<&SwingPath>, u: f64) -> f64 {
+    let ease = path.map_or(EASE, |path| (EASE_M / path.length_m).clamp(EASE, 0.5));
+    quintic(u / ease) * quintic((1.0 - u) / ease)
 }
 
 /// What is usually added to the clearances at `u`, m.
-pub(crate) fn extra_m(u: f64) -> f64 {
-    inner(u) * Extra::USUAL.clearance_m
+pub(crate) fn extra_m(path: &SwingPath, u: f64) -> f64 {
+    inner(Some(path), u) * Extra::USUAL.clearance_m
 }
 
 /// Where the closed contacts and the centre of mass are at `u`.
@@ -321,4 +323,33 @@ pub(crate) fn joint_bounds(context: &MotionContext, extra: f64) -> Vec<(f64, f64
             (body.lower + margin, body.upper - margin)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::Swing;
+
+    #[test]
+    #[allow(clippy::unwrap_used)]
+    fn a_patch_that_is_lifted_moves_faster_than_its_clearance_grows() {
+        let robot = scenes::robot("hrp2").unwrap();
+        let path = |length_m: f64| {
+            SwingPath::straight(&Swing {
+                patch: robot.patch_id("left_hand").unwrap(),
+                from: Isometry3::identity(),
+                to: Isometry3::translation(0.0, 0.0, length_m),
+                leaves: None,
+                lands: None,
+            })
+        };
+        for path in [0.048, 0.1, 0.4].map(path) {
+            let along = |k: i32| f64::from(k) / 200.0;
+            let grows = (0..100).map(|k| extra_m(&path, along(k + 1)) - extra_m(&path, along(k)));
+            let fastest = grows.fold(0.0, f64::max);
+            let moves = path.length_m / 200.0;
+            assert!(fastest < 0.5 * moves, "{fastest} of {moves}");
+            assert!(extra_m(&path, 0.5) > 0.9 * Extra::USUAL.clearance_m);
+        }
+    }
 }

@@ -104,14 +104,14 @@ pub(crate) fn shortfall(
                 }
                 let (other, pose) = (obstacle.geometry(), obstacle.pose());
                 if let Some(found) = closest(geometry, &X_WG, other, pose, LOOK_M) {
-                    let required = air.required_m(context, &found.normal_W, extra_m(u));
+                    let required = air.required_m(context, &found.normal_W, extra_m(path, u));
                     let short = required - found.distance;
                     keep(short, u, found.normal_W, &|| Hit::Environment(o));
                 }
             }
             for (other, X_WO) in &standing {
                 if let Some(found) = closest(geometry, &X_WG, &other.geometry, X_WO, LOOK_M) {
-                    let required = context.posture.self_clearance_m + extra_m(u);
+                    let required = context.posture.self_clearance_m + extra_m(path, u);
                     let short = required - found.distance;
                     keep(short, u, found.normal_W, &|| Hit::Robot(other.link.clone()));
                 }
