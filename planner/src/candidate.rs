@@ -224,7 +224,10 @@ pub(crate) fn solve(
         ..motion.posture.clone()
     };
     let reference = candidate.near.as_ref().map_or(nominal, |p| p.q.clone());
-    let problem = context.problem(contacts, &reference, &node.posture.q);
+    let is_last = candidate.then.as_ref().is_some_and(Vec::is_empty);
+    let planned = candidate.planned.as_ref().filter(|_| is_last);
+    let guess = planned.map_or(&node.posture.q, |posture| &posture.q);
+    let problem = context.problem(contacts, &reference, guess);
     let outcome = match candidate.tries {
         0 => solve_with_reserve(&problem, &config)?,
         _ => posture::solve(&problem, &config)?,

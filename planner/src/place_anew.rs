@@ -5,6 +5,8 @@
 //! out only then, and of the places around most may not do: a hand has to push where it holds the foot
 //! that stays, and that foot has to stand where the hand holds it.
 
+use std::sync::Arc;
+
 use posture::{Contact, Freedom, Outcome};
 
 use crate::Error;
@@ -104,11 +106,13 @@ impl Search<'_> {
                 ..(*contact).clone()
             });
         }
+        drop(placed);
         let mut changes = changes.into_iter();
         Ok(changes.next().map(|change| Candidate {
             node: first,
             change,
             then: Some(changes.collect()),
+            planned: Some(Arc::from(posture)),
             ..failed.clone()
         }))
     }
