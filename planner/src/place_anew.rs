@@ -7,7 +7,8 @@
 
 use std::sync::Arc;
 
-use posture::{Contact, Freedom, Outcome};
+use posture::{Contact, Freedom, Outcome, Problem};
+use robot_model::Configuration;
 
 use crate::Error;
 use crate::change::{Candidate, Move};
@@ -21,7 +22,8 @@ const LITTLE: f64 = 0.05;
 impl Search<'_> {
     /// The first of the changes that put the contacts made before a failed change at places from which
     /// it can be done, with the others to follow; nothing where there are no such contacts, or none
-    /// was found.
+    /// was found. They are sought from the posture of the failed change's node, then from where that change itself
+    /// came `nearest`.
     ///
     /// # Errors
     /// [`Error::Posture`] where the posture cannot be asked for.
@@ -29,6 +31,7 @@ impl Search<'_> {
         &self,
         failed: &Candidate,
         amount: Option<f64>,
+        nearest: Option<&Configuration>,
     ) -> Result<Option<Candidate>, Error> {
         let is_hopeless = amount.is_none_or(|amount| amount > LITTLE);
         let was_tried =
@@ -86,7 +89,14 @@ impl Search<'_> {
             },
             ..self.posture_config.clone()
         };
-        let outcome = posture::solve(&problem, &config)?;
+        let mut outcome = posture::solve(&problem, &config)?;
+        if let (Outcome::Undecided { .. }, Some(guess)) = (&outcome, nearest) {
+            let from_there = Problem {
+                guess,
+                ..problem.clone()
+            };
+            outcome = posture::solve(&from_there, &config)?;
+        }
         if let Some(violation) = outcome.violation() {
             tracing::debug!("nothing anew: {}", violation.describe(&problem));
         }

@@ -36,6 +36,14 @@ impl Outcome {
         }
     }
 
+    /// Where the search came nearest to a posture, where it found none.
+    pub fn nearest(&self) -> Option<&Posture> {
+        match self {
+            Outcome::Undecided { nearest, .. } => Some(nearest),
+            _ => None,
+        }
+    }
+
     /// The violated constraint, where there is no posture.
     pub fn violation(&self) -> Option<&Violation> {
         match self {

@@ -157,6 +157,7 @@ impl<'a> Search<'a> {
             return Ok(None);
         };
         let (contacts, outcome) = (solved.contacts, solved.outcome);
+        let nearest = outcome.nearest().map(|posture| posture.q.clone());
         let child = node_construction::child(&self.context, &candidate, parent, contacts, outcome);
         if let Some(mut next) = next {
             let is_foot = self.context.foot(next.change.patch()).is_some();
@@ -202,7 +203,7 @@ impl<'a> Search<'a> {
                 );
                 self.remember(candidate.node, &candidate.change);
                 let open = !blocked.proof && !candidate.is_spent();
-                let anew = self.place_anew(&candidate, blocked.amount)?;
+                let anew = self.place_anew(&candidate, blocked.amount, nearest.as_ref())?;
                 anew.into_iter().for_each(|anew| self.put(anew));
                 let missed = blocked.amount.map_or(1.0, |m| (m / FAR).min(1.0));
                 // The reason so far, should its next turn never come.
