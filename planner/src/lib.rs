@@ -25,7 +25,7 @@
 //! | what waits, in order | `frontier` |
 //! | the tree and its order | `search` |
 //! | other ways of the base where the first leads to no plan soon | [`portfolio`] |
-//! | which contacts the way can do without | `shorten` |
+//! | which contacts and steps the way can do without | `shorten` |
 //! | what is done with a way that reaches the goal, and when the search ends | `finalize` |
 //! | the motions between stances, and what becomes of edges without one | `motions`, `settle` |
 //! | why: the tree, what was refused, what else there was | `trace` |

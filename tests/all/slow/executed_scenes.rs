@@ -49,6 +49,8 @@ fn assert_passes(place: &str, result: &Value) {
 /// 0.71 m up, step by step.
 #[test]
 fn irregular_stairs_are_climbed_in_the_true_world() {
+    // Five steps: another one, on the ground before the stairs, is not needed.
+    assert!(shipped("irregular-stairs").plan.stances.len() <= 12);
     is_held("irregular-stairs");
     is_executed("irregular-stairs");
 }
