@@ -18,7 +18,7 @@ use crate::unseen::{Around, UNSEEN_M, Wall};
 
 /// Searches at most: another way may meet other walls.
 const SEARCHES_MAX: usize = 3;
-/// Each may spend so many times what the first one did, as far as the settings allow.
+/// Together they may spend so many times what the first one did, as far as the settings allow.
 const SPENT_MAX: usize = 4;
 
 impl Run<'_> {
@@ -34,12 +34,7 @@ impl Run<'_> {
         (self.options.stage)("searching a way around walls that the view cuts");
         let mut planner = self.config.planner.clone();
         let spent = &first.answer.summary;
-        for (most, spent) in [
-            (&mut planner.nodes_max, spent.nodes_generated),
-            (&mut planner.candidates_max, spent.candidates_solved),
-        ] {
-            *most = (*most).min(SPENT_MAX * spent);
-        }
+        let mut left = [spent.nodes_generated, spent.candidates_solved].map(|n| SPENT_MAX * n);
         let mut around = Around {
             searches: 0,
             nodes_generated: 0,
@@ -51,14 +46,19 @@ impl Run<'_> {
         };
         let mut way_W = way_W(&first);
         let (mut best, mut straight) = (first, ids(&met_first));
-        while around.searches < SEARCHES_MAX && !best.walls().is_empty() {
+        while around.searches < SEARCHES_MAX && !best.walls().is_empty() && !left.contains(&0) {
+            planner.nodes_max = planner.nodes_max.min(left[0]);
+            planner.candidates_max = planner.candidates_max.min(left[1]);
             let environment = self.with_straight(&straight, &way_W)?;
             around.searches += 1;
             // That the robot cannot stand there says that there is no way around, and nothing of the plan.
             let Ok(answer) = self.search(&environment, &planner) else {
                 break;
             };
-            around.nodes_generated += answer.summary.nodes_generated;
+            let spent = &answer.summary;
+            around.nodes_generated += spent.nodes_generated;
+            left[0] = left[0].saturating_sub(spent.nodes_generated);
+            left[1] = left[1].saturating_sub(spent.candidates_solved);
             if answer.status != Status::Found {
                 break;
             }
