@@ -67,13 +67,19 @@ fn judge_trace(results: &Path) {
     let choices = list(&search["choices"]);
     // The goal's posture changes no contact.
     assert_eq!(choices.len() + 2, stances.len());
+    let base = list(&nodes[0]["base_W"]);
+    let off = |axis: usize| number(&base[axis]) - number(&stances[0]["q"][axis]);
+    assert!((0..3).all(|axis| off(axis).abs() < 1e-3));
+    let mut before = 0;
     for (k, choice) in choices.iter().enumerate() {
         assert_eq!(index(&choice["stance"]), k + 1);
-        let base = list(&nodes[index(&choice["node"])]["base_W"]);
-        if k == 0 {
-            let off = |axis: usize| number(&base[axis]) - number(&stances[0]["q"][axis]);
-            assert!((0..3).all(|axis| off(axis).abs() < 1e-3));
+        // On one way of the tree, of which the plan may leave something out.
+        let node = index(&choice["node"]);
+        let mut up = node;
+        while up != before {
+            up = index(&nodes[up]["parent"]);
         }
+        before = node;
         assert!(number(&choice["price"]) > 0.0);
         let others = list(&choice["alternatives"]).iter();
         let prices: Vec<f64> = others.map(|other| number(&other["price"])).collect();
