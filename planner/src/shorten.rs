@@ -52,17 +52,17 @@ pub(crate) fn shorten(
 /// What may be left out of a way.
 struct Dropped {
     patch: PatchId,
-    /// The stances that are left out at its beginning, and the first after them.
+    /// The first stance that is left out, and the next one that is not.
     first: usize,
     next: usize,
     /// The stance that releases the patch.
     released: usize,
     /// Where the patch stays, if it is a foot.
-    stays: Option<(Contact, Option<Footing>)>,
+    stays: Option<(Contact, Footing)>,
 }
 
 impl Dropped {
-    /// What stance `made` begins to hold: a contact that the start does not have, or a foot at another place.
+    /// What stance `made` begins to hold and a later one releases: a hand, or a foot at another place than before.
     fn at(context: &SearchContext, way: &[Node], made: usize) -> Option<Self> {
         let Change::Add { patch, .. } = &way[made].change else {
             return None;
@@ -80,12 +80,11 @@ impl Dropped {
         }
         let before = &way[made.checked_sub(2)?];
         let stays = before.contacts.iter().find(|c| c.patch == patch)?;
-        let footing = before.footing[patch.index()];
+        let footing = before.footing[patch.index()]?;
         // Only what the other feet do not leave far behind.
-        let along_m = footing?.along_m;
         let behind_m = |node: &Node| {
             let feet = node.feet(context).into_iter();
-            feet.map(|f| (f.along_m - along_m).abs())
+            feet.map(|f| (f.along_m - footing.along_m).abs())
                 .fold(0.0, f64::max)
         };
         let far_m = BEHIND_STRIDES * context.stride_m;
@@ -107,9 +106,9 @@ impl Dropped {
         way: &[Node],
     ) -> Result<(Option<Vec<Node>>, usize), Error> {
         // A contact that is left out is not released either.
-        let last = self.released + usize::from(self.stays.is_some());
+        let end = self.released + usize::from(self.stays.is_some());
         let mut shorter: Vec<Node> = way[..self.first].to_vec();
-        for (tried, node) in way[self.next..last].iter().enumerate() {
+        for (tried, node) in way[self.next..end].iter().enumerate() {
             let next = self.moved(context, node);
             let Some(last) = shorter
                 .last()
@@ -130,7 +129,7 @@ impl Dropped {
             });
         }
         let tried = shorter.len() - self.first;
-        shorter.extend_from_slice(&way[last.max(self.released + 1)..]);
+        shorter.extend_from_slice(&way[self.released + 1..]);
         Ok((Some(shorter), tried))
     }
 
@@ -146,7 +145,7 @@ impl Dropped {
         for contact in own.filter(|c| c.patch == self.patch) {
             *contact = stays.clone().loaded(contact.loaded);
         }
-        node.footing[self.patch.index()] = *footing;
+        node.footing[self.patch.index()] = Some(*footing);
         let name = |face: FaceIndex| context.request.environment[face].id.clone();
         if let Change::Remove { patch, face } = &mut node.change
             && context.request.robot.patches[self.patch].name == *patch
