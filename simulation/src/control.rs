@@ -3,6 +3,7 @@
 use robot_model::Robot;
 
 use crate::Error;
+use crate::clock::Capture;
 use crate::config::Controller;
 use crate::physics::{Physics, Servo};
 use crate::reference::ReferenceState;
@@ -52,6 +53,11 @@ impl<'a> Control<'a> {
             dt_s: physics.dt_s,
             period: ((PERIOD_S / physics.dt_s).round() as usize).max(1),
         })
+    }
+
+    /// Where the capture point is, as far as the controller knows.
+    pub fn capture(&self, wanted: &ReferenceState) -> Capture {
+        self.controller.capture(wanted)
     }
 
     /// Commands the joints from the state of the run.

@@ -2,6 +2,7 @@
 use robot_model::Robot;
 
 use crate::Error;
+use crate::clock::Clock;
 use crate::config::Config;
 use crate::control::{Control, servo};
 use crate::monitor::Monitor;
@@ -81,17 +82,23 @@ pub fn execute(
     let mut run = Run::new(robot, plant, monitor, &wanted);
     let mut control = Control::new(robot, &physics, kind, &wanted, perturbation.sensing)?;
     let duration_s = reference.duration_s() + REST_S;
-    let steps = (duration_s / physics.dt_s).round() as usize;
+    let period_s = control.period as f64 * physics.dt_s;
+    let mut clock = Clock::new();
     let mut fell_s = None;
 
-    for step in 0..steps {
+    for step in 0_usize.. {
         let t_s = step as f64 * physics.dt_s;
         if step.is_multiple_of(control.period) {
-            reference.at(t_s, &mut wanted);
+            if clock.t_s >= duration_s {
+                break;
+            }
+            reference.at(clock.t_s, &mut wanted);
+            clock.slow(&mut wanted);
             control.command(&mut run, &wanted)?;
+            clock.pass(period_s, &control.capture(&wanted));
         }
         run.plant.push(&perturbation.force_W(t_s));
-        let stable = run.step(t_s, &wanted);
+        let stable = run.step(clock.t_s, &wanted);
         control.feel(&run, &wanted);
         let monitor = &run.monitor;
         if !stable || monitor.com_error_m.is_nan() || monitor.com_error_m > FALL_M {
@@ -103,9 +110,8 @@ pub fn execute(
             observer.see(&mut run.plant, &row)?;
         }
     }
-    let simulated_s = fell_s.unwrap_or(duration_s);
     let pushed = !perturbation.pushes.is_empty();
-    let criteria = judge(robot, &run.monitor, pushed, fell_s, simulated_s);
+    let criteria = judge(robot, &run.monitor, pushed, fell_s, physics.dt_s);
     Ok(Executed {
         pass: criteria.iter().all(|c| c.pass),
         stands: fell_s.is_none() && stands(&wanted, &run.monitor, touches_n),
@@ -113,7 +119,8 @@ pub fn execute(
         criteria,
         fell_s,
         perturbation: perturbation.clone(),
-        simulated_s,
+        simulated_s: fell_s.unwrap_or(clock.t_s + clock.waited_s),
+        waited_s: clock.waited_s,
     })
 }
 

@@ -48,10 +48,11 @@ pub mod whole_body;
 pub mod world;
 
 #[cfg(feature = "mujoco")]
+mod clock;
+#[cfg(feature = "mujoco")]
 mod control;
 #[cfg(feature = "mujoco")]
 pub mod execution;
-#[cfg(feature = "mujoco")]
 #[cfg(feature = "mujoco")]
 pub mod from_mjcf;
 #[cfg(feature = "mujoco")]

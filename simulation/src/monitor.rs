@@ -221,9 +221,10 @@ impl<'a> Monitor<'a> {
             observed.force_sum_n += normal;
             observed.steps += 1;
             if normal < self.load_n {
+                let due = closure.loaded_from_s.is_some_and(|due_s| seen.t_s >= due_s);
+                observed.late_steps += usize::from(due && observed.anchor.is_none());
                 continue;
             }
-            observed.loaded_s.get_or_insert(seen.t_s);
             let patch = &self.robot.patches[closure.patch];
             let X_WC = self.kinematics.X_WC(patch);
             let anchor = observed.anchor.get_or_insert(X_WC);

@@ -12,8 +12,8 @@ pub(crate) struct ClosureObserved {
     pub slid_W: Vector3<f64>,
     /// Largest distance from where it first bore load, m.
     pub slip_m: f64,
-    /// When it first bore load, s.
-    pub loaded_s: Option<f64>,
+    /// Steps from when it was to bear load to when it first did.
+    pub late_steps: usize,
     /// Sum and count of the normal forces.
     pub force_sum_n: f64,
     pub steps: usize,

@@ -38,4 +38,7 @@ pub struct Executed {
     pub perturbation: Perturbation,
     /// Simulated time, s.
     pub simulated_s: f64,
+    /// How long of it the reference waited for the robot, s: times of criteria are the reference's.
+    #[serde(default)]
+    pub waited_s: f64,
 }

@@ -36,19 +36,21 @@ pub(crate) fn judge(
     monitor: &Monitor,
     pushed: bool,
     fell_s: Option<f64>,
-    simulated_s: f64,
+    dt_s: f64,
 ) -> Vec<Criterion> {
     let peaks = &monitor.peaks;
     let mm = Unit::Millimetre;
     let plain = Unit::Plain("");
     let at = |c: &Closure| format!("{} of {:.2} s", robot.patches[c.patch].name, c.start_s);
-    let late = monitor.pairs().filter_map(|(closure, observed)| {
-        let due_s = closure.loaded_from_s.filter(|due| *due < simulated_s)?;
-        let loaded_s = observed.loaded_s.unwrap_or(closure.end_s.min(simulated_s));
-        Some(((loaded_s - due_s).max(0.0), at(closure)))
-    });
-    let (delay_s, delayed) = late.max_by(|a, b| a.0.total_cmp(&b.0)).unzip();
-    let (delay_s, second) = (delay_s.unwrap_or(0.0), Unit::Plain("s"));
+    // In the simulation's time, in which a reference that waits makes nothing less late.
+    let latest = monitor
+        .pairs()
+        .max_by_key(|(_, observed)| observed.late_steps);
+    let delay_s = latest.map_or(0.0, |(_, observed)| observed.late_steps as f64 * dt_s);
+    let delayed = latest
+        .filter(|_| delay_s > 0.0)
+        .map(|(closure, _)| at(closure));
+    let second = Unit::Plain("s");
     let (com_end, com_end_max) = (monitor.com_error_m, COM_ERROR_FINAL_MAX_M);
     let com_max = [COM_ERROR_MAX_M, COM_ERROR_PUSHED_MAX_M][usize::from(pushed)];
     let fallen = f64::from(u8::from(fell_s.is_some()));

@@ -16,6 +16,8 @@ use nalgebra::{DMatrix, DVector};
 use robot_model::{Configuration, Robot};
 
 use crate::Error;
+#[cfg(feature = "mujoco")]
+use crate::clock::Capture;
 use crate::corners::Corners;
 use crate::dynamics::Dynamics;
 use crate::physics::Physics;
@@ -39,6 +41,9 @@ const TORQUE_USE: f64 = 0.9;
 const SIDES: usize = 8;
 /// Distance by which the corners, at which forces act, lie inside the patch, m.
 const CORNER_INSET_M: f64 = 0.005;
+/// Height of the centre of mass over its contacts, at least, for the rate at which the robot falls, m.
+#[cfg(feature = "mujoco")]
+const LEG_MIN_M: f64 = 0.05;
 /// Forces enter the program in this unit, N: it is of the size of accelerations then.
 const FORCE_UNIT_N: f64 = 100.0;
 
@@ -123,6 +128,26 @@ impl<'a> WholeBodyController<'a> {
         let whole = &self.now.M * v_dot + &self.now.h - J.tr_mul(&f);
         self.torques.copy_from_slice(&whole.as_slice()[6..]);
         Ok(&self.torques)
+    }
+
+    /// Where the capture point was when torques were last asked for: the centre of mass, and its velocity over the
+    /// rate of a pendulum of its height over the contacts.
+    #[cfg(feature = "mujoco")]
+    pub(crate) fn capture(&self, wanted: &ReferenceState) -> Capture {
+        let (now, reference) = (&self.now, &self.reference);
+        let com_W = &now.kinematics.com_W;
+        let heights = wanted
+            .contacts
+            .iter()
+            .map(|c| com_W.z - c.X_WC.translation.z);
+        let height_m = heights.fold(LEG_MIN_M, f64::max);
+        let rate = (robot_model::GRAVITY_M_S2 / height_m).sqrt();
+        let velocity_W = now.com_velocity_W - reference.com_velocity_W;
+        let off_W = com_W - reference.kinematics.com_W + velocity_W / rate;
+        Capture {
+            off_W: off_W.xy(),
+            velocity_W: reference.com_velocity_W.xy(),
+        }
     }
 
     /// Jacobian of all corners of the closed contacts in the contacts' own axes, 3k × nv: the

@@ -17,7 +17,7 @@ use simulation::used_faces::Used;
 use simulation::world::{WorldBody, WorldShape};
 
 use crate::robot::{half_sitting, hrp2, standing};
-use crate::stepping::step_in_place;
+use crate::stepping::{SHIFT_S, step_in_place};
 
 const FEET: [&str; 2] = ["left_foot", "right_foot"];
 
@@ -209,6 +209,27 @@ fn a_step_in_place_survives_other_mass_friction_and_pushes() {
         assert_eq!(run.fell_s, None, "{:#?}", run.criteria);
         assert!(run.pass, "{:#?}", run.criteria);
     }
+}
+
+/// Pushed back on its way over the right foot the robot is waited for; pushed on, or not at all, it is not.
+#[test]
+fn the_reference_waits_for_a_robot_that_is_held_up() {
+    let pushed = |newton: f64| {
+        let push = Push {
+            t_s: 0.7 * SHIFT_S,
+            duration_s: 0.2,
+            force_W: [0.0, newton, 0.0],
+        };
+        let disturbed = Perturbation {
+            pushes: vec![push],
+            ..Perturbation::default()
+        };
+        stepping(Controller::WholeBody, &disturbed)
+    };
+    let [back, on, calm] = [120.0, -60.0, 0.0].map(pushed);
+    assert!(back.pass && back.waited_s > 0.05, "{back:#?}");
+    assert!(back.simulated_s - calm.simulated_s > 0.05);
+    assert_eq!((on.waited_s, calm.waited_s), (0.0, 0.0));
 }
 
 /// When a foot presses for the first time after it should stand again.

@@ -8,7 +8,7 @@ use robot_model::{Configuration, Kinematics, Robot};
 use crate::robot::{balanced, half_sitting};
 
 const DT_S: f64 = 0.01;
-const SHIFT_S: f64 = 2.0;
+pub const SHIFT_S: f64 = 2.0;
 const SWING_S: f64 = 2.5;
 const LIFT_M: f64 = 0.05;
 const FEET: [&str; 2] = ["left_foot", "right_foot"];
