@@ -8,7 +8,6 @@ mod fragments;
 mod grow;
 
 use nalgebra::Point2;
-use serde::{Deserialize, Serialize};
 
 use crate::ConvexPolygon;
 pub use crate::Region;
@@ -17,8 +16,7 @@ use fragments::Fragments;
 pub(crate) use grow::{Boundary, distance_to_segment};
 
 /// When a cover is good enough.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Config {
     /// Part of the region's area to cover, 0…1.
     pub coverage: f64,
@@ -42,18 +40,6 @@ pub const BODIES: Config = Config {
     vertices_max: 12,
     seeds_max: 12,
 };
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            coverage: 0.98,
-            gain_min_m2: 0.002,
-            pieces_max: 16,
-            vertices_max: 16,
-            seeds_max: 12,
-        }
-    }
-}
 
 /// One piece of a cover.
 #[derive(Clone, Debug, PartialEq)]

@@ -18,7 +18,7 @@ use nalgebra::{Point2, Vector2};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-pub(crate) use clip::{clean_ring, clip_ring, ring_area};
+pub(crate) use clip::{centroid, clean_ring, clip_ring, ring_area};
 pub(crate) use validate::check_width;
 
 /// Two vertices nearer than this are the same point, m.
@@ -110,17 +110,7 @@ impl ConvexPolygon {
 
     /// The centroid of the area, m.
     pub fn centroid(&self) -> Point2<f64> {
-        // Relative to a vertex, so that a polygon far from the origin loses no digits.
-        let origin = self.vertices[0];
-        let mut sum = Vector2::zeros();
-        let mut doubled_area = 0.0;
-        for (a, b) in self.edges() {
-            let (a, b) = (a - origin, b - origin);
-            let cross = a.perp(&b);
-            sum += (a + b) * cross;
-            doubled_area += cross;
-        }
-        origin + sum / (3.0 * doubled_area)
+        centroid(self.edges().map(|(a, b)| [a, b]))
     }
 
     /// One half plane an edge, in the order of [`Self::edges`]; the polygon is their intersection.

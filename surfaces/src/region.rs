@@ -5,7 +5,7 @@ use nalgebra::{Point2, Vector2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::polygon::{ConvexPolygon, VERTEX_SEPARATION_M, check_width, ring_area};
+use crate::polygon::{ConvexPolygon, VERTEX_SEPARATION_M, centroid, check_width, ring_area};
 use crate::{EdgeKind, Error};
 
 /// What is known of an edge of a ring.
@@ -154,16 +154,7 @@ impl Region {
 
     /// The centroid of the area, m.
     pub fn centroid(&self) -> Point2<f64> {
-        // Relative to a vertex, so that a region far from the origin loses no digits.
-        let origin = self.rings[0].vertices[0];
-        let (mut sum, mut doubled_area) = (Vector2::zeros(), 0.0);
-        for (_, [a, b]) in self.segments() {
-            let (a, b) = (a - origin, b - origin);
-            let cross = a.perp(&b);
-            sum += (a + b) * cross;
-            doubled_area += cross;
-        }
-        origin + sum / (3.0 * doubled_area)
+        centroid(self.segments().map(|(_, edge)| edge))
     }
 
     /// Triangles that partition the region, counter-clockwise.

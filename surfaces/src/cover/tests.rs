@@ -93,7 +93,7 @@ fn a_u_is_three_pieces_and_a_frame_four() {
 #[test]
 fn a_convex_region_is_one_piece_as_it_stands() {
     let square: &[[f64; 2]] = &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-    let cover = cover(&region(&[square]), &Config::default());
+    let cover = cover(&region(&[square]), &BODIES);
     assert_eq!(cover.pieces.len(), 1);
     assert_eq!(cover.pieces[0].polygon.vertices(), &ring(square)[..]);
     assert_eq!(cover.coverage, 1.0);
@@ -130,7 +130,7 @@ fn no_piece_has_more_vertices_than_allowed() {
         .collect();
     let config = Config {
         vertices_max: 8,
-        ..Config::default()
+        ..BODIES
     };
     let cover = cover(&region(&[&disc]), &config);
     // The disc is convex: the largest octagon in it is all that one piece can give, 90 %, and a

@@ -1,6 +1,6 @@
 //! Cutting convex polygons with half planes and with each other.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 use super::{ConvexPolygon, HalfPlane, VERTEX_SEPARATION_M};
 
@@ -69,6 +69,21 @@ pub(crate) fn ring_area(ring: &[Point2<f64>]) -> f64 {
     0.5 * fan
         .map(|edge| (edge[0] - origin).perp(&(edge[1] - origin)))
         .sum::<f64>()
+}
+
+/// The centroid of the area inside edges, a ring's or those of a region, m; there is one at least.
+pub(crate) fn centroid<'a>(edges: impl Iterator<Item = [&'a Point2<f64>; 2]>) -> Point2<f64> {
+    let mut edges = edges.peekable();
+    // Relative to a vertex, so that what is far from the origin loses no digits.
+    let origin = edges.peek().map_or_else(Point2::origin, |[a, _]| **a);
+    let (mut sum, mut doubled_area) = (Vector2::zeros(), 0.0);
+    for [a, b] in edges {
+        let (a, b) = (a - origin, b - origin);
+        let cross = a.perp(&b);
+        sum += (a + b) * cross;
+        doubled_area += cross;
+    }
+    origin + sum / (3.0 * doubled_area)
 }
 
 /// A ring without repeated vertices and without vertices nearer than `flat_m` to the line through

@@ -143,7 +143,7 @@ proptest! {
     ) {
         let outline = Outline::from(&face.region);
         let direction = Vector2::new(turn.cos(), turn.sin());
-        let cover = crate::cover::cover(&face.region, &crate::cover::Config::default());
+        let cover = crate::cover::cover(&face.region, &crate::cover::BODIES);
         for p in &places {
             let part = outline.convex_around(p, &direction);
             prop_assert_eq!(&part, &outline.convex_around(p, &direction));
