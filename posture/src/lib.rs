@@ -77,7 +77,7 @@ pub use environment::{Environment, FaceIndex};
 pub use error::Error;
 pub use explain::{Explanation, Group, Relaxation, explain};
 pub use layout::{force_points, patch_inset_m};
-pub use outcome::{Constraint, ContactState, Outcome, Posture, Stop, Violation};
+pub use outcome::{Constraint, ContactState, Outcome, Posture, Violation};
 pub use problem::{BaseGoal, Problem};
 pub use proof::refutation;
 pub use solve::solve;

@@ -18,8 +18,6 @@ pub enum Outcome {
     Infeasible(Violation),
     /// No posture was found, and none was excluded.
     Undecided {
-        /// What ended the search.
-        stop: Stop,
         /// The constraint that is violated most where it stopped.
         violation: Violation,
         /// Where it stopped: no posture, but the nearest to one that was seen.
@@ -53,19 +51,6 @@ impl Outcome {
             }
         }
     }
-}
-
-/// What ended a search that found no posture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
-    /// No step lowers the linearised violation: a local least violation.
-    Stationary,
-    /// Steps no longer lower the violation.
-    Stalled,
-    /// The iterations are used up.
-    IterationLimit,
-    /// The QP engines failed on every smaller step.
-    QpFailure,
 }
 
 /// A whole-body posture with the forces that hold it.

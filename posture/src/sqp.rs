@@ -13,7 +13,7 @@ mod subproblem;
 
 use crate::evaluate;
 use crate::iterate::{Context, Iterate};
-use crate::outcome::{Outcome, Stop};
+use crate::outcome::Outcome;
 use crate::qp::ELASTIC_WEIGHT;
 use crate::rows::Tag;
 use subproblem::Subproblem;
@@ -90,7 +90,6 @@ impl<'a> Sqp<'a> {
         let (mut trial, mut other) = (it.clone(), it.clone());
         let mut trust: f64 = 1.0;
         let mut cost = self.subproblem.begin(&it);
-        let mut stop = Stop::IterationLimit;
         let mut checkpoint = f64::INFINITY;
         let mut closing = false;
         for iteration in 0..ITERATIONS_MAX {
@@ -98,7 +97,6 @@ impl<'a> Sqp<'a> {
             let (violation, worst) = self.subproblem.violation();
             if iteration % PATIENCE == PATIENCE - 1 {
                 if violation > TOLERANCE && violation > progress * checkpoint {
-                    stop = Stop::Stalled;
                     break;
                 }
                 checkpoint = violation;
@@ -113,7 +111,6 @@ impl<'a> Sqp<'a> {
                     tracing::debug!("QP failed: {}", failure.0);
                     trust *= 0.25;
                     if trust < TRUST_MIN {
-                        stop = Stop::QpFailure;
                         break;
                     }
                     continue;
@@ -126,7 +123,6 @@ impl<'a> Sqp<'a> {
                 && trust >= TELLING
             {
                 let Some(cost_now) = self.subproblem.favour_constraints(cost) else {
-                    stop = Stop::Stationary;
                     break;
                 };
                 cost = cost_now;
@@ -135,10 +131,9 @@ impl<'a> Sqp<'a> {
             let promised = ELASTIC_WEIGHT * (violation - model_violation) - model_cost;
             let little = optimality * (COST_FLOOR + cost);
             if worst <= TOLERANCE && promised < little {
-                return self.finish(&it, cost, Stop::Stationary);
+                return self.finish(&it, cost);
             }
             if promised < PROMISE_MIN {
-                stop = Stop::Stationary;
                 break;
             }
             closing = violation < CLOSING_BELOW && (closing || -model_cost < little);
@@ -168,28 +163,23 @@ impl<'a> Sqp<'a> {
             } else {
                 trust = 0.3 * self.subproblem.length(&delta).min(trust);
                 if trust < TRUST_MIN {
-                    stop = Stop::Stalled;
                     break;
                 }
             }
         }
-        self.finish(&it, cost, stop)
+        self.finish(&it, cost)
     }
 
     /// Evaluates where the search ended. A posture that is not found is no proof that there is
     /// none, whatever stopped the search.
-    fn finish(&mut self, it: &Iterate, cost: f64, stop: Stop) -> Outcome {
+    fn finish(&mut self, it: &Iterate, cost: f64) -> Outcome {
         let (scratch, rows) = self.subproblem.memory();
         let (ctx, iterations) = (self.ctx, self.iterations);
         let (posture, worst) = evaluate::posture(ctx, it, scratch, rows, cost, iterations);
         match worst {
             Some(violation) if violation.amount > TOLERANCE => {
                 let nearest = Box::new(posture);
-                Outcome::Undecided {
-                    stop,
-                    violation,
-                    nearest,
-                }
+                Outcome::Undecided { violation, nearest }
             }
             _ => Outcome::Feasible(Box::new(posture)),
         }
