@@ -80,12 +80,7 @@ fn chain(
     calibration.map_or(Ok(()), LidarCalibration::check)?;
 
     // 1. What lies ahead and within range, less the rings' known errors.
-    let mut counts = LidarCounts {
-        points: cloud.len(),
-        invalid: cloud.invalid,
-        ..LidarCounts::default()
-    };
-    let field = prepared(cloud, calibration, config, &mut counts)?;
+    let (field, mut counts) = prepared(cloud, calibration, config)?;
 
     // 2. Ground: as seen, else as calibrated.
     let known = calibration.map(LidarCalibration::ground_V);

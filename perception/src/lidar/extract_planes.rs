@@ -58,12 +58,7 @@ const AGREE: f64 = 0.85;
 /// [`Error::Config`], [`Error::FewPoints`], [`Error::Neighbours`].
 pub fn extract_planes(cloud: &LidarCloud, config: &LidarConfig) -> Result<ExtractedPlanes, Error> {
     config.check()?;
-    let mut counts = LidarCounts {
-        points: cloud.len(),
-        invalid: cloud.invalid,
-        ..LidarCounts::default()
-    };
-    let field = prepared(cloud, None, config, &mut counts)?;
+    let (field, mut counts) = prepared(cloud, None, config)?;
     let floor = ground(&field, None, config);
 
     // What is not ground: planes of any direction that hang together.

@@ -47,6 +47,14 @@ impl Field {
         self.points.len()
     }
 
+    /// Puts points in the order in which their normals agree with those around, the best first.
+    pub fn sort_by_coherence(&self, points: &mut [u32]) {
+        points.sort_by(|&a, &b| {
+            let (qa, qb) = (self.coherence[a as usize], self.coherence[b as usize]);
+            qb.total_cmp(&qa).then(a.cmp(&b))
+        });
+    }
+
     /// A point in V, m.
     pub fn point(&self, i: usize) -> Vector3<f64> {
         Vector3::from(self.points[i].map(f64::from))

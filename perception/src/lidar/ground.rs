@@ -67,10 +67,7 @@ pub(super) fn ground(
             below && near && n.dot(&up32) >= least
         })
         .collect();
-    left.sort_by(|&a, &b| {
-        let (qa, qb) = (field.coherence[a as usize], field.coherence[b as usize]);
-        qb.total_cmp(&qa).then(a.cmp(&b))
-    });
+    field.sort_by_coherence(&mut left);
     let mut best: Option<(Plane, f64)> = None;
     for number in 0..TRIES {
         if left.len() < POINTS_MIN {

@@ -12,7 +12,7 @@ use super::rings::Rings;
 use super::scan::LidarCounts;
 use crate::Error;
 
-/// The points in view without isolated ones, with their normals and links.
+/// The points in view without isolated ones, with their normals and links; and counts along the way.
 ///
 /// # Errors
 /// [`Error::FewPoints`], [`Error::Neighbours`].
@@ -20,8 +20,12 @@ pub(super) fn prepared(
     cloud: &LidarCloud,
     calibration: Option<&LidarCalibration>,
     config: &LidarConfig,
-    counts: &mut LidarCounts,
-) -> Result<Field, Error> {
+) -> Result<(Field, LidarCounts), Error> {
+    let mut counts = LidarCounts {
+        points: cloud.len(),
+        invalid: cloud.invalid,
+        ..LidarCounts::default()
+    };
     let mut view = cloud.cropped(config.view_rad)?;
     if let Some(calibration) = calibration {
         correct(&mut view, &calibration.ring_bias_m);
@@ -51,7 +55,7 @@ pub(super) fn prepared(
         if rings.len() < 3 {
             return Err(few(rings.len()));
         }
-        return Ok(Field::on_rings(rings));
+        return Ok((Field::on_rings(rings), counts));
     }
     let range = |p: &[f32; 3]| p.iter().map(|c| f64::from(*c).powi(2)).sum::<f64>().sqrt();
     let near: Vec<u32> = (0..view.len() as u32)
@@ -74,7 +78,7 @@ pub(super) fn prepared(
     if points.len() < 3 {
         return Err(few(points.len()));
     }
-    Field::of_points(points, source)
+    Ok((Field::of_points(points, source)?, counts))
 }
 
 /// Takes the rings' known range errors away.

@@ -95,10 +95,7 @@ pub(super) fn patches(
     let mut left: Vec<u32> = (0..field.len() as u32)
         .filter(|&i| free[i as usize] && field.normal(i as usize).is_some_and(|n| near(&n)))
         .collect();
-    left.sort_by(|&a, &b| {
-        let (qa, qb) = (field.coherence[a as usize], field.coherence[b as usize]);
-        qb.total_cmp(&qa).then(a.cmp(&b))
-    });
+    field.sort_by_coherence(&mut left);
     let mut found: Vec<Patch> = Vec::new();
     let mut tries = 0;
     while found.len() < wanted.count_max
