@@ -3,8 +3,8 @@
 pub mod standing;
 
 use anyhow::{Result, bail};
+use robot_model::Robot;
 use robot_model::propose::{self, Kinds, LimbKind, Proposed, Surface};
-use robot_model::{ContactPatch, PatchKind, Robot};
 use serde_json::{Value, json};
 
 use crate::template::render;
@@ -62,7 +62,7 @@ pub fn propose(
         let (patches, missing) = propose::patches(&robot, &limbs, &at, rsdf, kinds);
         notes = missing;
         if !given {
-            robot.set_patches(patches.iter().map(patch).collect());
+            robot.set_patches(patches.iter().map(|p| p.patch.clone()).collect());
         }
         found = patches;
         backward = propose::looks_backward(&robot);
@@ -93,7 +93,7 @@ pub fn propose(
     }
     if backward {
         // Sides were told as if its x were ahead.
-        for patch in &mut found {
+        for Proposed { patch, .. } in &mut found {
             patch.name = other_side(&patch.name);
         }
         notes.push(
@@ -146,17 +146,18 @@ fn contacts(robot: &Robot, patches: &[Proposed]) -> Result<String> {
         let [x, y, z]: [f64; 3] = p.X_LC.translation.vector.into();
         let (roll, pitch, yaw) = p.X_LC.rotation.euler_angles();
         let (position_m, rpy_rad) = ([x, y, z].map(rounded), [roll, pitch, yaw].map(rounded));
-        let polygon = p.polygon.iter().map(|v| [v.x, v.y].map(rounded));
+        let patch = &p.patch;
+        let polygon = patch.polygon.iter().map(|v| [v.x, v.y].map(rounded));
         json!({
-            "name": p.name,
-            "link": p.link,
+            "name": patch.name,
+            "link": patch.link,
             "why": p.why,
-            "radius_m": match p.kind { PatchKind::Point { radius_m } => Some(radius_m), _ => None },
+            "radius_m": patch.point_radius_m(),
             "position_m": position_m,
             "rpy_rad": rpy_rad,
             "polygon_m": polygon.collect::<Vec<_>>(),
-            "role": p.role,
-            "friction": p.friction,
+            "roles": patch.roles,
+            "friction": patch.friction,
         })
     });
     let said = json!({ "name": robot.name, "patches": patches.collect::<Vec<_>>() });
@@ -171,21 +172,4 @@ fn contacts(robot: &Robot, patches: &[Proposed]) -> Result<String> {
 fn rounded(value: f64) -> f64 {
     // Without a negative zero.
     (value * 1e5).round() / 1e5 + 0.0
-}
-
-fn patch(p: &Proposed) -> ContactPatch {
-    let polygon = match p.kind {
-        PatchKind::Area => p.polygon.clone(),
-        PatchKind::Point { .. } => vec![nalgebra::Point2::origin()],
-    };
-    ContactPatch {
-        name: p.name.clone(),
-        link: p.link.clone(),
-        body: p.body,
-        X_BC: p.X_BC,
-        kind: p.kind,
-        polygon,
-        roles: vec![p.role.to_owned()],
-        friction: p.friction,
-    }
 }

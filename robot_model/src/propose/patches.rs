@@ -7,7 +7,7 @@ use super::flat::{Flat, doubled_area, flat};
 use super::limb::{Limb, LimbKind};
 use super::rsdf::Surface;
 use crate::collision::Shape;
-use crate::{Configuration, Kinematics, PatchKind, Robot};
+use crate::{Configuration, ContactPatch, Kinematics, PatchKind, Robot};
 
 /// Joints that it takes to hold a sole flat where it is wanted: three for the place, two for the tilt.
 const FLAT_JOINTS: usize = 5;
@@ -32,26 +32,10 @@ pub struct Kinds {
 /// A patch that was found.
 #[derive(Clone, Debug)]
 pub struct Proposed {
-    /// Its name.
-    pub name: String,
-    /// The link it is on.
-    pub link: String,
-    /// The limb it belongs to, an index.
-    pub limb: usize,
+    /// The patch, with one role.
+    pub patch: ContactPatch,
     /// Pose of C in the link.
     pub X_LC: Isometry3<f64>,
-    /// The body that the link is lumped into.
-    pub body: usize,
-    /// Pose of C in the body.
-    pub X_BC: Isometry3<f64>,
-    /// Flat or ball.
-    pub kind: PatchKind,
-    /// Its outline in C, m; nothing of a ball.
-    pub polygon: Vec<Point2<f64>>,
-    /// What it is for.
-    pub role: &'static str,
-    /// Coefficient of friction.
-    pub friction: f64,
     /// How it was found, in a few words.
     pub why: String,
 }
@@ -204,23 +188,27 @@ impl Finder<'_> {
         let shapes = self.placed(&[bend]);
         let ball =
             (!shapes.is_empty()).then(|| ball::fit(&|d| foremost(&shapes, d), &toward))??;
-        let mut patch = self.of_ball(number, &[bend], ball);
+        let mut found = self.of_ball(number, &[bend], ball);
         let what = match limb.kind {
             LimbKind::Leg => "knee",
             LimbKind::Arm => "elbow",
         };
-        patch.name = format!("{}_{what}", limb.place);
-        patch.role = what;
-        Some(patch)
+        found.patch.name = format!("{}_{what}", limb.place);
+        found.patch.roles = vec![what.to_owned()];
+        Some(found)
     }
 
     fn of_flat(&self, limb: usize, face: Flat, shape: &Shape, why: &str) -> Proposed {
-        let X_WC = face.X_BC;
-        Proposed {
-            polygon: face.polygon,
-            why: why.to_owned(),
-            ..self.on(limb, shape.link.clone(), shape.body, X_WC, PatchKind::Area)
-        }
+        let (link, X_WC, polygon) = (shape.link.clone(), face.X_BC, face.polygon);
+        let kind = PatchKind::Area;
+        self.on(
+            limb,
+            link,
+            shape.body,
+            X_WC,
+            (kind, polygon),
+            why.to_owned(),
+        )
     }
 
     fn of_ball(&self, limb: usize, bodies: &[usize], ball: Ball) -> Proposed {
@@ -242,10 +230,8 @@ impl Finder<'_> {
             "the ball that its end is nearest to, {:.1} mm off at most",
             1e3 * ball.off_m
         );
-        Proposed {
-            why,
-            ..self.on(limb, link, body, X_WC, PatchKind::Point { radius_m })
-        }
+        let touches = (PatchKind::Point { radius_m }, vec![Point2::origin()]);
+        self.on(limb, link, body, X_WC, touches, why)
     }
 
     /// A surface of an RSDF that is on this limb.
@@ -255,17 +241,9 @@ impl Finder<'_> {
             return None;
         }
         let X_WC = self.kinematics.X_WB[frame.body] * frame.X_BL * surface.X_LC;
-        Some(Proposed {
-            polygon: surface.polygon.clone(),
-            why: format!("planar surface {} of {}", surface.name, surface.file),
-            ..self.on(
-                number,
-                surface.link.clone(),
-                frame.body,
-                X_WC,
-                PatchKind::Area,
-            )
-        })
+        let why = format!("planar surface {} of {}", surface.name, surface.file);
+        let (link, touches) = (&surface.link, (PatchKind::Area, surface.polygon.clone()));
+        Some(self.on(number, link.clone(), frame.body, X_WC, touches, why))
     }
 
     fn on(
@@ -274,7 +252,8 @@ impl Finder<'_> {
         link: String,
         body: usize,
         X_WC: Isometry3<f64>,
-        kind: PatchKind,
+        (kind, polygon): (PatchKind, Vec<Point2<f64>>),
+        why: String,
     ) -> Proposed {
         let X_BC = self.kinematics.X_WB[body].inverse() * X_WC;
         let frame = self
@@ -282,18 +261,20 @@ impl Finder<'_> {
             .frame(&link)
             .map_or(Isometry3::identity(), |f| f.X_BL);
         let is_leg = self.limbs[limb].kind == LimbKind::Leg;
-        Proposed {
+        let patch = ContactPatch {
             name: self.name(limb),
             link,
-            limb,
-            X_LC: frame.inverse() * X_BC,
             body,
             X_BC,
             kind,
-            polygon: Vec::new(),
-            role: if is_leg { "foot" } else { "hand" },
+            polygon,
+            roles: vec![if is_leg { "foot" } else { "hand" }.to_owned()],
             friction: FRICTION[usize::from(!is_leg)],
-            why: String::new(),
+        };
+        Proposed {
+            patch,
+            X_LC: frame.inverse() * X_BC,
+            why,
         }
     }
 }

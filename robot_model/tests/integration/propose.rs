@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point2, Point3, Vector3};
 use robot_model::propose::{
     Kinds, LimbKind, Proposed, Reason, Tip, deepest, drawn, excepted, limbs, patches, surfaces,
 };
-use robot_model::{Kinematics, Robot, RobotFiles, load};
+use robot_model::{ContactPatch, Kinematics, Robot, RobotFiles, load};
 
 use crate::support::{robot_data, shared};
 
@@ -58,7 +58,7 @@ fn outside_shapes_m(robot: &Robot, kinematics: &Kinematics, body: usize, p: &Poi
 /// farther, but where the robot's own shape shows that it does.
 fn assert_agree(
     robot: &Robot,
-    found: &Proposed,
+    found: &ContactPatch,
     body: usize,
     X_BC: &Isometry3<f64>,
     polygon: &[Point2<f64>],
@@ -92,7 +92,7 @@ fn assert_agree(
     }
     for v in vertices(&X_WF, &found.polygon, &X_WG)
         .iter()
-        .filter(|_| found.role == "foot")
+        .filter(|_| found.has_role("foot"))
     {
         let off = outside_m(polygon, &v.xy());
         let outside = || outside_shapes_m(robot, &kinematics, found.body, &(X_WG * v));
@@ -108,8 +108,9 @@ fn assert_as_by_hand(robot: &Robot) {
     let found = proposed(robot);
     assert_eq!(found.len(), robot.patches.len());
     for by_hand in &robot.patches {
-        let patch = found.iter().find(|p| p.name == by_hand.name).unwrap();
-        assert!(by_hand.has_role(patch.role));
+        let mut patches = found.iter().map(|p| &p.patch);
+        let patch = patches.find(|p| p.name == by_hand.name).unwrap();
+        assert!(by_hand.has_role(&patch.roles[0]));
         let (body, X_BC) = (by_hand.body, &by_hand.X_BC);
         assert_agree(robot, patch, body, X_BC, &by_hand.polygon);
     }
@@ -151,14 +152,14 @@ fn jvrc1_has_the_soles_that_its_rsdf_states() {
         let text = std::fs::read_to_string(&path).unwrap();
         let stated = &surfaces(file, &text).unwrap()[0];
         let frame = robot.frame(&stated.link).unwrap();
-        let patch = found.iter().find(|p| p.name == name).unwrap();
+        let patch = &found.iter().find(|p| p.patch.name == name).unwrap().patch;
         let X_BC = frame.X_BL * stated.X_LC;
         let limbs = limbs(&robot);
         let kinds = Kinds::default();
         let stated_too = std::slice::from_ref(stated);
         let shipped = patches(&robot, &limbs, &robot.neutral(), stated_too, kinds).0;
-        let shipped = shipped.iter().find(|p| p.name == name).unwrap();
-        assert_eq!(shipped.polygon, stated.polygon);
+        let shipped = shipped.iter().find(|p| p.patch.name == name).unwrap();
+        assert_eq!(shipped.patch.polygon, stated.polygon);
         assert!((shipped.X_LC.translation.vector - stated.X_LC.translation.vector).norm() < 1e-9);
         assert_agree(&robot, patch, frame.body, &X_BC, &stated.polygon);
     }
@@ -178,7 +179,8 @@ fn hands_are_the_same_however_the_arms_are_held() {
         }
         let found = patches(&robot, &limbs, &at, &[], Kinds::default()).0;
         for (a, b) in neutral.iter().zip(&found) {
-            assert_eq!((&a.link, &a.polygon), (&b.link, &b.polygon));
+            assert_eq!(a.patch.link, b.patch.link);
+            assert_eq!(a.patch.polygon, b.patch.polygon);
             assert!((a.X_LC.translation.vector - b.X_LC.translation.vector).norm() < 1e-9);
         }
     }
@@ -201,8 +203,8 @@ fn balls_at_the_ends_of_legs_are_found_as_they_are() {
         }
         let found = patches(&robot, &limbs, &at, &[], Kinds::default()).0;
         assert_eq!(found.len(), robot.patches.len());
-        for patch in &found {
-            let near = |p: &&robot_model::ContactPatch| p.body == patch.body;
+        for Proposed { patch, .. } in &found {
+            let near = |p: &&ContactPatch| p.body == patch.body;
             let by_hand = robot.patches.iter().find(near).unwrap();
             let off = (by_hand.X_BC.translation.vector - patch.X_BC.translation.vector).norm();
             assert!(off < 1e-4, "{}: {off}", patch.name);
