@@ -1,16 +1,16 @@
 //! What messages look like, as JSON schemas: the fields of Foxglove's that are written, and nothing beside.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 /// An object of exactly these fields.
-fn object<const N: usize>(title: &str, fields: [(&str, Value); N]) -> Value {
-    let names = fields.each_ref().map(|(name, _)| *name);
-    let all: Map<String, Value> = fields
-        .iter()
-        .map(|(n, v)| ((*n).to_owned(), v.clone()))
+fn object(title: &str, fields: Value) -> Value {
+    let names: Vec<&String> = fields
+        .as_object()
+        .into_iter()
+        .flat_map(|f| f.keys())
         .collect();
     json!({
-        "title": title, "type": "object", "properties": all, "required": &names[..], "additionalProperties": false,
+        "title": title, "type": "object", "required": names, "properties": fields, "additionalProperties": false,
     })
 }
 
@@ -36,159 +36,92 @@ fn index() -> Value {
 
 fn time(title: &str) -> Value {
     let nsec = json!({ "type": "integer", "minimum": 0, "maximum": 999_999_999 });
-    object(title, [("sec", index()), ("nsec", nsec)])
+    object(title, json!({ "sec": index(), "nsec": nsec }))
 }
 
 fn xyz(title: &str) -> Value {
-    object(title, ["x", "y", "z"].map(|axis| (axis, number())))
+    object(
+        title,
+        json!({ "x": number(), "y": number(), "z": number() }),
+    )
 }
 
 fn quaternion() -> Value {
-    object(
-        "foxglove.Quaternion",
-        ["x", "y", "z", "w"].map(|axis| (axis, number())),
-    )
+    let fields = json!({ "x": number(), "y": number(), "z": number(), "w": number() });
+    object("foxglove.Quaternion", fields)
 }
 
 fn pose() -> Value {
-    let position = xyz("foxglove.Vector3");
-    object(
-        "foxglove.Pose",
-        [("position", position), ("orientation", quaternion())],
-    )
+    let fields = json!({ "position": xyz("foxglove.Vector3"), "orientation": quaternion() });
+    object("foxglove.Pose", fields)
 }
 
 fn color() -> Value {
-    object(
-        "foxglove.Color",
-        ["r", "g", "b", "a"].map(|part| (part, number())),
-    )
+    let fields = json!({ "r": number(), "g": number(), "b": number(), "a": number() });
+    object("foxglove.Color", fields)
 }
 
 /// `foxglove.FrameTransforms`.
 pub(super) fn frame_transforms() -> Value {
-    let transform = object(
-        "foxglove.FrameTransform",
-        [
-            ("timestamp", time("time")),
-            ("parent_frame_id", text()),
-            ("child_frame_id", text()),
-            ("translation", xyz("foxglove.Vector3")),
-            ("rotation", quaternion()),
-        ],
-    );
+    let fields = json!({
+        "timestamp": time("time"), "parent_frame_id": text(), "child_frame_id": text(),
+        "translation": xyz("foxglove.Vector3"), "rotation": quaternion(),
+    });
+    let transform = object("foxglove.FrameTransform", fields);
     object(
         "foxglove.FrameTransforms",
-        [("transforms", list(transform))],
+        json!({ "transforms": list(transform) }),
     )
 }
 
 /// `foxglove.SceneUpdate`.
 pub(super) fn scene_update() -> Value {
-    let sized = |title| {
-        let size = xyz("foxglove.Vector3");
-        object(
-            title,
-            [("pose", pose()), ("size", size), ("color", color())],
-        )
-    };
-    let arrow = object(
-        "foxglove.ArrowPrimitive",
-        [
-            ("pose", pose()),
-            ("shaft_length", number()),
-            ("shaft_diameter", number()),
-            ("head_length", number()),
-            ("head_diameter", number()),
-            ("color", color()),
-        ],
-    );
-    let cylinder = object(
-        "foxglove.CylinderPrimitive",
-        [
-            ("pose", pose()),
-            ("size", xyz("foxglove.Vector3")),
-            ("bottom_scale", number()),
-            ("top_scale", number()),
-            ("color", color()),
-        ],
-    );
-    let points = || list(xyz("foxglove.Point3"));
-    let line = object(
-        "foxglove.LinePrimitive",
-        [
-            ("type", index()),
-            ("pose", pose()),
-            ("thickness", number()),
-            ("scale_invariant", json!({ "type": "boolean" })),
-            ("points", points()),
-            ("color", color()),
-            ("colors", list(color())),
-            ("indices", list(index())),
-        ],
-    );
-    let triangles = object(
-        "foxglove.TriangleListPrimitive",
-        [
-            ("pose", pose()),
-            ("points", points()),
-            ("color", color()),
-            ("colors", list(color())),
-            ("indices", list(index())),
-        ],
-    );
-    let entity = object(
-        "foxglove.SceneEntity",
-        [
-            ("timestamp", time("time")),
-            ("frame_id", text()),
-            ("id", text()),
-            ("lifetime", time("duration")),
-            ("frame_locked", json!({ "type": "boolean" })),
-            ("metadata", empty()),
-            ("arrows", list(arrow)),
-            ("cubes", list(sized("foxglove.CubePrimitive"))),
-            ("spheres", list(sized("foxglove.SpherePrimitive"))),
-            ("cylinders", list(cylinder)),
-            ("lines", list(line)),
-            ("triangles", list(triangles)),
-            ("texts", empty()),
-            ("models", empty()),
-        ],
-    );
+    let size = xyz("foxglove.Vector3");
+    let sized = json!({ "pose": pose(), "size": size, "color": color() });
+    let arrow = json!({
+        "pose": pose(), "shaft_length": number(), "shaft_diameter": number(),
+        "head_length": number(), "head_diameter": number(), "color": color(),
+    });
+    let cylinder = json!({
+        "pose": pose(), "size": size, "bottom_scale": number(), "top_scale": number(), "color": color(),
+    });
+    let points = list(xyz("foxglove.Point3"));
+    let line = json!({
+        "type": index(), "pose": pose(), "thickness": number(), "scale_invariant": { "type": "boolean" },
+        "points": points, "color": color(), "colors": list(color()), "indices": list(index()),
+    });
+    let triangles = json!({
+        "pose": pose(), "points": points, "color": color(), "colors": list(color()), "indices": list(index()),
+    });
+    let primitives =
+        |kind: &str, fields| list(object(&format!("foxglove.{kind}Primitive"), fields));
+    let entity = json!({
+        "timestamp": time("time"), "frame_id": text(), "id": text(), "lifetime": time("duration"),
+        "frame_locked": { "type": "boolean" }, "metadata": empty(), "arrows": primitives("Arrow", arrow),
+        "cubes": primitives("Cube", sized.clone()), "spheres": primitives("Sphere", sized),
+        "cylinders": primitives("Cylinder", cylinder), "lines": primitives("Line", line),
+        "triangles": primitives("TriangleList", triangles), "texts": empty(), "models": empty(),
+    });
+    let entities = list(object("foxglove.SceneEntity", entity));
     object(
         "foxglove.SceneUpdate",
-        [("deletions", empty()), ("entities", list(entity))],
+        json!({ "deletions": empty(), "entities": entities }),
     )
 }
 
 /// The joints as ROS has them, which Foxglove's model of a robot follows.
 pub(super) fn joint_state() -> Value {
-    let header = object(
-        "std_msgs/Header",
-        [("stamp", time("time")), ("frame_id", text())],
-    );
-    object(
-        "sensor_msgs/JointState",
-        [
-            ("header", header),
-            ("name", list(text())),
-            ("position", list(number())),
-            ("velocity", list(number())),
-            ("effort", list(number())),
-        ],
-    )
+    let header = json!({ "stamp": time("time"), "frame_id": text() });
+    let fields = json!({
+        "header": object("std_msgs/Header", header), "name": list(text()),
+        "position": list(number()), "velocity": list(number()), "effort": list(number()),
+    });
+    object("sensor_msgs/JointState", fields)
 }
 
 /// A phase of the motion.
 pub(super) fn phase() -> Value {
-    object(
-        "scandent.Phase",
-        [
-            ("kind", text()),
-            ("swing", text()),
-            ("from_stance", index()),
-            ("to_stance", index()),
-        ],
-    )
+    let fields =
+        json!({ "kind": text(), "swing": text(), "from_stance": index(), "to_stance": index() });
+    object("scandent.Phase", fields)
 }
