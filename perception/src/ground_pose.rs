@@ -134,7 +134,7 @@ fn carried_so(up_V: &Vector3<f64>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DepthImage, PointCloud, Sensor};
+    use crate::{DepthImage, Sensor};
 
     /// A floor and a wall 2 m ahead, seen from 1.2 m with a roll and a pitch (down), rad.
     #[allow(clippy::unwrap_used)]
@@ -173,15 +173,7 @@ mod tests {
             z_m: z_m.collect(),
             intrinsics,
         };
-        let scan = Scan {
-            cloud: PointCloud::default(),
-            depth: Some(depth),
-            X_WV: Isometry3::identity(),
-            eye_V: Vector3::zeros(),
-            noise: sensor.noise,
-            notes: Vec::new(),
-        };
-        (scan, R_WV)
+        (Scan::of_image(depth, sensor.noise), R_WV)
     }
 
     #[test]

@@ -7,8 +7,7 @@
 //! convex hull, re-orientation.
 //!
 //! ```
-//! use nalgebra::Isometry3;
-//! use perception::{Config, DepthImage, PointCloud, Scan, Sensor, extract};
+//! use perception::{Config, DepthImage, Scan, Sensor, extract};
 //!
 //! // A camera 1 m over a floor that looks down by 45°: z = 1 / (sin 45° + y cos 45°) on the ray (x, y, 1).
 //! let sensor = Sensor::named("xtion")?;
@@ -17,14 +16,7 @@
 //! let down = std::f64::consts::FRAC_1_SQRT_2;
 //! let z_of_row = |v: usize| 1.0 / (down * (1.0 + (v as f64 - intrinsics.cy) / intrinsics.fy));
 //! let z_m = (0..width * height).map(|pixel| z_of_row(pixel / width) as f32).collect();
-//! let scan = Scan {
-//!     cloud: PointCloud::default(),
-//!     depth: Some(DepthImage { width, height, z_m, intrinsics }),
-//!     X_WV: Isometry3::identity(),
-//!     eye_V: nalgebra::Vector3::zeros(),
-//!     noise: sensor.noise,
-//!     notes: Vec::new(),
-//! };
+//! let scan = Scan::of_image(DepthImage { width, height, z_m, intrinsics }, sensor.noise);
 //! let found = extract(&scan, &scan.X_WV, &Config::default())?;
 //! assert_eq!(found.faces.len(), 1);
 //! assert!((found.faces[0].normal_W().y + down).abs() < 1e-3);

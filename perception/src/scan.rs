@@ -55,6 +55,20 @@ pub struct Scan {
     pub notes: Vec<String>,
 }
 
+impl Scan {
+    /// An image that a sensor took where it stood, without its points: nothing needs them that has the image.
+    pub fn of_image(depth: DepthImage, noise: Noise) -> Self {
+        Self {
+            cloud: PointCloud::default(),
+            depth: Some(depth),
+            X_WV: Isometry3::identity(),
+            eye_V: Vector3::zeros(),
+            noise,
+            notes: Vec::new(),
+        }
+    }
+}
+
 impl DepthImage {
     /// The point of a pixel by its place in the rows, NaN where there is none.
     pub(crate) fn point(&self, i: usize) -> Point3<f64> {

@@ -4,7 +4,7 @@ use calibration::camera::{Candidate, Identification, NextPose, PlanePair, next_p
 use calibration::ground::{GroundConfig, ground};
 use calibration::{Config, GroundPlane};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
-use perception::{DepthImage, Intrinsics, Noise, PointCloud, Scan};
+use perception::{DepthImage, Intrinsics, Noise, Scan};
 use robot_model::Robot;
 use robot_model::kinematics::{PointTarget, reach};
 
@@ -148,14 +148,7 @@ fn foresee(view: &View, truth: &GroundPlane, config: &GroundConfig) -> Option<(G
         systematic_scale_px: view.noise.systematic_scale_px * scale,
         ..view.noise
     };
-    let scan = Scan {
-        cloud: PointCloud::default(),
-        depth: Some(image),
-        X_WV: Isometry3::identity(),
-        eye_V: Vector3::zeros(),
-        noise,
-        notes: Vec::new(),
-    };
+    let scan = Scan::of_image(image, noise);
     // The image has no noise: any three of its pixels give the plane.
     let config = GroundConfig {
         draws: 5,

@@ -5,7 +5,7 @@ use calibration::camera::{
     CameraConfig, Identification, PaperParameters, PlanePair, closed_form, identify,
 };
 use calibration::ground::ground;
-use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Vector6};
 use perception::{DepthImage, Intrinsics, Noise, Scan, Sensor};
 use scenes::camera_set::{PoseNoise, published_extrinsics};
 use scenes::simulator::{DepthNoise, Field, KINECT, Pinhole, World, distortion, scan_distorted};
@@ -65,14 +65,7 @@ impl Device {
             z_m: metres.collect(),
             intrinsics: Intrinsics { fx, fy, cx, cy },
         };
-        Scan {
-            cloud: perception::PointCloud::default(),
-            depth: Some(depth),
-            X_WV: Isometry3::identity(),
-            eye_V: Vector3::zeros(),
-            noise: self.known,
-            notes: Vec::new(),
-        }
+        Scan::of_image(depth, self.known)
     }
 }
 

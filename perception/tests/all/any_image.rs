@@ -60,11 +60,7 @@ proptest! {
         let depth = image(width, height, planes, sigma, seed);
         let scan = Scan {
             cloud: depth.to_cloud(),
-            depth: Some(depth),
-            X_WV: Isometry3::identity(),
-            eye_V: nalgebra::Vector3::zeros(),
-            noise: Sensor::named("xtion").unwrap().noise,
-            notes: Vec::new(),
+            ..Scan::of_image(depth, Sensor::named("xtion").unwrap().noise)
         };
         let config = Config { method: Method::Organised, ..Config::default() };
         let found = extract(&scan, &Isometry3::identity(), &config).unwrap();

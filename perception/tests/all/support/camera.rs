@@ -113,11 +113,8 @@ pub fn scan(blocks: &[Block], X_WV: &Isometry3<f64>, errors: bool, seed: u64) ->
     };
     Scan {
         cloud: depth.to_cloud(),
-        depth: Some(depth),
         X_WV: *X_WV,
-        eye_V: Vector3::zeros(),
-        noise: sensor.noise,
-        notes: Vec::new(),
+        ..Scan::of_image(depth, sensor.noise)
     }
 }
 
