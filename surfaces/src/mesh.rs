@@ -100,15 +100,10 @@ pub fn extract(mesh: &TriangleMesh, thickness_m: f64) -> Result<(Terrain, Report
         triangles: mesh.triangles.len(),
         degenerate_triangles: welded.degenerate,
         welded_vertices: welded.merged,
-        open_edges: topology.open_edges,
-        crowded_edges: topology.crowded_edges,
-        flipped_edges: topology.flipped_edges,
-        inward_parts: topology.inward_parts,
-        solids: topology.solids.len(),
-        flat_parts: topology.flat_parts,
         faces: faces.len(),
         faces_dropped: all_faces.len() - faces.len(),
         faces_broken: broken.len(),
+        ..topology.report
     };
     let obstacles = bodies::bodies(&welded, &topology, &whole, thickness_m);
     Ok((Terrain::new(faces, obstacles)?, report))

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Point3;
 
 use super::weld::Welded;
-use super::{MERGE_OFFSET_M, WELD_M};
+use super::{MERGE_OFFSET_M, Report, WELD_M};
 
 /// Neighbours of each triangle, and the parts of the mesh.
 pub(super) struct Topology {
@@ -15,11 +15,8 @@ pub(super) struct Topology {
     pub solid: Vec<Option<usize>>,
     /// Triangles of each closed convex part whose normals point outward.
     pub solids: Vec<Vec<usize>>,
-    pub open_edges: usize,
-    pub crowded_edges: usize,
-    pub flipped_edges: usize,
-    pub inward_parts: usize,
-    pub flat_parts: usize,
+    /// The counts of edges and parts.
+    pub report: Report,
 }
 
 /// Most triangles at one edge that are neighbours of each.
@@ -43,20 +40,16 @@ impl Topology {
             neighbours: vec![Vec::new(); count],
             solid: vec![None; count],
             solids: Vec::new(),
-            open_edges: 0,
-            crowded_edges: 0,
-            flipped_edges: 0,
-            inward_parts: 0,
-            flat_parts: 0,
+            report: Report::default(),
         };
         let mut parts = Parts::new(count);
         let mut closed = vec![true; count];
         for sides in edges.values() {
             let proper = matches!(sides[..], [(_, one), (_, other)] if one != other);
             match sides[..] {
-                [_] => topology.open_edges += 1,
-                [_, _] => topology.flipped_edges += usize::from(!proper),
-                _ => topology.crowded_edges += 1,
+                [_] => topology.report.open_edges += 1,
+                [_, _] => topology.report.flipped_edges += usize::from(!proper),
+                _ => topology.report.crowded_edges += 1,
             }
             for (i, (t, direction)) in sides.iter().enumerate() {
                 closed[*t] &= proper;
@@ -77,9 +70,9 @@ impl Topology {
             let (volume, area) = (volume(mesh, &part), area(mesh, &part));
             // A ball in a convex body has at most the radius 3 V / A.
             if 3.0 * volume.abs() < WELD_M * area {
-                topology.flat_parts += 1;
+                topology.report.flat_parts += 1;
             } else if volume < 0.0 {
-                topology.inward_parts += 1;
+                topology.report.inward_parts += 1;
             } else if topology.is_convex(mesh, &part) {
                 for t in &part {
                     topology.solid[*t] = Some(topology.solids.len());
@@ -87,6 +80,7 @@ impl Topology {
                 topology.solids.push(part);
             }
         }
+        topology.report.solids = topology.solids.len();
         topology
     }
 
