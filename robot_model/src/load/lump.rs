@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
-use urdf_rs::{Joint, JointType};
+use urdf_rs::JointType;
 
 use super::Findings;
 use super::inertia::{self, Lump};
@@ -44,8 +44,13 @@ pub(super) fn lump(
         // A link on a moving joint starts a body of its own.
         let (body, X_BL) = match mover {
             None => (body, X_BL),
-            Some((joint, motion)) => {
-                bodies.push(moving_body(&links[link].name, joint, body, X_BL, motion));
+            Some(moved) => {
+                bodies.push(Body {
+                    name: links[link].name.clone(),
+                    parent: Some(body),
+                    X_PJ: X_BL,
+                    ..moved
+                });
                 lumps.push(Lump::default());
                 (bodies.len() - 1, Isometry3::identity())
             }
@@ -67,7 +72,7 @@ pub(super) fn lump(
                 // What hangs on a joint that is refused is looked at, too.
                 None => (child, body, X_BJ, None),
                 Some(Motion::Locked(X_JL)) => (child, body, X_BJ * X_JL, None),
-                Some(Motion::Moves(range)) => (child, body, X_BJ, Some((joint, range))),
+                Some(Motion::Moves(moved)) => (child, body, X_BJ, Some(*moved)),
             });
         }
         open[first..].reverse();
@@ -110,16 +115,8 @@ fn base_of(urdf: &Urdf, tree: &Tree, findings: &mut Findings) -> usize {
 enum Motion {
     /// Not at all: the child's pose in the joint's frame.
     Locked(Isometry3<f64>),
-    Moves(Range),
-}
-
-struct Range {
-    kind: JointKind,
-    axis: UnitVector3<f64>,
-    lower: f64,
-    upper: f64,
-    effort: f64,
-    velocity: f64,
+    /// As this body does, wherever it hangs.
+    Moves(Box<Body>),
 }
 
 fn motion_of(file: &str, urdf: &Urdf, j: usize, findings: &mut Findings) -> Result<Motion, Error> {
@@ -189,14 +186,16 @@ fn motion_of(file: &str, urdf: &Urdf, j: usize, findings: &mut Findings) -> Resu
     if velocity.is_infinite() {
         findings.list("no velocity limit is stated, none is used", name);
     }
-    Ok(Motion::Moves(Range {
+    Ok(Motion::Moves(Box::new(Body {
+        joint: name.to_owned(),
         kind,
-        axis,
+        axis: axis.into_inner(),
         lower,
         upper,
         effort,
         velocity,
-    }))
+        ..base_body(String::new())
+    })))
 }
 
 /// The pose that a joint value gives.
@@ -222,26 +221,5 @@ fn base_body(name: String) -> Body {
         mass_kg: 0.0,
         com_B: Vector3::zeros(),
         inertia_B: nalgebra::Matrix3::zeros(),
-    }
-}
-
-fn moving_body(
-    link: &str,
-    joint: &Joint,
-    parent: usize,
-    X_PJ: Isometry3<f64>,
-    range: Range,
-) -> Body {
-    Body {
-        joint: joint.name.clone(),
-        parent: Some(parent),
-        X_PJ,
-        kind: range.kind,
-        axis: range.axis.into_inner(),
-        lower: range.lower,
-        upper: range.upper,
-        effort: range.effort,
-        velocity: range.velocity,
-        ..base_body(link.to_owned())
     }
 }
