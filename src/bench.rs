@@ -35,7 +35,7 @@ pub struct Item {
 }
 
 /// How the planning of a world ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ended {
     /// A plan that the verifier passes.
@@ -53,6 +53,7 @@ pub enum Ended {
     /// Simulated, and a criterion does not hold.
     NotExecuted,
     /// The scene could not be used.
+    #[default]
     Error,
 }
 
@@ -73,7 +74,7 @@ impl Ended {
 }
 
 /// One line of the results.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Row {
     /// Name of the world.
     pub world: String,
@@ -118,20 +119,7 @@ impl Row {
             world: world.to_owned(),
             family: family.to_owned(),
             robot: robot.to_owned(),
-            seed: None,
-            likely: None,
-            ended: Ended::Error,
-            reason: None,
-            nodes: 0,
-            problems: 0,
-            stances: 0,
-            motion_s: 0.0,
-            planning_ms: 0.0,
-            verify_ms: 0.0,
-            total_ms: 0.0,
-            clearance_m: None,
-            torque_use: 0.0,
-            friction_use: 0.0,
+            ..Self::default()
         }
     }
 }

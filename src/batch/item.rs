@@ -6,7 +6,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use scenes::worlds::families::Family;
 use serde_json::{Map, Value};
 
-use crate::bench::{Ended, Row, world};
+use crate::bench::{Row, world};
 use crate::cli::Global;
 use crate::command::{self, simulate};
 use crate::config::Config;
@@ -175,7 +175,6 @@ impl Item {
         Row {
             likely: Family::named(&family).map(|f| f.likely),
             seed: get("world_seed").and_then(Value::as_u64),
-            ended: Ended::Error,
             ..Row::of(&self.name, &family, &text("robot"))
         }
     }
