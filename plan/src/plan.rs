@@ -13,7 +13,7 @@ use crate::Stance;
 pub const PLAN_FORMAT: &str = "scandent-plan/2";
 
 /// A sequence of stances from the start to the goal, with what it was computed from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     /// Always [`PLAN_FORMAT`].
@@ -64,7 +64,7 @@ pub struct MotionFile {
 }
 
 /// Name and version of a program.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Program {
     /// Name.
@@ -86,7 +86,7 @@ pub struct Input {
 }
 
 /// What identifies the robot of a plan.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotSummary {
     /// Name in the URDF.
@@ -98,7 +98,7 @@ pub struct RobotSummary {
 }
 
 /// The margins that every stance of the plan promises to keep.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RequiredMargins {
     /// Largest part of the friction coefficient that the forces use, 0…1.
@@ -120,7 +120,7 @@ pub struct RequiredMargins {
 }
 
 /// The goal as the search understood it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GoalRecord {
     /// Wanted position of the base in W, m; a coordinate without a value is free.

@@ -118,12 +118,10 @@ struct PlanFiles {
 impl PlanFiles {
     fn input<'a>(&'a self, cloud_W: &'a [[f32; 3]]) -> ViewInput<'a> {
         ViewInput {
-            plan: &self.plan,
             motion: self.motion.as_ref(),
             trace: self.trace.as_ref(),
-            robot: &self.robot,
-            certificate: None,
             cloud_W,
+            ..ViewInput::new(&self.plan, &self.robot)
         }
     }
 }

@@ -65,6 +65,20 @@ pub struct ViewInput<'a> {
     pub cloud_W: &'a [[f32; 3]],
 }
 
+impl<'a> ViewInput<'a> {
+    /// A plan alone.
+    pub fn new(plan: &'a Plan, robot: &'a Robot) -> Self {
+        Self {
+            plan,
+            robot,
+            motion: None,
+            trace: None,
+            certificate: None,
+            cloud_W: &[],
+        }
+    }
+}
+
 /// The page as HTML.
 ///
 /// # Errors

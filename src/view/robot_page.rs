@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
-use plan::{GoalRecord, PLAN_FORMAT, Plan, RequiredMargins, SearchSummary};
+use plan::{PLAN_FORMAT, Plan, RequiredMargins};
 use posture::stand;
 use robot_model::{ContactPatch, Kinematics, PatchId, Robot, propose};
 use surfaces::{Face, Region};
@@ -55,35 +55,17 @@ pub fn robot_page(robot: &Robot) -> Result<String> {
         format: PLAN_FORMAT.to_owned(),
         program: crate::program(),
         scene: format!("{}: where it may touch", robot.name),
-        seed: 0,
-        config: serde_json::Value::Null,
-        inputs: Vec::new(),
         robot: crate::posed::summary(robot),
         faces,
-        obstacles: Vec::new(),
-        thin_body_m: 0.0,
         required: RequiredMargins::from(&posture),
-        goal: GoalRecord {
-            base_position_m: None,
-            tolerance_m: 0.0,
-            yaw_rad: None,
-            contacts: Vec::new(),
-        },
         stances,
-        motion: None,
-        search: SearchSummary::default(),
+        ..Plan::default()
     };
-    super::page_of(
-        "robot",
-        &ViewInput {
-            plan: &plan,
-            robot,
-            motion: None,
-            trace: None,
-            certificate: None,
-            cloud_W: &cloud_W,
-        },
-    )
+    let input = ViewInput {
+        cloud_W: &cloud_W,
+        ..ViewInput::new(&plan, robot)
+    };
+    super::page_of("robot", &input)
 }
 
 /// A patch as a face that looks out of the robot.

@@ -38,12 +38,10 @@ pub fn fixture_page() -> String {
 fn page_with(motion: Option<&plan::Motion>) -> String {
     let (plan, robot, cloud) = (fixture::plan(), fixture::robot(), fixture::cloud());
     page(&ViewInput {
-        plan: &plan,
         motion,
         trace: Some(&fixture::trace()),
-        robot: &robot,
-        certificate: None,
         cloud_W: &cloud,
+        ..ViewInput::new(&plan, &robot)
     })
     .expect("a page")
 }
@@ -77,12 +75,8 @@ fn plans_stand_side_by_side_on_one_clock() {
         .map(|(plan, name)| Compared {
             name,
             input: ViewInput {
-                plan,
                 motion: Some(&motion),
-                trace: None,
-                robot: &robot,
-                certificate: None,
-                cloud_W: &[],
+                ..ViewInput::new(plan, &robot)
             },
         });
     let html = compare_page(&compared.collect::<Vec<_>>()).unwrap();
@@ -216,14 +210,7 @@ fn another_robot_or_a_stance_that_contradicts_itself_is_refused() {
     let refused = |change: fn(&mut Plan), words: [&str; 2]| {
         let mut plan = fixture::plan();
         change(&mut plan);
-        let refused = page(&ViewInput {
-            plan: &plan,
-            motion: None,
-            trace: None,
-            robot: &robot,
-            certificate: None,
-            cloud_W: &[],
-        });
+        let refused = page(&ViewInput::new(&plan, &robot));
         let error = format!("{:#}", refused.unwrap_err());
         assert!(words.iter().all(|word| error.contains(word)), "{error}");
     };

@@ -1,8 +1,7 @@
 //! Plans as records, of stances that were not made by the program.
 
 use plan::{
-    Change, GoalRecord, PLAN_FORMAT, Plan, Program, RequiredMargins, RobotSummary, SearchSummary,
-    Stance,
+    Change, PLAN_FORMAT, Plan, Program, RequiredMargins, RobotSummary, SearchSummary, Stance,
 };
 use robot_model::Robot;
 use surfaces::Terrain;
@@ -18,9 +17,6 @@ pub fn record(robot: &Robot, terrain: Terrain, thin_body_m: f64, stances: Vec<St
             version: "test".to_owned(),
         },
         scene: "exact".to_owned(),
-        seed: 0,
-        config: serde_json::Value::Null,
-        inputs: Vec::new(),
         robot: RobotSummary {
             name: robot.name.clone(),
             joint_names: robot.joint_names().map(str::to_owned).collect(),
@@ -30,13 +26,6 @@ pub fn record(robot: &Robot, terrain: Terrain, thin_body_m: f64, stances: Vec<St
         obstacles: terrain.obstacles,
         thin_body_m,
         required: RequiredMargins::from(&posture::Config::default()),
-        goal: GoalRecord {
-            base_position_m: None,
-            tolerance_m: 0.0,
-            yaw_rad: None,
-            contacts: Vec::new(),
-        },
-        motion: None,
         search: SearchSummary {
             nodes_generated: count,
             nodes_expanded: count,
@@ -45,5 +34,6 @@ pub fn record(robot: &Robot, terrain: Terrain, thin_body_m: f64, stances: Vec<St
             ..SearchSummary::default()
         },
         stances,
+        ..Plan::default()
     }
 }
