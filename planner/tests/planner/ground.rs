@@ -7,7 +7,7 @@ use planner::{Config, Request, SearchResult, Status};
 use posture::Environment;
 use surfaces::{Face, Obstacle, Terrain};
 
-use crate::support::{face, humanoid, request, robot};
+use crate::support::{self, face, humanoid, request, robot, search};
 
 /// A rectangle in the level plane of that height.
 fn level(id: &str, [x, y, z]: [f64; 3], half: [f64; 2]) -> Face {
@@ -15,8 +15,7 @@ fn level(id: &str, [x, y, z]: [f64; 3], half: [f64; 2]) -> Face {
 }
 
 fn world(faces: Vec<Face>, obstacles: Vec<Obstacle>) -> Environment {
-    let terrain = Terrain::new(faces, obstacles).unwrap();
-    Environment::new(terrain, 0.05, 2.0).unwrap()
+    support::world(Terrain::new(faces, obstacles).unwrap())
 }
 
 fn floor() -> Face {
@@ -24,15 +23,7 @@ fn floor() -> Face {
 }
 
 fn plan(request: &Request) -> SearchResult {
-    planner::search(
-        request,
-        &Config::default(),
-        &posture::Config::default(),
-        &motion::Config::default(),
-        &|_| {},
-        &AtomicBool::new(false),
-    )
-    .unwrap()
+    search(request).unwrap()
 }
 
 /// Found, upright all the way, every foot clear of the bodies, with few nodes for each stance.

@@ -1,14 +1,11 @@
 //! Stairs of blocks on a floor.
 
-use std::sync::atomic::AtomicBool;
-
 use nalgebra::{UnitQuaternion, Vector3};
-use planner::{Config, Status};
-use posture::Environment;
+use planner::Status;
 use robot_model::Configuration;
 use surfaces::{Face, Terrain};
 
-use crate::support::{face, humanoid, request};
+use crate::support::{face, humanoid, request, search, world};
 
 /// Top and front of a box that stands on the floor: centre, length, width, height.
 fn block(id: &str, [x, y]: [f64; 2], length: f64, width: f64, height: f64) -> [Face; 2] {
@@ -53,24 +50,14 @@ fn stairs() -> Terrain {
 #[test]
 fn stairs_are_climbed_the_same_on_any_number_of_threads() {
     let robot = humanoid();
-    let environment = Environment::new(stairs(), 0.05, 2.0).unwrap();
+    let environment = world(stairs());
     let request = request(&robot, &environment, Vector3::new(1.9, 0.0, 0.71));
     let plan = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| {
-            planner::search(
-                &request,
-                &Config::default(),
-                &posture::Config::default(),
-                &motion::Config::default(),
-                &|_| {},
-                &AtomicBool::new(false),
-            )
-            .unwrap()
-        })
+        pool.install(|| search(&request).unwrap())
     };
     let one = plan(1);
     assert_eq!(one.status, Status::Found, "{:?}", one.blocked.first());
@@ -90,19 +77,11 @@ fn stairs_are_climbed_the_same_on_any_number_of_threads() {
 #[test]
 fn a_start_in_collision_or_out_of_balance_is_refused() {
     let robot = humanoid();
-    let environment = Environment::new(stairs(), 0.05, 2.0).unwrap();
+    let environment = world(stairs());
     let refused = |change: &dyn Fn(&mut Configuration)| {
         let mut request = request(&robot, &environment, Vector3::new(1.9, 0.0, 0.71));
         change(&mut request.start.configuration);
-        let search = planner::search(
-            &request,
-            &Config::default(),
-            &posture::Config::default(),
-            &motion::Config::default(),
-            &|_| {},
-            &AtomicBool::new(false),
-        );
-        search.expect_err("this is no stance").to_string()
+        search(&request).expect_err("this is no stance").to_string()
     };
     // The knees are in the first step.
     let reason = refused(&|q| q.p_WB.x += 0.25);

@@ -1,10 +1,12 @@
 //! Robots, worlds and requests.
 
-use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use planner::Request;
+use std::sync::atomic::AtomicBool;
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use planner::{Config, Error, Request, SearchResult};
 use posture::{Environment, stand};
 use robot_model::{PatchId, Robot};
-use surfaces::Face;
+use surfaces::{Face, Terrain};
 
 pub fn humanoid() -> Robot {
     robot("hrp2")
@@ -16,11 +18,8 @@ pub fn robot(name: &str) -> Robot {
 
 /// The rectangle with that middle, axes and half sizes.
 pub fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64; 2]) -> Face {
-    let rotation = Rotation3::from_basis_unchecked(&[x, y, x.cross(&y)]);
-    let pose = Isometry3::from_parts(
-        Translation3::from(p),
-        UnitQuaternion::from_rotation_matrix(&rotation),
-    );
+    let rotation = UnitQuaternion::from_basis_unchecked(&[x, y, x.cross(&y)]);
+    let pose = Isometry3::from_parts(p.into(), rotation);
     Face::rectangle(id, pose, half.map(|half| 2.0 * half)).unwrap()
 }
 
@@ -38,4 +37,21 @@ pub fn request<'a>(
     // Wherever the base is over its feet.
     request.goal.base.position_m = [Some(to.x), Some(to.y), None];
     request
+}
+
+/// What is found by default.
+pub fn search(request: &Request) -> Result<SearchResult, Error> {
+    planner::search(
+        request,
+        &Config::default(),
+        &posture::Config::default(),
+        &motion::Config::default(),
+        &|_| {},
+        &AtomicBool::new(false),
+    )
+}
+
+/// A terrain with bodies behind its faces.
+pub fn world(terrain: Terrain) -> Environment {
+    Environment::new(terrain, 0.05, 2.0).unwrap()
 }
