@@ -2,11 +2,11 @@
 
 use std::sync::atomic::AtomicBool;
 
-use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use plan::{GoalContact, GoalRecord, Motion, Plan, RequiredMargins};
-use planner::{Goal, Guide, Request, SearchResult, Start, Status};
-use posture::{BaseGoal, Environment};
-use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
+use planner::{Goal, Guide, Request, SearchResult, Status};
+use posture::{BaseGoal, Environment, FaceIndex, stand};
+use robot_model::{PatchId, Robot};
 use surfaces::{Face, Terrain};
 
 use super::record::record;
@@ -16,8 +16,7 @@ const BODY_M: f64 = 0.05;
 
 /// The rectangle with that middle, axes and half sizes.
 pub fn face(id: &str, p: Vector3<f64>, x: Vector3<f64>, y: Vector3<f64>, half: [f64; 2]) -> Face {
-    let rotation = Rotation3::from_basis_unchecked(&[x, y, x.cross(&y)]);
-    let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+    let rotation = UnitQuaternion::from_basis_unchecked(&[x, y, x.cross(&y)]);
     let pose = Isometry3::from_parts(p.into(), rotation);
     Face::rectangle(id, pose, half.map(|half| 2.0 * half)).unwrap()
 }
@@ -45,61 +44,41 @@ pub struct Walked {
 }
 
 impl Walk {
-    /// The resting posture with its feet on z = 0.
-    fn standing(&self, feet: &[PatchId]) -> Configuration {
-        let mut configuration = self.robot.resting();
-        let kinematics = Kinematics::new(&self.robot, &configuration);
-        let patches = feet.iter().map(|&foot| &self.robot.patches[foot]);
-        let radius = |p: &ContactPatch| p.point_radius_m().unwrap_or(0.0);
-        let lowest = patches
-            .map(|p| kinematics.X_WC(p).translation.vector.z - radius(p))
-            .fold(f64::INFINITY, f64::min);
-        configuration.p_WB.z -= lowest;
-        configuration
-    }
-
     pub fn plan(self) -> Walked {
         let Self { robot, terrain, .. } = &self;
         let environment = Environment::new(terrain.clone(), BODY_M, 2.0).unwrap();
         let face = |name: &str| environment.face(name).unwrap();
-        let is_foot = |patch: &ContactPatch| patch.has_role("foot");
-        let feet: Vec<PatchId> = (robot.patch_ids())
-            .filter(|id| is_foot(&robot.patches[*id]))
-            .collect();
-        let configuration = self.standing(&feet);
-        let from = configuration.p_WB;
-        let to = from + self.way.last().unwrap();
+        let is_foot = |id: &PatchId| robot.patches[*id].has_role("foot");
+        let feet: Vec<PatchId> = robot.patch_ids().filter(is_foot).collect();
+        let stands = stand::on_level_ground(robot, &robot.resting(), &feet);
+        let (from, by) = (stands.p_WB, *self.way.last().unwrap());
+        let to = from + by;
+        let floor = face(terrain.faces[0].id.as_str());
+        let walk = Request::walk(robot, &environment, stands, (&feet, floor), by).unwrap();
         let on_goal = |foot: &PatchId| self.goal_face.map(|name| (*foot, face(name)));
-        let base = BaseGoal {
-            position_m: [Some(to.x), Some(to.y), None],
-            tolerance_m: self.tolerance_m,
-            yaw_rad: None,
-            yaw_tolerance_rad: 0.1,
-        };
         let way = std::iter::once(from).chain(self.way.iter().map(|p| from + p));
+        let usable: Vec<FaceIndex> = self.usable.iter().map(|name| face(name)).collect();
         let request = Request {
-            robot,
-            environment: &environment,
-            start: Start {
-                configuration: configuration.clone(),
-                contacts: feet
-                    .iter()
-                    .map(|&f| (f, face(terrain.faces[0].id.as_str())))
-                    .collect(),
-            },
             goal: Goal {
-                base,
-                patches: feet.clone(),
+                base: BaseGoal {
+                    tolerance_m: self.tolerance_m,
+                    yaw_tolerance_rad: 0.1,
+                    ..walk.goal.base
+                },
                 contacts: feet.iter().filter_map(on_goal).collect(),
+                ..walk.goal
             },
             guide: Guide::new(way.collect()).unwrap(),
-            usable: (robot.patches.iter())
-                .map(|patch| {
-                    let usable = self.usable.iter().filter(|_| is_foot(patch));
-                    usable.map(|name| face(name)).collect()
+            usable: (robot.patch_ids())
+                .map(|id| {
+                    usable
+                        .clone()
+                        .into_iter()
+                        .filter(|_| is_foot(&id))
+                        .collect()
                 })
                 .collect(),
-            reference: configuration,
+            ..walk
         };
         let answer = planner::search(
             &request,
@@ -164,12 +143,9 @@ impl Walked {
         let folder = std::path::PathBuf::from(folder).join(name);
         std::fs::create_dir_all(&folder).unwrap();
         let page = scandent::view::page(&scandent::view::ViewInput {
-            plan: &self.plan,
             motion: self.answer.motion.as_ref(),
             trace: Some(&self.answer.trace),
-            robot: &self.robot,
-            certificate: None,
-            cloud_W: &[],
+            ..scandent::view::ViewInput::new(&self.plan, &self.robot)
         });
         std::fs::write(folder.join("view.html"), page.unwrap()).unwrap();
         let plan = serde_json::to_vec(&self.plan).unwrap();
