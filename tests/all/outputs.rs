@@ -2,7 +2,7 @@
 //! is half there after a full disk or a kill at any moment.
 #![cfg(unix)]
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -56,11 +56,7 @@ fn devices_links_folders_and_inputs_are_not_replaced() {
 #[test]
 fn results_are_written_though_nobody_reads_the_words() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (mesh, results) = (
-        folder.path().join("floor.obj"),
-        folder.path().join("results"),
-    );
-    std::fs::write(&mesh, FLOOR).expect("writable");
+    let (mesh, results) = floor_in(folder.path());
     let mut run = command(&format!("{LINE} 0.2,0 -o @"), &[&mesh, &results]);
     let mut run = run.stdout(Stdio::piped()).spawn().expect("it starts");
     drop(run.stdout.take());
@@ -71,11 +67,7 @@ fn results_are_written_though_nobody_reads_the_words() {
 #[test]
 fn a_full_disk_leaves_the_old_results() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (mesh, results) = (
-        folder.path().join("floor.obj"),
-        folder.path().join("results"),
-    );
-    std::fs::write(&mesh, FLOOR).expect("writable");
+    let (mesh, results) = floor_in(folder.path());
     succeeds(&format!("{LINE} 0.2,0 -o @"), &[&mesh, &results]);
     let before = contents(&results);
     // No file may grow beyond so many kilobytes: some of the results fit.
@@ -95,6 +87,13 @@ fn a_full_disk_leaves_the_old_results() {
     }
     let beside = std::fs::read_dir(folder.path()).expect("readable").count();
     assert_eq!(beside, 2, "something was left beside the results");
+}
+
+/// A mesh of a floor in a folder, and where results go beside it.
+fn floor_in(folder: &Path) -> (PathBuf, PathBuf) {
+    let mesh = folder.join("floor.obj");
+    std::fs::write(&mesh, FLOOR).expect("writable");
+    (mesh, folder.join("results"))
 }
 
 /// Names and contents of the files in a folder.
@@ -117,11 +116,7 @@ fn a_kill_at_any_moment_leaves_old_or_new_results() {
     // More of them by `KILLS=100`.
     let kills: u32 = std::env::var("KILLS").map_or(20, |n| n.parse().expect("a number"));
     let folder = tempfile::tempdir().expect("a folder");
-    let (mesh, results) = (
-        folder.path().join("floor.obj"),
-        folder.path().join("results"),
-    );
-    std::fs::write(&mesh, FLOOR).expect("writable");
+    let (mesh, results) = floor_in(folder.path());
     // Two plans of different lengths in turns.
     let line = |n: u32| format!("{LINE} {},0 -o @", ["0.2", "0.7"][n as usize % 2]);
     let begin = Instant::now();

@@ -4,26 +4,22 @@
 //! face, where the chain's hulls cover air; several clouds in one as well as one.
 
 use crate::support::{
-    Block, against, block, by, concave, every, faces_of, floor, on_face, pose, scan, top,
-    touchable, unorganised,
+    self, Block, against, block, by, concave, every, faces_of, on_face, pose, scan, top, touchable,
+    unorganised,
 };
 use nalgebra::{Isometry3, Point3, Vector3};
 use perception::{Method, PointCloud, Scan, extract};
 use surfaces::Face;
 
 fn stairs() -> Vec<Block> {
-    vec![
-        floor(),
-        block("wall", [4.35, 0.0, 1.5], [0.1, 12.0, 3.0], 0.0, 0.0),
-        block("step1", [1.15, 0.05, 0.075], [0.34, 0.62, 0.15], 0.1, 0.0),
-        block("step2", [1.50, -0.02, 0.15], [0.36, 0.70, 0.30], -0.07, 0.0),
-        block("step3", [1.88, 0.06, 0.22], [0.38, 0.55, 0.44], 0.05, 0.0),
-        block("table", [2.90, 0.0, 0.695], [0.80, 1.60, 0.03], 0.02, 0.0),
-        block("ramp", [1.9, -1.15, 0.105], [1.2, 0.8, 0.04], 0.0, -0.21),
-        // Small ones, 0.2 m square; of 0.14 m not every one is found.
+    // Small ones, 0.2 m square; of 0.14 m not every one is found.
+    let stones = [
         block("stone1", [1.2, 0.75, 0.06], [0.2, 0.2, 0.12], 0.4, 0.0),
         block("stone2", [1.6, 0.80, 0.10], [0.2, 0.2, 0.20], -0.3, 0.0),
-    ]
+    ];
+    let stairs = support::stairs().into_iter();
+    let stairs = stairs.filter(|block| block.name != "step4");
+    stairs.chain(stones).collect()
 }
 
 fn voxels(scan: &Scan) -> Vec<Face> {

@@ -8,9 +8,16 @@ use std::path::{Path, PathBuf};
 
 use crate::support::program::{ends_with, read, root, succeeds};
 
-/// Real scans and robots beside the checkout, or where SCANDENT_SHARED says.
-fn shared() -> PathBuf {
-    std::env::var_os("SCANDENT_SHARED").map_or_else(|| root("../shared"), PathBuf::from)
+/// A real scan beside the checkout, or where SCANDENT_SHARED says.
+fn shared(scan: &str) -> Option<PathBuf> {
+    let folder =
+        std::env::var_os("SCANDENT_SHARED").map_or_else(|| root("../shared"), PathBuf::from);
+    let scan = folder.join("scans/rgbd").join(scan);
+    if !scan.exists() {
+        eprintln!("SKIPPED: {} is not there", scan.display());
+        return None;
+    }
+    Some(scan)
 }
 
 /// The robots of example-robot-data, as `scripts/fetch-robots` leaves them.
@@ -61,11 +68,9 @@ fn talos_climbs_the_irregular_stairs() {
 
 #[test]
 fn a_real_staircase_is_climbed_from_its_scan() {
-    let scan = shared().join("scans/rgbd/k2_stairs_0000_depth.png");
-    if !scan.exists() {
-        eprintln!("SKIPPED: {} is not there", scan.display());
+    let Some(scan) = shared("k2_stairs_0000_depth.png") else {
         return;
-    }
+    };
     // The scene that ships names the scan beside the checkout; here it is where it was found.
     let shipped = read(root("scenes/scenes/real-stairs.toml"));
     let named = shipped
@@ -84,11 +89,9 @@ const LENS: &str = "kinect_v2:365.3178,365.3172,254.6861,208.5499";
 /// The floor leans by 3.1° against the treads that the scan is levelled by.
 #[test]
 fn talos_climbs_to_the_third_tread_of_a_bare_picture() {
-    let scan = shared().join("scans/rgbd/k2_stairs_0001_depth.png");
-    if !scan.exists() {
-        eprintln!("SKIPPED: {} is not there", scan.display());
+    let Some(scan) = shared("k2_stairs_0001_depth.png") else {
         return;
-    }
+    };
     let Some(files) = talos() else { return };
     let line = format!("plan --sensor {LENS} --level --goal 1.35,0.05 --scan @");
     let files = files.each_ref().map(|f| &**f);
@@ -98,11 +101,9 @@ fn talos_climbs_to_the_third_tread_of_a_bare_picture() {
 /// Nothing but the picture, the lens and a goal: the pose comes of the treads, the start of the floor.
 #[test]
 fn a_real_staircase_is_climbed_from_a_bare_picture() {
-    let scan = shared().join("scans/rgbd/k2_stairs_0000_depth.png");
-    if !scan.exists() {
-        eprintln!("SKIPPED: {} is not there", scan.display());
+    let Some(scan) = shared("k2_stairs_0000_depth.png") else {
         return;
-    }
+    };
     let line = format!("plan --sensor {LENS} --goal 0.45,0 --friction 0.6 --scan @");
     let level = format!("{line} --level");
     assert_planned(&level, &[&scan], "plan.json", "", &[]);
