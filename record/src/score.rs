@@ -8,7 +8,7 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::{Isometry3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
 use scenes::Face;
 use scenes::simulator::DepthNoise;
 use surfaces::outline::Outline;
@@ -202,9 +202,6 @@ fn frame_of(face: &Face) -> Isometry3<f64> {
     let v = &face.vertices_W;
     let x = (v[1] - v[0]).normalize();
     let z: Vector3<f64> = face.normal_W;
-    let turn = Rotation3::from_basis_unchecked(&[x, z.cross(&x), z]);
-    Isometry3::from_parts(
-        v[0].coords.into(),
-        UnitQuaternion::from_rotation_matrix(&turn),
-    )
+    let turn = UnitQuaternion::from_basis_unchecked(&[x, z.cross(&x), z]);
+    Isometry3::from_parts(v[0].coords.into(), turn)
 }

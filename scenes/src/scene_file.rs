@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -254,10 +254,9 @@ impl SceneFile {
 impl ScanSource {
     /// Pose of the sensor's frame V in W; the identity where nothing states it.
     pub fn X_WV(&self) -> Isometry3<f64> {
-        let [x, y, z, w] = self.quat_xyzw.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-        let position = Vector3::from(self.position_m.unwrap_or_default());
-        Isometry3::from_parts(Translation3::from(position), rotation)
+        let quat_xyzw = self.quat_xyzw.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+        let rotation = UnitQuaternion::from_quaternion(quat_xyzw.into());
+        Isometry3::from_parts(self.position_m.unwrap_or_default().into(), rotation)
     }
 
     /// Puts the sensor's optical frame at `X_WV`, whatever was said of it before.

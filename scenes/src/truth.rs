@@ -1,6 +1,6 @@
 //! The true world behind a scan: oriented boxes, and their faces as polygons.
 
-use nalgebra::{Isometry3, Point3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::simulator::{ConvexBody, World};
@@ -73,16 +73,15 @@ impl OrientedBox {
         Self {
             name: name.into(),
             position_m: centre.into(),
-            quat_xyzw: [q.i, q.j, q.k, q.w],
+            quat_xyzw: q.coords.into(),
             size_m,
         }
     }
 
     /// Pose of the box's centre and axes in W.
     pub fn X_WO(&self) -> Isometry3<f64> {
-        let [x, y, z, w] = self.quat_xyzw;
-        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-        Isometry3::from_parts(Translation3::from(Vector3::from(self.position_m)), rotation)
+        let rotation = UnitQuaternion::from_quaternion(self.quat_xyzw.into());
+        Isometry3::from_parts(self.position_m.into(), rotation)
     }
 
     /// The six faces in the order −x, +x, −y, +y, −z, +z.

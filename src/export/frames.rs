@@ -1,17 +1,14 @@
 //! Poses and offsets as controllers write them.
 
 use anyhow::{Context, Result, ensure};
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use plan::{Contact, Motion, Plan, Pose, Stance};
 use robot_model::Robot;
 
 /// A plan's pose as an isometry.
 pub(crate) fn isometry(pose: &Pose) -> Isometry3<f64> {
-    let [x, y, z, w] = pose.quat_xyzw;
-    Isometry3::from_parts(
-        Translation3::from(Vector3::from(pose.p)),
-        UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
-    )
+    let rotation = UnitQuaternion::new_normalize(pose.quat_xyzw.into());
+    Isometry3::from_parts(pose.p.into(), rotation)
 }
 
 /// Pose of the base in a stance.

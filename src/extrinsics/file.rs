@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use calibration::camera::{Identification, PaperParameters};
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion};
 use plan::{Input, Program};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -133,9 +133,8 @@ impl Extrinsics {
 
     /// Pose of V in R.
     pub fn X_RV(&self) -> Isometry3<f64> {
-        let [x, y, z, w] = self.quat_xyzw;
-        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-        Isometry3::from_parts(Translation3::from(Vector3::from(self.position_m)), rotation)
+        let rotation = UnitQuaternion::from_quaternion(self.quat_xyzw.into());
+        Isometry3::from_parts(self.position_m.into(), rotation)
     }
 }
 
@@ -168,7 +167,10 @@ mod tests {
     #[test]
     fn a_mount_alone_is_enough_and_comes_back() {
         let read = Extrinsics::parse(SMALL).unwrap();
-        assert_eq!(read.X_RV().translation.vector, Vector3::new(0.5, 0.0, 0.4));
+        assert_eq!(
+            read.X_RV().translation.vector,
+            nalgebra::Vector3::new(0.5, 0.0, 0.4)
+        );
         assert_eq!(Extrinsics::parse(&read.to_toml().unwrap()).unwrap(), read);
     }
 

@@ -1,6 +1,6 @@
 //! Where the feet stand on the ground, and the poses of all postures over it.
 
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::foot_error_m;
 use crate::{Error, register};
@@ -149,13 +149,9 @@ fn over_plane(feet_R: &[Point3<f64>], heights_m: &[f64]) -> Result<Isometry3<f64
             cause: "the robot's x axis points at the ground".to_owned(),
         })?;
     // Rows are G's axes in R.
-    let R_RG = Rotation3::from_basis_unchecked(&[x, normal.cross(&x), normal]);
-    let rotation = UnitQuaternion::from_rotation_matrix(&R_RG).inverse();
-    let height = mean_height - normal.dot(&mean);
-    Ok(Isometry3::from_parts(
-        Vector3::new(0.0, 0.0, height).into(),
-        rotation,
-    ))
+    let R_RG = UnitQuaternion::from_basis_unchecked(&[x, normal.cross(&x), normal]);
+    let height = Translation3::new(0.0, 0.0, mean_height - normal.dot(&mean));
+    Ok(Isometry3::from_parts(height, R_RG.inverse()))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What is known of a mounted LiDAR: its pose, its rings' constant range errors.
 
-use nalgebra::{Isometry3, Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::plane::Plane;
@@ -53,11 +53,8 @@ impl LidarCalibration {
 
     /// Pose of V in W.
     pub fn X_WV(&self) -> Isometry3<f64> {
-        let [x, y, z, w] = self.quat_xyzw;
-        Isometry3::from_parts(
-            Translation3::from(Vector3::from(self.position_m)),
-            UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)),
-        )
+        let rotation = UnitQuaternion::from_quaternion(self.quat_xyzw.into());
+        Isometry3::from_parts(self.position_m.into(), rotation)
     }
 
     /// The same sensor in another world U in which this one stands at `X_UW`.

@@ -1,7 +1,7 @@
 //! Plane faces: triangles in one plane, merged into regions with holes.
 
 use geo::{Coord, LineString, Polygon};
-use nalgebra::{Isometry3, Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
 
 use super::topology::Topology;
 use super::weld::Welded;
@@ -200,9 +200,6 @@ fn frame(normal: &Vector3<f64>, origin: &Point3<f64>) -> Isometry3<f64> {
     };
     let x = (toward - normal * normal.dot(&toward)).normalize();
     let y = normal.cross(&x);
-    let rotation = Rotation3::from_basis_unchecked(&[x, y, *normal]);
-    Isometry3::from_parts(
-        Translation3::from(origin.coords),
-        UnitQuaternion::from_rotation_matrix(&rotation),
-    )
+    let rotation = UnitQuaternion::from_basis_unchecked(&[x, y, *normal]);
+    Isometry3::from_parts(origin.coords.into(), rotation)
 }

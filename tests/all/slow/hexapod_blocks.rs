@@ -1,6 +1,6 @@
 //! The hexapod crosses a field of blocks on a level body, from exactly known surfaces: feet onto and
 //! between them, one leg at a time; the verifier agrees, and physics.
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use surfaces::{Obstacle, Terrain};
 
 use crate::support::program::robot;
@@ -68,8 +68,7 @@ fn it_crosses_them() {
     for stance in stances {
         // One leg at a time.
         assert!(stance.contacts.iter().filter(|c| c.loaded).count() >= 5);
-        let [x, y, z, w] = [3, 4, 5, 6].map(|i| stance.q[i]);
-        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+        let turn = UnitQuaternion::new_normalize([3, 4, 5, 6].map(|i| stance.q[i]).into());
         let tilt = (turn * Vector3::z()).z.acos().to_degrees();
         assert!(tilt < TILT_DEG, "stance {}: {tilt}°", stance.index);
     }

@@ -1,7 +1,7 @@
 //! The quadruped walks up slopes from exactly known surfaces, straight and at an angle to the fall
 //! line; the verifier agrees with every stance and every sample of the motion, and physics with the
 //! whole.
-use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use planner::Status;
 use surfaces::{Obstacle, Terrain};
 
@@ -130,8 +130,7 @@ fn up_slopes_straight_with_steps_height_and_pitch_that_follow_them() {
         let heights = last.iter().map(|s| s.q[2] * cos - (s.q[0] - START_M) * sin);
         let height = heights.sum::<f64>() / last.len() as f64;
         let q = &stances[stances.len() - 2].q;
-        let [x, y, z, w] = [3, 4, 5, 6].map(|i| q[i]);
-        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+        let turn = UnitQuaternion::new_normalize([3, 4, 5, 6].map(|i| q[i]).into());
         let pitch = (turn * Vector3::x()).z.asin();
         (stances.len(), height, pitch.to_degrees())
     });

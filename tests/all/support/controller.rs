@@ -93,9 +93,8 @@ pub fn planned(plan: &Plan) -> Vec<Touching> {
     for stance in &plan.stances {
         let place = |patch: &str| {
             let contact = stance.contacts.iter().find(|c| c.patch == patch).unwrap();
-            let [x, y, z, w] = contact.X_WC.quat_xyzw;
-            let turn = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
-            Isometry3::from_parts(Vector3::from(contact.X_WC.p).into(), turn)
+            let turn = UnitQuaternion::new_normalize(contact.X_WC.quat_xyzw.into());
+            Isometry3::from_parts(contact.X_WC.p.into(), turn)
         };
         match &stance.change {
             Change::Start => {
