@@ -7,7 +7,7 @@
 //!   ‖p_C − c‖ = ‖Σ m_i (p_C − c_i)‖ / M ≤ Σ m_i d(C, c_i) / M
 
 use nalgebra::{Point3, Vector2, Vector3};
-use robot_model::{ContactPatch, JointKind, Kinematics, PatchId, Robot};
+use robot_model::{ContactPatch, Kinematics, PatchId, Robot};
 
 /// How far the patches of a robot reach.
 pub(crate) struct Reach {
@@ -81,12 +81,8 @@ fn apart_m(robot: &Robot, a: (usize, Vector3<f64>), b: (usize, Vector3<f64>)) ->
         let lower = usize::from(ends[1].0 > ends[0].0);
         let (body, p, length) = ends[lower];
         let link = &robot.bodies[body];
-        let slide = match link.kind {
-            JointKind::Prismatic => link.lower.abs().max(link.upper.abs()),
-            _ => 0.0,
-        };
-        let up = link.parent.unwrap_or(0);
-        ends[lower] = (up, link.X_PJ.translation.vector, length + p.norm() + slide);
+        let (up, so_far) = (link.parent.unwrap_or(0), length + p.norm() + link.slide_m());
+        ends[lower] = (up, link.X_PJ.translation.vector, so_far);
     }
     ends[0].2 + ends[1].2 + (ends[0].1 - ends[1].1).norm()
 }

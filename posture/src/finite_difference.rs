@@ -10,6 +10,7 @@ use crate::environment::Environment;
 use crate::iterate::{Context, Iterate, Relaxed};
 use crate::problem::{BaseGoal, Problem};
 use crate::rows::{Rows, Tag};
+use crate::seeding::Random;
 use crate::{Config, Solver, Upright, cost};
 
 /// A robot that ships, read from its files.
@@ -27,17 +28,10 @@ pub(crate) fn square(id: &str, X_WF: Isometry3<f64>, half: f64) -> Face {
     Face::rectangle(id, X_WF, [2.0 * half; 2]).unwrap()
 }
 
-/// Numbers between −1 and 1 from a seed: SplitMix64.
-pub(crate) struct Random(pub u64);
-
+/// Numbers between −1 and 1.
 impl Random {
     pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        2.0 * ((z >> 11) as f64 / (1u64 << 53) as f64) - 1.0
+        self.between(-1.0, 1.0)
     }
 
     pub fn vector(&mut self) -> Vector3<f64> {

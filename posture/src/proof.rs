@@ -12,7 +12,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, Vector2, Vector3};
-use robot_model::{Configuration, JointKind, Kinematics};
+use robot_model::{Configuration, Kinematics};
 
 use crate::contact::Freedom;
 use crate::iterate::Context;
@@ -106,23 +106,13 @@ fn span_m(ctx: &Context, a: usize, b: usize) -> f64 {
     let (mut a, mut b, mut span) = (a, b, 0.0);
     while a != b {
         let climbs = if a > b { &mut a } else { &mut b };
-        span += length_m(ctx, *climbs);
+        span += bodies[*climbs].apart_m();
         match bodies[*climbs].parent {
             Some(parent) => *climbs = parent,
             None => break,
         }
     }
     span
-}
-
-/// An upper bound of the distance between the frames of a body and its parent, m.
-fn length_m(ctx: &Context, body: usize) -> f64 {
-    let body = &ctx.robot().bodies[body];
-    let slide = match body.kind {
-        JointKind::Prismatic => body.lower.abs().max(body.upper.abs()),
-        _ => 0.0,
-    };
-    body.X_PJ.translation.vector.norm() + slide
 }
 
 /// The part of the weight that every point bears at least.

@@ -5,7 +5,7 @@
 //! patch and the first body that carries something else) and keeps the best of them.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use robot_model::{Configuration, JointKind, Kinematics, Robot};
+use robot_model::{Configuration, Kinematics};
 
 use crate::contact::Freedom;
 use crate::iterate::Context;
@@ -95,7 +95,7 @@ fn limbs_anew(
                 let (lower, upper) = ctx.joint_bounds(body);
                 let q = random.between(lower, upper);
                 joints.push(q);
-                X *= motion(robot, body, q);
+                X *= robot.bodies[body].placed_at(q);
             }
             let error = error_m(ctx, contact, &(X * X_BC));
             if error < best.0 {
@@ -133,18 +133,6 @@ fn limb(ctx: &Context, body: usize) -> Vec<usize> {
     limb
 }
 
-/// Pose of a body in its parent at a joint value.
-fn motion(robot: &Robot, body: usize, q: f64) -> Isometry3<f64> {
-    let b = &robot.bodies[body];
-    let moved = match b.kind {
-        JointKind::Prismatic => {
-            Isometry3::from_parts((b.axis * q).into(), UnitQuaternion::identity())
-        }
-        _ => Isometry3::rotation(b.axis * q),
-    };
-    b.X_PJ * moved
-}
-
 /// How far a patch is from its place, m; directions times [`ARM_M`].
 fn error_m(ctx: &Context, contact: usize, X_WC: &Isometry3<f64>) -> f64 {
     let z_C = X_WC.rotation * Vector3::z();
@@ -171,11 +159,11 @@ fn error_m(ctx: &Context, contact: usize, X_WC: &Isometry3<f64>) -> f64 {
 }
 
 /// SplitMix64 from a seed.
-struct Random(u64);
+pub(crate) struct Random(pub u64);
 
 impl Random {
     /// A number between two.
-    fn between(&mut self, lower: f64, upper: f64) -> f64 {
+    pub fn between(&mut self, lower: f64, upper: f64) -> f64 {
         lower + (upper - lower) * self.unit()
     }
 

@@ -1,6 +1,6 @@
 //! The rigid bodies of a robot, the frames on them, and the joints that move them.
 
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
 /// How a body moves in its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +49,28 @@ pub struct Body {
 }
 
 impl Body {
+    /// The pose in the parent body at a joint value, rad or m.
+    pub fn placed_at(&self, q: f64) -> Isometry3<f64> {
+        let moved = match self.kind {
+            JointKind::Prismatic => Translation3::from(self.axis * q).into(),
+            _ => Isometry3::rotation(self.axis * q),
+        };
+        self.X_PJ * moved
+    }
+
+    /// How far it slides at most, m: nothing where it turns.
+    pub fn slide_m(&self) -> f64 {
+        match self.kind {
+            JointKind::Prismatic => self.lower.abs().max(self.upper.abs()),
+            _ => 0.0,
+        }
+    }
+
+    /// An upper bound of the distance of its frame from the parent body's, m.
+    pub fn apart_m(&self) -> f64 {
+        self.X_PJ.translation.vector.norm() + self.slide_m()
+    }
+
     /// What is kept of the joint's limits where a margin is asked for, rad or m: of a joint without room
     /// for it a quarter of its range.
     pub fn kept_margin(&self, asked: f64) -> f64 {

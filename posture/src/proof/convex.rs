@@ -190,7 +190,7 @@ impl<'a> Chain<'a> {
                 (Some(joint), _) if body.kind == JointKind::Prismatic => {
                     let by = self.cones.variables(self.column[b]);
                     self.cones.within(&by, 1.0);
-                    place += by * (super::length_m(self.ctx, b) + SLACK);
+                    place += by * (body.apart_m() + SLACK);
                     joint.clone()
                 }
                 (_, Some(X)) => {
@@ -253,7 +253,7 @@ impl<'a> Chain<'a> {
             let R_JW = rotation(joint).transpose();
             q.joints[b - 1] = if body.kind == JointKind::Prismatic {
                 let by = R_JW * x.fixed_rows::<3>(self.column[b]);
-                by.dot(&body.axis) * super::length_m(self.ctx, b)
+                by.dot(&body.axis) * body.apart_m()
             } else {
                 // The angle q for which tr(Rot(a, q)ᵀ M) is greatest.
                 let M = R_JW * rotation(turn);
@@ -278,11 +278,11 @@ fn held(ctx: &Context, b: usize) -> (f64, f64) {
     for i in ctx.robot().subtree(b) {
         let (mut far_m, mut at) = (bodies[i].com_B.norm(), i);
         while let Some(parent) = bodies[at].parent.filter(|_| at != b) {
-            far_m += super::length_m(ctx, at);
+            far_m += bodies[at].apart_m();
             at = parent;
         }
         if bodies[b].kind == JointKind::Prismatic {
-            far_m += super::length_m(ctx, b);
+            far_m += bodies[b].apart_m();
         }
         mass += bodies[i].mass_kg;
         moment += bodies[i].mass_kg * far_m;

@@ -1,7 +1,7 @@
 //! Limbs, and configurations drawn limb by limb.
 
-use nalgebra::{Isometry3, UnitQuaternion};
-use robot_model::{Configuration, JointKind, Robot};
+use nalgebra::Isometry3;
+use robot_model::{Configuration, Robot};
 
 use super::Maker;
 use super::draw::Draws;
@@ -101,7 +101,7 @@ impl Maker<'_> {
         let mut pose = vec![q.X_WB(); robot.bodies.len()];
         for &body in &self.limbs.trunk {
             let parent = robot.bodies[body].parent?;
-            pose[body] = pose[parent] * self.motion(body, q.joints[body - 1]);
+            pose[body] = pose[parent] * robot.bodies[body].placed_at(q.joints[body - 1]);
         }
         for limb in &wanted.limbs {
             let foot = robot.patches[limb.patch].has_role("foot");
@@ -112,7 +112,7 @@ impl Maker<'_> {
                 let mut values = Vec::with_capacity(limb.bodies.len());
                 for &body in &limb.bodies {
                     let value = joint(body, range, draws)?;
-                    X *= self.motion(body, value);
+                    X *= robot.bodies[body].placed_at(value);
                     values.push(value);
                 }
                 (wanted.fits)(limb, &(X * robot.patches[limb.patch].X_BC)).then_some(values)
@@ -124,29 +124,10 @@ impl Maker<'_> {
         Some(q)
     }
 
-    /// Pose of a body in its parent at a joint value.
-    fn motion(&self, body: usize, q: f64) -> Isometry3<f64> {
-        let b = &self.robot.bodies[body];
-        let moved = match b.kind {
-            JointKind::Prismatic => {
-                Isometry3::from_parts((b.axis * q).into(), UnitQuaternion::identity())
-            }
-            _ => Isometry3::rotation(b.axis * q),
-        };
-        b.X_PJ * moved
-    }
-
     /// The longest distance between a limb's patch and the trunk: the lengths of its links and
     /// strokes, laid in one line, m.
     pub fn reach_m(&self, limb: &Limb) -> f64 {
-        let length = |&body: &usize| {
-            let b = &self.robot.bodies[body];
-            let stroke = match b.kind {
-                JointKind::Prismatic => b.lower.abs().max(b.upper.abs()),
-                _ => 0.0,
-            };
-            b.X_PJ.translation.vector.norm() + stroke
-        };
+        let length = |&body: &usize| self.robot.bodies[body].apart_m();
         let patch = &self.robot.patches[limb.patch];
         let radius = patch.point_radius_m().unwrap_or(0.0);
         patch.X_BC.translation.vector.norm() + radius + limb.bodies.iter().map(length).sum::<f64>()
