@@ -12,7 +12,7 @@
 mod cost;
 mod tasks;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 use robot_model::{Configuration, Robot};
 
 use crate::Error;
@@ -63,6 +63,8 @@ pub struct WholeBodyController<'a> {
     torques: Vec<f64>,
     /// How far each patch was off its reference when it was last closed.
     offsets: Vec<Offset>,
+    /// Where each closed patch was when it closed.
+    held_W: Vec<Option<Vector3<f64>>>,
 }
 
 impl<'a> WholeBodyController<'a> {
@@ -89,6 +91,7 @@ impl<'a> WholeBodyController<'a> {
             rows: RowSet::default(),
             torques: vec![0.0; robot.nj()],
             offsets: vec![Offset::default(); robot.patches.len()],
+            held_W: vec![None; robot.patches.len()],
         })
     }
 

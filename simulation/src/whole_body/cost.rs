@@ -18,9 +18,11 @@ const POSTURE: Task = task(1.0, 60.0, 12.0);
 /// Weight with which patches that are in the air and on their way to nothing follow their reference,
 /// with the gains of [`SWING`].
 const ALOFT_WEIGHT: f64 = 20.0;
-/// Weight of contacts that do not accelerate, and their damping, 1/s.
+/// Weight of contacts that do not accelerate, their damping, 1/s, and what draws them to where they closed, 1/s²: held
+/// by its velocity alone, a hand that presses little creeps as the estimate of the base's velocity wanders. A ball rolls.
 const CONTACT_WEIGHT: f64 = 1e4;
 const CONTACT_DAMPING: f64 = 20.0;
+const CONTACT_KP: f64 = 50.0;
 /// Weight of the distance of the corner forces from those of the plan over what each corner of the contact is to
 /// press, 1/N, and the part of the weight that it counts as pressing at least: a hand that is about to leave does
 /// not slip for what a foot can bear as well.
@@ -139,6 +141,8 @@ impl WholeBodyController<'_> {
         let X_ref = reference.kinematics.X_WC(patch);
         if let Role::Closed(_) = role {
             self.offsets[index] = Offset::of(&X_WC, &X_ref);
+        } else {
+            self.held_W[index] = None;
         }
         let is_point = patch.point_radius_m().is_some();
         let p_W = match role {
@@ -151,7 +155,11 @@ impl WholeBodyController<'_> {
             now.omega_W[patch.body],
         );
         let (mut linear, mut angular) = match role {
-            Role::Closed(_) => (velocity * -CONTACT_DAMPING, omega * -CONTACT_DAMPING),
+            Role::Closed(_) => {
+                let held_W = *self.held_W[index].get_or_insert(p_W);
+                let back = (held_W - p_W) * if is_point { 0.0 } else { CONTACT_KP };
+                (back - velocity * CONTACT_DAMPING, omega * -CONTACT_DAMPING)
+            }
             Role::Searching(contact) => {
                 let down = contact.X_WC.rotation * -Vector3::z() * SEARCH_SPEED_M_S;
                 let turn = (contact.X_WC.rotation * X_WC.rotation.inverse()).scaled_axis();

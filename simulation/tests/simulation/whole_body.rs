@@ -45,6 +45,36 @@ fn a_robot_that_drifts_is_pulled_back() {
     }
 }
 
+/// A foot that has crept by a few millimetres, slower than any estimator sees, is drawn to where it closed.
+#[test]
+fn a_contact_that_creeps_is_drawn_back() {
+    let robot = hrp2();
+    let feet = ["left_foot", "right_foot"];
+    let hip = robot.joint_index("RLEG_JOINT1").unwrap();
+    let closed = standing(&robot, half_sitting(&robot), &feet);
+    let mut turned = half_sitting(&robot);
+    turned.joints[hip] += 0.01;
+    let crept = standing(&robot, turned, &feet);
+    let (physics, v) = (
+        Physics::from(&Config::default()),
+        DVector::zeros(robot.nv()),
+    );
+    let touching = vec![true; robot.patches.len()];
+    let hip_torque = |states: &[&ReferenceState]| {
+        let mut controller = WholeBodyController::new(&robot, &physics).unwrap();
+        let mut torque = |state: &&ReferenceState| {
+            let found = controller.torques(&state.configuration, &v, state, &touching);
+            found.unwrap()[hip]
+        };
+        states.iter().map(&mut torque).last().unwrap()
+    };
+    let (back, new) = (hip_torque(&[&closed, &crept]), hip_torque(&[&crept]));
+    assert!(
+        back < new - 0.2,
+        "{back} N·m, {new} N·m where it closed there"
+    );
+}
+
 /// τ = g(q) − Σ Jᵀ f of the joints; nj.
 fn holding_torques(robot: &Robot, wanted: &ReferenceState) -> Vec<f64> {
     let kinematics = Kinematics::new(robot, &wanted.configuration);
