@@ -36,12 +36,14 @@ fn the_parts_of_one_thing_are_displaced_as_one() {
         slab("floor", "floor", 0.0, [-1.0, 1.0]),
         slab("plate/0", "plate", STEP_M, [0.08, 0.5]),
         slab("plate/1", "plate", STEP_M, [-0.5, 0.08]),
-        slab("beside", "beside", STEP_M, [0.5, 0.6]),
+        slab("beside", "beside", STEP_M, [0.6, 0.7]),
+        slab("riser", "riser", STEP_M + 0.005, [0.48, 0.52]),
     ];
     let used = used_faces(&robot, &world, &playback);
     assert_eq!(used[0], None, "it carries the robot at the start");
     assert_eq!(used[3], None, "nothing touches it");
     assert!(used[1].is_some() && used[1] == used[2], "{used:?}");
+    assert_eq!(used[4], used[1], "it ends at the plate");
     let spread = Config::default().perturbation;
     let drawn = Perturbation::draw(3, 0, &spread, Kinds::ALL, &used, playback.duration_s());
     assert!(drawn.moved[1].motion_W().translation.vector.norm() > 1e-4);
