@@ -8,8 +8,9 @@ use crate::problem::Problem;
 
 /// A joint with less of the robot's mass beyond it than this part of all, and no contact, is held.
 const SMALL_MASS: f64 = 0.03;
-/// Part of a patch's half width by which it is shrunk at most.
-const INSET_MAX: f64 = 0.6;
+/// Of a patch's half width this part, or this length, is left at least.
+const LEFT_PART: f64 = 0.4;
+const LEFT_M: f64 = 0.010;
 
 /// Which variable stands where in a step.
 pub(crate) struct Layout {
@@ -116,8 +117,8 @@ impl ContactModel {
     }
 }
 
-/// By how much a patch is shrunk for a margin, m: at most by 60 % of its half width, and not at all
-/// where it is no polygon.
+/// By how much a patch is shrunk for a margin, m: a narrow one until 10 mm of its half width are left, or 40 %
+/// where that is less, and not at all where it is no polygon.
 pub fn patch_inset_m(polygon: &[Point2<f64>], margin_m: f64) -> f64 {
     let Ok(patch) = ConvexPolygon::new(polygon.to_vec()) else {
         return 0.0;
@@ -125,7 +126,8 @@ pub fn patch_inset_m(polygon: &[Point2<f64>], margin_m: f64) -> f64 {
     let c = patch.centroid();
     let sides = patch.half_planes();
     let widths = sides.iter().map(|h| h.b - h.n.dot(&c.coords));
-    margin_m.min(INSET_MAX * widths.fold(f64::MAX, f64::min))
+    let half_width_m = widths.fold(f64::MAX, f64::min);
+    margin_m.min(half_width_m - LEFT_M.min(LEFT_PART * half_width_m))
 }
 
 /// The points of a patch at which its forces act, in C, m: the polygon shrunk by [`patch_inset_m`].
@@ -137,4 +139,22 @@ pub fn force_points(polygon: &[Point2<f64>], margin_m: f64) -> Vec<Point2<f64>> 
     let patch = ConvexPolygon::new(polygon.to_vec()).ok();
     let inside = patch.and_then(|patch| patch.inset(inset_m));
     inside.map_or_else(|| polygon.to_vec(), |p| p.vertices().to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sole_gives_the_margin_that_is_asked_for_and_a_finger_keeps_some_width() {
+        let inset_mm = |half_mm: f64, margin_mm: f64| {
+            let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+            let square = corners.map(|[x, y]| Point2::new(x, y) * (half_mm / 1e3));
+            (patch_inset_m(&square, margin_mm / 1e3) * 1e3).round()
+        };
+        assert_eq!(inset_mm(63.0, 40.0), 40.0);
+        assert_eq!(inset_mm(63.0, 50.0), 50.0);
+        assert_eq!(inset_mm(63.0, 60.0), 53.0);
+        assert_eq!(inset_mm(20.0, 60.0), 12.0);
+    }
 }

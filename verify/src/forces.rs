@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
+use robot_model::ContactPatch;
 
 use crate::balance::{self, Failure, Support};
 use crate::findings::{Findings, exceeds};
@@ -46,11 +47,13 @@ pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Used {
 
 /// By how much the patch is shrunk where forces act: the margin of the centre of mass, less on a
 /// narrow patch and not at all on a ball, m.
-pub(crate) fn shrunk_by(touch: &Touch, com_m: f64) -> f64 {
-    if touch.patch.point_radius_m().is_some() {
+pub(crate) fn shrunk_by(patch: &ContactPatch, com_m: f64) -> f64 {
+    if patch.point_radius_m().is_some() {
         return 0.0;
     }
-    com_m.min(TOLERANCES.shrink * polygon::half_width(&touch.patch.polygon))
+    let half_width_m = polygon::half_width(&patch.polygon);
+    let [left_part, left_m] = TOLERANCES.left_of_patch;
+    com_m.min(half_width_m - left_m.min(left_part * half_width_m))
 }
 
 /// How far inside the patch the outermost of these points lies, m; below zero how far it is from the
@@ -84,7 +87,7 @@ impl Placed<'_> {
     /// Forces act in the patch, away from its edge; on a ball where it touches.
     fn points(&self, touch: &Touch, findings: &mut Findings) {
         let least = least_inside(touch, &touch.stated.force_points_W);
-        let bound = shrunk_by(touch, self.scene.plan.required.com_m) - TOLERANCES.closure_m;
+        let bound = shrunk_by(touch.patch, self.scene.plan.required.com_m) - TOLERANCES.closure_m;
         let patch = &touch.stated.patch;
         findings.value(self.at, Check::ForcePoint, patch, least, bound);
     }
@@ -235,7 +238,7 @@ impl Placed<'_> {
             let normal = column(&t.face.X_WF.to_homogeneous(), 2);
             let (cos, sin) = (normal.z.abs(), normal.x.hypot(normal.y));
             let lever = (cos + required.friction_use * t.stated.friction * sin).max(1.0);
-            shrunk_by(t, required.com_m) / lever
+            shrunk_by(t.patch, required.com_m) / lever
         };
         self.loaded().map(reach).fold(f64::INFINITY, f64::min)
     }

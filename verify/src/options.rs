@@ -52,9 +52,9 @@ pub struct Options {
     pub same_plane_m: f64,
     /// Largest heading error at the goal, rad, where the goal asks for a heading.
     pub goal_yaw_rad: f64,
-    /// A patch that is narrow for the margin of the centre of mass is shrunk by this part of the
-    /// distance from its centroid to its nearest edge instead.
-    pub shrink: f64,
+    /// What is left of the distance from a patch's centroid to its nearest edge where the patch is narrow for
+    /// the margin of the centre of mass: the lesser of this part of it and this length, m.
+    pub left_of_patch: [f64; 2],
     /// Largest coefficient of friction that a plan may claim: clean rubber on dry concrete has
     /// about 1.
     pub friction_max: f64,
@@ -119,7 +119,7 @@ pub const TOLERANCES: Options = Options {
     contact_depth_m: 5e-3,
     same_plane_m: 0.015,
     goal_yaw_rad: 0.1,
-    shrink: 0.6,
+    left_of_patch: [0.4, 0.01],
     friction_max: 1.5,
     margin_max: 0.5,
     edge_sigmas_max: 10.0,

@@ -118,7 +118,7 @@ fn points(
         let touch = touch(contact, posture);
         let least = least_inside(&touch, contact.points_W);
         let kept = 1.0 - motion.limits.margin_use;
-        let shrunk = shrunk_by(&touch, scene.plan.required.com_m) * kept;
+        let shrunk = shrunk_by(touch.patch, scene.plan.required.com_m) * kept;
         worst.add(
             Check::ForcePoint,
             least,

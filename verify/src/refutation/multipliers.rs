@@ -10,7 +10,7 @@ use robot_model::{GRAVITY_M_S2, JointKind};
 
 use super::turns::Turns;
 use super::{Claim, Place};
-use crate::TOLERANCES;
+use crate::forces::shrunk_by;
 use crate::polygon;
 use crate::posture::{column, point};
 
@@ -148,8 +148,7 @@ impl Claim<'_> {
             return place.patch.polygon.iter().map(touched).collect();
         }
         let outline = &place.patch.polygon;
-        let half_width_m = polygon::half_width(outline);
-        let inset_m = self.required.com_m.min(TOLERANCES.shrink * half_width_m);
+        let inset_m = shrunk_by(place.patch, self.required.com_m);
         let shrunk = polygon::shrunk(outline, inset_m);
         let held = if shrunk.is_empty() { outline } else { &shrunk };
         let in_W = |v: &Point2<f64>| point(&place.X_WC, &v.coords.push(0.0));
