@@ -1,5 +1,7 @@
 //! The cells of an image as a lattice to segment.
 
+use std::cmp::Ordering;
+
 use super::bits::{Bits, on_left};
 use super::borders::{Sums, borders};
 use super::cell::{Cell, CellNoise, test, unevenness};
@@ -224,7 +226,7 @@ impl Lattice for ImageLattice<'_> {
         }
     }
 
-    fn hides(&self, cell: usize, plane: &InversePlane) -> Option<bool> {
+    fn side(&self, cell: usize, plane: &InversePlane) -> Option<Ordering> {
         let m = &self.grid.cells[cell];
         if m.n < 1.0 {
             return None;
@@ -233,7 +235,10 @@ impl Lattice for ImageLattice<'_> {
         let w = plane.at(m.u * inverse, m.v * inverse);
         let nearer = m.w * inverse - w;
         let limit = self.noise_at(w, plane).square(ON_PLANE.0, ON_PLANE.1);
-        Some(nearer > 0.0 && nearer * nearer > limit)
+        Some(match nearer * nearer > limit {
+            true => 0.0_f64.total_cmp(&nearer),
+            false => Ordering::Equal,
+        })
     }
 }
 
@@ -329,6 +334,26 @@ mod tests {
         assert_eq!(regions(plates(20)).0.regions.len(), 4);
         // What is hidden of a larger one is told by what is seen of it.
         assert_eq!(regions(plates(60)).0.regions.len(), 3);
+    }
+
+    #[test]
+    fn plates_of_one_plane_are_one_region_unless_what_is_beyond_is_seen_between_them() {
+        // Between them some was not measured, and the rest is before them, on their plane or behind.
+        let plates = |between: f64| {
+            move |u: usize, v: usize| match (u, v) {
+                (60..100, 50..70) => 0.0,
+                (60..100, _) => between,
+                _ => 1.6,
+            }
+        };
+        let plate = |(x, y): (usize, usize), between: f64| {
+            let (found, grid) = regions(plates(between));
+            found.owner[y * grid.cols + x]
+        };
+        for (between, one) in [(1.2, true), (1.6, true), (3.0, false)] {
+            let [left, right] = [3, 36].map(|x| plate((x, 15), between));
+            assert_eq!(left == right, one, "{between}");
+        }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! What a segmentation asks of the cells that it works on: image cells or voxels.
 
+use std::cmp::Ordering;
+
 use super::moments::Moments;
 use super::partition::Partition;
 
@@ -100,8 +102,9 @@ pub(crate) trait Lattice {
 
     /// The cells as the sensor saw them.
     fn view(&self) -> View;
-    /// Whether what is in a cell hides a plane; `None` of an empty one.
-    fn hides(&self, cell: usize, plane: &PlaneOf<Self>) -> Option<bool>;
+    /// Whether what is in a cell is surely nearer than a plane (less), so that it hides it, or surely beyond; `None` of
+    /// an empty one.
+    fn side(&self, cell: usize, plane: &PlaneOf<Self>) -> Option<Ordering>;
 }
 
 /// A picture of cells, row by row.

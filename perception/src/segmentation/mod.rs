@@ -2,11 +2,13 @@
 //!
 //! ```text
 //! from the largest cells down:  grow ─ border refinement (images) ─ merge
-//! over the smallest:            thin faces ─ merge ─ border refinement ─ slivers ─ occlusion merge
+//! over the smallest:            thin faces ─ merge ─ border refinement ─ bodies ─ slivers ─ occlusion merge
 //! ```
 //!
 //! The cells are those of an image or hashed voxels ([`Lattice`]); each step is written once.
 
+mod between;
+mod bodies;
 mod border_refinement;
 mod growth;
 mod lattice;
@@ -74,12 +76,14 @@ pub(crate) fn segment<L: Lattice>(levels: &[&L]) -> Partition<L::Moments> {
     let Some(finest) = coarse else {
         return partition;
     };
-    // 4. Merge again, move the borders to where the planes meet, and drop what the planes around it
-    // explain.
+    // 4. Merge again, move the borders to where the planes meet, tell bodies in one plane apart, and drop what the planes
+    // around it explain.
     merge::merge(finest, &mut partition);
     border_refinement::refine(finest, &mut partition, |_| true);
+    let view = finest.view();
+    bodies::part(finest, &view, &mut partition);
     slivers::drop_slivers(finest, &mut partition);
     // 5. One plane for what goes on behind something nearer.
-    occlusion_merge::merge(finest, &mut partition);
+    occlusion_merge::merge(finest, &view, &mut partition);
     partition
 }

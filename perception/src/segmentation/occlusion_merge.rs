@@ -3,10 +3,11 @@
 //! A floor goes on behind a ramp that stands on it, a wall behind a table. Regions apart are one
 //! plane where one explains both and what is seen between them is in front of it.
 
+use super::between::{Lines, ends};
 use super::lattice::{Lattice, PlaneOf, View};
 use super::merge::MISFIT_SIGMAS;
 use super::moments::Moments;
-use super::partition::{NONE, Partition, Region};
+use super::partition::{Partition, Region};
 
 /// Both misfits to the joint plane stay below √((k σ)² + (m κ)²): this is m. Regions apart have no common border that
 /// would show a step.
@@ -14,15 +15,13 @@ const MISFIT_SYSTEMATICS: f64 = 1.5;
 /// One of both at least has so many [`Lattice::waves`]: nearly any two smaller regions have a plane in common,
 /// the tops of blocks far apart too.
 const WAVES_MIN: f64 = 0.5;
-/// A gap is hidden where at least this ratio of its cells is.
-const HIDDEN_RATIO: f64 = 0.7;
 
 /// Merges regions that do not touch, the best pair first, where both keep a misfit below √((k σ)² + (m κ)²)
 /// and most rows and columns of the view that hold both have the plane hidden between them.
 ///
 /// Two regions smaller than the error's waves come last: nearly any two such patches have a plane in common, a
 /// tread and a strip of the floor far behind it too.
-pub(super) fn merge<L: Lattice>(lattice: &L, partition: &mut Partition<L::Moments>) {
+pub(super) fn merge<L: Lattice>(lattice: &L, view: &View, partition: &mut Partition<L::Moments>) {
     let regions = partition.regions.iter().copied().map(Some);
     let mut regions: Vec<Option<Region<L::Moments>>> = regions.collect();
     let mut into: Vec<u16> = (0..).take(regions.len()).collect();
@@ -45,11 +44,11 @@ pub(super) fn merge<L: Lattice>(lattice: &L, partition: &mut Partition<L::Moment
     if pairs.is_empty() {
         return;
     }
-    let view = lattice.view();
-    let mut ends = ends(&view, &partition.owner, regions.len());
+    let mut ends = ends(view, &partition.owner, regions.len());
     while let Some(best) = (0..pairs.len()).min_by(|a, b| pairs[*a].0.total_cmp(&pairs[*b].0)) {
         let (_, plane, (i, j)) = pairs.remove(best);
-        if !is_hidden(lattice, &view, [&ends[i], &ends[j]], &plane) {
+        let lines = Lines::new(lattice, view, [&ends[i], &ends[j]], &plane);
+        if lines.hidden <= lines.through + lines.other {
             // Not for what lies between them; merging others does not change that.
             continue;
         }
@@ -84,65 +83,4 @@ fn misfit<L: Lattice>(
     };
     let worst = one(a).max(one(b));
     worst.is_finite().then_some((worst.max(0.0), plane))
-}
-
-/// First and last place of a region along every row of the view, then along every column; none where
-/// the first is after the last.
-#[derive(Default)]
-struct Ends([Vec<(u32, u32)>; 2]);
-
-impl Ends {
-    /// Those of both regions.
-    fn add(&mut self, other: &Self) {
-        let own = self.0.iter_mut().flatten();
-        for (a, b) in own.zip(other.0.iter().flatten()) {
-            *a = (a.0.min(b.0), a.1.max(b.1));
-        }
-    }
-}
-
-/// Those of every region.
-fn ends(view: &View, owner: &[u16], regions: usize) -> Vec<Ends> {
-    let none = (u32::MAX, 0);
-    let new = |_| Ends([vec![none; view.rows], vec![none; view.cols]]);
-    let mut all: Vec<Ends> = (0..regions).map(new).collect();
-    for (y, x) in (0..view.rows).flat_map(|y| (0..view.cols).map(move |x| (y, x))) {
-        let shown = view.at(y * view.cols + x);
-        let Some(region) = shown.map(|cell| owner[cell]).filter(|owner| *owner != NONE) else {
-            continue;
-        };
-        let [rows, cols] = &mut all[usize::from(region)].0;
-        for (ends, at) in [(&mut rows[y], x), (&mut cols[x], y)] {
-            *ends = (ends.0.min(at as u32), ends.1.max(at as u32));
-        }
-    }
-    all
-}
-
-/// Whether most of the rows and columns of the view that hold both regions have the plane hidden between
-/// them.
-fn is_hidden<L: Lattice>(lattice: &L, view: &View, [a, b]: [&Ends; 2], plane: &PlaneOf<L>) -> bool {
-    let (mut hidden, mut open) = (0, 0);
-    // From line to line, and along one.
-    let steps = [(view.cols, 1), (1, view.cols)];
-    for ((a, b), (line, step)) in a.0.iter().zip(&b.0).zip(steps) {
-        for ((a, b), start) in a.iter().zip(b).zip((0..).map(|k| k * line)) {
-            let (from, to) = if a.1 < b.0 { (a.1, b.0) } else { (b.1, a.0) };
-            if a.0 > a.1 || b.0 > b.1 || from + 1 >= to {
-                continue;
-            }
-            let shown = (from + 1..to).filter_map(|k| view.at(start + k as usize * step));
-            let (mut cells, mut nearer) = (0, 0);
-            for hides in shown.filter_map(|cell| lattice.hides(cell, plane)) {
-                cells += 1;
-                nearer += usize::from(hides);
-            }
-            if cells > 0 && nearer as f64 >= HIDDEN_RATIO * f64::from(cells) {
-                hidden += 1;
-            } else {
-                open += 1;
-            }
-        }
-    }
-    hidden > open
 }

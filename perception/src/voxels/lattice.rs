@@ -1,5 +1,7 @@
 //! The voxels of one size as a lattice to segment.
 
+use std::cmp::Ordering;
+
 use nalgebra::Vector3;
 
 use super::grid::Level;
@@ -365,12 +367,16 @@ impl Lattice for VoxelLattice<'_> {
         }
     }
 
-    fn hides(&self, cell: usize, plane: &Plane) -> Option<bool> {
+    fn side(&self, cell: usize, plane: &Plane) -> Option<Ordering> {
         let p = self.level.cells[cell].mean();
         // The part of the way to the plane along the ray at which the points are.
         let part = plane.normal.dot(&p) / plane.offset;
         let off = plane.height(&p).abs();
         let (k, m) = ON_PLANE;
-        Some(part > 0.0 && part < 1.0 && off > self.tolerance.at(&p, plane, k, m))
+        Some(match off > self.tolerance.at(&p, plane, k, m) {
+            true if part > 0.0 && part < 1.0 => Ordering::Less,
+            true if part > 1.0 => Ordering::Greater,
+            _ => Ordering::Equal,
+        })
     }
 }
