@@ -137,8 +137,13 @@ impl<'a> Search<'a> {
         others.filter(|&&other| other != candidate.node).count()
     }
 
-    /// What a candidate costs for what failed or came no nearer about its node, in contacts.
+    /// What a candidate costs for what failed or came no nearer about its node, in contacts; nothing more where
+    /// it was planned together with those that follow: what failed there is what they mend, and that they end
+    /// in a posture is known, which of all others is a guess.
     fn charge(&self, candidate: &Candidate) -> f64 {
+        if candidate.then.is_some() {
+            return candidate.charged;
+        }
         let node = &self.nodes[candidate.node];
         FAILURE_PRICE * node.failures as f64
             + CROUCH_PRICE * node.crouch_m
