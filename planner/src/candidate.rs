@@ -25,8 +25,9 @@ use crate::reserve::solve_with_reserve;
 /// on to the children ([`posture::Solver::optimality`]).
 const OPTIMALITY: f64 = 5e-3;
 
-/// Price of a metre by which a foot lands farther ahead than a stride, in contacts: long steps are the
-/// ones that legs cannot leave again.
+/// Price of a metre by which a foot lands farther ahead than a stride, or another limb touches farther ahead
+/// or behind than it is wanted, in contacts: long steps are the ones that legs cannot leave again, and what is
+/// far along the way is out of an arm's reach as what is far beside it is.
 const BEYOND_PRICE: f64 = 5.0;
 
 /// Normals whose cosine is larger are those of one plane, up to a tenth of a degree.
@@ -120,10 +121,10 @@ pub(crate) fn touch(
     let (patch, place) = (foothold.patch, foothold.place.coords);
     let mut feet = node.feet(context);
     let footing = context.footing(patch, &place, foothold.yaw_rad, Some(foothold.along_m));
-    let mut beyond_m = 0.0;
+    let mut beyond_m = footing.along_m - foothold.along_m;
     if let Some(foot) = context.foot(patch) {
         // More than a stride is worth no more than a stride.
-        beyond_m = (footing.along_m - foothold.along_m).max(0.0);
+        beyond_m = beyond_m.max(0.0);
         feet[foot] = Footing {
             along_m: footing.along_m - beyond_m,
             ..footing
@@ -132,7 +133,7 @@ pub(crate) fn touch(
     let (made, rest) = price(context, node, &feet, node.contacts.iter());
     let extra = extra(context, patch, Some(&footing));
     let crossed = CROSSED_PRICE * crossed_m(context, node, &foothold);
-    let made = made + extra + foothold.price() + BEYOND_PRICE * beyond_m + crossed;
+    let made = made + extra + foothold.price() + BEYOND_PRICE * beyond_m.abs() + crossed;
     Candidate::new(index, Move::Add(foothold), made, rest, context.weight)
 }
 

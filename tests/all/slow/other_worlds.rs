@@ -2,11 +2,14 @@
 //!
 //! Pass criteria: exit code 0, a plan that its own `verify` passes (the program writes none as a
 //! success otherwise), on TALOS with its own URDF, SRDF and meshes, and on a real staircase scanned
-//! by a Kinect v2. Both skip, loudly, where the files are not there.
+//! by a Kinect v2. Both skip, loudly, where the files are not there. And on a scene that ships as other noise
+//! shows it, without a long search.
 
 use std::path::{Path, PathBuf};
 
-use crate::support::program::{ends_with, read, root, succeeds};
+use scenes::simulator::DepthNoise;
+
+use crate::support::program::{ends_with, json, number, read, root, succeeds};
 
 /// A real scan beside the checkout, or where SCANDENT_SHARED says.
 fn shared(scan: &str) -> Option<PathBuf> {
@@ -111,4 +114,24 @@ fn a_real_staircase_is_climbed_from_a_bare_picture() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let paths: [&Path; 2] = [&scan, folder.path()];
     ends_with(&format!("{line} -o @"), &paths, 1, &["--level", "tilted"]);
+}
+
+/// Scans of one scene with noise of their own: where the hand can push and still leave is found at once.
+#[test]
+fn noise_does_not_make_the_search_for_a_hand_long() {
+    let scene = scenes::builtin("slope-and-hand").expect("it ships");
+    let file = root("scenes/scenes/slope-and-hand.toml");
+    let nodes = [9217, 9222, 9223].map(|seed| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = |name: &str| folder.path().join(name);
+        let scan = scene.picture(&DepthNoise::default(), seed);
+        let png = scan.expect("a depth image").png().expect("encodable");
+        std::fs::write(path("slope-and-hand_depth.png"), png).expect("writable");
+        std::fs::copy(&file, path("slope-and-hand.toml")).expect("readable");
+        succeeds("run @ -o @", &[&path("slope-and-hand.toml"), &path("out")]);
+        let report = json(path("out/slope-and-hand/report.json"));
+        number(&report["nodes_generated"])
+    });
+    // 109, 149 and 132 where what is planned together waits for its turn and a hand tries all along the wall.
+    assert!(nodes.iter().sum::<f64>() < 150.0, "{nodes:?}");
 }
