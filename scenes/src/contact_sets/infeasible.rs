@@ -56,7 +56,7 @@ fn turned<'a>(maker: &'a Maker, turn: [f64; 2], draws: &mut Draws) -> Option<Vec
 
 /// Whether it is certain that these contacts carry nothing at this friction.
 fn carries_nothing(maker: &Maker, touches: &[Touch], mu: f64) -> bool {
-    let supports = maker.supports(touches, 0.0, 0.0);
+    let supports = maker.supports(touches, 0.0);
     forces::carry_somewhere(&supports, mu, Pyramid::Circumscribed) == Some(false)
 }
 
@@ -69,7 +69,7 @@ fn no_equilibrium(maker: &Maker, draws: &mut Draws) -> Option<ProblemRecord> {
 fn friction(maker: &Maker, draws: &mut Draws) -> Option<ProblemRecord> {
     let touches = turned(maker, [0.5, 0.9], draws)?;
     let mu = decimals(draws.between(0.15, 0.5), 3);
-    let supports = maker.supports(&touches, 0.0, 0.0);
+    let supports = maker.supports(&touches, 0.0);
     let more = forces::carry_somewhere(&supports, 2.0 * mu, Pyramid::Inscribed) == Some(true);
     // A little above the problem's own friction, so that no rounding decides.
     (more && carries_nothing(maker, &touches, 1.02 * mu)).then(|| maker.fixed(&touches, mu))

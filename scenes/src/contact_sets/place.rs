@@ -17,6 +17,11 @@ pub(super) struct Touch<'a> {
     pub X_WS: Isometry3<f64>,
 }
 
+/// What is left of a patch's half width that is shrunk: this part or this length, m. The posture generator leaves 0.4
+/// or 10 mm.
+const LEFT_PART: f64 = 0.35;
+const LEFT_M: f64 = 0.008;
+
 impl Maker<'_> {
     /// Moves a configuration to a drawn heading and place, the lowest touching patch at z = 0.
     pub fn set_down(&self, q: &mut Configuration, limbs: &[&Limb], draws: &mut Draws) {
@@ -56,13 +61,16 @@ impl Maker<'_> {
         limbs.iter().map(touch).collect()
     }
 
-    /// Where forces act: the patches, shrunk where `inset_m` says so, at most to `part` of their
-    /// half width.
-    pub fn supports(&self, touches: &[Touch], inset_m: f64, part: f64) -> Vec<Support> {
+    /// Where forces act: the patches, shrunk where `inset_m` says so, until [`LEFT_PART`] or [`LEFT_M`] of their
+    /// half width is left.
+    pub fn supports(&self, touches: &[Touch], inset_m: f64) -> Vec<Support> {
         let support = |touch: &Touch| {
             let patch = &self.robot.patches[touch.limb.patch];
             let whole = ConvexPolygon::new(patch.polygon.clone()).ok();
-            let shrunk = whole.and_then(|p| p.inset(inset_m.min(part * p.inscribed_circle().1)));
+            let shrunk = whole.and_then(|p| {
+                let half_width_m = p.inscribed_circle().1;
+                p.inset(inset_m.min(half_width_m - LEFT_M.min(LEFT_PART * half_width_m)))
+            });
             let points = shrunk.map_or_else(|| patch.polygon.clone(), |p| p.vertices().to_vec());
             let points = points.iter();
             let in_W = |v: &Point2<f64>| (touch.X_WS * Point3::new(v.x, v.y, 0.0)).coords;

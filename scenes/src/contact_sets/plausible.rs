@@ -43,7 +43,7 @@ impl Maker<'_> {
         for touch in &mut touches {
             touch.X_WS = moved(&touch.X_WS, draws);
         }
-        let supports = self.supports(&touches, 0.0, 0.0);
+        let supports = self.supports(&touches, 0.0);
         (forces::carry_somewhere(&supports, mu, Pyramid::Inscribed) == Some(true))
             .then(|| self.fixed(&touches, mu))
     }

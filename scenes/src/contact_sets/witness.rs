@@ -42,16 +42,13 @@ impl Margins {
     }
 }
 
-/// Largest part of a patch's half width by which it is shrunk; the generator's is 0.6.
-pub(super) const INSET_PART: f64 = 0.65;
-
 impl Maker<'_> {
     /// Whether the robot is clear of itself and holds itself with forces at these places.
     pub fn holds(&self, q: &Configuration, touches: &[Touch], mu: f64) -> bool {
         if !self.is_clear_of_itself(q, self.margins.self_clearance_m) {
             return false;
         }
-        let mut supports = self.supports(touches, self.margins.com_margin_m, INSET_PART);
+        let mut supports = self.supports(touches, self.margins.com_margin_m);
         self.load_balls(&mut supports);
         let mu = self.margins.friction_use * mu;
         // The cheap question first: can these contacts carry a weight at all?
