@@ -24,14 +24,22 @@ pub(crate) fn gap(lattice: &Lattice, here: &[Vector3<f64>], to: &Vector3<f64>) -
         let rest = |p: &&Vector3<f64>| (to - *p).xy().norm();
         let nearest = here.iter().min_by(|a, b| rest(a).total_cmp(&rest(b)));
         let nearest = nearest.copied().unwrap_or_default();
-        return format!(
-            "no feet can stand about ({:.2}, {:.2}): the base comes to ({:.2}, {:.2}), {:.2} m from it",
-            to.x,
-            to.y,
-            nearest.x,
-            nearest.y,
-            rest(&&nearest)
-        );
+        let rest_m = rest(&&nearest);
+        return if rest_m < ABOUT_M {
+            // What stands there stands elsewhere than at the height that is asked for.
+            format!(
+                "the base cannot be at {:.2} m about ({:.2}, {:.2}): over feet that stand there it is at about {:.2} m",
+                to.z,
+                to.x,
+                to.y,
+                nearest.z + lattice.legs_m
+            )
+        } else {
+            format!(
+                "no feet can stand about ({:.2}, {:.2}): the base comes to ({:.2}, {:.2}), {rest_m:.2} m from it",
+                to.x, to.y, nearest.x, nearest.y
+            )
+        };
     };
     let (steps, up_m) = (&lattice.steps, b.z - a.z);
     let environment = lattice.context.request.environment;

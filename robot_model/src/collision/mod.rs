@@ -8,6 +8,7 @@
 //! `index.rs` know it.
 
 mod ascent;
+pub(crate) mod ball;
 mod broad;
 mod closest;
 mod geometry;

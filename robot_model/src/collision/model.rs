@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
+use super::ball::ends_as;
 use super::broad::Bounds;
 use super::closest::Closest;
 use super::narrow::closest;
@@ -22,7 +23,7 @@ pub struct Shape {
     /// The shape in G.
     pub geometry: ShapeGeometry,
     /// Whether it may be a part of what touches: its body has a flat patch, or it holds the centre of a ball that
-    /// its body touches with, or no shape of the body does. A shank beside its ball is none.
+    /// its body touches with, or ends as that ball does, or no shape of the body does. A shank beside its ball is none.
     pub is_pad: bool,
 }
 
@@ -142,8 +143,16 @@ impl CollisionModel {
         for patch in patches {
             let centre = ShapeGeometry::Sphere { radius_m: 0.0 };
             let holds = |shape: &Shape| {
-                patch.point_radius_m().is_none()
-                    || closest(&shape.geometry, &shape.X_BG, &centre, &patch.X_BC, 0.0).is_some()
+                let Some(radius_m) = patch.point_radius_m() else {
+                    return true;
+                };
+                let (X_BG, middle_B) = (&shape.X_BG, patch.X_BC.translation.vector.into());
+                let support_B = |u: &Vector3<f64>| {
+                    X_BG * shape.geometry.support(&(X_BG.rotation.inverse() * u))
+                };
+                // Of a foot that is round below alone the middle of its ball may lie over it, in the shank.
+                closest(&shape.geometry, X_BG, &centre, &patch.X_BC, 0.0).is_some()
+                    || ends_as(&support_B, &middle_B, radius_m)
             };
             let own = |shape: &&mut Shape| shape.body == patch.body;
             // A ball in none of them is of all.

@@ -4,7 +4,6 @@
 //! The base is taken to stand upright with x ahead (REP 103) or, where soles tell so, aback, limbs to come in pairs
 //! left and right.
 
-mod ball;
 mod except;
 mod facing;
 mod flat;

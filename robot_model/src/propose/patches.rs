@@ -2,11 +2,11 @@
 
 use nalgebra::{Isometry3, Point2, Point3, Vector3};
 
-use super::ball::{self, Ball};
 use super::flat::{Flat, doubled_area, flat};
 use super::limb::{Limb, LimbKind};
 use super::rsdf::Surface;
 use crate::collision::Shape;
+use crate::collision::ball::{self, Ball};
 use crate::{Configuration, ContactPatch, Kinematics, PatchKind, Robot};
 
 /// Joints that it takes to hold a sole flat where it is wanted: three for the place, two for the tilt.

@@ -69,6 +69,38 @@ fn talos_climbs_the_irregular_stairs() {
     );
 }
 
+/// A floor to walk on, in a folder of its own.
+fn floor() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let floor = folder.path().join("floor.obj");
+    let text = "v -3 -3 0\nv 5 -3 0\nv 5 3 0\nv -3 3 0\nf 1 2 3 4\n";
+    std::fs::write(&floor, text).expect("writable");
+    (folder, floor)
+}
+
+/// The balls of its feet, as they are proposed, have their middles in the shanks.
+#[test]
+fn a_robot_walks_on_a_floor_from_its_urdf_alone() {
+    let urdf = robot_data().join("go2_description/urdf/go2.urdf");
+    if !urdf.exists() {
+        let urdf = urdf.display();
+        eprintln!("SKIPPED: {urdf} is not there (scripts/fetch-robots)");
+        return;
+    }
+    let (_folder, floor) = floor();
+    let line = "plan --goal 0.4,0.1 --mesh @";
+    assert_planned(line, &[&floor], "plan.json", "--robot @", &[&urdf]);
+}
+
+/// The third number of a goal is the base's height, not the floor's.
+#[test]
+fn a_base_that_is_asked_for_on_the_floor_is_told_where_it_stands() {
+    let (folder, floor) = floor();
+    let line = "plan --goal 0.4,0.1,0 --mesh @ -o @";
+    let words = ["the base cannot be at 0.00 m", "it is at about 0.65 m"];
+    ends_with(line, &[&floor, folder.path()], 4, &words);
+}
+
 #[test]
 fn a_real_staircase_is_climbed_from_its_scan() {
     let Some(scan) = shared("k2_stairs_0000_depth.png") else {

@@ -9,6 +9,8 @@ const ROUND_M: f64 = 1e-3;
 /// Rings and directions a ring.
 const RINGS: usize = 4;
 const AROUND: usize = 12;
+/// How far a body may stick out of a ball or fall short of it that is taken for its end, of the radius.
+const ALIKE: f64 = 0.1;
 /// Smallest radius of a ball, m.
 const SMALLEST_M: f64 = 1e-3;
 
@@ -41,18 +43,7 @@ fn within(
     down: &Vector3<f64>,
     cone_rad: f64,
 ) -> Option<Ball> {
-    let x = down
-        .cross(&Vector3::ith(down.iamin(), 1.0))
-        .try_normalize(1e-9)?;
-    let y = down.cross(&x);
-    let mut directions = vec![*down];
-    for ring in 1..=RINGS {
-        let (sin, cos) = (cone_rad * ring as f64 / RINGS as f64).sin_cos();
-        directions.extend((0..AROUND).map(|k| {
-            let (s, c) = (std::f64::consts::TAU * k as f64 / AROUND as f64).sin_cos();
-            down * cos + (x * c + y * s) * sin
-        }));
-    }
+    let directions = cone(down, cone_rad)?;
     let height = |u: &Vector3<f64>| support(u).coords.dot(u);
     let (mut A, mut b) = (Matrix4::zeros(), Vector4::zeros());
     for u in &directions {
@@ -77,6 +68,42 @@ fn within(
     })
 }
 
+/// Whether a body with this support function ends as a ball does, to within [`ALIKE`] of its radius: seen from all
+/// directions within the narrowest cone about some direction.
+pub fn ends_as(
+    support: &dyn Fn(&Vector3<f64>) -> Point3<f64>,
+    centre: &Point3<f64>,
+    radius_m: f64,
+) -> bool {
+    let is_alike = |u: &Vector3<f64>| {
+        let height_m = (support(u) - centre).dot(u);
+        (height_m - radius_m).abs() <= ALIKE * radius_m
+    };
+    let signs = || [-1.0, 0.0, 1.0].into_iter();
+    let axes = signs().flat_map(|x| signs().flat_map(move |y| signs().map(move |z| [x, y, z])));
+    axes.filter_map(|axis| Vector3::from(axis).try_normalize(1e-9))
+        .filter(&is_alike)
+        .filter_map(|axis| cone(&axis, CONES_RAD[CONES_RAD.len() - 1]))
+        .any(|directions| directions.iter().all(&is_alike))
+}
+
+/// Unit vectors within a cone about one, itself first; nothing about a vector without direction.
+fn cone(axis: &Vector3<f64>, cone_rad: f64) -> Option<Vec<Vector3<f64>>> {
+    let x = axis
+        .cross(&Vector3::ith(axis.iamin(), 1.0))
+        .try_normalize(1e-9)?;
+    let y = axis.cross(&x);
+    let mut directions = vec![*axis];
+    for ring in 1..=RINGS {
+        let (sin, cos) = (cone_rad * ring as f64 / RINGS as f64).sin_cos();
+        directions.extend((0..AROUND).map(|k| {
+            let (s, c) = (std::f64::consts::TAU * k as f64 / AROUND as f64).sin_cos();
+            axis * cos + (x * c + y * s) * sin
+        }));
+    }
+    Some(directions)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,5 +126,27 @@ mod tests {
             "{ball:?}"
         );
         assert!(within(&support, &-Vector3::z(), 0.7).unwrap().off_m > 1e-3);
+    }
+
+    /// A foot that is round below alone, under a shank: where the ball's middle is over the foot, the shank holds it,
+    /// and the foot is what ends as the ball does.
+    #[test]
+    fn what_is_round_below_ends_as_its_ball_does_and_a_shank_does_not() {
+        let (centre, radius_m) = (Point3::new(0.0, 0.01, 0.0), 0.03);
+        let foremost = |points: &[Point3<f64>], u: &Vector3<f64>| {
+            let far =
+                |a: &&Point3<f64>, b: &&Point3<f64>| a.coords.dot(u).total_cmp(&b.coords.dot(u));
+            *points.iter().max_by(far).unwrap()
+        };
+        let rim = cone(&-Vector3::z(), 0.8).unwrap();
+        let foot: Vec<_> = rim.iter().map(|u| centre + u * radius_m).collect();
+        assert!(foot.iter().all(|p| p.z < -0.01), "its middle is over it");
+        assert!(ends_as(&|u| foremost(&foot, u), &centre, radius_m));
+        let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
+        let shank: Vec<_> = corners
+            .iter()
+            .flat_map(|[x, y]| [-0.02, 0.2].map(|z| centre + Vector3::new(0.015 * x, 0.015 * y, z)))
+            .collect();
+        assert!(!ends_as(&|u| foremost(&shank, u), &centre, radius_m));
     }
 }
