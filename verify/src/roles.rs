@@ -3,6 +3,8 @@
 //! Source: the roles that a face lists, else what the plan's settings ask of faces by their shape
 //! ([`surfaces::role`]).
 
+use std::collections::BTreeMap;
+
 use plan::{Contact, Plan};
 use robot_model::{ContactPatch, Robot};
 use serde::Deserialize;
@@ -20,13 +22,20 @@ pub(crate) fn check(plan: &Plan, robot: &Robot, findings: &mut Findings) {
         let mut first = plan.stances.iter().take(1).flat_map(|s| &s.contacts);
         first.any(|c| c.patch == contact.patch && c.face == contact.face)
     };
+    // What a face serves takes its whole region: it is asked once a patch and face.
+    let mut asked_of = BTreeMap::new();
     for (index, stance) in plan.stances.iter().enumerate() {
         for contact in stance.contacts.iter().filter(|c| !is_at_start(c)) {
             let patch = robot.patches.iter().find(|p| p.name == contact.patch);
             let face = plan.faces.iter().find(|f| f.id == contact.face);
-            if let (Some(patch), Some(face)) = (patch, face)
-                && !may_touch(patch, face, asked.as_ref(), plan.required.edge_sigmas)
-            {
+            let (Some(patch), Some(face)) = (patch, face) else {
+                continue;
+            };
+            let entry = asked_of.entry((contact.patch.as_str(), contact.face.as_str()));
+            let may = entry.or_insert_with(|| {
+                may_touch(patch, face, asked.as_ref(), plan.required.edge_sigmas)
+            });
+            if !*may {
                 let note = format!("{} is not for {}", contact.face, patch.roles.join(", "));
                 findings.flaw(Some(index), Check::Role, contact.patch.as_str(), note);
             }
