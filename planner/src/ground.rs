@@ -1,7 +1,7 @@
 //! Where feet may land, as heights on a raster of the level plane, computed tile by tile.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use nalgebra::{Point3, Vector2};
@@ -14,27 +14,9 @@ use crate::context::SearchContext;
 pub(crate) const PLACES_M: f64 = 0.1;
 pub(crate) const LEVELS_M: f64 = 0.15;
 
-/// Something by tile of the level plane, 1 m wide.
-pub(crate) type Tiles<T> = BTreeMap<(i64, i64), T>;
-
-/// The tiles that the box about some points touches, widened by `wider_m`.
-pub(crate) fn tiles_about(
-    points: impl Iterator<Item = Vector2<f64>>,
-    wider_m: f64,
-) -> impl Iterator<Item = (i64, i64)> {
-    let (low, high) = points.fold(
-        (
-            Vector2::repeat(f64::INFINITY),
-            Vector2::repeat(f64::NEG_INFINITY),
-        ),
-        |(low, high), p| (low.inf(&p), high.sup(&p)),
-    );
-    let low = low.map(|x| (x - wider_m).floor() as i64);
-    let high = high.map(|x| (x + wider_m).floor() as i64);
-    (low.x..=high.x).flat_map(move |x| (low.y..=high.y).map(move |y| (x, y)))
-}
-
-/// Cells of a tile along each side.
+/// No face is as high, m.
+const HIGH_M: f64 = 1e12;
+/// Cells of a tile, 1 m wide, along each side.
 const SIDE: usize = 20;
 
 /// The heights of one tile's cells.
@@ -51,8 +33,8 @@ pub(crate) struct Ground<'a> {
     context: &'a SearchContext<'a>,
     /// For each patch the one whose raster it shares.
     like: Vec<PatchId>,
-    /// Faces by tile, for each patch that has a raster of its own.
-    faces: BTreeMap<PatchId, Tiles<Vec<FaceIndex>>>,
+    /// The faces that it may stand on, for each patch that has a raster of its own.
+    faces: BTreeMap<PatchId, BTreeSet<FaceIndex>>,
     known: RefCell<Rasters>,
 }
 
@@ -63,7 +45,7 @@ impl<'a> Ground<'a> {
     /// Of the faces on which feet may stand.
     pub fn new(context: &'a SearchContext<'a>, stands: Stands) -> Self {
         let robot = context.request.robot;
-        let mut faces: BTreeMap<PatchId, Tiles<Vec<FaceIndex>>> = BTreeMap::new();
+        let mut faces: BTreeMap<PatchId, BTreeSet<FaceIndex>> = BTreeMap::new();
         let mut like: Vec<PatchId> = robot.patch_ids().collect();
         for &foot in &context.feet {
             let friction = |patch: PatchId| robot.patches[patch].friction;
@@ -75,16 +57,9 @@ impl<'a> Ground<'a> {
                 like[foot.index()] = twin;
                 continue;
             }
-            let mut tiles: Tiles<Vec<FaceIndex>> = Tiles::default();
-            let usable = context.request.usable[foot.index()].iter();
-            for &face in usable.filter(|face| stands(context, foot, **face)) {
-                let corners = context.request.environment[face].vertices_W();
-                let points = corners.iter().map(|p| p.xy().coords);
-                for tile in tiles_about(points, 0.0) {
-                    tiles.entry(tile).or_default().push(face);
-                }
-            }
-            faces.insert(foot, tiles);
+            let usable = context.request.usable[foot.index()].iter().copied();
+            let of = usable.filter(|face| stands(context, foot, *face));
+            faces.insert(foot, of.collect());
         }
         Self {
             context,
@@ -112,12 +87,16 @@ impl<'a> Ground<'a> {
 
     fn raster(&self, foot: PatchId, tile: (i64, i64)) -> Vec<Vec<f64>> {
         let mut heights = vec![Vec::new(); SIDE * SIDE];
-        let faces = self.faces.get(&foot).and_then(|tiles| tiles.get(&tile));
-        for &face in faces.into_iter().flatten() {
+        let corner = |k: i64, z: f64| Point3::new((tile.0 + k) as f64, (tile.1 + k) as f64, z);
+        let environment = self.context.request.environment;
+        let (low, high) = (corner(0, -HIGH_M), corner(1, HIGH_M));
+        let near = environment.faces_near(&low, &high).into_iter();
+        let stands = |face: &FaceIndex| self.faces.get(&foot).is_some_and(|of| of.contains(face));
+        for face in near.filter(stands) {
             let Some(landing) = self.context.landing(foot, face) else {
                 continue;
             };
-            let X_WF = self.context.request.environment[face].X_WF;
+            let X_WF = environment[face].X_WF;
             let (o, n) = (
                 X_WF.translation.vector,
                 X_WF.rotation * nalgebra::Vector3::z(),

@@ -9,7 +9,7 @@ use robot_model::collision::{ShapeGeometry, closest};
 
 use crate::context::SearchContext;
 use crate::crouch::deepest_m;
-use crate::ground::{LEVELS_M, PLACES_M, Tiles, tiles_about};
+use crate::ground::{LEVELS_M, PLACES_M};
 
 /// What stands no higher over the ground than this part of the legs' height is stepped over.
 pub(crate) const OVER_LEGS: f64 = 0.4;
@@ -31,8 +31,7 @@ pub(crate) struct Room {
 /// The room about all places.
 pub(crate) struct Rooms<'a> {
     context: &'a SearchContext<'a>,
-    /// Bodies by tile, and how much room there is, by cell and level.
-    bodies: Tiles<Vec<usize>>,
+    /// How much room there is, by cell and level.
     known: RefCell<BTreeMap<(i64, i64, i64), Option<Room>>>,
     trunk: Trunk,
     /// Height of the base over the ground, and of what is stepped over, m.
@@ -44,21 +43,10 @@ pub(crate) struct Rooms<'a> {
 
 impl<'a> Rooms<'a> {
     pub fn new(context: &'a SearchContext<'a>, legs_m: f64, over_m: f64) -> Self {
-        let trunk = Trunk::new(context, legs_m);
-        let world = context.request.environment.world().obstacles();
-        let mut bodies: Tiles<Vec<usize>> = Tiles::default();
-        for (k, body) in world.iter().enumerate() {
-            let corners = body.geometry().vertices();
-            let points = corners.iter().map(|p| (body.pose() * p).xy().coords);
-            for tile in tiles_about(points, trunk.wide_m) {
-                bodies.entry(tile).or_default().push(k);
-            }
-        }
         Self {
             context,
-            bodies,
             known: RefCell::default(),
-            trunk,
+            trunk: Trunk::new(context, legs_m),
             legs_m,
             over_m,
             deepest_m: deepest_m(context, legs_m),
@@ -101,20 +89,17 @@ impl<'a> Rooms<'a> {
         let high = high.max(low + 0.02);
         let at = Point3::new(p.x, p.y, 0.5 * (low + high));
         let X_WP = Isometry3::translation(at.x, at.y, at.z);
-        let world = self.context.request.environment.world().obstacles();
+        let world = self.context.request.environment.world();
         let half = Vector3::new(half_m, half_m, 0.5 * (high - low));
         let probe = ShapeGeometry::Box {
             half_extents_m: half,
         };
-        tiles_about([*p].into_iter(), 0.0)
-            .filter_map(|tile| self.bodies.get(&tile))
-            .flatten()
-            .all(|&k| {
-                let body = &world[k];
-                body.is_beyond(&at, half.norm())
-                    || closest(&probe, &X_WP, body.geometry(), body.pose(), 0.0)
-                        .is_none_or(|found| found.distance > 0.0)
-            })
+        let near = world.near(&(at - half), &(at + half), 0.0);
+        near.iter().all(|&k| {
+            let body = &world.obstacles()[k];
+            closest(&probe, &X_WP, body.geometry(), body.pose(), 0.0)
+                .is_none_or(|found| found.distance > 0.0)
+        })
     }
 }
 

@@ -134,6 +134,17 @@ fn the_way_goes_round_a_wall_and_over_a_bridge() {
     assert!(contacts.any(|c| c.face == Some(bridge)));
 }
 
+/// A floor of a scan in millimetres that was read as metres: what is looked at is what is near the way.
+#[test]
+fn a_floor_as_wide_as_a_city_takes_no_more_than_a_room() {
+    let robot = humanoid();
+    let wide = level("floor", [0.0; 3], [9e3, 9e3]);
+    let rib = Obstacle::cuboid("rib", [0.67, -9e3, 0.0], [0.73, 9e3, 0.03]);
+    let environment = world(vec![wide], vec![rib]);
+    let way = request(&robot, &environment, Vector3::new(1.5, 0.0, 0.0));
+    check(&plan(&way), 3.0);
+}
+
 #[test]
 fn what_lengths_exclude_is_refused_with_the_place() {
     let robot = humanoid();
