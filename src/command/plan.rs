@@ -33,7 +33,7 @@ pub struct Args {
     /// Scans: depth images (16-bit PNG, npy), point clouds (PCD, PLY, LAS, E57) or ROS 2 bags (MCAP)
     #[arg(long, value_name = "SCAN", num_args = 1.., group = "environment")]
     scan: Vec<PathBuf>,
-    /// A mesh of the environment (STL, OBJ)
+    /// A mesh of the environment (STL, OBJ, PLY, DAE)
     #[arg(long, value_name = "MESH", value_parser = argument::file, group = "environment")]
     mesh: Option<PathBuf>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! Triangles out of STL, OBJ and COLLADA files.
+//! Triangles out of STL, OBJ, PLY and COLLADA files.
 //!
 //! Own readers: nothing that a file says about itself is believed before it is checked against
 //! the bytes that are there, and vertices keep their double precision.
@@ -6,6 +6,7 @@
 mod dae;
 mod dae_primitive;
 mod obj;
+mod ply;
 mod stl;
 
 use std::path::Path;
@@ -25,13 +26,38 @@ pub struct TriangleMesh {
     pub R_up: UnitQuaternion<f64>,
 }
 
+impl TriangleMesh {
+    /// Adds the fan of triangles over the corners of a face.
+    fn add_face(&mut self, corners: &[u32]) -> Result<(), String> {
+        let [first, rest @ ..] = corners else {
+            return Err("a face has no corners".to_owned());
+        };
+        if rest.len() >= CORNERS_MAX {
+            let count = corners.len();
+            return Err(format!(
+                "a face has {count} corners, at most {CORNERS_MAX} are read"
+            ));
+        }
+        if rest.len() < 2 {
+            return Err("a face has at least three corners".to_owned());
+        }
+        self.triangles
+            .extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        check_count("triangles", self.triangles.len())
+    }
+}
+
+/// Most corners of a face: each makes a triangle with all others of a fan.
+const CORNERS_MAX: usize = 1000;
+
 /// What some editors begin a text with.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
 /// More than this many vertices or triangles is no mesh of a robot or room.
 const GREATEST_COUNT: usize = 20_000_000;
 
-/// Reads a mesh out of the bytes of the file at `path`; the kind follows from its extension (`.stl`, `.obj`, `.dae`).
+/// Reads a mesh out of the bytes of the file at `path`; the kind follows from its extension (`.stl`, `.obj`, `.ply`,
+/// `.dae`).
 ///
 /// # Errors
 /// [`Error::File`] with the line or byte: unknown kind, truncated, a header that lies, an index
@@ -47,9 +73,10 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, Error> {
     let parsed = match extension.as_deref() {
         Some("stl") => stl::parse(bytes),
         Some("obj") => obj::parse(bytes),
+        Some("ply") => ply::parse(bytes),
         Some("dae") => dae::parse(bytes),
         Some(other) => Err(format!(
-            "meshes of kind \".{other}\" are not read; STL, OBJ, DAE are"
+            "meshes of kind \".{other}\" are not read; STL, OBJ, PLY, DAE are"
         )),
         None => Err("its name has no extension to tell its kind from".to_owned()),
     };

@@ -6,9 +6,6 @@ use nalgebra::Point3;
 
 use super::{TriangleMesh, check_count};
 
-/// Most corners of a face: each makes a triangle with all others of a fan.
-const CORNERS_MAX: usize = 1000;
-
 pub(super) fn parse(bytes: &[u8]) -> Result<TriangleMesh, String> {
     let text = String::from_utf8_lossy(bytes);
     let mut mesh = TriangleMesh::default();
@@ -51,21 +48,7 @@ fn statement(line: &str, mesh: &mut TriangleMesh) -> Result<(), String> {
             let corners = words
                 .map(|word| corner(word, mesh.vertices.len()))
                 .collect::<Result<Vec<u32>, _>>()?;
-            let [first, rest @ ..] = corners.as_slice() else {
-                return Err("a face has no corners".to_owned());
-            };
-            if rest.len() >= CORNERS_MAX {
-                let count = corners.len();
-                return Err(format!(
-                    "a face has {count} corners, at most {CORNERS_MAX} are read"
-                ));
-            }
-            if rest.len() < 2 {
-                return Err("a face has at least three corners".to_owned());
-            }
-            mesh.triangles
-                .extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
-            check_count("triangles", mesh.triangles.len())
+            mesh.add_face(&corners)
         }
         _ => Ok(()),
     }
@@ -90,6 +73,7 @@ fn corner(word: &str, vertices: usize) -> Result<u32, String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::CORNERS_MAX;
     use super::*;
 
     #[test]

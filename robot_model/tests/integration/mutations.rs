@@ -21,6 +21,9 @@ polygon_m = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]
 roles = ["foot"]
 friction = 0.6
 "#;
+const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                   property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+                   end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1/1 2/2 4/3 3/4\nf -1 -2 -3\n";
 const DAE: &str = r##"<COLLADA><asset><unit meter="0.5"/></asset>
 <library_geometries><geometry id="g"><mesh>
@@ -132,6 +135,7 @@ proptest! {
             ("m.stl", stl.as_slice()),
             ("m.stl", ascii.as_bytes()),
             ("m.obj", OBJ.as_bytes()),
+            ("m.ply", PLY.as_bytes()),
             ("m.dae", DAE.as_bytes()),
         ] {
             if let Ok(mesh) = mesh_file::parse(Path::new(name), &edited(bytes, &edits)) {
@@ -144,7 +148,7 @@ proptest! {
 
     #[test]
     fn anything(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
-        for name in ["m.stl", "m.obj", "m.dae", "m.ply", "m"] {
+        for name in ["m.stl", "m.obj", "m.dae", "m.ply", "m.off", "m"] {
             let _ = mesh_file::parse(Path::new(name), &bytes);
         }
     }
@@ -155,7 +159,7 @@ proptest! {
 fn unedited_files_are_read() {
     let config = Config::default();
     load_from_strings(URDF, Some(SRDF), Some(CONTACTS), "m", &no_meshes, &config).expect("robot");
-    for (name, text) in [("m.obj", OBJ), ("m.dae", DAE)] {
+    for (name, text) in [("m.obj", OBJ), ("m.ply", PLY), ("m.dae", DAE)] {
         mesh_file::parse(Path::new(name), text.as_bytes()).expect(name);
     }
 }
