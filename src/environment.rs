@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use nalgebra::{Isometry3, Matrix4, Vector4};
+use nalgebra::{Isometry3, Matrix4, UnitQuaternion, Vector4};
 use perception::lidar::{LidarCalibration, LidarCloud};
 use perception::{BagOptions, Intrinsics, PosedScan, Scan, SensorOptions};
 use scenes::scene_file::ScanSource;
@@ -67,7 +67,7 @@ pub fn perceive(
             let bytes = files.read("mesh", name, inputs)?;
             let thickness_m = config.surfaces.body.thickness_m;
             let work = || take_apart(name, &bytes, thickness_m);
-            stages.measure("mesh", work).with_context(|| name.clone())
+            stages.measure("mesh", work)
         }
     }
 }
@@ -213,12 +213,13 @@ pub fn sensor_options(source: &ScanSource) -> SensorOptions {
 /// The surfaces and bodies of a mesh file.
 fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
     let read = robot_model::mesh_file::parse(Path::new(name), bytes)?;
-    let triangles = read.triangles.iter();
+    let (vertices, triangles) = (read.vertices.iter(), read.triangles.iter());
     let mesh = TriangleMesh {
-        vertices: read.vertices,
+        vertices: vertices.map(|p| read.R_up * p).collect(),
         triangles: triangles.map(|t| t.map(|v| v as usize)).collect(),
     };
-    let (terrain, report) = surfaces::mesh::extract(&mesh, thickness_m)?;
+    let extracted = surfaces::mesh::extract(&mesh, thickness_m);
+    let (terrain, report) = extracted.with_context(|| name.to_owned())?;
     let mut notes = vec![format!(
         "{name}: {} triangles, {} plane faces kept, {} too small, {} solids",
         report.triangles, report.faces, report.faces_dropped, report.solids
@@ -239,6 +240,11 @@ fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
         if n > 0 {
             notes.push(format!("{name}: {n} {flaw}"));
         }
+    }
+    if read.R_up != UnitQuaternion::identity() {
+        notes.push(format!(
+            "{name}: its up_axis is not z: turned so that it is"
+        ));
     }
     notes.extend(plausible::doubts(name, &terrain));
     Ok(Perceived {

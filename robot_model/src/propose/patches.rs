@@ -88,7 +88,20 @@ pub fn patches(
             found.push(patch);
         }
     }
+    told_apart(&mut found);
     (found, notes)
+}
+
+/// Numbers the patches that have the name of one before: of a leg of two branches both end at one place.
+fn told_apart(found: &mut [Proposed]) {
+    for k in 1..found.len() {
+        let (before, rest) = found.split_at_mut(k);
+        let name = rest[0].patch.name.clone();
+        let is_taken = |name: &String| before.iter().any(|of| of.patch.name == *name);
+        let numbered = (2..).map(|n| format!("{name}_{n}"));
+        let mut names = std::iter::once(name.clone()).chain(numbered);
+        rest[0].patch.name = names.find(|name| !is_taken(name)).unwrap_or(name);
+    }
 }
 
 struct Finder<'a> {

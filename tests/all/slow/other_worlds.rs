@@ -92,6 +92,23 @@ fn a_robot_walks_on_a_floor_from_its_urdf_alone() {
     assert_planned(line, &[&floor], "plan.json", "--robot @", &[&urdf]);
 }
 
+/// A floor that a COLLADA file says to be level in its y-up frame.
+#[test]
+fn a_mesh_whose_file_says_what_is_up_is_turned() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let floor = folder.path().join("floor.dae");
+    let text = r##"<COLLADA><asset><up_axis>Y_UP</up_axis></asset><library_geometries><geometry id="g"><mesh>
+<source id="s"><float_array id="a" count="12">-3 0 -3 -3 0 3 5 0 3 5 0 -3</float_array>
+<technique_common><accessor source="#a" count="4" stride="3"/></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+<polylist count="1"><input semantic="VERTEX" source="#v" offset="0"/><vcount>4</vcount>
+<p>0 1 2 3</p></polylist></mesh></geometry></library_geometries></COLLADA>"##;
+    std::fs::write(&floor, text).expect("writable");
+    let words = ["its up_axis is not z", "verified: all of"];
+    let line = "plan --goal 0.4,0.1 --mesh @ -o @";
+    ends_with(line, &[&floor, folder.path()], 0, &words);
+}
+
 /// The third number of a goal is the base's height, not the floor's.
 #[test]
 fn a_base_that_is_asked_for_on_the_floor_is_told_where_it_stands() {
