@@ -246,7 +246,10 @@ fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
             "{name}: its up_axis is not z: turned so that it is"
         ));
     }
-    notes.extend(plausible::doubts(name, &terrain));
+    notes.extend(
+        plausible::of_mesh(name, &mesh, report.part_dropped)
+            .map_or_else(|| plausible::doubts(name, &terrain), |doubt| vec![doubt]),
+    );
     Ok(Perceived {
         terrain,
         notes,

@@ -27,7 +27,10 @@ pub fn unsolved(
     let (status, sentence) = match status {
         Status::Found if certificate.pass => return None,
         Status::Found => ("refused", "a plan was found, and the verifier refuses it"),
-        Status::NoPlan => ("no_plan", "there is no plan: every refusal is a proof"),
+        Status::NoPlan => (
+            "no_plan",
+            "there is no plan on these faces: every refusal is a proof",
+        ),
         Status::Exhausted => (
             "exhausted",
             "no plan was found where everything was tried, and none is excluded",

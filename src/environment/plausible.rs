@@ -1,6 +1,7 @@
 //! Files of faces that are likely in another unit or turned round.
 
-use surfaces::Terrain;
+use nalgebra::Point3;
+use surfaces::{Terrain, TriangleMesh};
 
 /// Faces that lean by more than this carry no one, rad.
 const STEEPEST_RAD: f64 = 0.6;
@@ -33,15 +34,33 @@ impl LevelArea {
     }
 }
 
-/// Warnings of a file of surfaces or a mesh.
-pub fn doubts(name: &str, terrain: &Terrain) -> Vec<String> {
-    let mut doubts = Vec::new();
-    let points: Vec<_> = terrain.faces.iter().flat_map(|f| f.vertices_W()).collect();
+/// The warning of a mesh as large as a world of which most is faces too small to stand on: no stairs have such,
+/// what was reconstructed from noisy views has nothing else.
+pub fn of_mesh(name: &str, mesh: &TriangleMesh, part_dropped: f64) -> Option<String> {
+    let is_large = span_m(&mesh.vertices) > SPAN_M[0];
+    (is_large && part_dropped > 0.5).then(|| {
+        format!(
+            "warning: {name}: {:.0} % of it are faces too small to stand on: is it a reconstruction with noise? Its \
+             vertices are a scan, in which faces are found: --scan {name} --eye X,Y,Z (a PLY)",
+            100.0 * part_dropped
+        )
+    })
+}
+
+/// The longest side of the box around points, m.
+fn span_m(points: &[Point3<f64>]) -> f64 {
     let spans = (0..3).map(|axis| {
         let values = points.iter().map(|p| p[axis]);
         values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
     });
-    let span_m = spans.fold(0.0, f64::max);
+    spans.fold(0.0, f64::max)
+}
+
+/// Warnings of a file of surfaces or a mesh.
+pub fn doubts(name: &str, terrain: &Terrain) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let points: Vec<_> = terrain.faces.iter().flat_map(|f| f.vertices_W()).collect();
+    let span_m = span_m(&points);
     if !points.is_empty() && !(SPAN_M[0]..=SPAN_M[1]).contains(&span_m) {
         doubts.push(format!(
             "warning: {name}: its faces span {span_m:.3} m: is the file in m, not in mm or cm?"

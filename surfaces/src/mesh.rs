@@ -62,6 +62,8 @@ pub struct Report {
     pub faces: usize,
     /// Plane faces that are too small or too narrow.
     pub faces_dropped: usize,
+    /// Part of the mesh's area that those are.
+    pub part_dropped: f64,
     /// Faces whose outline could not be used; their triangles are still obstacles.
     pub faces_broken: usize,
 }
@@ -96,12 +98,15 @@ pub fn extract(mesh: &TriangleMesh, thickness_m: f64) -> Result<(Terrain, Report
             ..face.clone()
         })
         .collect();
+    let area_m2 = |faces: &[Face]| faces.iter().map(|face| face.region.area()).sum::<f64>();
+    let (all_m2, large_m2) = (area_m2(all_faces), area_m2(&faces));
     let report = Report {
         triangles: mesh.triangles.len(),
         degenerate_triangles: welded.degenerate,
         welded_vertices: welded.merged,
         faces: faces.len(),
         faces_dropped: all_faces.len() - faces.len(),
+        part_dropped: (all_m2 - large_m2) / all_m2.max(f64::MIN_POSITIVE),
         faces_broken: broken.len(),
         ..topology.report
     };

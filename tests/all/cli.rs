@@ -273,6 +273,27 @@ fn a_mesh_that_is_almost_right_is_said_to_be_so() {
     }
 }
 
+/// A floor as a reconstruction has it: cells of 3 cm, none level with its neighbours.
+#[test]
+fn a_mesh_of_noise_is_said_to_be_a_scan() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mesh = folder.path().join("noise.obj");
+    let side = 40;
+    let cells = |n: usize| (0..n).flat_map(move |i| (0..n).map(move |j| (i, j)));
+    let vertices = cells(side).map(|(i, j)| {
+        let up = ((i * i + 3 * j * j + i * j) % 7) as f64;
+        format!("v {} {} {}\n", 0.03 * i as f64, 0.03 * j as f64, 2e-3 * up)
+    });
+    let faces = cells(side - 1).map(|(i, j)| {
+        let [a, b] = [i * side + j + 1, (i + 1) * side + j + 1];
+        format!("f {a} {b} {}\nf {a} {} {}\n", b + 1, b + 1, a + 1)
+    });
+    let text: String = vertices.chain(faces).collect();
+    std::fs::write(&mesh, text + "v 3 0 0\nv 4 0 0\nv 4 0.5 0\nf -3 -2 -1\n").expect("writable");
+    let words = ["% of it are faces too small", "--scan", "--eye X,Y,Z"];
+    ends_with("surfaces --mesh @", &[&mesh], 0, &words);
+}
+
 #[test]
 fn every_command_has_a_manual_page_with_its_flags() {
     let folder = tempfile::tempdir().expect("a folder");
