@@ -22,8 +22,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<TriangleMesh, String> {
             return Err(format!("element vertex has no scalar {axis}"));
         }
     }
-    let lists = |name: &&str| matches!(has("face", name), Some(PropertyType::List(..)));
-    if !CORNERS.iter().any(|name| lists(&name)) {
+    let lists = |name: &str| matches!(has("face", name), Some(PropertyType::List(..)));
+    if !CORNERS.into_iter().any(lists) {
         let names = CORNERS.join(" or ");
         return Err(format!(
             "element face has no list {names}: are these points alone?"
