@@ -218,6 +218,12 @@ impl<'a> ClearanceMonitor<'a> {
                     continue;
                 }
                 let in_air = air.filter(|_| swings);
+                let placed = &self.placed[i];
+                let apart = obstacles[o].distance_m(&placed.centre) - self.balls[i].radius;
+                if apart > LOOK_M {
+                    *until = gone + apart - most;
+                    continue;
+                }
                 let moves_m = (FURTHER * self.moved[i]).min(0.5 * beside);
                 let touching = (in_air)
                     .and_then(|air| air.contact_distance_m(context, shape, o, moves_m))
@@ -225,12 +231,6 @@ impl<'a> ClearanceMonitor<'a> {
                 // What a patch touches changes while it is in the air alone.
                 if touching == Some(f64::NEG_INFINITY) {
                     *until = if swings { gone } else { f64::INFINITY };
-                    continue;
-                }
-                let placed = &self.placed[i];
-                let apart = obstacles[o].distance_m(&placed.centre) - self.balls[i].radius;
-                if apart > LOOK_M {
-                    *until = gone + apart - most;
                     continue;
                 }
                 let (other, pose) = (obstacles[o].geometry(), obstacles[o].pose());
