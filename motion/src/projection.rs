@@ -21,8 +21,10 @@ const STEP_MAX: f64 = 0.5;
 const ITERATIONS_MAX: usize = 24;
 /// The distances are measured every so many iterations.
 const LOOK_EVERY: usize = 3;
-/// Newton steps that close a sample at most.
-const CLOSING: usize = 3;
+/// Newton steps that close a sample at most, and the residual, m and rad, below which one takes the rows of the
+/// step before it.
+const CLOSING: usize = 4;
+const SAME_ROWS: f64 = 1e-4;
 /// Below this residual the equations hold, m and rad: rows that nearly depend on each other leave a few 1e-9.
 const CLOSED: f64 = 1e-7;
 /// A step longer than this part of the one before it is damped.
@@ -134,15 +136,20 @@ impl Projection {
     }
 
     /// Takes what is left of the equations' residual away by least-norm steps from `q`, whose kinematics these
-    /// are; the bounds that are asked for are to be [`Bounds::NONE`].
+    /// are; there are to be no bounds.
     pub fn close(&mut self, ask: &Ask, q: &mut Configuration, kinematics: &mut Kinematics) {
-        self.near.clear();
-        let here = DVector::zeros(ask.robot.nv());
-        for _ in 0..CLOSING {
-            let closed = self.equations.update(ask.robot, ask.target, kinematics) < CLOSED;
-            if closed || !self.quadratic(ask, q, &here, kinematics) {
+        for step in 0..CLOSING {
+            let left = self.equations.update(ask.robot, ask.target, kinematics);
+            let same_rows = step > 0 && left < SAME_ROWS;
+            if left < CLOSED || !(same_rows || self.linearise(ask, kinematics)) {
                 return;
             }
+            self.lambda.clear();
+            self.lambda.extend(self.equations.r.iter().map(|r| -r));
+            self.least_norm(ask.robot.nv());
+            self.step.clear();
+            let steps = self.y.iter().zip(ask.weight);
+            self.step.extend(steps.map(|(y, w)| y * w));
             q.integrate_in_place(&self.step);
             kinematics.update(ask.robot, q);
         }
@@ -157,6 +164,25 @@ impl Projection {
         delta: &DVector<f64>,
         kinematics: &Kinematics,
     ) -> bool {
+        if !self.linearise(ask, kinematics) {
+            return false;
+        }
+        // J δ = J δ_now − r.
+        let n = ask.robot.nv();
+        self.lambda.clear();
+        for (row, r) in self.equations.J.chunks_exact(n).zip(&self.equations.r) {
+            self.lambda.push(dot(row, delta.as_slice()) - r);
+        }
+        self.least_norm(n);
+        self.bind(ask, q, delta, kinematics);
+        self.step.clear();
+        let steps = self.y.iter().zip(ask.weight).zip(delta.iter());
+        self.step.extend(steps.map(|((y, w), d)| y * w - d));
+        self.step.iter().all(|s| s.is_finite())
+    }
+
+    /// Writes the rows of the equations and the factor of their products; false where they depend on each other.
+    fn linearise(&mut self, ask: &Ask, kinematics: &Kinematics) -> bool {
         let weight = ask.weight;
         let equations = &mut self.equations;
         equations.linearise(ask.robot, ask.target, kinematics);
@@ -176,25 +202,17 @@ impl Projection {
             // Four limbs on the ground can make rows that nearly depend on each other.
             self.A[i * m + i] += equations.freedom[i] * equations.freedom[i] + 1e-9;
         }
-        if !cholesky(&mut self.A, m) {
-            return false;
-        }
-        // The least-norm solution of J δ = J δ_now − r.
-        self.lambda.clear();
-        for (row, r) in equations.J.chunks_exact(n).zip(&equations.r) {
-            self.lambda.push(dot(row, delta.as_slice()) - r);
-        }
-        cholesky_solve(&self.A, m, &mut self.lambda);
+        cholesky(&mut self.A, m)
+    }
+
+    /// Writes the least-norm solution of the linearised equations, whose right side λ is.
+    fn least_norm(&mut self, n: usize) {
+        cholesky_solve(&self.A, self.equations.r.len(), &mut self.lambda);
         self.y.clear();
         self.y.resize(n, 0.0);
         for (row, l) in self.scaled.chunks_exact(n).zip(&self.lambda) {
             self.y.iter_mut().zip(row).for_each(|(y, j)| *y += l * j);
         }
-        self.bind(ask, q, delta, kinematics);
-        self.step.clear();
-        let steps = self.y.iter().zip(weight).zip(delta.iter());
-        self.step.extend(steps.map(|((y, w), d)| y * w - d));
-        self.step.iter().all(|s| s.is_finite())
     }
 
     /// Moves the solution of the equations onto the bounds that it violates.
