@@ -9,7 +9,7 @@
 
 use nalgebra::{DVector, Point3};
 use rayon::prelude::*;
-use robot_model::{Kinematics, PatchId};
+use robot_model::{Configuration, Kinematics, PatchId};
 
 use crate::clearance::ClearanceMonitor;
 use crate::equations::{Target, apart, is_point};
@@ -28,6 +28,8 @@ const BENT: f64 = 0.25;
 const PHASES_MAX: usize = 40;
 /// The parts of the direction that are tried.
 const LESS: [f64; 3] = [1.0, 0.6, 0.3];
+/// Steps in which a way is looked at before all of its samples are.
+const LOOKS: usize = 8;
 /// Residual that closing leaves at most, m and rad.
 const CLOSED: f64 = 1e-6;
 
@@ -46,7 +48,10 @@ pub(crate) fn through(
     may_go_on: impl Fn(&PhaseTrajectory) -> bool + Sync,
 ) -> Vec<Vec<(usize, PhaseTrajectory)>> {
     let pairs = phases.par_windows(2);
-    let ways = pairs.map(|pair| passage(context, pair[0], pair[1]).filter(|_| may_go_on(pair[0])));
+    let ways = pairs.map(|pair| match may_go_on(pair[0]) {
+        true => passage(context, pair[0], pair[1]),
+        false => None,
+    });
     let ways: Vec<_> = ways.collect();
     let mut runs: Vec<Vec<(usize, PhaseTrajectory)>> = Vec::new();
     for (k, phase) in phases.iter().enumerate() {
@@ -86,12 +91,18 @@ fn passage(
     } else {
         None
     }?;
-    // Where the whole of it is beyond a limit, less of it may do.
+    let mut ways = [
+        Way::new(context, before, &back, (End::Last, &one)),
+        Way::new(context, after, &on, (End::First, &one)),
+    ];
+    // Where the whole of it is beyond a limit, less of it may do: most of what is so is seen on a few samples.
     LESS.iter().find_map(|part| {
         let T = &T * *part;
-        let last = bent(context, before, &back, (End::Last, &one), &T)?;
-        let first = bent(context, after, &on, (End::First, &one), &T)?;
-        Some([last, first])
+        ways.iter_mut()
+            .all(|way| way.seems_free(&T))
+            .then_some(())?;
+        let [last, first] = &mut ways;
+        Some([last.bent(&T)?, first.bent(&T)?])
     })
 }
 
@@ -107,43 +118,62 @@ fn touching(phase: &PhaseTrajectory, end: End) -> Vec<PatchId> {
     all
 }
 
-/// The samples at one end of a phase, bent; nothing where one of them is not as it should be.
-fn bent(
-    context: &MotionContext,
-    phase: &PhaseTrajectory,
-    path: &Curve,
-    (end, touching): (End, &[PatchId]),
-    T: &DVector<f64>,
-) -> Option<Vec<Instance>> {
-    let robot = context.robot;
-    let n = phase.samples.len() - 1;
-    let count = (BENT * n as f64) as usize;
-    let w = count as f64 / n as f64;
-    let weight: Vec<f64> = (0..robot.nv())
-        .map(|k| {
-            let carries = |p: &PatchId| robot.supports(k - 5, robot.patches[*p].body);
-            f64::from(u8::from(k < 6 || touching.iter().any(carries)))
-        })
-        .collect();
-    let mut kinematics = Kinematics::new(robot, &path.at(0.0).q);
-    let mut projection = Projection::default();
-    let mut clearances = ClearanceMonitor::new(context, &phase.task);
-    let mut worst = None;
-    let mut places_W: Vec<Vec<Point3<f64>>> = Vec::new();
-    let mut samples = Vec::with_capacity(count + 1);
-    for i in 0..=count {
-        let x = i as f64 / count as f64;
-        let x = if end == End::First { x } else { 1.0 - x };
+/// The part of a phase at one of its ends that is bent.
+struct Way<'a> {
+    context: &'a MotionContext<'a>,
+    phase: &'a PhaseTrajectory,
+    path: &'a Curve,
+    end: End,
+    touching: &'a [PatchId],
+    /// Number of its samples, without the first.
+    count: usize,
+    /// How readily each coordinate moves where contacts are closed.
+    weight: Vec<f64>,
+    kinematics: Kinematics,
+    projection: Projection,
+}
+
+impl<'a> Way<'a> {
+    fn new(
+        context: &'a MotionContext<'a>,
+        phase: &'a PhaseTrajectory,
+        path: &'a Curve,
+        (end, touching): (End, &'a [PatchId]),
+    ) -> Self {
+        let robot = context.robot;
+        let carries = |k: usize, p: &PatchId| robot.supports(k - 5, robot.patches[*p].body);
+        let moves = |k: usize| k < 6 || touching.iter().any(|p| carries(k, p));
+        Self {
+            count: (BENT * (phase.samples.len() - 1) as f64) as usize,
+            weight: (0..robot.nv())
+                .map(|k| f64::from(u8::from(moves(k))))
+                .collect(),
+            kinematics: Kinematics::new(robot, &path.at(0.0).q),
+            projection: Projection::default(),
+            context,
+            phase,
+            path,
+            end,
+            touching,
+        }
+    }
+
+    /// The configuration at a sample bent along `T`, and where on the path that is; nothing where its contacts cannot
+    /// be closed or it is beyond a limit.
+    fn at(&mut self, i: usize, T: &DVector<f64>) -> Option<(f64, Configuration)> {
+        let (context, robot) = (self.context, self.context.robot);
+        let w = self.count as f64 / (self.phase.samples.len() - 1) as f64;
+        let x = i as f64 / self.count as f64;
+        let x = if self.end == End::First { x } else { 1.0 - x };
         let p = x * x * x * (6.0 + x * (3.0 * x - 8.0));
-        let (u, along, h) = match end {
+        let (u, along, h) = match self.end {
             End::First => (w * x, w * p, w * (x - p)),
             End::Last => (1.0 - w * x, 1.0 - w * p, -w * (x - p)),
         };
-        let mut q = path.at(along).q;
+        let mut q = self.path.at(along).q;
+        let kinematics = &mut self.kinematics;
         kinematics.update(robot, &q);
-        let places = touching
-            .iter()
-            .map(|p| (*p, kinematics.X_WC(&robot.patches[*p])));
+        let places = (self.touching.iter()).map(|p| (*p, kinematics.X_WC(&robot.patches[*p])));
         let patches = places.collect();
         q.integrate_in_place((T * h).as_slice());
         kinematics.update(robot, &q);
@@ -156,9 +186,9 @@ fn bent(
             robot,
             target: &target,
             bounds: &Bounds::NONE,
-            weight: &weight,
+            weight: &self.weight,
         };
-        projection.close(&ask, &mut q, &mut kinematics);
+        self.projection.close(&ask, &mut q, kinematics);
         let off = target.patches.iter().map(|(p, wanted)| {
             let X_WC = kinematics.X_WC(&robot.patches[*p]);
             apart(&X_WC, wanted, is_point(robot, *p))
@@ -166,36 +196,65 @@ fn bent(
         if off.fold(0.0, f64::max) > CLOSED {
             return None;
         }
-        joints(context, &phase.task, &q.joints, u, &mut worst);
-        tilt(context, &phase.task, &q.R_WB, u, &mut worst);
-        clearances.look(&kinematics, u, &mut worst);
+        let mut worst = None;
+        joints(context, &self.phase.task, &q.joints, u, &mut worst);
+        tilt(context, &self.phase.task, &q.R_WB, u, &mut worst);
         if let Some(failure) = worst {
             tracing::debug!("no way through: {}", failure.describe());
             return None;
         }
-        let bodies = robot.bodies.iter().zip(&kinematics.X_WB);
-        let places = bodies.map(|(body, X_WB)| X_WB * Point3::from(body.com_B));
-        places_W.push(places.collect());
-        let old = if end == End::First { i } else { n - count + i };
-        let forces_W = phase.samples[old].forces_W.clone();
-        samples.push(Instance {
-            q: q.to_q(),
-            forces_W,
-        });
+        Some((u, q))
     }
-    let trajectory = SampledTrajectory {
-        samples,
-        places_W,
-        coarse: clearances.coarse,
-    };
-    let (step, _) = trajectory.longest_step();
-    let near = step <= STEP_PART * context.posture.clearance_m && trajectory.coarse <= 1.0;
-    // What rests bear at the new places, the contacts can.
-    let begin = if end == End::First { 0 } else { n - count };
-    let mut whole: Vec<&Instance> = phase.samples.iter().collect();
-    whole.splice(begin..=begin + count, &trajectory.samples);
-    let mut pace = Pace::along(context, phase, curve(whole.into_iter()));
-    let stands = (begin..=begin + count).all(|i| pace.stands(i as f64 / n as f64));
-    tracing::debug!("through: near {near}, stands {stands}");
-    (near && stands).then_some(trajectory.samples)
+
+    /// Whether a few samples keep to their limits.
+    fn seems_free(&mut self, T: &DVector<f64>) -> bool {
+        let step = (self.count / LOOKS).max(1);
+        (0..=self.count)
+            .step_by(step)
+            .all(|i| self.at(i, T).is_some())
+    }
+
+    /// The samples; nothing where one of them is not as it should be.
+    fn bent(&mut self, T: &DVector<f64>) -> Option<Vec<Instance>> {
+        let (context, phase) = (self.context, self.phase);
+        let n = phase.samples.len() - 1;
+        let begin = if self.end == End::First {
+            0
+        } else {
+            n - self.count
+        };
+        let mut clearances = ClearanceMonitor::new(context, &phase.task);
+        let mut worst = None;
+        let mut places_W: Vec<Vec<Point3<f64>>> = Vec::new();
+        let mut samples = Vec::with_capacity(self.count + 1);
+        for i in 0..=self.count {
+            let (u, q) = self.at(i, T)?;
+            clearances.look(&self.kinematics, u, &mut worst);
+            if let Some(failure) = worst {
+                tracing::debug!("no way through: {}", failure.describe());
+                return None;
+            }
+            let bodies = context.robot.bodies.iter().zip(&self.kinematics.X_WB);
+            let places = bodies.map(|(body, X_WB)| X_WB * Point3::from(body.com_B));
+            places_W.push(places.collect());
+            samples.push(Instance {
+                q: q.to_q(),
+                forces_W: phase.samples[begin + i].forces_W.clone(),
+            });
+        }
+        let trajectory = SampledTrajectory {
+            samples,
+            places_W,
+            coarse: clearances.coarse,
+        };
+        let (step, _) = trajectory.longest_step();
+        let near = step <= STEP_PART * context.posture.clearance_m && trajectory.coarse <= 1.0;
+        // What rests bear at the new places, the contacts can.
+        let mut whole: Vec<&Instance> = phase.samples.iter().collect();
+        whole.splice(begin..=begin + self.count, &trajectory.samples);
+        let mut pace = Pace::along(context, phase, curve(whole.into_iter()));
+        let stands = (begin..=begin + self.count).all(|i| pace.stands(i as f64 / n as f64));
+        tracing::debug!("through: near {near}, stands {stands}");
+        (near && stands).then_some(trajectory.samples)
+    }
 }
