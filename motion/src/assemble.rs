@@ -12,8 +12,9 @@ use crate::passage;
 use crate::problem::MotionContext;
 use crate::segment::{PhaseTrajectory, Segment};
 
-/// Every so many places of phases are looked at for the time from rest to rest: the fewer, the less that is.
-const LOOKED_AT: [usize; 2] = [8, 1];
+/// Pieces of a phase at whose ends its limits are looked at for the time from rest to rest: the fewer, the less
+/// that is.
+const LOOKED_AT: [usize; 2] = [pace::PLACES / 8, pace::PLACES];
 
 /// What motions of these settings keep to.
 pub fn limits(config: &Config, posture: &posture::Config) -> Limits {
@@ -89,8 +90,8 @@ fn paced(
     let own = || run.par_iter().map(|(k, _)| stops[*k]);
     let through = pace::samples(context, &bent);
     let steps: usize = through.iter().map(|(_, samples)| samples.len() - 1).sum();
-    let slow = |every: &usize| {
-        let least = own().map(|phase| pace::least_s(context, phase, *every));
+    let slow = |pieces: &usize| {
+        let least = own().map(|phase| pace::least_s(context, phase, *pieces));
         steps as f64 * context.config.dt_s > least.collect::<Vec<f64>>().iter().sum()
     };
     if run.len() > 1 && (through.is_empty() || LOOKED_AT.iter().all(slow)) {

@@ -10,6 +10,8 @@ mod dynamics;
 mod limits;
 mod smoothing;
 
+use std::f64::consts::PI;
+
 use nalgebra::{DVector, Matrix3, Matrix3x6, Vector3, Vector6};
 use robot_model::{Configuration, GRAVITY_M_S2, Kinematics};
 
@@ -18,8 +20,14 @@ use crate::inverse_dynamics::PathDynamics;
 use crate::load_shares::LoadShares;
 use crate::problem::MotionContext;
 use crate::segment::PhaseTrajectory;
+use crate::time_law::Row;
 pub(crate) use chain::{least_s, samples};
+use dynamics::between;
 
+/// Pieces of a phase's path at most, along which its limits are nearly linear: what is sharper is found by the samples
+/// of the law. Those at whose ends forces are suited to it; the others are a multiple, as a phase's samples are.
+pub(crate) const PLACES: usize = 240;
+const SUITED: usize = 80;
 /// For how much more than a law needs forces are suited to it.
 const FARTHER: f64 = 1.5;
 /// Part of the weight below which what is needed has no direction.
@@ -29,6 +37,17 @@ const UNLOADED_N: f64 = 1e-3;
 /// A law that exceeds its limits by no more than this part is kept: of a contact that keeps a tenth of its
 /// load, ten times as much of its friction.
 const OVER: f64 = 2e-4;
+
+/// Where on its path the place `i` of `n` of a phase is: a law of constant accelerations goes from each to the next
+/// in nearly the same time.
+fn place_s(i: usize, n: usize) -> f64 {
+    0.5 - 0.5 * (PI * i as f64 / n as f64).cos()
+}
+
+/// How many places are before `s`, in parts of one too.
+fn places_before(s: f64, n: usize) -> f64 {
+    (1.0 - 2.0 * s.clamp(0.0, 1.0)).acos() / PI * n as f64
+}
 
 /// The whole body at one sample of a motion.
 pub(crate) struct Paced {
@@ -105,11 +124,20 @@ impl<'a> Pace<'a> {
         }
     }
 
-    /// The dynamics at every so many samples of the path.
-    fn places(&mut self, every: usize) -> Vec<Place> {
-        let n = ((self.phase.samples.len() - 1) / every).max(1);
-        let places = (0..=n).map(|i| self.place(i as f64 / n as f64, &Lean::new()));
-        places.collect()
+    /// The dynamics at the ends of so many pieces of the path, of no more than there are between its samples, borne by
+    /// nothing yet.
+    fn places(&mut self, pieces: usize) -> Vec<Place> {
+        let n = pieces.min(self.phase.samples.len() - 1);
+        (0..=n).map(|i| self.going(place_s(i, n))).collect()
+    }
+
+    /// The limits at places of the whole path where forces lean like this.
+    fn limited(&self, places: &mut [Place], leans: &[Lean]) -> Vec<Vec<Row>> {
+        let n = places.len() - 1;
+        self.limits(places.iter_mut().enumerate().map(|(i, place)| {
+            self.bear(place, &between(leans, place_s(i, n)));
+            &*place
+        }))
     }
 
     /// How the forces should lean at a place that is gone through like this.
@@ -161,6 +189,24 @@ impl<'a> Pace<'a> {
             tau: tau.collect(),
             com_W: place.com_W,
             forces_W,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constant_accelerations_go_from_each_place_to_the_next_in_nearly_the_same_time() {
+        let n = 80;
+        // s = 2 t² up to the middle.
+        let time = |i: usize| (place_s(i, n) / 2.0).sqrt();
+        let steps = (0..n / 2).map(|i| time(i + 1) - time(i));
+        let (least, most) = steps.fold((1.0_f64, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
+        assert!(most < 1.5 * least, "{least} {most}");
+        for i in 0..=n {
+            assert!((places_before(place_s(i, n), n) - i as f64).abs() < 1e-6);
         }
     }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::dynamics::between;
 use super::smoothing::{Excess, Grid, binding, excess, smooth, worst};
-use super::{Lean, OVER, Pace, Paced, Place};
+use super::{Lean, OVER, PLACES, Pace, Paced, Place, SUITED, place_s};
 use crate::config::Config;
 use crate::load_shares::LoadShares;
 use crate::problem::MotionContext;
@@ -32,16 +32,13 @@ const STRETCHED: usize = 24;
 /// makes of it between two of them: more is a kink.
 const KINK: f64 = 0.08;
 
-/// The least time for a phase from rest to rest, s, by the limits at every so many of its samples: before forces
-/// suit its law.
-pub(crate) fn least_s(context: &MotionContext, phase: &PhaseTrajectory, every: usize) -> f64 {
+/// The least time for a phase from rest to rest, s, by the limits at the ends of so many pieces of its path:
+/// before forces suit its law.
+pub(crate) fn least_s(context: &MotionContext, phase: &PhaseTrajectory, pieces: usize) -> f64 {
     let mut pace = Pace::new(context, phase);
-    let places = pace.places(every);
-    let law = smooth(
-        &mut Grid::new(vec![pace.limits(&places)]),
-        context.config,
-        ROUGHLY,
-    );
+    let mut places = pace.places(pieces);
+    let mut grid = Grid::new(vec![pace.limited(&mut places, &[])]);
+    let law = smooth(&mut grid, context.config, ROUGHLY);
     law.map_or(0.0, |(law, over)| law.duration_s() * over)
 }
 
@@ -53,10 +50,8 @@ pub(crate) fn samples(
 ) -> Vec<(LoadShares, Vec<Paced>)> {
     let paces = phases.iter().map(|phase| Pace::new(context, phase));
     let mut paces: Vec<Pace> = paces.collect();
-    let Some((mut grid, leans)) = suited(&mut paces, context.config) else {
-        return Vec::new();
-    };
-    let (mut slower, mut samples, mut settled) = (1.0, Vec::new(), false);
+    let (mut grid, leans) = suited(&mut paces, context.config);
+    let (mut slower, mut seen, mut settled) = (1.0, Seen::new(), false);
     let mut sharp: Vec<[f64; 2]> = Vec::new();
     for tried in 1..=DRAWN_IN + STRETCHED {
         let Some((law, over)) = smooth(&mut grid, context.config, FINALLY) else {
@@ -65,19 +60,20 @@ pub(crate) fn samples(
         let law = law.slower(over * slower);
         // Only a law that keeps to its limits where those before did not is worth a look at all of it.
         let at_sharp = |s: f64| sharp.iter().any(|[from, to]| (*from..=*to).contains(&s));
-        let (_, mut used) = sampled(&mut paces, &leans, &law, context.config, at_sharp);
-        if worst(&used) <= 1.0 + OVER || tried == DRAWN_IN + STRETCHED {
-            (samples, used) = sampled(&mut paces, &leans, &law, context.config, |_| true);
+        seen.clear();
+        look(&mut paces, &leans, &law, at_sharp, &mut seen);
+        if worst(used(&seen)) <= 1.0 + OVER || tried == DRAWN_IN + STRETCHED {
+            look(&mut paces, &leans, &law, |_| true, &mut seen);
         }
-        let over = worst(&used);
+        let over = worst(used(&seen));
         settled = over <= 1.0 + OVER;
         if settled {
             break;
         }
-        let beyond = used.iter().filter(|excess| excess.over > 1.0 + OVER);
-        sharp.extend(beyond.map(|excess| excess.span));
+        let beyond = || used(&seen).filter(|excess| excess.over > 1.0 + OVER);
+        sharp.extend(beyond().map(|excess| excess.span));
         if tried <= DRAWN_IN {
-            grid.draw_in(&used);
+            grid.draw_in(beyond());
         } else {
             slower *= 1.0 + (over - 1.0) * (tried - DRAWN_IN) as f64;
         }
@@ -87,58 +83,77 @@ pub(crate) fn samples(
         return Vec::new();
     }
     let shares = paces.into_iter().map(|pace| pace.shares);
+    let samples = seen.into_iter().map(|seen| seen.into_iter().flatten());
+    let samples = samples.map(|seen| seen.map(|(paced, _)| paced).collect());
     shares.zip(samples).collect()
 }
 
-/// The limits at every sample of the phases' paths, between which the second derivatives of these are linear,
-/// and how forces lean that suit the fastest law.
-fn suited(paces: &mut [Pace], config: &Config) -> Option<(Grid, Vec<Vec<Lean>>)> {
-    let places = paces.par_iter_mut().map(|pace| pace.places(1));
+/// The limits at the places of the phases' paths, and how forces lean that suit the fastest law: sought at some of
+/// them.
+fn suited(paces: &mut [Pace], config: &Config) -> (Grid, Vec<Vec<Lean>>) {
+    let places = paces.par_iter_mut().map(|pace| pace.places(PLACES));
     let mut places: Vec<Vec<Place>> = places.collect();
-    let mut best: Option<(f64, Grid, Vec<Vec<Lean>>)> = None;
-    let mut leans: Vec<Vec<Lean>> = vec![Vec::new(); paces.len()];
+    let (mut best, mut leans) = (Vec::new(), vec![Vec::new(); paces.len()]);
+    let mut before = f64::INFINITY;
     for _ in 0..PASSES {
-        let rows = paces.par_iter().zip(&places);
-        let rows = rows.map(|(pace, places)| pace.limits(places));
-        // At rest every row has room, so there is one.
-        let mut grid = Grid::new(rows.collect());
-        let Some((law, _)) = smooth(&mut grid, config, ROUGHLY) else {
+        let rows = paces.par_iter().zip(&mut places).zip(&leans);
+        let rows = rows.map(|((pace, places), leans)| {
+            let some = some(places).enumerate().map(|(i, place)| {
+                pace.bear(place, leans.get(i).unwrap_or(&Lean::new()));
+                &*place
+            });
+            pace.limits(some)
+        });
+        let Some((law, _)) = smooth(&mut Grid::new(rows.collect()), config, ROUGHLY) else {
             break;
         };
         let time = law.duration_s();
-        let before = best.as_ref().map_or(f64::INFINITY, |best| best.0);
         if time >= before {
             break;
         }
-        best = Some((time, grid, leans));
+        best = leans;
         if time > WORTH * before {
             break;
         }
+        before = time;
         let next = paces.par_iter().zip(&mut places).enumerate();
         let next = next.map(|(k, (pace, places))| {
-            let pieces = (places.len() - 1) as f64;
-            let lean = places.iter_mut().enumerate().map(|(i, place)| {
-                let [_, rate, bend] = law.at(law.time_s(k as f64 + i as f64 / pieces));
-                let lean = pace.lean(place, rate, bend);
-                pace.bear(place, &lean);
-                lean
+            let some: Vec<&mut Place> = some(places).collect();
+            let pieces = some.len() - 1;
+            let leans = some.iter().enumerate().map(|(i, place)| {
+                let [_, rate, bend] = law.at(law.time_s(k as f64 + place_s(i, pieces)));
+                pace.lean(place, rate, bend)
             });
-            lean.collect()
+            leans.collect()
         });
         leans = next.collect();
     }
-    best.map(|(_, grid, leans)| (grid, leans))
+    let rows = paces.par_iter().zip(&mut places).zip(&best);
+    let rows = rows.map(|((pace, places), leans)| pace.limited(places, leans));
+    (Grid::new(rows.collect()), best)
 }
 
-/// The samples of every phase by a law, where its path is to be looked at, and by how much each of them exceeds
-/// what is allowed.
-fn sampled(
+/// Those of the places of a phase at which forces are suited to a law.
+fn some(places: &mut [Place]) -> impl Iterator<Item = &mut Place> {
+    let every = (places.len() / SUITED).max(1);
+    places.iter_mut().step_by(every)
+}
+
+/// The samples of every phase, those that were looked at, and by how much they exceed what is allowed.
+type Seen = Vec<Vec<Option<(Paced, Excess)>>>;
+
+fn used(seen: &Seen) -> impl Iterator<Item = &Excess> {
+    seen.iter().flatten().flatten().map(|(_, excess)| excess)
+}
+
+/// Looks at those samples of every phase by a law that `looked_at` says by their s and that were not seen yet.
+fn look(
     paces: &mut [Pace],
     leans: &[Vec<Lean>],
     law: &TimeLaw,
-    config: &Config,
     looked_at: impl Fn(f64) -> bool + Sync,
-) -> (Vec<Vec<Paced>>, Vec<Excess>) {
+    seen: &mut Seen,
+) {
     let count = paces.len();
     let time = |k: usize| match k {
         0 => 0.0,
@@ -146,39 +161,22 @@ fn sampled(
         k => law.time_s(k as f64),
     };
     let borders: Vec<f64> = (0..=count).map(time).collect();
-    let all = paces.par_iter_mut().zip(leans).enumerate();
-    let all = all.map(|(k, (pace, leans))| {
-        let states = stepped([borders[k], borders[k + 1]], config.dt_s);
-        let mut rows = Vec::new();
-        let samples = states.into_iter().map(|[tau, slower, change]| {
+    seen.resize_with(count, Vec::new);
+    let all = paces.par_iter_mut().zip(leans).zip(&mut *seen).enumerate();
+    all.for_each(|(k, ((pace, leans), seen))| {
+        let states = stepped([borders[k], borders[k + 1]], pace.context.config.dt_s);
+        seen.resize_with(states.len(), || None);
+        for ([tau, slower, change], seen) in states.into_iter().zip(seen) {
             let ([s, rate, bend], span) = law.with_span(tau);
-            if !looked_at(s) {
-                return None;
+            if seen.is_none() && looked_at(s) {
+                let state = [s, rate * slower, bend * slower * slower + rate * change];
+                *seen = Some(sampled(pace, leans, k, state, span));
             }
-            let (rate, bend) = (rate * slower, bend * slower * slower + rate * change);
-            let along = (s - k as f64).clamp(0.0, 1.0);
-            let place = pace.place(along, &between(leans, along));
-            pace.rows(&place, &mut rows);
-            let over = excess(&rows, rate, bend);
-            let beyond = over > 1.0 + OVER;
-            let excess = Excess {
-                s,
-                span,
-                over,
-                rows: if beyond {
-                    binding(&mut rows)
-                } else {
-                    Vec::new()
-                },
-            };
-            Some((pace.paced(&place, rate, bend), excess))
-        });
-        samples.collect()
+        }
     });
-    let mut all: Vec<Vec<Option<(Paced, Excess)>>> = all.collect();
     for k in 0..count {
         // The first sample of a phase takes the place of the last one before it.
-        let (so_far, next) = all.split_at_mut(k + 1);
+        let (so_far, next) = seen.split_at_mut(k + 1);
         let samples = &mut so_far[k];
         let last = samples.len() - 1;
         let first_after = next.first().and_then(|next| next[0].as_ref());
@@ -188,18 +186,48 @@ fn sampled(
             };
             let follow = [samples[i].as_ref(), first_after.filter(|_| i == last)];
             let kinks = follow.into_iter().flatten();
-            let kinks = kinks.map(|(now, _)| kink(before, now, config));
+            let kinks = kinks.map(|(now, _)| kink(before, now, paces[k].context.config));
             let kink = kinks.fold(0.0, f64::max);
             if let Some((_, excess)) = &mut samples[i] {
                 excess.over = excess.over.max(kink);
             }
         }
     }
-    let phases = all
-        .into_iter()
-        .map(|samples| samples.into_iter().flatten().unzip());
-    let (samples, used): (Vec<_>, Vec<Vec<Excess>>) = phases.unzip();
-    (samples, used.into_iter().flatten().collect())
+}
+
+/// The sample of phase `k` with this s, ṡ and s̈, and by how much it exceeds what is allowed.
+fn sampled(
+    pace: &mut Pace,
+    leans: &[Lean],
+    k: usize,
+    [s, rate, bend]: [f64; 3],
+    span: [f64; 2],
+) -> (Paced, Excess) {
+    let mut rows = Vec::new();
+    let mut at = |pace: &mut Pace, s: f64| {
+        let along = (s - k as f64).clamp(0.0, 1.0);
+        let place = pace.place(along, &between(leans, along));
+        pace.rows(&place, &mut rows);
+        (place, excess(&rows, rate, bend))
+    };
+    let (place, over) = at(pace, s);
+    let is_sharp = over > 1.0 + OVER;
+    if is_sharp {
+        // Others meet beside it what is sharp here.
+        let beside = 0.5 * rate * pace.context.config.dt_s;
+        at(pace, s - beside);
+        at(pace, s + beside);
+    } else {
+        rows.clear();
+    }
+    let rows = binding(&mut rows);
+    let excess = Excess {
+        s,
+        span,
+        over,
+        rows,
+    };
+    (pace.paced(&place, rate, bend), excess)
 }
 
 /// How much slower a step has to be for velocities and accelerations that agree with where it leads:

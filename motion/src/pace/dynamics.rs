@@ -3,13 +3,20 @@
 use nalgebra::{DVector, Vector3, Vector6};
 use robot_model::JointKind;
 
-use super::{Lean, Pace, Place};
+use super::{Lean, Pace, Place, places_before};
 use crate::interpolation::Instant;
 use crate::sampling::Instance;
 
 impl Pace<'_> {
     /// The dynamics at `s`, where forces lean like this.
     pub(super) fn place(&mut self, s: f64, lean: &Lean) -> Place {
+        let mut place = self.going(s);
+        self.bear(&mut place, lean);
+        place
+    }
+
+    /// The dynamics at `s`, borne by nothing yet.
+    pub(super) fn going(&mut self, s: f64) -> Place {
         let robot = self.context.robot;
         let mut place = self.resting(s);
         let Instant { v, a, .. } = &place.path;
@@ -29,7 +36,6 @@ impl Pace<'_> {
             let m = m + (kinematics.origin_W[0] - place.com_W).cross(&f);
             *part = Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z);
         }
-        self.bear(&mut place, lean);
         place
     }
 
@@ -129,7 +135,7 @@ impl Pace<'_> {
 
 /// That at `s`, between those of the grid; none where there is no grid.
 pub(super) fn between(grid: &[Lean], s: f64) -> Lean {
-    let at = s * (grid.len().max(2) - 1) as f64;
+    let at = places_before(s, grid.len().max(2) - 1);
     let low = (at as usize).min(grid.len().saturating_sub(2));
     let part = at - low as f64;
     match grid.get(low..low + 2) {

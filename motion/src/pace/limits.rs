@@ -44,19 +44,19 @@ const CONE_INSIDE: f64 = 0.923_879_532_511_286_7;
 
 impl Pace<'_> {
     /// The limits that bind at these places.
-    pub(super) fn limits(&self, places: &[Place]) -> Vec<Vec<Row>> {
+    pub(super) fn limits<'p>(&self, places: impl Iterator<Item = &'p Place>) -> Vec<Vec<Row>> {
         let mut rows = Vec::new();
-        let binding = places.iter().map(|place| {
+        let binding = places.map(|place| {
+            rows.clear();
             self.rows(place, &mut rows);
             binding(&mut rows)
         });
         binding.collect()
     }
 
-    /// Writes every limit at one place.
+    /// Appends every limit at one place.
     pub(super) fn rows(&self, place: &Place, rows: &mut Vec<Row>) {
         let (robot, config) = (self.context.robot, self.context.config);
-        rows.clear();
         // Speeds, of which the one nearest to its limit binds: of joints, of bodies between two samples, of the
         // patch in the air.
         let mut used = 0.0_f64;

@@ -1,11 +1,11 @@
 //! The fastest law of continuous acceleration within given limits.
 
-use super::OVER;
+use super::{OVER, place_s, places_before};
 use crate::config::Config;
 use crate::time_law::{Row, TimeLaw};
 
 /// The limits that bind at places of phases that are gone through one after the other: phase k from s = k to
-/// k + 1, its places equally spaced; a law keeps those of both phases at a border.
+/// k + 1; a law keeps those of both phases at a border.
 pub(super) struct Grid {
     at: Vec<f64>,
     limits: Vec<Vec<Row>>,
@@ -31,9 +31,8 @@ pub(super) struct Excess {
 }
 
 /// The largest excess, 1 at least.
-pub(super) fn worst(used: &[Excess]) -> f64 {
-    used.iter()
-        .fold(1.0, |worst, excess| worst.max(excess.over))
+pub(super) fn worst<'a>(used: impl Iterator<Item = &'a Excess>) -> f64 {
+    used.fold(1.0, |worst, excess| worst.max(excess.over))
 }
 
 impl Grid {
@@ -52,7 +51,7 @@ impl Grid {
             grid.limits[border].extend(&phase[0]);
             grid.limits.extend(phase[1..].iter().cloned());
             grid.at
-                .extend((1..=pieces).map(|i| k as f64 + i as f64 / pieces as f64));
+                .extend((1..=pieces).map(|i| k as f64 + place_s(i, pieces)));
             grid.first.push(border + pieces);
         }
         grid.drawn = vec![1.0; grid.limits.len()];
@@ -64,7 +63,7 @@ impl Grid {
     fn along(&self, s: f64) -> (usize, f64) {
         let k = (s.max(0.0) as usize).min(self.own.len() - 1);
         let pieces = self.own[k].len() - 1;
-        (k, (s - k as f64).clamp(0.0, 1.0) * pieces as f64)
+        (k, places_before(s - k as f64, pieces))
     }
 
     /// The excess at every sample of a law, between those of the places beside it.
@@ -86,8 +85,8 @@ impl Grid {
         over.collect()
     }
 
-    /// Draws in the limits from which excesses come, and takes in those that are known between the places.
-    pub fn draw_in(&mut self, used: &[Excess]) {
+    /// Draws in the limits from which these excesses come, and takes in those that are known between the places.
+    pub fn draw_in<'a>(&mut self, used: impl Iterator<Item = &'a Excess>) {
         let mut drawn = vec![1.0_f64; self.limits.len()];
         for Excess {
             s,
@@ -117,54 +116,58 @@ impl Grid {
 }
 
 /// What binds at some s̈ and ṡ² ≥ 0, over what is allowed: of the points (a, b)/c the upper hull.
-pub(super) fn binding(rows: &mut Vec<Row>) -> Vec<Row> {
-    let Some(&first) = rows.first() else {
-        return Vec::new();
-    };
-    let unit = |row: &Row| {
+pub(super) fn binding(rows: &mut [Row]) -> Vec<Row> {
+    for row in rows.iter_mut() {
         let part = row.c.recip();
-        Row {
+        *row = Row {
             a: row.a * part,
             b: row.b * part,
             c: 1.0,
-        }
+        };
+    }
+    let Some(&first) = rows.first() else {
+        return Vec::new();
     };
-    let [mut left, mut top, mut right] = [unit(&first); 3];
-    for row in rows.iter_mut() {
-        *row = unit(row);
-        if row.a < left.a {
+    let [mut left, mut top, mut right] = [first; 3];
+    for row in &*rows {
+        if row.a < left.a || (row.a == left.a && row.b > left.b) {
             left = *row;
         }
-        if row.a > right.a {
+        if row.a > right.a || (row.a == right.a && row.b > right.b) {
             right = *row;
         }
         if row.b > top.b {
             top = *row;
         }
     }
-    // How far a point is over the line from p on to q, by its sign.
-    let over =
-        |p: &Row, q: &Row, row: &Row| (q.a - p.a) * (row.b - p.b) - (q.b - p.b) * (row.a - p.a);
-    // Most points are under the lines from the leftmost to the topmost and on to the rightmost.
-    rows.retain(|row| match row.a <= top.a {
-        true => over(&left, &top, row) >= 0.0,
-        false => over(&top, &right, row) >= 0.0,
-    });
-    rows.sort_unstable_by(|p, q| p.a.total_cmp(&q.a).then(p.b.total_cmp(&q.b)));
-    // The hull of those before takes their place.
-    let mut hull = 0;
+    let mut hull = vec![left];
+    corners(rows, [left, top], &mut hull);
+    corners(rows, [top, right], &mut hull);
+    hull
+}
+
+/// Appends the corners of the hull from `p` on to `q`, which is one: the point farthest over the line between them
+/// is one, and what is under it none.
+fn corners(rows: &mut [Row], [p, q]: [Row; 2], hull: &mut Vec<Row>) {
+    let (mut count, mut most, mut farthest) = (0, 0.0, q);
     for i in 0..rows.len() {
         let row = rows[i];
-        while hull > 1 && over(&rows[hull - 2], &rows[hull - 1], &row) >= 0.0 {
-            hull -= 1;
+        let over = (q.a - p.a) * (row.b - p.b) - (q.b - p.b) * (row.a - p.a);
+        if over > 0.0 {
+            rows.swap(i, count);
+            count += 1;
+            if over > most {
+                (most, farthest) = (over, row);
+            }
         }
-        if hull == 1 && rows[0].a == row.a {
-            hull = 0;
-        }
-        rows[hull] = row;
-        hull += 1;
     }
-    rows[..hull].to_vec()
+    if count > 0 {
+        let rows = &mut rows[..count];
+        corners(rows, [p, farthest], hull);
+        corners(rows, [farthest, q], hull);
+    } else if q != p {
+        hull.push(q);
+    }
 }
 
 /// How much slower a law has to be for its limits: an acceleration falls with the square of that.
@@ -184,7 +187,7 @@ pub(super) fn smooth(grid: &mut Grid, config: &Config, tries: usize) -> Option<(
             break;
         };
         let used = grid.excesses(&law, config.dt_s);
-        let over = worst(&used);
+        let over = worst(used.iter());
         let time = |law: &TimeLaw, over: f64| law.duration_s() * over;
         if best
             .as_ref()
@@ -195,7 +198,7 @@ pub(super) fn smooth(grid: &mut Grid, config: &Config, tries: usize) -> Option<(
         if over <= 1.0 + OVER {
             break;
         }
-        grid.draw_in(&used);
+        grid.draw_in(used.iter().filter(|excess| excess.over > 1.0 + OVER));
     }
     best
 }
@@ -245,12 +248,15 @@ mod tests {
         let sharp = vec![row(0.0, 1.0)];
         let at = |law: &TimeLaw| law.at(law.time_s(0.51))[1];
         assert!(at(&before) > 1.5);
-        grid.draw_in(&[Excess {
-            s: 0.51,
-            span: [0.5, 0.52],
-            over: 1.0,
-            rows: sharp,
-        }]);
+        grid.draw_in(
+            [Excess {
+                s: 0.51,
+                span: [0.5, 0.52],
+                over: 1.0,
+                rows: sharp,
+            }]
+            .iter(),
+        );
         let (law, over) = smooth(&mut grid, &config, 8).unwrap();
         assert!(at(&law) * over.recip() < 1.01, "{}", at(&law));
         // All of it slowed down by as much would take 1.9 times as long.
