@@ -27,7 +27,7 @@ use dynamics::between;
 /// Pieces of a phase's path at most, along which its limits are nearly linear: what is sharper is found by the samples
 /// of the law. Those at whose ends forces are suited to it; the others are a multiple, as a phase's samples are.
 pub(crate) const PLACES: usize = 240;
-const SUITED: usize = 80;
+const SUITED: usize = 120;
 /// For how much more than a law needs forces are suited to it.
 const FARTHER: f64 = 1.5;
 /// Part of the weight below which what is needed has no direction.
