@@ -93,7 +93,8 @@ pub(crate) fn samples(
 fn suited(paces: &mut [Pace], config: &Config) -> (Grid, Vec<Vec<Lean>>) {
     let places = paces.par_iter_mut().map(|pace| pace.places(PLACES));
     let mut places: Vec<Vec<Place>> = places.collect();
-    let (mut best, mut leans) = (Vec::new(), vec![Vec::new(); paces.len()]);
+    let mut leans = vec![Vec::new(); paces.len()];
+    let mut best = leans.clone();
     let mut before = f64::INFINITY;
     for _ in 0..PASSES {
         let rows = paces.par_iter().zip(&mut places).zip(&leans);
@@ -135,7 +136,7 @@ fn suited(paces: &mut [Pace], config: &Config) -> (Grid, Vec<Vec<Lean>>) {
 
 /// Those of the places of a phase at which forces are suited to a law.
 fn some(places: &mut [Place]) -> impl Iterator<Item = &mut Place> {
-    let every = (places.len() / SUITED).max(1);
+    let every = (places.len().saturating_sub(1) / SUITED).max(1);
     places.iter_mut().step_by(every)
 }
 
