@@ -1,7 +1,7 @@
 //! How near a patch in the air may come to what it passes.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use posture::FaceIndex;
+use posture::{FaceIndex, PlacedShape};
 use robot_model::PatchId;
 use robot_model::collision::Shape;
 
@@ -103,6 +103,27 @@ impl Airborne {
                 true => least_m,
                 false => context.posture.clearance_m,
             })
+        });
+        least_m.min_by(f64::total_cmp)
+    }
+
+    /// The same of a body that rises gently beside where the patch leaves or lands, in the direction `normal_W`.
+    pub fn beside_contact_m(
+        &self,
+        context: &MotionContext,
+        shape: &PlacedShape,
+        obstacle: usize,
+        normal_W: &Vector3<f64>,
+        moves_m: f64,
+    ) -> Option<f64> {
+        let patch = &context.robot.patches[self.patch];
+        let ends = [(self.leaves, self.heights.0), (self.lands, self.heights.1)];
+        let near = ends
+            .into_iter()
+            .filter(|(_, height)| height + moves_m < STRAIGHT_M);
+        let least_m = near.filter_map(|(face, _)| {
+            let on = (patch, face?);
+            (context.environment).beside_contact_m(on, shape, obstacle, normal_W)
         });
         least_m.min_by(f64::total_cmp)
     }

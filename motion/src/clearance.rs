@@ -6,6 +6,7 @@
 //! short by less than half of what the pair moves in one step.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use posture::PlacedShape;
 use robot_model::Kinematics;
 use robot_model::collision::{Shape, closest};
 
@@ -239,13 +240,26 @@ impl<'a> ClearanceMonitor<'a> {
                     *until = gone + LOOK_M - most;
                     continue;
                 };
-                let required = match (touching, in_air) {
+                let normal_W = &found.normal_W;
+                let shape_here = PlacedShape {
+                    geometry: &shape.geometry,
+                    X_WG: &placed.X_WG,
+                    is_pad: shape.is_pad,
+                };
+                let beside_contact = || {
+                    let on = (shape.body, &shape_here);
+                    (in_air)
+                        .and_then(|a| a.beside_contact_m(context, on.1, o, normal_W, moves_m))
+                        .or_else(|| task.beside_contact_m(context, on, o, normal_W))
+                };
+                let required = match (touching.or_else(beside_contact), in_air) {
                     (Some(least_m), _) => least_m,
-                    (None, Some(air)) => air.required_m(context, &found.normal_W, 0.0),
+                    (None, Some(air)) => air.required_m(context, normal_W, 0.0),
                     (None, None) => beside,
                 };
                 let short = required - found.distance;
-                // What is asked of a patch in the air grows along its path: look again in good time.
+                // What is asked of a patch in the air grows along its path, and beside a contact with where a shape
+                // leans: look again in good time.
                 *until = gone
                     + match touching {
                         Some(_) if swings => 0.0,

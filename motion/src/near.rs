@@ -1,6 +1,7 @@
 //! The distances that a configuration along the path must keep, as the projection's inequalities.
 
 use nalgebra::{Point3, Vector3};
+use posture::PlacedShape;
 use robot_model::Kinematics;
 use robot_model::collision::{BodyShape, Other, Proximity};
 
@@ -46,13 +47,27 @@ pub(crate) fn pairs(
         let airborne = Airborne::new(context, swing, &kinematics.X_WC(patch));
         (patch.body, airborne)
     });
+    let moves_m = STEP_PART * context.posture.clearance_m;
+    let in_air = |shape: BodyShape| {
+        let own = air.as_ref().filter(|(body, _)| *body == shape.body);
+        own.map(|(_, air)| air)
+    };
     let touching = |shape: BodyShape, obstacle: usize| {
-        let air = air.as_ref().filter(|(body, _)| *body == shape.body);
-        let moves_m = STEP_PART * context.posture.clearance_m;
+        let air = in_air(shape);
         let shape = &collision.shapes()[shape.shape];
-        let in_air =
-            air.and_then(|(_, air)| air.contact_distance_m(context, shape, obstacle, moves_m));
+        let in_air = air.and_then(|a| a.contact_distance_m(context, shape, obstacle, moves_m));
         in_air.or_else(|| task.contact_distance_m(context, shape, obstacle))
+    };
+    let gently = |pair: &Proximity, obstacle: usize| {
+        let (air, normal_W) = (in_air(pair.a), &pair.normal_W);
+        let shape = &collision.shapes()[pair.a.shape];
+        let placed = PlacedShape {
+            geometry: &shape.geometry,
+            X_WG: &collision.X_WG(kinematics, pair.a.shape),
+            is_pad: shape.is_pad,
+        };
+        air.and_then(|air| air.beside_contact_m(context, &placed, obstacle, normal_W, moves_m))
+            .or_else(|| task.beside_contact_m(context, (shape.body, &placed), obstacle, normal_W))
     };
     let skip = |shape, obstacle| touching(shape, obstacle) == Some(f64::NEG_INFINITY);
     let beside = context.posture.clearance_m;
@@ -63,16 +78,14 @@ pub(crate) fn pairs(
         let Other::Obstacle(obstacle) = pair.b else {
             return None;
         };
-        if let Some(required) = touching(pair.a, obstacle) {
+        if let Some(required) = touching(pair.a, obstacle).or_else(|| gently(pair, obstacle)) {
             // What is to stay off is looked for from twice that on.
             let is_near = pair.distance < required + CONTACT_LOOK_M.max(required);
             return is_near.then(|| near(pair, kinematics, required));
         }
-        let required = match &air {
-            Some((body, air)) if *body == pair.a.body => {
-                air.required_m(context, &pair.normal_W, extra_m)
-            }
-            _ => beside + extra_m,
+        let required = match in_air(pair.a) {
+            Some(air) => air.required_m(context, &pair.normal_W, extra_m),
+            None => beside + extra_m,
         };
         Some(near(pair, kinematics, required))
     }));

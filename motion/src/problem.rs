@@ -1,9 +1,9 @@
 //! The problem: two stances that follow on each other, in an environment, and its phases.
 
 use nalgebra::{Isometry3, Vector3};
-use posture::{Contact, Environment, FaceIndex, Posture, Upright};
+use posture::{Contact, Environment, FaceIndex, PlacedShape, Posture, Upright};
 use robot_model::collision::Shape;
-use robot_model::{Configuration, PatchId, Robot};
+use robot_model::{Configuration, ContactPatch, PatchId, Robot};
 
 use crate::Config;
 use crate::failure::{Failure, Reason};
@@ -124,13 +124,36 @@ impl Task {
         shape: &Shape,
         obstacle: usize,
     ) -> Option<f64> {
-        let least_m = self.closed.iter().filter_map(|contact| {
-            let patch = &context.robot.patches[contact.patch];
-            let face = contact.face.filter(|_| patch.body == shape.body)?;
-            context
-                .environment
-                .contact_distance_m(patch, shape, face, obstacle)
+        let least_m = self.own(context, shape.body).filter_map(|(patch, face)| {
+            let environment = context.environment;
+            environment.contact_distance_m(patch, shape, face, obstacle)
         });
         least_m.min_by(f64::total_cmp)
+    }
+
+    /// The same of a shape of a body to what rises gently beside such a contact, in the direction `normal_W`.
+    pub fn beside_contact_m(
+        &self,
+        context: &MotionContext,
+        (body, shape): (usize, &PlacedShape),
+        obstacle: usize,
+        normal_W: &Vector3<f64>,
+    ) -> Option<f64> {
+        let least_m = self
+            .own(context, body)
+            .filter_map(|on| (context.environment).beside_contact_m(on, shape, obstacle, normal_W));
+        least_m.min_by(f64::total_cmp)
+    }
+
+    /// The patches of a body that rest on a face, with the face.
+    fn own<'a>(
+        &'a self,
+        context: &'a MotionContext,
+        body: usize,
+    ) -> impl Iterator<Item = (&'a ContactPatch, FaceIndex)> {
+        self.closed.iter().filter_map(move |contact| {
+            let patch = &context.robot.patches[contact.patch];
+            Some((patch, contact.face.filter(|_| patch.body == body)?))
+        })
     }
 }

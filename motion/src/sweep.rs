@@ -2,6 +2,7 @@
 //! computed. For a leg that ends in a ball only the ball is tested.
 
 use nalgebra::{Isometry3, Vector3};
+use posture::PlacedShape;
 use robot_model::collision::{Shape, ShapeGeometry, closest};
 
 use crate::airborne::Airborne;
@@ -104,9 +105,16 @@ pub(crate) fn shortfall(
                 }
                 let (other, pose) = (obstacle.geometry(), obstacle.pose());
                 if let Some(found) = closest(geometry, &X_WG, other, pose, LOOK_M) {
-                    let required = air.required_m(context, &found.normal_W, extra_m(path, u));
-                    let short = required - found.distance;
-                    keep(short, u, found.normal_W, &|| Hit::Environment(o));
+                    let normal_W = &found.normal_W;
+                    let placed = PlacedShape {
+                        geometry,
+                        X_WG: &X_WG,
+                        is_pad: true,
+                    };
+                    let gently = air.beside_contact_m(context, &placed, o, normal_W, 0.0);
+                    let required = || air.required_m(context, normal_W, extra_m(path, u));
+                    let short = gently.unwrap_or_else(required) - found.distance;
+                    keep(short, u, *normal_W, &|| Hit::Environment(o));
                 }
             }
             for (other, X_WO) in &standing {

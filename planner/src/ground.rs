@@ -104,12 +104,20 @@ impl<'a> Ground<'a> {
             if n.z < 1e-3 {
                 continue;
             }
+            // What is smaller than a cell may hold no cell's middle.
+            let inside = landing.inside().filter_map(|p_F| {
+                let p = environment[face].point_W(&p_F);
+                let at = [p.x - tile.0 as f64, p.y - tile.1 as f64].map(|x| x * SIDE as f64);
+                let is_here = at.iter().all(|at| (0.0..SIDE as f64).contains(at));
+                is_here.then(|| at[0] as usize * SIDE + at[1] as usize)
+            });
+            let inside: Vec<usize> = inside.collect();
             for (k, cell) in heights.iter_mut().enumerate() {
                 let at = |k: usize| (k as f64 + 0.5) * Self::CELL_M;
                 let (x, y) = (tile.0 as f64 + at(k / SIDE), tile.1 as f64 + at(k % SIDE));
                 let z = o.z - (n.x * (x - o.x) + n.y * (y - o.y)) / n.z;
                 let p_F = X_WF.inverse_transform_point(&Point3::new(x, y, z)).xy();
-                if landing.contains(&p_F) {
+                if landing.contains(&p_F) || inside.contains(&k) {
                     cell.push(z);
                 }
             }

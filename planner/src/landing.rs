@@ -2,18 +2,20 @@
 //!
 //! What stands there is every body of the world that rises over the face's plane, in the slab over
 //! the plane that the patch's own link fills. Its outline in the plane is grown by what the link
-//! must keep from it.
+//! must keep from it. Ground that rises gently beside a ball is in its way only where the ball would be in it.
 
 use nalgebra::{Isometry3, Point2, Point3, Vector2};
-use posture::{Environment, FaceIndex};
+use posture::{Environment, FaceIndex, ball_inset_m};
 use robot_model::collision::{Obstacle, ShapeGeometry};
 use robot_model::{ContactPatch, PatchId, Robot};
 use surfaces::outline::Outline;
-use surfaces::{ConvexPolygon, Region};
+use surfaces::{ConvexPolygon, HalfPlane, Region};
 
 /// The slab over a face in which things are in the way of a patch itself is at most so high, m; of
 /// what is higher the posture keeps the rest of the limb away.
 const SLAB_MAX_M: f64 = 0.12;
+/// Planes whose normals differ by less than this do not meet.
+const LEVEL: f64 = 1e-6;
 /// An outline of no area is taken to be so wide, m.
 const THIN_M: f64 = 1e-3;
 
@@ -26,6 +28,8 @@ pub(crate) struct Footprint {
     beside_m: f64,
     /// How high over the plane things are in its way, m.
     height_m: f64,
+    /// Radius of a ball, m.
+    ball: Option<f64>,
 }
 
 impl Footprint {
@@ -41,6 +45,7 @@ impl Footprint {
             half_width_m,
             beside_m: (clearance_m + over_m - margin_m).max(0.0),
             height_m: (height_m + clearance_m).min(SLAB_MAX_M),
+            ball: patch.point_radius_m(),
         }
     }
 }
@@ -75,12 +80,12 @@ pub(crate) struct Landing {
 
 impl Landing {
     pub fn new(environment: &Environment, face: FaceIndex, footprint: &Footprint) -> Self {
-        let things = standing_on(environment, face, footprint.height_m);
-        let left = |inside_m: f64| {
+        let things = standing_on(environment, face, footprint);
+        let left = |inside_m: f64, beside_m: f64| {
             let outline = environment.outline(face, inside_m);
             let grown = things
                 .iter()
-                .map(|t| t.grown(footprint.beside_m + inside_m));
+                .filter_map(|t| t.grown(footprint.beside_m + beside_m));
             // One after the other: hundreds of pieces of bodies that overlap take an overlay of all
             // of them minutes.
             grown.fold(outline, |left, thing| match is_near(&left, &thing) {
@@ -88,9 +93,15 @@ impl Landing {
                 false => left,
             })
         };
+        let half_width_m = footprint.half_width_m;
+        let leaves = |inset_m: f64| !environment.outline(face, inset_m).is_empty();
+        let inside_m = match footprint.ball {
+            Some(radius_m) => ball_inset_m(radius_m, leaves),
+            None => half_width_m,
+        };
         Self {
-            outline: left(0.0),
-            middle: left(footprint.half_width_m).regions(),
+            outline: left(0.0, 0.0),
+            middle: left(inside_m, half_width_m).regions(),
         }
     }
 
@@ -111,6 +122,13 @@ impl Landing {
         self.middle.iter().any(|region| region.contains(p_F))
     }
 
+    /// A place in each part where the patch's middle may be.
+    pub fn inside(&self) -> impl Iterator<Item = Point2<f64>> {
+        self.middle
+            .iter()
+            .map(|region| region.nearest(&region.centroid()))
+    }
+
     /// A large convex part about a place, long along a direction where it can be.
     pub fn area(&self, p_F: &Point2<f64>, along_F: &Vector2<f64>) -> Option<ConvexPolygon> {
         self.outline.convex_around(p_F, along_F)
@@ -129,17 +147,65 @@ fn is_near(outline: &Outline, polygon: &ConvexPolygon) -> bool {
     })
 }
 
-/// The outlines in a face's plane of the bodies that rise over it, from the plane up to a height.
-fn standing_on(environment: &Environment, face: FaceIndex, height_m: f64) -> Vec<ConvexPolygon> {
+/// What rises over a face's plane.
+struct Thing {
+    /// The outline in the plane of what it has from there up to the height of what is looked at.
+    section: ConvexPolygon,
+    /// Where it is in the way of a ball: over these planes through the ground that rises gently it is not.
+    under: Vec<HalfPlane>,
+}
+
+impl Thing {
+    /// Where its section widened is in the way; nothing where it is nowhere.
+    fn grown(&self, beside_m: f64) -> Option<ConvexPolygon> {
+        self.section.grown(beside_m).clip_all(&self.under)
+    }
+}
+
+/// The bodies that rise over a face's plane, as far as they are in the way of a patch there.
+fn standing_on(environment: &Environment, face: FaceIndex, footprint: &Footprint) -> Vec<Thing> {
     let on = &environment[face];
     let corners = on.vertices_W();
     let first = corners.first().copied().unwrap_or_default();
     let (low, high) = (corners.iter()).fold((first, first), |b, p| (b.0.inf(p), b.1.sup(p)));
-    let X_FW = on.X_WF.inverse();
+    let (X_FW, height_m) = (on.X_WF.inverse(), footprint.height_m);
     let near = environment.world().near(&low, &high, height_m).into_iter();
     near.filter(|&k| !environment.is_behind(face, k))
-        .filter_map(|k| section(&environment.world().obstacles()[k], &X_FW, height_m))
+        .filter_map(|k| {
+            let body = &environment.world().obstacles()[k];
+            Some(Thing {
+                section: section(body, &X_FW, height_m)?,
+                under: under(environment, face, body, footprint),
+            })
+        })
         .collect()
+}
+
+/// Where on a face a ball would be in the ground of a body that rises gently.
+fn under(
+    environment: &Environment,
+    face: FaceIndex,
+    body: &Obstacle,
+    footprint: &Footprint,
+) -> Vec<HalfPlane> {
+    let (Some(radius_m), ShapeGeometry::ConvexHull(hull)) = (footprint.ball, body.geometry())
+    else {
+        return Vec::new();
+    };
+    let X_FO = environment[face].X_WF.inverse() * body.pose();
+    let facets = hull.face_normals().zip(hull.triangles());
+    let of_facet = facets.filter_map(|(normal_O, [corner, ..])| {
+        let is_gentle = environment.is_gentle(face, &(body.pose() * normal_O));
+        let (normal, at) = (X_FO * normal_O, X_FO * hull.vertices()[*corner as usize]);
+        // A ball that touches the face and this plane has its centre over both by its radius.
+        let along = normal.xy().norm();
+        let b = normal.dot(&at.coords) + radius_m * (1.0 - normal.z);
+        (is_gentle && along > LEVEL).then(|| HalfPlane {
+            n: normal.xy() / along,
+            b: b / along,
+        })
+    });
+    of_facet.collect()
 }
 
 /// The outline in the plane z = 0 of what a body has between it and a height.
@@ -189,6 +255,7 @@ fn half_width_m(patch: &ContactPatch) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
     use surfaces::{Face, Obstacle, Terrain};
 
     use super::*;
@@ -207,6 +274,7 @@ mod tests {
             half_width_m: 0.05,
             beside_m: 0.02,
             height_m: 0.1,
+            ball: None,
         };
         let landing = Landing::new(&environment, floor, &footprint);
         // 5 cm of the patch and 2 cm beside it.
@@ -219,5 +287,32 @@ mod tests {
         );
         let under = Point2::new(-1.0, 0.0);
         assert!((landing.nearest(&under).unwrap() - under).norm() < 1e-9);
+    }
+
+    #[test]
+    fn ground_that_rises_gently_is_in_the_way_of_a_ball_only_where_the_ball_would_be_in_it() {
+        let nearest = |tilt_rad: f64, ball: Option<f64>| {
+            let floor = Face::rectangle("floor", Isometry3::identity(), [4.0, 4.0]).unwrap();
+            let (sin, cos) = tilt_rad.sin_cos();
+            let at = Isometry3::translation(0.5 + cos, 0.0, sin);
+            let turn = Isometry3::rotation(Vector3::y() * -tilt_rad);
+            let ramp = Face::rectangle("ramp", at * turn, [2.0, 4.0]).unwrap();
+            let terrain = Terrain::new(vec![floor, ramp], vec![]).unwrap();
+            let environment = Environment::new(terrain, 0.03, 0.0).unwrap();
+            let footprint = Footprint {
+                half_width_m: 0.02,
+                beside_m: 0.02,
+                height_m: 0.1,
+                ball,
+            };
+            let floor = environment.face("floor").unwrap();
+            let landing = Landing::new(&environment, floor, &footprint);
+            landing.nearest(&Point2::new(0.5, 0.0)).unwrap().x
+        };
+        // The ball's own depth in the hollow, against the width of a sole and what it keeps beside it.
+        let touches_both_m = 0.02 * (0.5 * 0.3_f64).tan();
+        assert!((nearest(0.3, Some(0.02)) - (0.5 - touches_both_m)).abs() < 1e-6);
+        assert!((nearest(0.3, None) - 0.46).abs() < 1e-6);
+        assert!((nearest(0.9, Some(0.02)) - 0.46).abs() < 1e-6);
     }
 }

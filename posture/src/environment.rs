@@ -3,9 +3,9 @@
 use std::ops::Index;
 use std::sync::OnceLock;
 
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3, Vector3};
 use robot_model::ContactPatch;
-use robot_model::collision::{BoxIndex, Shape, World};
+use robot_model::collision::{BoxIndex, Shape, ShapeGeometry, World, gap_m};
 use surfaces::outline::Outline;
 use surfaces::{Face, Region, Terrain};
 
@@ -38,6 +38,9 @@ const BEHIND_M: f64 = 0.015;
 /// How deep a link that stands on a face with a ball may be in what lies behind it, m: four fifths of
 /// what `verify` allows.
 const CONTACT_DEPTH_M: f64 = 4e-3;
+/// Ground that leans by no more than this from the plane that a ball touches holds it as well, where friction is at least
+/// 0.58; what is steeper is a thing beside it, rad.
+const GENTLE_RAD: f64 = 30.0_f64.to_radians();
 
 impl Environment {
     /// The environment of a terrain: bodies of `thickness_m` behind every face, and the terrain's
@@ -158,6 +161,52 @@ impl Environment {
             None => f64::NEG_INFINITY,
         })
     }
+
+    /// Whether ground of a unit normal leans so little from a face that a ball on the face could stand on it as well.
+    pub fn is_gentle(&self, face: FaceIndex, normal_W: &Vector3<f64>) -> bool {
+        normal_W.angle(&self[face].normal_W()) <= GENTLE_RAD
+    }
+
+    /// The least distance, m, between a body of the world that rises over the plane of a face and a link that rests on the
+    /// face with a ball, where the body is ground that rises gently beside it, as in a hollow between the triangles of a
+    /// mesh; nothing where it stands there as a thing to keep clear of. `normal_W` is the direction in which they are
+    /// apart, toward the link.
+    ///
+    /// Ground it is where a plane that leans little from the face's parts it from the shape. What holds the ball may come
+    /// to where it touches both; any other shape of the link stays off by half of the ball's radius. Where that plane is
+    /// not across `normal_W`, nothing more is asked (−∞).
+    pub fn beside_contact_m(
+        &self,
+        (patch, face): (&ContactPatch, FaceIndex),
+        shape: &PlacedShape,
+        body: usize,
+        normal_W: &Vector3<f64>,
+    ) -> Option<f64> {
+        let radius_m = patch.point_radius_m()?;
+        let least_m = if shape.is_pad { 0.0 } else { 0.5 * radius_m };
+        if self.is_gentle(face, normal_W) {
+            return Some(least_m);
+        }
+        // The nearest point may be on the edge of ground that falls away from it: the steepest plane that counts, then.
+        let up_W = self[face].normal_W();
+        let aside_W = (normal_W - up_W * normal_W.dot(&up_W)).try_normalize(0.0)?;
+        let across_W = up_W * GENTLE_RAD.cos() + aside_W * GENTLE_RAD.sin();
+        let body = &self.world.obstacles()[body];
+        let (geometry, X_WG) = (shape.geometry, shape.X_WG);
+        let gap_m = gap_m(geometry, X_WG, body.geometry(), body.pose(), &across_W);
+        (gap_m >= least_m).then_some(f64::NEG_INFINITY)
+    }
+}
+
+/// A shape of a robot where it is.
+#[derive(Clone, Copy)]
+pub struct PlacedShape<'a> {
+    /// The shape.
+    pub geometry: &'a ShapeGeometry,
+    /// Its pose in W.
+    pub X_WG: &'a Isometry3<f64>,
+    /// Whether it may be a part of what touches.
+    pub is_pad: bool,
 }
 
 /// The lowest and the highest corner of the box along W's axes around a face.

@@ -78,6 +78,8 @@ pub(crate) struct ContactModel {
     pub body: usize,
     /// Radius of the ball of a point patch, m.
     pub radius: Option<f64>,
+    /// How much farther inside an area a ball stays than the margin, m.
+    pub inside_m: f64,
     /// Vertices of the patch in C.
     pub vertices: Vec<Point2<f64>>,
     /// Points where forces act, in C: the patch shrunk by the CoM margin, or the one of a ball.
@@ -106,15 +108,32 @@ impl ContactModel {
         let contact = &problem.contacts[index];
         let patch = &problem.robot.patches[contact.patch];
         let axes = contact.X_WC.rotation.to_rotation_matrix().into_inner();
+        let radius = patch.point_radius_m();
+        let inside_m = radius.zip(contact.area()).map_or(0.0, |(radius, area)| {
+            let inset = |inset_m: f64| area.polygon.inset(config.patch_margin_m + inset_m);
+            ball_inset_m(radius, |inset_m| inset(inset_m).is_some())
+        });
         Self {
             body: patch.body,
-            radius: patch.point_radius_m(),
+            radius,
+            inside_m,
             vertices: patch.polygon.clone(),
             force_points: force_points(&patch.polygon, config.com_margin_m),
             axes: robot_model::pyramid_axes_W(&axes, &load_W(problem, index)),
             mu: contact.friction * config.friction_use,
         }
     }
+}
+
+/// How far inside a face a ball stays, m: by its radius, so that it is over the face as a whole; on a face that is narrow
+/// for it, which it touches with a point all the same, by less, so that at least half of the face's width is left.
+///
+/// `leaves` says whether an inset leaves anything of the face.
+pub fn ball_inset_m(radius_m: f64, leaves: impl Fn(f64) -> bool) -> f64 {
+    let mut insets_m = [1.0, 0.5, 0.25].into_iter().map(|part| part * radius_m);
+    insets_m
+        .find(|inset_m| leaves(2.0 * inset_m))
+        .unwrap_or(0.0)
 }
 
 /// By how much a patch is shrunk for a margin, m: a narrow one until 10 mm of its half width are left, or 40 %

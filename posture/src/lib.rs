@@ -73,10 +73,10 @@ pub mod stand;
 
 pub use config::{Config, Engine, Solver, Upright};
 pub use contact::{Area, Contact, Freedom};
-pub use environment::{Environment, FaceIndex};
+pub use environment::{Environment, FaceIndex, PlacedShape};
 pub use error::Error;
 pub use explain::{Explanation, Group, Relaxation, explain};
-pub use layout::{force_points, patch_inset_m};
+pub use layout::{ball_inset_m, force_points, patch_inset_m};
 pub use outcome::{Constraint, ContactState, Outcome, Posture, Violation};
 pub use problem::{BaseGoal, Problem};
 pub use proof::refutation;

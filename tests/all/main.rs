@@ -38,6 +38,7 @@ mod slow {
     mod other_worlds;
     mod quadruped_slopes;
     mod random_postures;
+    mod rough_ground;
     mod settings_at_their_limits;
     mod ten_mounts;
     mod verify_dips;

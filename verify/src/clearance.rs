@@ -2,6 +2,7 @@
 //! are apart.
 
 use nalgebra::Vector3;
+use robot_model::ContactPatch;
 use surfaces::Face;
 
 use crate::extremes::Extremes;
@@ -39,8 +40,8 @@ pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Nearest {
     ] {
         worst.add(check, f64::INFINITY, bound, String::new);
     }
-    let touches = placed.touches.iter().map(|t| (t.patch.body, t.face));
-    let touches: Vec<(usize, &Face)> = touches.collect();
+    let touches = placed.touches.iter().map(|t| (t.patch, t.face));
+    let touches: Vec<(&ContactPatch, &Face)> = touches.collect();
     let now = Moment::new(scene, &placed.posture, None);
     let mut pairs = Pairs::new(scene, &touches, bounds, &[&now]);
     let step = Step {
@@ -97,6 +98,7 @@ struct Near<'a> {
 
 struct Part {
     touch: usize,
+    is_ball: bool,
     normal: Vector3<f64>,
     rise: Result<f64, (Solid, Watch)>,
 }
@@ -111,10 +113,10 @@ pub(crate) struct Pairs<'a> {
 
 impl<'a> Pairs<'a> {
     /// Of robot and environment, and of the robot and itself, the nearest first. `touches` are the
-    /// bodies and faces that may touch; the environment is looked up around all of some moments.
+    /// patches and faces that may touch; the environment is looked up around all of some moments.
     pub fn new(
         scene: &'a Scene,
-        touches: &[(usize, &Face)],
+        touches: &[(&ContactPatch, &Face)],
         bounds: Bounds,
         moments: &[&Moment],
     ) -> Self {
@@ -123,9 +125,13 @@ impl<'a> Pairs<'a> {
         for (shape, (body, _)) in scene.shapes.iter().enumerate() {
             let balls = moments.iter().map(|moment| moment.shapes[shape].ball());
             for other in scene.surroundings.near(balls, reach_m) {
-                let own = touches.iter().enumerate().filter(|(_, t)| t.0 == *body);
-                let part = |(touch, (_, face)): (usize, &(usize, &Face))| Part {
+                let own = touches
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, t)| t.0.body == *body);
+                let part = |(touch, (patch, face)): (usize, &(&ContactPatch, &Face))| Part {
                     touch,
+                    is_ball: patch.point_radius_m().is_some(),
                     normal: -column(&face.X_WF.to_homogeneous(), 2),
                     rise: (other.rise_over(face)).ok_or_else(|| (other.above(face), Watch::new())),
                 };
@@ -216,7 +222,17 @@ impl<'a> Pairs<'a> {
                     most = most.and_then(|most| found.map(|found| most.max(found)));
                 }
             }
-            if let Some(found) = most {
+            // Beside a ball it may be ground that it touches as well.
+            let is_ground = |part: &Part| {
+                let most_rad = TOLERANCES.beside_ball_rad;
+                part.is_ball && two.parted(step, &part.normal, most_rad, bound)
+            };
+            if let Some(found) = most
+                && !near
+                    .parts
+                    .iter()
+                    .any(|part| is_active(part) && is_ground(part))
+            {
                 worst.add(Check::Clearance, found, free, subject);
             }
         }

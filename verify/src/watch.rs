@@ -39,6 +39,22 @@ impl Two<'_> {
         }
     }
 
+    /// Whether a plane that leans from another by no more than an angle, rad, parts the two but for a bound,
+    /// m, at every time of a step; `toward` is the other's normal, from the first to the second.
+    pub fn parted(&self, step: &Step, toward: &Vector3<f64>, most_rad: f64, bound: f64) -> bool {
+        let bends = step.before.map_or(0.0, |_| self.sum(step.bends_m));
+        let (_, nearest) = self.with(step.now, |a, b| {
+            signed_distance(a, b, &[*toward], f64::INFINITY)
+        });
+        let aside = nearest - toward * nearest.dot(toward);
+        let along = match (nearest.angle(toward) > most_rad, aside.try_normalize(0.0)) {
+            (true, Some(aside)) => toward * most_rad.cos() + aside * most_rad.sin(),
+            _ => nearest,
+        };
+        let apart = |moment| self.with(moment, |a, b| gap(a, b, &along)) - bends >= bound;
+        apart(step.now) && step.before.is_none_or(apart)
+    }
+
     /// A number of both shapes added up.
     fn sum(&self, of: &[f64]) -> f64 {
         of[self.0]

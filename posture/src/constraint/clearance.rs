@@ -3,12 +3,14 @@
 //!   d(a, b) ≥ clearance,   ∇d = n·(J_a − J_b)        (n the unit normal from b to a)
 //!
 //! A link in contact may touch what lies wholly behind the plane it touches (the surface's own body,
-//! its neighbours in the plane, the riser under a tread), and nothing else.
+//! its neighbours in the plane, the riser under a tread), with a ball also ground that rises gently beside it, and
+//! nothing else.
 
 use nalgebra::Vector3;
 use robot_model::Configuration;
 use robot_model::collision::{BodyShape, Other, Proximity};
 
+use crate::PlacedShape;
 use crate::iterate::{Context, Iterate};
 use crate::rows::{Rows, Tag};
 
@@ -43,24 +45,41 @@ impl Clearances {
         let (collision, kin, within) = (&robot.collision, &it.kinematics, PREDICTION_M);
         collision.self_proximities(kin, within, &mut self.own);
         let environment = ctx.problem.environment;
-        let touching = |shape: BodyShape, obstacle: usize| {
+        let own = |shape: BodyShape| {
             let contacts = ctx.problem.contacts.iter().zip(&ctx.contacts);
-            let own = contacts.filter(|(_, model)| model.body == shape.body);
-            let least_m = own.filter_map(|(contact, _)| {
-                let patch = &robot.patches[contact.patch];
+            let own = contacts.filter(move |(_, model)| model.body == shape.body);
+            own.filter_map(|(contact, _)| Some((&robot.patches[contact.patch], contact.face?)))
+        };
+        let behind = |shape: BodyShape, obstacle: usize| {
+            let least_m = own(shape).filter_map(|(patch, face)| {
                 let shape = &collision.shapes()[shape.shape];
-                environment.contact_distance_m(patch, shape, contact.face?, obstacle)
+                environment.contact_distance_m(patch, shape, face, obstacle)
             });
             least_m.min_by(f64::total_cmp)
         };
-        let never = |shape, obstacle| touching(shape, obstacle) == Some(f64::NEG_INFINITY);
+        let beside = |pair: &Proximity, obstacle: usize| {
+            let (shape, X_WG) = (
+                &collision.shapes()[pair.a.shape],
+                collision.X_WG(kin, pair.a.shape),
+            );
+            let placed = PlacedShape {
+                geometry: &shape.geometry,
+                X_WG: &X_WG,
+                is_pad: shape.is_pad,
+            };
+            let least_m = own(pair.a).filter_map(|on| {
+                environment.beside_contact_m(on, &placed, obstacle, &pair.normal_W)
+            });
+            least_m.min_by(f64::total_cmp)
+        };
+        let never = |shape, obstacle| behind(shape, obstacle) == Some(f64::NEG_INFINITY);
         let mut found = Vec::new();
         collision.world_proximities(kin, environment.world(), within, &never, &mut found);
         for pair in found {
             let Other::Obstacle(obstacle) = pair.b else {
                 continue;
             };
-            match touching(pair.a, obstacle) {
+            match behind(pair.a, obstacle).or_else(|| beside(&pair, obstacle)) {
                 None => self.world.push(pair),
                 Some(least_m) if pair.distance < least_m + CONTACT_PREDICTION_M.max(least_m) => {
                     self.touching.push((pair, least_m));

@@ -4,7 +4,8 @@
 //!   n·p − b ≤ −margin        (p in the face's plane)
 //!
 //! Of a ball, p is the point that touches; it moves as the ball's centre does, and the ball's radius
-//! adds to the margin: the ball is over the surface as a whole, clear of what rises at its edge.
+//! adds to the margin, where the area is wide enough for it ([`ball_inset_m`](crate::ball_inset_m)): the ball is over
+//! the surface as a whole, clear of what rises at its edge.
 //!
 //! Source: [brossette2013] Algorithm 1, with unit edge normals so that the value is a distance.
 
@@ -27,8 +28,7 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
         (ctx.carried_point_W(it, contact, v), p_F)
     });
     let vertices: Vec<_> = vertices.collect();
-    let radius = ctx.contacts[contact].radius.unwrap_or(0.0);
-    let margin = ctx.config.patch_margin_m + radius;
+    let margin = ctx.config.patch_margin_m + ctx.contacts[contact].inside_m;
     for edge in area.polygon.half_planes() {
         let n_W = area.X_WF.rotation * Vector3::new(edge.n.x, edge.n.y, 0.0);
         for (carried_W, p_F) in &vertices {

@@ -136,7 +136,7 @@ fn the_margin_holds_where_the_balls_come_to_be() {
     let stands = Hexapod::new(Vec::new());
     let footholds = feet.map(|foot| {
         let p = stands.centre(foot);
-        square(foot, [0.75 * p.x, 0.75 * p.y, 0.0], 0.0, 0.03)
+        square(foot, [0.75 * p.x, 0.75 * p.y, 0.0], 0.0, 0.0102)
     });
     let hexapod = Hexapod::new(footholds.to_vec());
     let contacts = feet.map(|foot| hexapod.on(foot, foot));
@@ -306,4 +306,30 @@ fn what_holds_the_ball_may_touch_and_all_of_the_link_where_nothing_does() {
     patches[0].X_BC.translation.vector.z -= 1.0;
     robot.set_patches(patches);
     assert!(pads(&robot).iter().all(|is_pad| *is_pad));
+}
+
+/// Between two triangles of a rough mesh: a face narrower than its ball, beside one that rises.
+#[test]
+fn a_ball_stands_on_a_narrow_face_beside_ground_that_rises_gently() {
+    let stands = |tilt_rad: f64| {
+        let (edge_m, half_m) = (0.015, 0.15);
+        let foot = Hexapod::new(vec![floor()]).centre(FEET[0]);
+        let (sin, cos) = tilt_rad.sin_cos();
+        let rises = [foot.x + edge_m + half_m * cos, foot.y, half_m * sin];
+        let hexapod = Hexapod::new(vec![
+            floor(),
+            square("narrow", [foot.x, foot.y, 0.0], 0.0, edge_m),
+            square("rises", rises, -tilt_rad, half_m),
+        ]);
+        let others = FEET[1..].iter().map(|foot| hexapod.fixed(foot));
+        let contacts: Vec<Contact> = [hexapod.on(FEET[0], "narrow")]
+            .into_iter()
+            .chain(others)
+            .collect();
+        let outcome = hexapod.solve(&contacts, None, 0.0, &hexapod.q);
+        outcome.posture().is_some()
+    };
+    assert!(stands(0.0) && stands(0.25));
+    // A thing from which it keeps its clearance.
+    assert!(!stands(0.9));
 }

@@ -19,6 +19,17 @@ pub struct Closest {
     pub p_b_W: Point3<f64>,
 }
 
+/// How far two shapes are apart along a unit vector n from b toward a, m: no more than their distance.
+pub fn gap_m(
+    a: &ShapeGeometry,
+    X_WA: &Isometry3<f64>,
+    b: &ShapeGeometry,
+    X_WB: &Isometry3<f64>,
+    n: &Vector3<f64>,
+) -> f64 {
+    separation(a, X_WA, b, X_WB, n).distance - a.margin_m() - b.margin_m()
+}
+
 /// How far apart the cores are along n, negative on overlap.
 pub(super) fn separation(
     a: &ShapeGeometry,

@@ -21,7 +21,7 @@ mod quickhull;
 mod segment;
 mod world;
 
-pub use closest::Closest;
+pub use closest::{Closest, gap_m};
 pub use geometry::ShapeGeometry;
 pub use hull::Hull;
 pub use model::{BodyShape, CollidingPair, CollisionModel, Other, Proximity, Shape};

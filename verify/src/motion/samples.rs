@@ -213,7 +213,7 @@ fn distances(
         moments.push(Moment::new(scene, posture, moments.last()));
     }
     let touching = closed.iter().chain(swung);
-    let touching: Vec<(usize, &Face)> = touching.map(|c| (c.patch.body, c.face)).collect();
+    let touching: Vec<(&ContactPatch, &Face)> = touching.map(|c| (c.patch, c.face)).collect();
     let all: Vec<&Moment> = moments.iter().collect();
     let mut pairs = Pairs::new(scene, &touching, Bounds::of_motion(scene), &all);
     let heights_m = |posture: &Posture| {

@@ -42,9 +42,9 @@ impl Claim<'_> {
                 let may_touch = |shape: usize| {
                     on(shapes[shape].0).any(|place| {
                         let heights = points.iter().map(|p| inverse_point(&place.X_WC, p).z);
-                        let radius_m = place.patch.point_radius_m().unwrap_or(0.0);
-                        let rise_m = heights.fold(f64::NEG_INFINITY, f64::max) + radius_m;
-                        rise_m <= TOLERANCES.same_plane_m
+                        let rise_m = heights.fold(f64::NEG_INFINITY, f64::max);
+                        // What rises gently beside a ball may be touched too.
+                        place.patch.point_radius_m().is_some() || rise_m <= TOLERANCES.same_plane_m
                     })
                 };
                 if points.is_empty() || own.iter().any(|(shape, _)| may_touch(*shape)) {
