@@ -61,9 +61,9 @@ pub fn grow(
     cancel: &AtomicBool,
 ) -> Result<(SearchResult, Option<Tree>), Error> {
     motion_config.validate()?;
+    let context = SearchContext::new(request, config, posture_config)?;
     let begun = |preference: &Preference| {
-        let context = SearchContext::new(request, config, posture_config)?;
-        let context = way::laid(context, preference);
+        let context = way::laid(context.clone(), preference);
         Search::begin(context, posture_config, motion_config, progress)
     };
     let mut preference = Preference {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::AtomicBool;
 
-use motion::keeps_off;
+use motion::{MotionContext, keeps_off};
 
 use crate::context::SearchContext;
 use crate::frontier::Frontier;
@@ -42,7 +42,8 @@ pub struct Tree {
 }
 
 /// Goes on with a search for a request that differs in bodies alone, which come after those that the search was begun with;
-/// as far as the settings allow beyond what it spent. A way of the base that these bodies turn aside is another search.
+/// as far as the settings allow beyond what it spent. Where these bodies turn the way of the base aside, or meet the first half
+/// of the stances that were found, it is another search: what stays was chosen for what followed.
 ///
 /// # Errors
 /// As [`portfolio::search`].
@@ -57,7 +58,14 @@ pub fn search_on(
 ) -> Result<(SearchResult, Option<Tree>), Error> {
     let context = SearchContext::new(request, config, posture_config)?;
     let mut context = way::laid(context, &tree.preference);
-    if context.gap.is_some() || !context.route.is_along(&tree.route) {
+    let moves = MotionContext {
+        robot: request.robot,
+        environment: request.environment,
+        posture: posture_config,
+        config: motion_config,
+    };
+    let is_along = context.gap.is_none() && context.route.is_along(&tree.route);
+    if !is_along || !tree.keeps_most(&moves) {
         let found = portfolio::grow(
             request,
             config,
@@ -81,6 +89,17 @@ impl Tree {
     fn spent(&self) -> [usize; 3] {
         let here = [self.nodes.len(), self.expanded.len(), self.solved];
         std::array::from_fn(|k| here[k] + self.elsewhere[k])
+    }
+
+    /// Whether the first half of the way that was found is clear of the bodies that were not there then.
+    fn keeps_most(&self, context: &MotionContext) -> bool {
+        let bodies = self.bodies..context.environment.world().obstacles().len();
+        let way = std::iter::successors(Some(self.reached), |&i| self.nodes[i].parent);
+        let mut way: Vec<usize> = way.collect();
+        way.reverse();
+        let first = way[..way.len().div_ceil(2)].iter();
+        let postures = first.map(|&i| &self.nodes[i].posture.q);
+        keeps_off(context, postures, &bodies)
     }
 
     /// What another search found and grew, counted with what this one spent.
