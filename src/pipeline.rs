@@ -136,11 +136,9 @@ pub fn plan(
         stages,
     };
     // Request → stances and the motion between them.
-    let answer = run.search(environment, &config.planner);
-    let answer = answer.map_err(|error| posed::doubted(error.into(), &posed.notes))?;
-    (options.stage)("verifying");
-    let told = run.told(answer)?;
-    let (told, around) = run.around_walls(told)?;
+    let found = run.search(environment, &config.planner, None);
+    let found = found.map_err(|error| posed::doubted(error.into(), &posed.notes))?;
+    let (told, around) = run.around_walls(found)?;
 
     let Told {
         answer,

@@ -4,7 +4,8 @@
 //! that is told. Where a wall that the border of a view cuts would be met if it went straight on, the plan rests on
 //! its ending there.
 
-use std::f64::consts::PI;
+mod walls;
+
 use std::fmt;
 
 use anyhow::Result;
@@ -14,8 +15,11 @@ use robot_model::collision::{Hull, ShapeGeometry};
 use robot_model::{Kinematics, Robot};
 use schemars::JsonSchema;
 use serde::Serialize;
-use surfaces::{EdgeKind, Face, LookedThrough, Source, WALL_RAD};
+use surfaces::{Face, LookedThrough};
 use verify::World;
+use walls::CutWalls;
+
+pub use walls::walls;
 
 /// Time between the samples of a motion that are looked at, s.
 const EVERY_S: f64 = 0.2;
@@ -127,6 +131,26 @@ pub fn unseen(
     }
 }
 
+/// The points of every shape of a robot that are looked at, in its own frame, m.
+struct Outlines(Vec<Vec<Point3<f64>>>);
+
+impl Outlines {
+    fn new(robot: &Robot) -> Self {
+        let shapes = robot.collision.shapes().iter();
+        Self(shapes.map(|shape| outline_G(&shape.geometry)).collect())
+    }
+
+    /// In W, by shape, at a configuration.
+    fn at_W(&self, robot: &Robot, q: &[f64]) -> Result<Vec<Vec<Point3<f64>>>> {
+        let kinematics = Kinematics::new(robot, &robot.configuration(q)?);
+        let placed = self.0.iter().enumerate().map(|(shape, points)| {
+            let X_WG = robot.collision.X_WG(&kinematics, shape);
+            points.iter().map(|p| X_WG * p).collect()
+        });
+        Ok(placed.collect())
+    }
+}
+
 /// Stance, time of the motion and configuration.
 type Moment<'a> = (usize, Option<f64>, &'a [f64]);
 
@@ -137,36 +161,14 @@ fn along(
     faces: &[Face],
     views: &[LookedThrough],
 ) -> Result<Unseen> {
-    let outlines: Vec<Vec<Point3<f64>>> = robot
-        .collision
-        .shapes()
-        .iter()
-        .map(|shape| outline_G(&shape.geometry))
-        .collect();
-    let shapes_W = |q: &[f64]| -> Result<Vec<Vec<Point3<f64>>>> {
-        let kinematics = Kinematics::new(robot, &robot.configuration(q)?);
-        let placed = outlines.iter().enumerate().map(|(shape, points)| {
-            let X_WG = robot.collision.X_WG(&kinematics, shape);
-            points.iter().map(|p| X_WG * p).collect()
-        });
-        Ok(placed.collect())
-    };
+    let outlines = Outlines::new(robot);
+    let shapes_W = |q: &[f64]| outlines.at_W(robot, q);
     let start_W: Vec<Point3<f64>> = match moments.first() {
         Some((_, _, q)) => shapes_W(q)?.concat(),
         None => return Ok(Unseen::default()),
     };
     let start = StartHull::new(&start_W);
-    let walls = faces.iter().filter(|face| is_cut_wall(face));
-    let walls = walls.map(|face| {
-        let normal = face.normal_W();
-        let far_m = normal.dot(&face.X_WF.translation.vector);
-        let behind = start_W.iter().map(|p| far_m - normal.dot(&p.coords));
-        (face, normal, far_m, behind.fold(0.0, f64::max))
-    });
-    // Where the robot surely stands at its start no wall goes on.
-    let walls = walls.filter(|(.., at_start_m)| *at_start_m <= UNSEEN_M);
-    let walls: Vec<(&Face, Vector3<f64>, f64, f64)> = walls.collect();
-    let mut met: Vec<Option<Wall>> = vec![None; walls.len()];
+    let mut walls = CutWalls::new(faces, &start_W);
     let mut found = Unseen::default();
     let mut inside = 0_usize;
     for (stance, t_s, q) in moments {
@@ -192,25 +194,13 @@ fn along(
                         found.deepest = Some(place(inside_m));
                     }
                 }
-                for ((wall, normal, far_m, at_start_m), met) in walls.iter().zip(&mut met) {
-                    let behind_m = far_m - normal.dot(&p_W.coords);
-                    if behind_m > met.as_ref().map_or(*at_start_m, |met| met.place.inside_m)
-                        && let Some(beyond_m) = wall.goes_on_m(&p_W)
-                        && unseen_m() > UNSEEN_M
-                    {
-                        *met = Some(Wall {
-                            face: wall.id.to_string(),
-                            beyond_m,
-                            place: place(behind_m),
-                        });
-                    }
-                }
+                walls.look(&p_W, unseen_m, place);
             }
         }
         inside += usize::from(is_inside);
     }
     found.part = inside as f64 / moments.len() as f64;
-    found.walls = met.into_iter().flatten().collect();
+    found.walls = walls.met();
     Ok(found)
 }
 
@@ -232,15 +222,6 @@ fn moments<'a>(plan: &'a Plan, motion: Option<&'a Motion>) -> Vec<Moment<'a>> {
     samples
         .map(|sample| (stance(sample.t_s), Some(sample.t_s), &sample.q[..]))
         .collect()
-}
-
-/// Whether a face is a scanned wall that the border of a view cuts.
-fn is_cut_wall(face: &Face) -> bool {
-    let tilt = face.normal_W().z.clamp(-1.0, 1.0).acos();
-    let mut edges = face.region.rings()[0].edges.iter();
-    face.source == Source::Scan
-        && (WALL_RAD..=PI - WALL_RAD).contains(&tilt)
-        && edges.any(|edge| edge.kind == EdgeKind::FieldOfView)
 }
 
 /// The points of a shape that lie farthest along the axes and between them.

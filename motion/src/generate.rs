@@ -126,6 +126,10 @@ fn is_shared(context: &MotionContext, swing: &Swing, failure: &Failure) -> bool 
         Reason::Closure { .. } => failure.at < STRAIGHT || failure.at > 1.0 - STRAIGHT,
         Reason::Clearance { link, .. } => !of_limb(link),
         Reason::SelfClearance { link, other } => !of_limb(link) && !of_limb(other),
+        Reason::JointLimit { joint } => {
+            let mut bodies = robot.joint_bodies().iter();
+            bodies.all(|body| body.joint != *joint || !of_limb(&body.name))
+        }
         _ => false,
     }
 }

@@ -55,6 +55,14 @@ pub struct Segment {
     pub(crate) phases: Vec<PhaseTrajectory>,
 }
 
+impl Segment {
+    /// Configurations along it, as [`robot_model::Configuration::to_q`] has them.
+    pub fn configurations(&self) -> impl Iterator<Item = &[f64]> {
+        let samples = self.phases.iter().flat_map(|phase| &phase.samples);
+        samples.map(|sample| &sample.q[..])
+    }
+}
+
 /// The motion between two stances of which the second follows on the first by one contact, or why
 /// there is none.
 ///

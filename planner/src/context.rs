@@ -1,7 +1,7 @@
 //! What follows from a request once for the whole search.
 
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
 use posture::{Contact, FaceIndex, Problem, Upright};
@@ -26,6 +26,7 @@ const OFF_LEVEL: f64 = 4.0;
 const BUDGET_STRIDES: f64 = 10.0;
 
 /// What follows from a request once for the whole search.
+#[derive(Clone)]
 pub(crate) struct SearchContext<'a> {
     pub request: &'a Request<'a>,
     pub config: &'a Config,
@@ -58,7 +59,7 @@ pub(crate) struct SearchContext<'a> {
     /// Patches that are used at all.
     used: Vec<bool>,
     /// For each patch and face, where on the face it and others with its footprint may land.
-    landing: Vec<BTreeMap<FaceIndex, OnceLock<Landing>>>,
+    landing: Arc<Vec<BTreeMap<FaceIndex, OnceLock<Landing>>>>,
 }
 
 impl<'a> SearchContext<'a> {
@@ -140,7 +141,7 @@ impl<'a> SearchContext<'a> {
             stride_m,
             feet,
             used,
-            landing: request.usable.iter().map(unknown).collect(),
+            landing: Arc::new(request.usable.iter().map(unknown).collect()),
         };
         Ok(context)
     }
@@ -152,7 +153,7 @@ impl<'a> SearchContext<'a> {
             return None;
         }
         // A left and a right foot share theirs.
-        let alike = self.footprint.iter().zip(&self.landing);
+        let alike = self.footprint.iter().zip(self.landing.iter());
         let mut alike = alike.filter(|(other, _)| *other == footprint);
         let landing = alike.find_map(|(_, landing)| landing.get(&face))?;
         let environment = self.request.environment;

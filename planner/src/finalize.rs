@@ -28,6 +28,7 @@ impl Search<'_> {
         last: Arc<Posture>,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<(), Error> {
+        self.reached = Some(index);
         let goal = PathStance {
             change: Change::Goal,
             contacts: self.nodes[index].contacts.clone(),
@@ -92,7 +93,8 @@ impl Search<'_> {
         self.best = Some(SearchResult {
             status: Status::Found,
             summary: self.summary(stances),
-            motion: self.motions.assemble(&path),
+            segments: self.motions.of(&path).unwrap_or_default(),
+            motion: None,
             path,
             blocked: Vec::new(),
             trace: Trace::default(),
@@ -143,6 +145,7 @@ impl Search<'_> {
             status,
             summary: self.summary(path.len()),
             path,
+            segments: Vec::new(),
             motion: None,
             blocked,
             trace,

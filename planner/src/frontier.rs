@@ -72,6 +72,13 @@ impl Frontier {
         self.waiting.remove(&rank)
     }
 
+    /// Forgets the outcomes of what was solved ahead of its turn.
+    pub fn forget(&mut self) {
+        self.waiting
+            .values_mut()
+            .for_each(|(_, outcome)| *outcome = None);
+    }
+
     /// Leaves out the candidates that do not fit.
     pub fn retain(&mut self, fits: impl Fn(&Candidate) -> bool) {
         self.waiting.retain(|_, (candidate, _)| fits(candidate));

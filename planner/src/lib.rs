@@ -28,6 +28,7 @@
 //! | which contacts and steps the way can do without | `shorten` |
 //! | what is done with a way that reaches the goal, and when the search ends | `finalize` |
 //! | the motions between stances, and what becomes of edges without one | `motions`, `settle` |
+//! | a search that goes on among more bodies than it began with | [`regrow`] |
 //! | why: the tree, what was refused, what else there was | `trace` |
 //! | what comes back, and as it is written | [`result`], [`record`] |
 //!
@@ -72,6 +73,7 @@ mod place_anew;
 pub mod portfolio;
 mod reach;
 pub mod record;
+pub mod regrow;
 pub mod request;
 mod reserve;
 pub mod result;
@@ -89,6 +91,7 @@ mod way;
 pub use config::Config;
 pub use error::Error;
 pub use guide::Guide;
-pub use portfolio::search;
+pub use portfolio::{grow, search};
+pub use regrow::{Tree, search_on};
 pub use request::{Goal, Request, Start};
 pub use result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};

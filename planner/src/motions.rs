@@ -1,9 +1,9 @@
 //! Motions of the edges of a path, each computed once.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use motion::{Failure, MotionContext, Segment, StanceRef};
-use plan::Motion;
 use rayon::prelude::*;
 
 use crate::Error;
@@ -12,13 +12,16 @@ use crate::result::PathStance;
 /// What a motion depends on: the two stances, to the bit.
 type Key = [Vec<u64>; 2];
 
+/// What is known of the motions between stances.
+pub(crate) type Known = BTreeMap<Key, Result<Segment, Failure>>;
+
 /// The motions between stances that were asked for so far.
 ///
 /// A motion depends on its two stances alone, so the order and the number of threads in which they
 /// are computed do not matter.
 pub(crate) struct Motions<'a> {
     pub context: MotionContext<'a>,
-    known: BTreeMap<Key, Result<Segment, Failure>>,
+    pub known: Known,
 }
 
 impl<'a> Motions<'a> {
@@ -66,14 +69,34 @@ impl<'a> Motions<'a> {
         Ok(None)
     }
 
-    /// The motion of a path all of whose edges have one.
-    pub fn assemble(&self, path: &[PathStance]) -> Option<Motion> {
-        let segments: Option<Vec<&Segment>> = path
-            .windows(2)
-            .map(|pair| self.known.get(&key(pair))?.as_ref().ok())
-            .collect();
-        let segments = segments.filter(|s| !s.is_empty())?;
-        Some(motion::assemble(&self.context, &segments))
+    /// The motions of a path all of whose edges have one, in order.
+    pub fn of(&self, path: &[PathStance]) -> Option<Vec<Segment>> {
+        let pairs = path.windows(2);
+        let known = pairs.map(|pair| self.known.get(&key(pair))?.as_ref().ok());
+        known.map(|segment| segment.cloned()).collect()
+    }
+
+    /// What is known of the edges of paths, and no more.
+    pub fn only(mut self, paths: &[&[PathStance]]) -> Known {
+        let pairs = paths.iter().flat_map(|path| path.windows(2));
+        pairs
+            .filter_map(|pair| self.known.remove_entry(&key(pair)))
+            .collect()
+    }
+
+    /// Whether there is a motion from one stance to the next, as far as is known.
+    pub fn knows(&self, pair: &[PathStance; 2]) -> bool {
+        matches!(self.known.get(&key(pair)), Some(Ok(_)))
+    }
+
+    /// Forgets the motions that come too near to bodies of the world, by index.
+    pub fn keep_off(&mut self, bodies: &Range<usize>) {
+        let context = &self.context;
+        let keeps_off = |edge: &Result<Segment, Failure>| {
+            let segment = edge.as_ref();
+            segment.map_or(true, |segment| segment.keeps_off(context, bodies))
+        };
+        self.known.retain(|_, edge| keeps_off(edge));
     }
 }
 

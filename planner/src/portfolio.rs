@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use crate::context::SearchContext;
 use crate::estimate::estimate;
 use crate::lattice::Preference;
+use crate::regrow::Tree;
 use crate::request::Request;
 use crate::result::{Progress, SearchResult, Status};
 use crate::search::Search;
@@ -36,10 +37,33 @@ pub fn search(
     progress: &(dyn Fn(Progress) + Sync),
     cancel: &AtomicBool,
 ) -> Result<SearchResult, Error> {
+    let (found, _) = grow(
+        request,
+        config,
+        posture_config,
+        motion_config,
+        progress,
+        cancel,
+    )?;
+    Ok(found.timed(request, posture_config, motion_config))
+}
+
+/// As [`search`], with no motion in time yet; with its tree, where a plan was found and it may be gone on with.
+///
+/// # Errors
+/// As [`search`].
+pub fn grow(
+    request: &Request,
+    config: &Config,
+    posture_config: &posture::Config,
+    motion_config: &motion::Config,
+    progress: &(dyn Fn(Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<(SearchResult, Option<Tree>), Error> {
     motion_config.validate()?;
+    let context = SearchContext::new(request, config, posture_config)?;
     let begun = |preference: &Preference| {
-        let context = SearchContext::new(request, config, posture_config)?;
-        let context = way::laid(context, preference);
+        let context = way::laid(context.clone(), preference);
         Search::begin(context, posture_config, motion_config, progress)
     };
     let mut preference = Preference {
@@ -54,6 +78,7 @@ pub fn search(
         ended = first.run(soon, progress, cancel)?;
     }
     let mut searches = vec![first];
+    let mut preferences = vec![preference.clone()];
     // One way does not mind uneven ground; the others keep off where those before got stuck.
     for keeps_off in [false, true, true, true, true] {
         if ended.is_some() {
@@ -72,6 +97,7 @@ pub fn search(
         ended = other.run(soon, progress, cancel)?;
         ended = ended.filter(|ended| *ended == Status::Found);
         searches.push(other);
+        preferences.push(preference.clone());
     }
     // That which has a plan, or else the one that came nearest to the goal, goes on.
     let last = searches.len() - 1;
@@ -89,7 +115,7 @@ pub fn search(
             .run([usize::MAX; 2], progress, cancel)?
             .unwrap_or(Status::Exhausted),
     };
-    Ok(search.ended(ended))
+    Ok(search.into_ended(ended, preferences.swap_remove(chosen)))
 }
 
 /// What searches spent together, each by itself.

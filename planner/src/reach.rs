@@ -10,6 +10,7 @@ use nalgebra::{Point3, Vector2, Vector3};
 use robot_model::{ContactPatch, Kinematics, PatchId, Robot};
 
 /// How far the patches of a robot reach.
+#[derive(Clone)]
 pub(crate) struct Reach {
     /// For each patch, an upper bound of its distance from the base, m.
     base_m: Vec<f64>,

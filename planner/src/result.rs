@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use motion::{MotionContext, Segment};
 use nalgebra::Vector3;
 use posture::{Contact, Posture};
 
 use crate::node::Node;
+use crate::request::Request;
 use plan::{Barrier, Change, SearchSummary, Trace};
 
 /// How the search ended.
@@ -123,7 +125,9 @@ pub struct SearchResult {
     pub status: Status,
     /// The stances to the goal, or to the best contact set where there is no plan.
     pub path: Vec<PathStance>,
-    /// The motion along the path, where there is a plan of more than one stance.
+    /// The ways of the motion from each stance to the next, where there is a plan.
+    pub segments: Vec<Segment>,
+    /// The motion along the path, where there is a plan of more than one stance and it was [timed](Self::timed).
     pub motion: Option<plan::Motion>,
     /// Counts.
     pub summary: SearchSummary,
@@ -131,6 +135,27 @@ pub struct SearchResult {
     pub blocked: Vec<Blocked>,
     /// The tree, what was refused, and why the contacts of the path were chosen.
     pub trace: Trace,
+}
+
+impl SearchResult {
+    /// With the motion along its path, in the shortest time that the limits allow; for the request that it is of.
+    #[must_use]
+    pub fn timed(
+        self,
+        request: &Request,
+        posture: &posture::Config,
+        config: &motion::Config,
+    ) -> Self {
+        let context = MotionContext {
+            robot: request.robot,
+            environment: request.environment,
+            posture,
+            config,
+        };
+        let segments: Vec<&Segment> = self.segments.iter().collect();
+        let motion = (!segments.is_empty()).then(|| motion::assemble(&context, &segments));
+        Self { motion, ..self }
+    }
 }
 
 impl From<&Node> for PathStance {

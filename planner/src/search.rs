@@ -50,23 +50,25 @@ pub(crate) struct Search<'a> {
     /// Nodes that no motion leads to, by index.
     pub dead: BTreeSet<usize>,
     pub frontier: Frontier,
-    staleness: Staleness,
+    pub staleness: Staleness,
     /// The least estimate to the goal of a node, in contacts, and the tries since it was reached.
-    nearest: (f64, usize),
+    pub nearest: (f64, usize),
     /// The least number of changes to every contact set that was reached, to the cell.
     pub seen: BTreeMap<Key, usize>,
     /// The best plan so far.
     pub best: Option<SearchResult>,
     /// Its nodes.
     pub best_way: Vec<usize>,
+    /// The last node that had the goal's posture.
+    pub reached: Option<usize>,
     /// Nodes and posture problems up to which a plan is looked for and, once there is one, a shorter one.
     pub budget: [usize; 2],
     /// A number of contact changes that no plan falls short of.
     pub changes_min: usize,
     pub blocked: Vec<Blocked>,
     /// The nodes from which a change had no posture or no motion, by contact set and change.
-    failed: BTreeMap<(Key, ChangeKey), BTreeSet<usize>>,
-    expanded: BTreeSet<usize>,
+    pub failed: BTreeMap<(Key, ChangeKey), BTreeSet<usize>>,
+    pub expanded: BTreeSet<usize>,
     pub solved: usize,
     /// What searches along other ways spent, as in [`Self::spent`].
     pub elsewhere: [usize; 3],

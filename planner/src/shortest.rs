@@ -66,6 +66,8 @@ impl Lattice<'_> {
         open.push(Reverse((bits(apart(&first)), first)));
         let mut looked = 0;
         let mut done: BTreeSet<State> = BTreeSet::new();
+        // A place is come to from those around, mostly of one level.
+        let mut places: BTreeMap<(i64, i64, i64, u64), Option<Footed>> = BTreeMap::new();
         let end = loop {
             let Some(Reverse((_, state))) = open.pop() else {
                 let mut cells: BTreeMap<(i64, i64), Vector3<f64>> = BTreeMap::new();
@@ -99,7 +101,11 @@ impl Lattice<'_> {
             for (dx, dy, dh) in moves.chain([(0, 0, 1), (0, 0, -1)]) {
                 let h = (h + dh).rem_euclid(HEADINGS);
                 let mut next: State = (x + dx, y + dy, h, 0);
-                let Some(there) = self.founded(&at(&next), angle(h), footed.ground_m) else {
+                let place = (next.0, next.1, h, footed.ground_m.to_bits());
+                let there = places
+                    .entry(place)
+                    .or_insert_with(|| self.founded(&at(&next), angle(h), footed.ground_m));
+                let Some(there) = *there else {
                     continue;
                 };
                 next.3 = level(there.ground_m);

@@ -1,14 +1,14 @@
 //! A way around walls that the border of a view cuts, where one is found.
 //!
 //! A plan through a place where such a wall would be, if it went on straight, is verified on the condition that it does
-//! not. It is planned again as if those walls, and no others, went on: nothing is lost where they end, and nothing is
-//! spent on plans that meet none.
+//! not. Its search goes on as if those walls, and no others, went on, from the stances and motions that keep off these:
+//! nothing is lost where they end, and nothing is spent on plans that meet none.
 
 use std::collections::BTreeSet;
 
 use anyhow::Result;
 use nalgebra::Point3;
-use planner::Status;
+use planner::{SearchResult, Status, Tree};
 use posture::Environment;
 use surfaces::{LookedThrough, Obstacle};
 
@@ -23,76 +23,90 @@ const SPENT_MAX: usize = 4;
 
 impl Run<'_> {
     /// The plan that meets fewest walls that would go on, and these least, of those that are found once they do; and what
-    /// was tried.
+    /// was tried. A way is timed and verified where it is the best so far, or none is better.
     ///
     /// # Errors
     /// As [`Run::told`].
-    pub fn around_walls(&mut self, first: Told) -> Result<(Told, Option<Around>)> {
+    pub fn around_walls(
+        &mut self,
+        (answer, tree): (SearchResult, Option<Tree>),
+    ) -> Result<(Told, Option<Around>)> {
+        let own = &self.posed.environment;
+        let begun = Begun::new(&answer, tree);
+        let met = self.walls(&answer)?;
+        if !met.is_empty() {
+            let (found, mut around) = self.kept_off(&met, begun)?;
+            let mut best = match found {
+                Some(found) => found,
+                None => self.told(answer, own)?,
+            };
+            note(&mut best, &mut around, met);
+            return Ok((best, Some(around)));
+        }
+        (self.options.stage)("verifying");
+        let mut first = self.told(answer, own)?;
         if first.walls().is_empty() || !first.is_verified() {
             return Ok((first, None));
         }
+        // Met between the moments that were looked at before.
+        let met = first.walls().to_vec();
+        let (found, mut around) = self.kept_off(&met, begun)?;
+        first = found.unwrap_or(first);
+        note(&mut first, &mut around, met);
+        Ok((first, Some(around)))
+    }
+
+    /// A verified plan that meets fewer walls than these, or these less, if they go on; and what was tried.
+    fn kept_off(&mut self, met: &[Wall], begun: Begun) -> Result<(Option<Told>, Around)> {
         (self.options.stage)("searching a way around walls that the view cuts");
         let mut planner = self.config.planner.clone();
-        let spent = &first.answer.summary;
-        let mut left = [spent.nodes_generated, spent.candidates_solved].map(|n| SPENT_MAX * n);
+        let Begun {
+            mut spent,
+            mut way_W,
+            mut tree,
+        } = begun;
+        let mut left = spent.map(|n| SPENT_MAX * n);
         let mut around = Around {
             searches: 0,
             nodes_generated: 0,
             kept_off: Vec::new(),
         };
-        let met_first = first.walls().to_vec();
-        let ids = |walls: &[Wall]| -> BTreeSet<String> {
-            walls.iter().map(|wall| wall.face.clone()).collect()
-        };
-        let mut way_W = way_W(&first);
-        let (mut best, mut straight) = (first, ids(&met_first));
-        while around.searches < SEARCHES_MAX && !best.walls().is_empty() && !left.contains(&0) {
+        let (mut least, mut straight, mut best) = (rests_on(met), ids(met), None);
+        while around.searches < SEARCHES_MAX && least.0 > 0 && !left.contains(&0) {
             planner.nodes_max = planner.nodes_max.min(left[0]);
             planner.candidates_max = planner.candidates_max.min(left[1]);
             let environment = self.with_straight(&straight, &way_W)?;
             around.searches += 1;
+            // A search that goes on counts what was spent before it.
+            let before = if tree.is_some() { spent } else { [0; 2] };
             // That the robot cannot stand there says that there is no way around, and nothing of the plan.
-            let Ok(answer) = self.search(&environment, &planner) else {
+            let Ok((other, grown)) = self.search(&environment, &planner, tree) else {
                 break;
             };
-            let spent = &answer.summary;
-            around.nodes_generated += spent.nodes_generated;
-            left[0] = left[0].saturating_sub(spent.nodes_generated);
-            left[1] = left[1].saturating_sub(spent.candidates_solved);
-            if answer.status != Status::Found {
+            let other_begun = Begun::new(&other, grown);
+            (spent, tree) = (other_begun.spent, other_begun.tree);
+            around.nodes_generated += spent[0] - before[0];
+            left = std::array::from_fn(|k| left[k].saturating_sub(spent[k] - before[k]));
+            if other.status != Status::Found {
                 break;
             }
-            let other = self.told(answer)?;
-            let before = straight.len();
-            straight.extend(ids(other.walls()));
-            way_W.extend(self::way_W(&other));
-            if other.is_verified() && rests_on(&other) < rests_on(&best) {
-                best = other;
+            let walls = self.walls(&other)?;
+            let known = straight.len();
+            straight.extend(ids(&walls));
+            way_W.extend(other_begun.way_W);
+            if rests_on(&walls) < least {
+                let other = self.told(other, &environment)?;
+                straight.extend(ids(other.walls()));
+                if other.is_verified() && rests_on(other.walls()) < least {
+                    least = rests_on(other.walls());
+                    best = Some(other);
+                }
             }
-            if straight.len() == before {
+            if straight.len() == known {
                 break;
             }
         }
-        let met = ids(best.walls());
-        around.kept_off = met_first;
-        around.kept_off.retain(|wall| !met.contains(&wall.face));
-        let notes = &mut best.certificate.notes;
-        notes.extend(around.kept_off.iter().map(|wall| {
-            format!(
-                "planned again, to keep off {} where it may go straight on beyond the border of the view: the way that was \
-                 found first would be {:.2} m inside it",
-                wall.face, wall.place.inside_m
-            )
-        }));
-        if !met.is_empty() {
-            let met: Vec<String> = met.into_iter().collect();
-            notes.push(format!(
-                "no way was found around {} as if straight on beyond the border of the view ({} contact sets)",
-                met.join(", "),
-                around.nodes_generated
-            ));
-        }
-        Ok((best, Some(around)))
+        Ok((best, around))
     }
 
     /// The scene's surroundings with bodies where walls of these names would go on about a way and nothing was seen, but
@@ -133,16 +147,59 @@ impl Run<'_> {
     }
 }
 
-/// What a plan rests on, to be the least: how many walls it would meet, and how far inside one it would be at most, m.
-fn rests_on(told: &Told) -> (usize, f64) {
-    let inside_m = told.walls().iter().map(|wall| wall.place.inside_m);
-    (told.walls().len(), inside_m.fold(0.0, f64::max))
+/// What another search begins with.
+struct Begun {
+    /// Contact sets and posture problems so far.
+    spent: [usize; 2],
+    /// Where the base is in the stances found so far, m.
+    way_W: Vec<Point3<f64>>,
+    tree: Option<Tree>,
 }
 
-/// Where the base is in its stances, m.
-fn way_W(told: &Told) -> Vec<Point3<f64>> {
-    let path = told.answer.path.iter();
-    path.map(|stance| stance.posture.q.p_WB.into()).collect()
+impl Begun {
+    fn new(answer: &SearchResult, tree: Option<Tree>) -> Self {
+        let summary = &answer.summary;
+        let path = answer.path.iter();
+        Self {
+            spent: [summary.nodes_generated, summary.candidates_solved],
+            way_W: path.map(|stance| stance.posture.q.p_WB.into()).collect(),
+            tree,
+        }
+    }
+}
+
+/// Notes in a plan's certificate which of the walls that the first one would meet it keeps off, and which not.
+fn note(plan: &mut Told, around: &mut Around, met_first: Vec<Wall>) {
+    let met = ids(plan.walls());
+    around.kept_off = met_first;
+    around.kept_off.retain(|wall| !met.contains(&wall.face));
+    let notes = &mut plan.certificate.notes;
+    notes.extend(around.kept_off.iter().map(|wall| {
+        format!(
+            "planned again, to keep off {} where it may go straight on beyond the border of the view: the way that was \
+             found first would be {:.2} m inside it",
+            wall.face, wall.place.inside_m
+        )
+    }));
+    if !met.is_empty() {
+        let met: Vec<String> = met.into_iter().collect();
+        notes.push(format!(
+            "no way was found around {} as if straight on beyond the border of the view ({} contact sets)",
+            met.join(", "),
+            around.nodes_generated
+        ));
+    }
+}
+
+/// Their names.
+fn ids(walls: &[Wall]) -> BTreeSet<String> {
+    walls.iter().map(|wall| wall.face.clone()).collect()
+}
+
+/// What a plan rests on, to be the least: how many walls it would meet, and how far inside one it would be at most, m.
+fn rests_on(walls: &[Wall]) -> (usize, f64) {
+    let inside_m = walls.iter().map(|wall| wall.place.inside_m);
+    (walls.len(), inside_m.fold(0.0, f64::max))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use plan::{Input, MotionFile, PLAN_FORMAT, Plan, RequiredMargins};
-use planner::{Guide, Progress, Request, SearchResult, Status};
+use planner::{Guide, Progress, Request, SearchResult, Status, Tree};
 use posture::{Environment, FaceIndex};
 use verify::Certificate;
 
@@ -47,16 +47,14 @@ impl Told {
     }
 }
 
-impl Run<'_> {
-    /// Searches in an environment with the faces of the scene's.
-    pub fn search(
-        &mut self,
-        environment: &Environment,
-        planner: &planner::Config,
-    ) -> Result<SearchResult, planner::Error> {
-        let (posed, config, options) = (self.posed, self.config, self.options);
-        let clock = Clock::default();
-        let request = Request {
+impl<'a> Run<'a> {
+    /// What is asked of the planner in an environment with the faces of the scene's.
+    fn request<'e>(&self, environment: &'e Environment) -> Request<'e>
+    where
+        'a: 'e,
+    {
+        let posed = self.posed;
+        Request {
             robot: &posed.robot,
             environment,
             start: planner::Start {
@@ -67,28 +65,66 @@ impl Run<'_> {
             guide: self.guide.clone(),
             usable: self.usable.clone(),
             reference: posed.stand.configuration.clone(),
-        };
+        }
+    }
+
+    /// Searches in an environment with the faces of the scene's; on from what was grown in one with fewer bodies, where
+    /// there is such a tree.
+    pub fn search(
+        &mut self,
+        environment: &Environment,
+        planner: &planner::Config,
+        tree: Option<Tree>,
+    ) -> Result<(SearchResult, Option<Tree>), planner::Error> {
+        let (config, options) = (self.config, self.options);
+        let clock = Clock::default();
+        let request = self.request(environment);
         let progress = |progress: Progress| {
             clock.note(progress.stage);
             (options.progress)(&progress);
         };
         let (posture, motion) = (&config.posture, &config.motion);
         let cancel = options.cancel;
-        let search = || planner::search(&request, planner, posture, motion, &progress, cancel);
-        let answer = self
+        let search = || match tree {
+            Some(tree) => {
+                planner::search_on(tree, &request, planner, posture, motion, &progress, cancel)
+            }
+            None => planner::grow(&request, planner, posture, motion, &progress, cancel),
+        };
+        let (answer, tree) = self
             .pool
             .install(|| self.stages.measure("planning", search))?;
         self.stages.split("planning", "motion", clock.motion_ms());
         let (status, tried) = (answer.status, answer.summary.candidates_solved);
         let nodes = answer.summary.nodes_generated;
         tracing::info!("{status:?}: {nodes} contact sets, {tried} posture problems");
-        Ok(answer)
+        Ok((answer, tree))
     }
 
-    /// The plan of an answer, and the verdict of code that shares nothing with the search.
-    pub fn told(&mut self, answer: SearchResult) -> Result<Told> {
+    /// The walls that would be met on an answer's way if they went straight on, as far as that is known before it is timed.
+    ///
+    /// # Errors
+    /// A configuration that is not the robot's.
+    pub fn walls(&mut self, answer: &SearchResult) -> Result<Vec<Wall>> {
+        let posed = self.posed;
+        let ways = answer.segments.iter().enumerate();
+        let ways = ways.flat_map(|(stance, way)| way.configurations().map(move |q| (stance, q)));
+        let look = || unseen::walls(ways, &posed.robot, &posed.terrain.faces, &posed.looked);
+        self.stages.measure("unseen", look)
+    }
+
+    /// The plan of an answer that was found in an environment, in time, and the verdict of code that shares nothing with the
+    /// search.
+    ///
+    /// # Errors
+    /// What cannot be written, or read again.
+    pub fn told(&mut self, answer: SearchResult, found_in: &Environment) -> Result<Told> {
+        let request = self.request(found_in);
         let (posed, config, scene, stages) =
             (self.posed, self.config, self.scene, &mut self.stages);
+        let (posture, motion) = (&config.posture, &config.motion);
+        let timed = || answer.timed(&request, posture, motion);
+        let answer = self.pool.install(|| stages.measure("planning", timed));
         let (robot, environment) = (&posed.robot, &posed.environment);
         // Motion → file, and the plan that names it.
         let mut motion_json = Vec::new();

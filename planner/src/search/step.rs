@@ -33,22 +33,16 @@ const GAP_NODES: usize = 40;
 const GAP_SOLVED: usize = 100;
 
 impl<'a> Search<'a> {
-    /// A search that has looked at the start; with how it ends where that says so.
-    pub fn begin(
+    /// A search without nodes.
+    pub fn bare(
         context: SearchContext<'a>,
         posture_config: &'a posture::Config,
         motion_config: &'a motion::Config,
-        progress: Told,
-    ) -> Result<(Self, Option<Status>), Error> {
+    ) -> Self {
         let (request, config) = (context.request, context.config);
         let asked = [config.nodes_max, config.candidates_max];
-        let gap = context.gap.clone().map(|gap| Blocked::of_goal(gap, false));
-        let doubt = gap.or_else(|| steep_on_the_way(&context));
-        let budget = match &doubt {
-            None => asked.map(|most| context.budget(most)),
-            Some(_) => [asked[0].min(GAP_NODES), asked[1].min(GAP_SOLVED)],
-        };
-        let mut search = Self {
+        Self {
+            budget: asked.map(|most| context.budget(most)),
             context,
             posture_config,
             motions: Motions::new(MotionContext {
@@ -65,14 +59,34 @@ impl<'a> Search<'a> {
             seen: BTreeMap::new(),
             best: None,
             best_way: Vec::new(),
-            budget,
+            reached: None,
             changes_min: 0,
             blocked: Vec::new(),
             failed: BTreeMap::new(),
             expanded: BTreeSet::new(),
             solved: 0,
             elsewhere: [0; 3],
-        };
+        }
+    }
+
+    /// A search that has looked at the start; with how it ends where that says so.
+    pub fn begin(
+        context: SearchContext<'a>,
+        posture_config: &'a posture::Config,
+        motion_config: &'a motion::Config,
+        progress: Told,
+    ) -> Result<(Self, Option<Status>), Error> {
+        let mut search = Self::bare(context, posture_config, motion_config);
+        let gap = search.context.gap.clone();
+        let gap = gap.map(|gap| Blocked::of_goal(gap, false));
+        let doubt = gap.or_else(|| steep_on_the_way(&search.context));
+        if doubt.is_some() {
+            let config = search.context.config;
+            search.budget = [
+                config.nodes_max.min(GAP_NODES),
+                config.candidates_max.min(GAP_SOLVED),
+            ];
+        }
         search.blocked.extend(doubt);
         let root = node_construction::root(&search.context, posture_config)?;
         let proof =

@@ -331,3 +331,62 @@ fn a_way_that_leads_nowhere_is_left_for_a_longer_one() {
     let mut contacts = found.path.iter().flat_map(|stance| &stance.contacts);
     assert!(contacts.any(|contact| contact.face == bridge));
 }
+
+#[test]
+fn a_search_goes_on_from_what_is_clear_of_added_bodies_on_any_number_of_threads() {
+    let robot = humanoid();
+    let open = world(vec![floor()], Vec::new());
+    let thing = Obstacle::cuboid("box", [0.95, 0.01, 0.0], [1.05, 0.15, 0.10]);
+    let strewn = world(vec![floor()], vec![thing]);
+    let (config, margins, moves) = (
+        Config::default(),
+        posture::Config::default(),
+        motion::Config::default(),
+    );
+    let to = Vector3::new(1.5, 0.0, 0.0);
+    let [before, now] = [&open, &strewn].map(|environment| request(&robot, environment, to));
+    let cancel = AtomicBool::new(false);
+    let gone_on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let found = planner::grow(&before, &config, &margins, &moves, &|_| {}, &cancel);
+            let (first, tree) = found.unwrap();
+            let told = |_| {};
+            let found = planner::search_on(
+                tree.unwrap(),
+                &now,
+                &config,
+                &margins,
+                &moves,
+                &told,
+                &cancel,
+            );
+            (first, found.unwrap().0.timed(&now, &margins, &moves))
+        })
+    };
+    let (first, second) = gone_on(1);
+    assert_eq!(second.status, Status::Found);
+    let context = motion::MotionContext {
+        robot: &robot,
+        environment: &strewn,
+        posture: &margins,
+        config: &moves,
+    };
+    let bodies = open.world().obstacles().len()..strewn.world().obstacles().len();
+    let is_clear = |found: &SearchResult| {
+        let postures = found.path.iter().map(|stance| &stance.posture.q);
+        motion::keeps_off(&context, postures, &bodies)
+            && found
+                .segments
+                .iter()
+                .all(|way| way.keeps_off(&context, &bodies))
+    };
+    assert!(!is_clear(&first));
+    assert!(is_clear(&second));
+    // It begins where the first way came too near, and not at the start.
+    let anew = plan(&now).summary.nodes_generated;
+    let more = second.summary.nodes_generated - first.summary.nodes_generated;
+    assert!(2 * more < anew, "{more} of {anew}");
+    let (_, other) = gone_on(3);
+    assert_eq!(second.motion, other.motion);
+}

@@ -1,0 +1,221 @@
+//! A search that goes on among more bodies than it began with: what of its tree keeps off them stays.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::AtomicBool;
+
+use motion::{MotionContext, keeps_off};
+
+use crate::context::SearchContext;
+use crate::frontier::Frontier;
+use crate::goal::{Attempt, try_goal};
+use crate::lattice::Preference;
+use crate::motions::Known;
+use crate::node::{ChangeKey, Key, Node};
+use crate::portfolio;
+use crate::request::Request;
+use crate::result::{Blocked, PathStance, Progress, SearchResult, Status};
+use crate::route::Route;
+use crate::search::{Search, Told};
+use crate::staleness::Staleness;
+use crate::{Config, Error, way};
+
+/// What a search grew that has found a plan.
+pub struct Tree {
+    /// Bodies of the surroundings that it was begun in.
+    bodies: usize,
+    preference: Preference,
+    route: Route,
+    nodes: Vec<Node>,
+    dead: BTreeSet<usize>,
+    frontier: Frontier,
+    staleness: Staleness,
+    seen: BTreeMap<Key, usize>,
+    changes_min: usize,
+    blocked: Vec<Blocked>,
+    failed: BTreeMap<(Key, ChangeKey), BTreeSet<usize>>,
+    expanded: BTreeSet<usize>,
+    solved: usize,
+    elsewhere: [usize; 3],
+    motions: Known,
+    /// The node that has the goal's posture.
+    reached: usize,
+}
+
+/// Goes on with a search for a request that differs in bodies alone, which come after those that the search was begun with;
+/// as far as the settings allow beyond what it spent. Where these bodies turn the way of the base aside, or meet the first half
+/// of the stances that were found, it is another search: what stays was chosen for what followed.
+///
+/// # Errors
+/// As [`portfolio::search`].
+pub fn search_on(
+    tree: Tree,
+    request: &Request,
+    config: &Config,
+    posture_config: &posture::Config,
+    motion_config: &motion::Config,
+    progress: &(dyn Fn(Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<(SearchResult, Option<Tree>), Error> {
+    let context = SearchContext::new(request, config, posture_config)?;
+    let mut context = way::laid(context, &tree.preference);
+    let moves = MotionContext {
+        robot: request.robot,
+        environment: request.environment,
+        posture: posture_config,
+        config: motion_config,
+    };
+    let is_along = context.gap.is_none() && context.route.is_along(&tree.route);
+    if !is_along || !tree.keeps_most(&moves) {
+        let found = portfolio::grow(
+            request,
+            config,
+            posture_config,
+            motion_config,
+            progress,
+            cancel,
+        );
+        return found.map(|(result, other)| tree.and(result, other));
+    }
+    context.route = tree.route.clone();
+    let preference = tree.preference.clone();
+    let mut search = Search::bare(context, posture_config, motion_config);
+    search.take(tree, progress)?;
+    let ended = search.run([usize::MAX; 2], progress, cancel)?;
+    Ok(search.into_ended(ended.unwrap_or(Status::Exhausted), preference))
+}
+
+impl Tree {
+    /// Nodes, nodes of which children were tried, and posture problems, with those of searches along other ways.
+    fn spent(&self) -> [usize; 3] {
+        let here = [self.nodes.len(), self.expanded.len(), self.solved];
+        std::array::from_fn(|k| here[k] + self.elsewhere[k])
+    }
+
+    /// Whether the first half of the way that was found is clear of the bodies that were not there then.
+    fn keeps_most(&self, context: &MotionContext) -> bool {
+        let bodies = self.bodies..context.environment.world().obstacles().len();
+        let way = std::iter::successors(Some(self.reached), |&i| self.nodes[i].parent);
+        let mut way: Vec<usize> = way.collect();
+        way.reverse();
+        let first = way[..way.len().div_ceil(2)].iter();
+        let postures = first.map(|&i| &self.nodes[i].posture.q);
+        keeps_off(context, postures, &bodies)
+    }
+
+    /// What another search found and grew, counted with what this one spent.
+    fn and(
+        &self,
+        mut result: SearchResult,
+        mut other: Option<Self>,
+    ) -> (SearchResult, Option<Self>) {
+        let spent = self.spent();
+        let summary = &mut result.summary;
+        summary.nodes_generated += spent[0];
+        summary.nodes_expanded += spent[1];
+        summary.candidates_solved += spent[2];
+        if let Some(other) = &mut other {
+            other.elsewhere = std::array::from_fn(|k| other.elsewhere[k] + spent[k]);
+        }
+        (result, other)
+    }
+}
+
+impl Search<'_> {
+    /// How it ended; with its tree, where that may be gone on with.
+    pub fn into_ended(
+        mut self,
+        status: Status,
+        preference: Preference,
+    ) -> (SearchResult, Option<Tree>) {
+        let result = self.ended(status);
+        // What improved a plan weighs otherwise.
+        let reached = self.reached.filter(|_| self.context.config.improve == 0);
+        // What is known on any number of threads.
+        let nodes = self.nodes.iter().enumerate();
+        let settled = nodes.filter(|(i, node)| node.settled && !self.dead.contains(i));
+        let edges: Vec<[PathStance; 2]> = settled
+            .filter_map(|(_, node)| Some([&self.nodes[node.parent?], node].map(PathStance::from)))
+            .collect();
+        let mut paths: Vec<&[PathStance]> = edges.iter().map(|edge| &edge[..]).collect();
+        paths.push(&result.path);
+        let motions = self.motions.only(&paths);
+        let tree = reached.map(|reached| Tree {
+            bodies: self.context.request.environment.world().obstacles().len(),
+            preference,
+            route: self.context.route,
+            nodes: self.nodes,
+            dead: self.dead,
+            frontier: self.frontier,
+            staleness: self.staleness,
+            seen: self.seen,
+            changes_min: self.changes_min,
+            blocked: self.blocked,
+            failed: self.failed,
+            expanded: self.expanded,
+            solved: self.solved,
+            elsewhere: self.elsewhere,
+            motions,
+            reached,
+        });
+        (result, tree)
+    }
+
+    /// Takes over what another search grew, less the stances and motions that come too near to the bodies that were not there
+    /// then: what led to these is tried anew.
+    fn take(&mut self, tree: Tree, progress: Told) -> Result<(), Error> {
+        let bodies = tree.bodies..self.context.request.environment.world().obstacles().len();
+        self.nodes = tree.nodes;
+        self.dead = tree.dead;
+        self.frontier = tree.frontier;
+        self.frontier.forget();
+        self.staleness = tree.staleness;
+        self.seen = tree.seen;
+        self.changes_min = tree.changes_min;
+        self.blocked = tree.blocked;
+        self.failed = tree.failed;
+        self.expanded = tree.expanded;
+        self.solved = tree.solved;
+        self.elsewhere = tree.elsewhere;
+        self.motions.known = tree.motions;
+        self.motions.keep_off(&bodies);
+        let more = [self.budget, [self.spent()[0], self.spent()[2]]];
+        self.budget = std::array::from_fn(|k| more[0][k].saturating_add(more[1][k]));
+        for index in 1..self.nodes.len() {
+            let node = &self.nodes[index];
+            let Some(parent) = node.parent.filter(|_| !self.dead.contains(&index)) else {
+                continue;
+            };
+            let pair = [parent, index].map(|i| PathStance::from(&self.nodes[i]));
+            let stands = keeps_off(&self.motions.context, [&node.posture.q], &bodies);
+            let moves = !node.settled || self.motions.knows(&pair);
+            if stands && moves {
+                continue;
+            }
+            let origin = self.nodes[index].origin.clone();
+            self.cut(index);
+            origin.into_iter().for_each(|origin| self.put(origin));
+        }
+        let (kept, of) = (self.nodes.len() - self.dead.len(), self.nodes.len());
+        tracing::debug!("{kept} of {of} nodes are clear of the bodies {bodies:?}");
+        let alive = (0..self.nodes.len()).filter(|i| !self.dead.contains(i));
+        let rests = alive.filter(|&i| i != tree.reached).map(|i| {
+            let feet = self.nodes[i].feet(&self.context);
+            crate::estimate::estimate(&self.context, &feet)
+        });
+        self.nearest = (rests.fold(f64::INFINITY, f64::min), 0);
+        if self.dead.contains(&tree.reached) {
+            return Ok(());
+        }
+        match try_goal(
+            &self.context,
+            self.posture_config,
+            &self.nodes[tree.reached],
+        )? {
+            Attempt::Reached(last) => self.finalize(tree.reached, last, progress),
+            _ => {
+                self.branch(tree.reached);
+                Ok(())
+            }
+        }
+    }
+}
