@@ -63,6 +63,9 @@ pub fn print(planned: &PlanOutcome, told: &mut Told) -> Result<()> {
     Ok(())
 }
 
+/// Of a mesh of thousands of faces so many are told of by name, the largest.
+const FACES_MAX: usize = 60;
+
 /// Prints one line a face; insets are those of so many standard deviations.
 pub fn faces(faces: &[Face], edge_sigmas: f64, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(out, "{} faces:", faces.len())?;
@@ -71,7 +74,11 @@ pub fn faces(faces: &[Face], edge_sigmas: f64, out: &mut dyn Write) -> std::io::
         "  {:<12} {:>7} {:>7} {:>7}  {:>6} {:>7} {:>7} {:>7}",
         "id", "x m", "y m", "z m", "tilt °", "area m²", "inset m", "rms mm"
     )?;
-    for face in faces {
+    let mut areas_m2: Vec<f64> = faces.iter().map(|face| face.region.area()).collect();
+    areas_m2.sort_unstable_by(|a, b| b.total_cmp(a));
+    let least_m2 = areas_m2.get(FACES_MAX).copied().unwrap_or(0.0);
+    let told = faces.iter().filter(|face| face.region.area() >= least_m2);
+    for face in told.take(FACES_MAX) {
         let p = face.X_WF.translation.vector;
         let tilt = face.normal_W().z.clamp(-1.0, 1.0).acos().to_degrees();
         let insets_m = face.edge_insets_m(edge_sigmas).concat();
@@ -88,7 +95,10 @@ pub fn faces(faces: &[Face], edge_sigmas: f64, out: &mut dyn Write) -> std::io::
             1e3 * face.fit.map_or(0.0, |fit| fit.rms_m)
         )?;
     }
-    Ok(())
+    match faces.len().saturating_sub(FACES_MAX) {
+        0 => Ok(()),
+        smaller => writeln!(out, "  and {smaller} smaller ones"),
+    }
 }
 
 fn stances(plan: &Plan, out: &mut dyn Write) -> std::io::Result<()> {
