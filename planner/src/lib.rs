@@ -28,7 +28,7 @@
 //! | which contacts and steps the way can do without | `shorten` |
 //! | what is done with a way that reaches the goal, and when the search ends | `finalize` |
 //! | the motions between stances, and what becomes of edges without one | `motions`, `settle` |
-//! | a search that goes on among more bodies than it began with | [`regrow`] |
+//! | a search that goes on among more bodies than it began with | [`regrow`], `tree` |
 //! | why: the tree, what was refused, what else there was | `trace` |
 //! | what comes back, and as it is written | [`result`], [`record`] |
 //!
@@ -86,12 +86,14 @@ mod shortest;
 mod staleness;
 mod steepness;
 mod trace;
+mod tree;
 mod way;
 
 pub use config::Config;
 pub use error::Error;
 pub use guide::Guide;
 pub use portfolio::{grow, search};
-pub use regrow::{Tree, search_on};
+pub use regrow::search_on;
 pub use request::{Goal, Request, Start};
 pub use result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
+pub use tree::Tree;

@@ -5,10 +5,10 @@ use std::sync::atomic::AtomicBool;
 use crate::context::SearchContext;
 use crate::estimate::estimate;
 use crate::lattice::Preference;
-use crate::regrow::Tree;
 use crate::request::Request;
 use crate::result::{Progress, SearchResult, Status};
 use crate::search::Search;
+use crate::tree::Tree;
 use crate::way::{self, UNEVEN};
 use crate::{Config, Error};
 

@@ -1,45 +1,17 @@
 //! A search that goes on among more bodies than it began with: what of its tree keeps off them stays.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::AtomicBool;
 
 use motion::{MotionContext, keeps_off};
 
 use crate::context::SearchContext;
-use crate::frontier::Frontier;
 use crate::goal::{Attempt, try_goal};
 use crate::lattice::Preference;
-use crate::motions::Known;
-use crate::node::{ChangeKey, Key, Node};
-use crate::portfolio;
 use crate::request::Request;
-use crate::result::{Blocked, PathStance, Progress, SearchResult, Status};
-use crate::route::Route;
+use crate::result::{PathStance, Progress, SearchResult, Status};
 use crate::search::{Search, Told};
-use crate::staleness::Staleness;
-use crate::{Config, Error, way};
-
-/// What a search grew that has found a plan.
-pub struct Tree {
-    /// Bodies of the surroundings that it was begun in.
-    bodies: usize,
-    preference: Preference,
-    route: Route,
-    nodes: Vec<Node>,
-    dead: BTreeSet<usize>,
-    frontier: Frontier,
-    staleness: Staleness,
-    seen: BTreeMap<Key, usize>,
-    changes_min: usize,
-    blocked: Vec<Blocked>,
-    failed: BTreeMap<(Key, ChangeKey), BTreeSet<usize>>,
-    expanded: BTreeSet<usize>,
-    solved: usize,
-    elsewhere: [usize; 3],
-    motions: Known,
-    /// The node that has the goal's posture.
-    reached: usize,
-}
+use crate::tree::Tree;
+use crate::{Config, Error, portfolio, way};
 
 /// Goes on with a search for a request that differs in bodies alone, which come after those that the search was begun with;
 /// as far as the settings allow beyond what it spent. Where these bodies turn the way of the base aside, or meet the first half
@@ -82,42 +54,6 @@ pub fn search_on(
     search.take(tree, progress)?;
     let ended = search.run([usize::MAX; 2], progress, cancel)?;
     Ok(search.into_ended(ended.unwrap_or(Status::Exhausted), preference))
-}
-
-impl Tree {
-    /// Nodes, nodes of which children were tried, and posture problems, with those of searches along other ways.
-    fn spent(&self) -> [usize; 3] {
-        let here = [self.nodes.len(), self.expanded.len(), self.solved];
-        std::array::from_fn(|k| here[k] + self.elsewhere[k])
-    }
-
-    /// Whether the first half of the way that was found is clear of the bodies that were not there then.
-    fn keeps_most(&self, context: &MotionContext) -> bool {
-        let bodies = self.bodies..context.environment.world().obstacles().len();
-        let way = std::iter::successors(Some(self.reached), |&i| self.nodes[i].parent);
-        let mut way: Vec<usize> = way.collect();
-        way.reverse();
-        let first = way[..way.len().div_ceil(2)].iter();
-        let postures = first.map(|&i| &self.nodes[i].posture.q);
-        keeps_off(context, postures, &bodies)
-    }
-
-    /// What another search found and grew, counted with what this one spent.
-    fn and(
-        &self,
-        mut result: SearchResult,
-        mut other: Option<Self>,
-    ) -> (SearchResult, Option<Self>) {
-        let spent = self.spent();
-        let summary = &mut result.summary;
-        summary.nodes_generated += spent[0];
-        summary.nodes_expanded += spent[1];
-        summary.candidates_solved += spent[2];
-        if let Some(other) = &mut other {
-            other.elsewhere = std::array::from_fn(|k| other.elsewhere[k] + spent[k]);
-        }
-        (result, other)
-    }
 }
 
 impl Search<'_> {
