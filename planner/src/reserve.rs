@@ -34,6 +34,14 @@ pub(crate) fn solve_with_reserve(problem: &Problem, asked: &Config) -> Result<Ou
         Outcome::Undecided {
             violation, nearest, ..
         } if violation.amount < MADE_UP_MAX => (violation, nearest),
+        Outcome::Feasible(mut posture) => {
+            // Ground beside a ball counts as far as what is kept from things; that is promised without the reserve.
+            let stated_m = &mut posture.margins.clearance_m;
+            if *stated_m == Some(reserved.clearance_m) {
+                *stated_m = Some(asked.clearance_m);
+            }
+            return Ok(Outcome::Feasible(posture));
+        }
         outcome => return Ok(outcome),
     };
     let from_there = Problem {

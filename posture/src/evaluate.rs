@@ -62,11 +62,9 @@ pub(crate) fn posture(
         consider(Constraint::JointLimit(b), (lower - q).max(q - upper));
     }
 
-    let nearest = |pairs: &[robot_model::collision::Proximity]| {
-        pairs.iter().map(|p| p.distance).min_by(f64::total_cmp)
-    };
-    margins.self_clearance_m = nearest(&scratch.clearances.own);
-    margins.clearance_m = nearest(&scratch.clearances.world);
+    let own = scratch.clearances.own.iter().map(|pair| pair.distance);
+    margins.self_clearance_m = own.min_by(f64::total_cmp);
+    margins.clearance_m = scratch.clearances.clearance_m(ctx.config.clearance_m);
 
     let mut contacts = Vec::new();
     for (i, (contact, model)) in ctx.problem.contacts.iter().zip(&ctx.contacts).enumerate() {

@@ -27,6 +27,8 @@ pub(crate) struct Clearances {
     pub world: Vec<Proximity>,
     /// What a link in contact may touch, each with its least distance, m.
     touching: Vec<(Proximity, f64)>,
+    /// Whether there is ground beside a ball among it that rises over its contact.
+    is_beside: bool,
     /// Where they were looked for.
     at: Option<Configuration>,
 }
@@ -42,6 +44,7 @@ impl Clearances {
         self.own.clear();
         self.world.clear();
         self.touching.clear();
+        self.is_beside = false;
         let (collision, kin, within) = (&robot.collision, &it.kinematics, PREDICTION_M);
         collision.self_proximities(kin, within, &mut self.own);
         let environment = ctx.problem.environment;
@@ -79,7 +82,12 @@ impl Clearances {
             let Other::Obstacle(obstacle) = pair.b else {
                 continue;
             };
-            match behind(pair.a, obstacle).or_else(|| beside(&pair, obstacle)) {
+            let may_touch = behind(pair.a, obstacle).or_else(|| {
+                let least_m = beside(&pair, obstacle)?;
+                self.is_beside = true;
+                Some(least_m)
+            });
+            match may_touch {
                 None => self.world.push(pair),
                 Some(least_m) if pair.distance < least_m + CONTACT_PREDICTION_M.max(least_m) => {
                     self.touching.push((pair, least_m));
@@ -87,6 +95,14 @@ impl Clearances {
                 Some(_) => {}
             }
         }
+    }
+
+    /// The least distance of what is to be kept away from, m. Whether it is ground beside a ball or a thing depends on the
+    /// pieces that bodies are cut into: where there is any, no more is said than what is kept from things, `clearance_m`.
+    pub fn clearance_m(&self, clearance_m: f64) -> Option<f64> {
+        let world = self.world.iter().map(|pair| pair.distance);
+        let beside = self.is_beside.then_some(clearance_m);
+        world.chain(beside).min_by(f64::total_cmp)
     }
 
     pub fn rows(&mut self, ctx: &Context, it: &Iterate, rows: &mut Rows) {
