@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use motion::{MotionContext, keeps_off};
 
 use crate::context::SearchContext;
+use crate::estimate::estimate;
 use crate::goal::{Attempt, try_goal};
 use crate::lattice::Preference;
 use crate::request::Request;
@@ -30,12 +31,8 @@ pub fn search_on(
 ) -> Result<(SearchResult, Option<Tree>), Error> {
     let context = SearchContext::new(request, config, posture_config)?;
     let mut context = way::laid(context, &tree.preference);
-    let moves = MotionContext {
-        robot: request.robot,
-        environment: request.environment,
-        posture: posture_config,
-        config: motion_config,
-    };
+    let (robot, environment) = (request.robot, request.environment);
+    let moves = MotionContext::new(robot, environment, posture_config, motion_config);
     let is_along = context.gap.is_none() && context.route.is_along(&tree.route);
     if !is_along || !tree.keeps_most(&moves) {
         let found = portfolio::grow(
@@ -136,7 +133,7 @@ impl Search<'_> {
         let alive = (0..self.nodes.len()).filter(|i| !self.dead.contains(i));
         let rests = alive.filter(|&i| i != tree.reached).map(|i| {
             let feet = self.nodes[i].feet(&self.context);
-            crate::estimate::estimate(&self.context, &feet)
+            estimate(&self.context, &feet)
         });
         self.nearest = (rests.fold(f64::INFINITY, f64::min), 0);
         if self.dead.contains(&tree.reached) {

@@ -146,12 +146,8 @@ impl SearchResult {
         posture: &posture::Config,
         config: &motion::Config,
     ) -> Self {
-        let context = MotionContext {
-            robot: request.robot,
-            environment: request.environment,
-            posture,
-            config,
-        };
+        let (robot, environment) = (request.robot, request.environment);
+        let context = MotionContext::new(robot, environment, posture, config);
         let segments: Vec<&Segment> = self.segments.iter().collect();
         let motion = (!segments.is_empty()).then(|| motion::assemble(&context, &segments));
         Self { motion, ..self }
