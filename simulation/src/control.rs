@@ -19,6 +19,8 @@ pub(crate) struct Control<'a> {
     controller: WholeBodyController<'a>,
     touching: Touching,
     sensing: Sensing,
+    /// How far each joint was off the plan when a patch that it moves last stood.
+    off: Vec<f64>,
     dt_s: f64,
     /// Steps of the physics between two commands.
     pub period: usize,
@@ -50,6 +52,7 @@ impl<'a> Control<'a> {
             controller: WholeBodyController::new(robot, physics)?,
             touching: Touching::new(robot, wanted),
             sensing: Sensing::new(sensing, &wanted.configuration, robot.patches.len()),
+            off: vec![0.0; robot.nj()],
             dt_s: physics.dt_s,
             period: ((PERIOD_S / physics.dt_s).round() as usize).max(1),
         })
@@ -77,25 +80,40 @@ impl<'a> Control<'a> {
         let now = touching.now();
         self.sensing.see(&run.state, &run.v, dt_s);
         let (state, v) = (&self.sensing.state, &self.sensing.v);
-        let torques = self.controller.torques(state, v, wanted, now)?;
+        let torques = self.controller.torques(state, v, wanted, now)?.to_vec();
         // The servo holds limbs in the air where they are wanted, and damps those that touch or should: a spring to
         // the plan's joints would press a foot that stands 10 mm off its place with 60 to 100 N of which the program
-        // knows nothing.
+        // knows nothing. One that leaves is drawn to them as the program draws its patch: a ball that has rolled by
+        // 20 mm would spring there in 40 ms.
         let touches =
             |patch: &usize| now[*patch] || wanted.contacts.iter().any(|c| c.patch == *patch);
         let mut joints = wanted.configuration.joints.clone();
         let mut rates = wanted.v.as_slice()[6..].to_vec();
-        for patch in (0..now.len()).filter(touches) {
-            let body = self.robot.patches[patch].body;
-            for j in (0..joints.len()).filter(|j| self.robot.supports(j + 1, body)) {
+        let (robot, nj) = (self.robot, joints.len());
+        let limb = |patch: usize| {
+            let body = robot.patches[patch].body;
+            (0..nj).filter(move |j| robot.supports(j + 1, body))
+        };
+        let (closed, open): (Vec<usize>, Vec<usize>) = (0..now.len()).partition(touches);
+        let mut kept = vec![0.0_f64; nj];
+        for patch in open {
+            let part = self.controller.kept_of(patch);
+            limb(patch).for_each(|j| kept[j] = kept[j].max(part));
+        }
+        for (j, kept) in kept.iter().enumerate() {
+            joints[j] += self.off[j] * kept;
+        }
+        for patch in closed {
+            for j in limb(patch) {
                 joints[j] = state.joints[j];
+                self.off[j] = joints[j] - wanted.configuration.joints[j];
                 // A leg that seeks what it should stand on is not damped either: it came down at .06 m/s for .15.
                 if !now[patch] {
                     rates[j] = v[6 + j];
                 }
             }
         }
-        run.plant.command(joints.as_slice(), &rates, torques);
+        run.plant.command(joints.as_slice(), &rates, &torques);
         Ok(())
     }
 

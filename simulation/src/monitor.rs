@@ -55,6 +55,8 @@ pub(crate) struct Monitor<'a> {
     unplanned: BTreeMap<(String, String), Unplanned>,
     /// Normal force of each patch now, N.
     pub normal_n: Vec<f64>,
+    /// Those forces along the normals of what is touched, N.
+    pressed_W: Vec<Vector3<f64>>,
     /// Vertical force of the world on the robot now, N.
     pub vertical_n: f64,
     /// Centre of mass now.
@@ -81,6 +83,7 @@ impl<'a> Monitor<'a> {
             polygons: robot.patches.iter().map(polygon).collect(),
             observed: vec![ClosureObserved::default(); closures.len()],
             normal_n: vec![0.0; robot.patches.len()],
+            pressed_W: vec![Vector3::zeros(); robot.patches.len()],
             kinematics: Kinematics::new(robot, &start),
             reference: Kinematics::new(robot, &start),
             robot,
@@ -138,6 +141,7 @@ impl<'a> Monitor<'a> {
 
     fn see_touches(&mut self, seen: &Seen) {
         self.normal_n.fill(0.0);
+        self.pressed_W.fill(Vector3::zeros());
         self.vertical_n = 0.0;
         for touch in seen.touches {
             if matches!(touch.other, Side::World(_)) {
@@ -145,7 +149,9 @@ impl<'a> Monitor<'a> {
             }
             match self.patch_of(touch, seen) {
                 Some((patch, normal_W)) => {
-                    self.normal_n[patch] += touch.force_W.dot(&normal_W);
+                    let normal_n = touch.force_W.dot(&normal_W);
+                    self.normal_n[patch] += normal_n;
+                    self.pressed_W[patch] += normal_W * normal_n;
                     let name = &self.robot.patches[patch].name;
                     let at = || format!("{name} at {:.2} s", seen.t_s);
                     self.peaks.penetration_m.see(touch.depth_m, at);
@@ -230,10 +236,12 @@ impl<'a> Monitor<'a> {
             let anchor = observed.anchor.get_or_insert(X_WC);
             let mut moved = X_WC.translation.vector - anchor.translation.vector;
             if let Some(radius) = patch.point_radius_m() {
-                // A ball rolls: what it slides beyond rolling, from one state to the next.
+                // A ball rolls: what it slides beyond rolling, from one state to the next, on what it touches, which
+                // may be beside the face that was planned.
                 //   s += Δp − r Δθ × n
                 let turn = (X_WC.rotation * anchor.rotation.inverse()).scaled_axis();
-                observed.slid_W += moved - radius * turn.cross(&closure.normal_W);
+                let n = self.pressed_W[closure.patch].normalize();
+                observed.slid_W += moved - radius * turn.cross(&n);
                 *anchor = X_WC;
                 moved = observed.slid_W;
             }

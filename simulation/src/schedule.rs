@@ -11,8 +11,6 @@ pub struct Closure {
     pub patch: usize,
     /// Where its frame C is to be, in W, m.
     pub place_W: Vector3<f64>,
-    /// The normal of what it is to touch.
-    pub normal_W: Vector3<f64>,
     /// From when, s.
     pub start_s: f64,
     /// Until when, s; infinite where it stays closed to the end.
@@ -27,7 +25,6 @@ impl Closure {
         Self {
             patch: contact.patch,
             place_W: contact.X_WC.translation.vector,
-            normal_W: contact.X_WC.rotation * Vector3::z(),
             start_s,
             end_s: f64::INFINITY,
             loaded_from_s: None,

@@ -133,6 +133,12 @@ impl<'a> WholeBodyController<'a> {
         Ok(&self.torques)
     }
 
+    /// The part that a patch in the air keeps of what it was off its reference where it stood; 1 where it stands.
+    #[cfg(feature = "mujoco")]
+    pub(crate) fn kept_of(&self, patch: usize) -> f64 {
+        self.offsets[patch].left
+    }
+
     /// Where the capture point was when torques were last asked for: the centre of mass, and its velocity over the
     /// rate of a pendulum of its height over the contacts.
     #[cfg(feature = "mujoco")]

@@ -39,6 +39,8 @@ pub(super) struct Offset {
     /// Where the reference was then.
     from_W: Vector3<f64>,
     since_s: f64,
+    /// The part that is left of it.
+    pub left: f64,
 }
 
 impl Offset {
@@ -49,6 +51,7 @@ impl Offset {
             turn_W: (X_WC.rotation * reference.rotation.inverse()).scaled_axis(),
             from_W: reference.translation.vector,
             since_s: 0.0,
+            left: 1.0,
         }
     }
 
@@ -57,6 +60,7 @@ impl Offset {
         let p = reference.translation.vector;
         let left = kept(self.since_s, (p - self.from_W).norm());
         self.since_s += dt_s;
+        self.left = left;
         let rotation = UnitQuaternion::from_scaled_axis(self.turn_W * left) * reference.rotation;
         let p = p + self.shift_W * left;
         Isometry3::from_parts(p.into(), rotation)
