@@ -234,7 +234,10 @@ fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
         (report.crowded_edges, "edges of more than two triangles"),
         (report.flipped_edges, wound),
         (report.turned_triangles, turned),
-        (report.stitched_edges, "edges split where others end on them"),
+        (
+            report.stitched_edges,
+            "edges split where others end on them",
+        ),
         (report.faces_broken, "faces whose outline could not be used"),
         (
             report.flat_parts,
