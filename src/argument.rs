@@ -214,12 +214,14 @@ pub fn sensor(text: &str) -> Result<SensorFlag, String> {
     Ok(flag)
 }
 
-/// A start: `POSTURE`, `POSTURE@x,y,z[,roll,pitch,yaw]`, `@x,y,z…`, or one `PATCH=x,y,z…` a
-/// contact.
+/// A start: `POSTURE`, `POSTURE@x,y,z[,roll,pitch,yaw]`, `POSTURE@x,y` on whatever ground is there, `@x,y…`, or one
+/// `PATCH=x,y,z…` a contact.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StartFlag {
     /// A posture, and where its base is.
     Posture(Option<String>, Option<Isometry3<f64>>),
+    /// A posture over a place, x and y in m, its feet on what is there.
+    Over(Option<String>, [f64; 2]),
     /// A patch at a pose.
     Contact(String, Isometry3<f64>),
 }
@@ -232,12 +234,18 @@ pub fn start(text: &str) -> Result<StartFlag, String> {
     if let Some((patch, place)) = text.split_once('=') {
         return Ok(StartFlag::Contact(patch.trim().to_owned(), pose(place)?));
     }
-    let (name, base) = match text.split_once('@') {
-        Some((name, place)) => (name.trim(), Some(pose(place)?)),
+    let (name, place) = match text.split_once('@') {
+        Some((name, place)) => (name.trim(), Some(place)),
         None => (text.trim(), None),
     };
     let name = (!name.is_empty()).then(|| name.to_owned());
-    Ok(StartFlag::Posture(name, base))
+    Ok(match place {
+        Some(place) if place.split(',').count() == 2 => {
+            let at_m = numbers(place, &[2])?;
+            StartFlag::Over(name, [at_m[0], at_m[1]])
+        }
+        place => StartFlag::Posture(name, place.map(pose).transpose()?),
+    })
 }
 
 /// A goal: `x,y`, `x,y,z` or `x,y,z,yaw` of the base, m and rad.
@@ -333,7 +341,9 @@ mod tests {
         assert_eq!(start("crouch"), Ok(crouch));
         assert_eq!(start("@1,2,3"), Ok(StartFlag::Posture(None, Some(place))));
         assert_eq!(start("left_foot=1,2,3"), Ok(foot));
-        assert!(start("crouch@1,2").is_err());
+        let over = StartFlag::Over(Some("crouch".to_owned()), [1.0, -2.0]);
+        assert_eq!(start("crouch@1,-2"), Ok(over));
+        assert!(start("crouch@1").is_err() && start("crouch@1,y").is_err());
     }
 
     #[test]

@@ -225,12 +225,19 @@ fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
         report.triangles, report.faces, report.faces_dropped, report.solids
     )];
     let wound = "edges whose triangles are wound in opposite ways";
+    let turned =
+        "triangles turned, that were wound otherwise than most of what they are connected with";
     let inward = "closed parts that face inward: rooms seen from inside, or turned inside out";
     for (n, flaw) in [
         (report.open_edges, "open edges"),
         (report.inward_parts, inward),
         (report.crowded_edges, "edges of more than two triangles"),
         (report.flipped_edges, wound),
+        (report.turned_triangles, turned),
+        (
+            report.stitched_edges,
+            "edges split where others end on them",
+        ),
         (report.faces_broken, "faces whose outline could not be used"),
         (
             report.flat_parts,

@@ -112,7 +112,8 @@ pub fn pose(
     let (terrain, stand, ground, refuted, said) = match begin {
         Ok(begin) if friction.is_ok() => begin,
         begin => {
-            let seen = Environment::new(extracted, thickness_m, edge_sigmas)?;
+            let seen = Environment::new(extracted, thickness_m, edge_sigmas);
+            let seen = seen.map_err(|error| doubted(error.into(), &notes))?;
             let goal = goal::named(&scene.goal, &robot, &seen);
             let wrong = [friction.err(), begin.err(), goal.err()];
             let wrong = mistakes::several(wrong.into_iter().flatten().collect());
@@ -137,7 +138,8 @@ pub fn pose(
     }
 
     // Start, goal, guide, roles → request.
-    let environment = Environment::new(terrain.clone(), thickness_m, edge_sigmas)?;
+    let environment = Environment::new(terrain.clone(), thickness_m, edge_sigmas);
+    let environment = environment.map_err(|error| doubted(error.into(), &notes))?;
     let on = |(patch, face): &(PatchId, FaceId)| Ok((*patch, environment.face(face.as_str())?));
     let contacts: Vec<_> = ground.iter().map(on).collect::<Result<_>>()?;
     let goal = goal::goal(&scene.goal, &robot, &environment, &stand)?;

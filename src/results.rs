@@ -65,7 +65,8 @@ pub fn write_all(folder: &Folder, planned: &PlanOutcome, page: bool) -> Result<(
             ("plan.csv", Format::Csv),
         ] {
             // That controller knows no contact of a ball.
-            if format == Format::MccYaml && touches_with_balls(planned) {
+            let balls = || export::balls_touched(plan, &planned.robot).next().is_some();
+            if format == Format::MccYaml && balls() {
                 continue;
             }
             let (motion, config) = (planned.motion.as_ref(), &planned.config.export);
@@ -95,11 +96,4 @@ pub fn write_all(folder: &Folder, planned: &PlanOutcome, page: bool) -> Result<(
         folder.write(SEARCH_FILE, &search_file::json(&planned.trace, &plan_json)?)?;
     }
     folder.write("report.json", &output::json(&planned.report)?)
-}
-
-/// Whether the plan touches anything with a point patch.
-fn touches_with_balls(planned: &PlanOutcome) -> bool {
-    let contacts = planned.plan.stances.iter().flat_map(|s| &s.contacts);
-    let mut patches = contacts.filter_map(|c| planned.robot.patch(&c.patch).ok());
-    patches.any(|patch| patch.point_radius_m().is_some())
 }

@@ -69,8 +69,8 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// The height nearest to a level at which a foot may land at a place, m.
-    pub fn nearest(&self, foot: PatchId, p: &Vector2<f64>, level_m: f64) -> Option<f64> {
+    /// The heights at which a foot may land at a place, m.
+    pub fn at<T>(&self, foot: PatchId, p: &Vector2<f64>, of: impl FnOnce(&[f64]) -> T) -> T {
         let tile = (p.x.floor() as i64, p.y.floor() as i64);
         let foot = self.like[foot.index()];
         let key = (foot, tile);
@@ -81,8 +81,7 @@ impl<'a> Ground<'a> {
             heights
         });
         let cell = |x: f64| (((x - x.floor()) * SIDE as f64) as usize).min(SIDE - 1);
-        let heights = heights[cell(p.x) * SIDE + cell(p.y)].iter().copied();
-        heights.min_by(|a, b| (a - level_m).abs().total_cmp(&(b - level_m).abs()))
+        of(&heights[cell(p.x) * SIDE + cell(p.y)])
     }
 
     fn raster(&self, foot: PatchId, tile: (i64, i64)) -> Vec<Vec<f64>> {

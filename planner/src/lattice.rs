@@ -177,10 +177,44 @@ impl<'a> Lattice<'a> {
         })
     }
 
-    /// How the feet stand with the base at a place, about a level of the ground; nothing where one
-    /// finds no landing or the trunk no room.
+    /// How the feet stand with the base at a place, about a level of the ground, each as near to it as it may; nothing
+    /// where one finds no landing or the trunk no room.
     pub fn founded(&self, p: &Vector2<f64>, heading: f64, level_m: f64) -> Option<Footed> {
+        self.stood(p, heading, level_m, 0.0, &mut false)
+    }
+
+    /// All ways for the feet to stand there: as near to the level as they may, and, where one of them has a choice (under
+    /// a tread or on it), each as high, and each as low.
+    pub fn all_founded(&self, p: &Vector2<f64>, heading: f64, level_m: f64) -> Vec<Footed> {
+        let mut has_choice = false;
+        let nearest = self.stood(p, heading, level_m, 0.0, &mut has_choice);
+        let mut all: Vec<Footed> = nearest.into_iter().collect();
+        for leaning in [1.0, -1.0].into_iter().filter(|_| has_choice) {
+            let other = self.stood(
+                p,
+                heading,
+                level_m,
+                leaning * self.steps.climb_m,
+                &mut false,
+            );
+            let is_new = |f: &Footed| all.iter().all(|known| known.ground_m != f.ground_m);
+            all.extend(other.filter(is_new));
+        }
+        all
+    }
+
+    /// How the feet stand about a level of the ground, each where it is nearest to what lies over that by `leaning_m`;
+    /// `has_choice` becomes true where one could stand on another level too.
+    fn stood(
+        &self,
+        p: &Vector2<f64>,
+        heading: f64,
+        level_m: f64,
+        leaning_m: f64,
+        has_choice: &mut bool,
+    ) -> Option<Footed> {
         let climb_m = self.steps.climb_m;
+        let wanted_m = level_m + leaning_m;
         let turn = Rotation2::new(heading);
         let (mut ground_m, mut off_m) = (0.0, 0.0);
         let (mut lowest_m, mut highest_m) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -190,8 +224,13 @@ impl<'a> Lattice<'a> {
             let usual = p + turn * self.context.offset(foot).xy();
             let (height_m, off) = self.spread.iter().find_map(|off| {
                 let off = turn * off;
-                let nearest = self.ground.nearest(foot, &(usual + off), level_m)?;
-                ((nearest - level_m).abs() <= climb_m).then_some((nearest, off))
+                let nearest = self.ground.at(foot, &(usual + off), |heights| {
+                    let heights = heights.iter().copied();
+                    let within = heights.filter(|height| (height - level_m).abs() <= climb_m);
+                    *has_choice |= within.clone().count() > 1;
+                    within.min_by(|a, b| (a - wanted_m).abs().total_cmp(&(b - wanted_m).abs()))
+                })?;
+                Some((nearest, off))
             })?;
             ground_m += height_m;
             (lowest_m, highest_m) = (height_m.min(lowest_m), height_m.max(highest_m));

@@ -67,7 +67,7 @@ impl Lattice<'_> {
         let mut looked = 0;
         let mut done: BTreeSet<State> = BTreeSet::new();
         // A place is come to from those around, mostly of one level.
-        let mut places: BTreeMap<(i64, i64, i64, u64), Option<Footed>> = BTreeMap::new();
+        let mut places: BTreeMap<(i64, i64, i64, u64), Vec<Footed>> = BTreeMap::new();
         let end = loop {
             let Some(Reverse((_, state))) = open.pop() else {
                 let mut cells: BTreeMap<(i64, i64), Vector3<f64>> = BTreeMap::new();
@@ -100,21 +100,20 @@ impl Lattice<'_> {
             let moves = moves.filter(|m| *m != (0, 0, 0));
             for (dx, dy, dh) in moves.chain([(0, 0, 1), (0, 0, -1)]) {
                 let h = (h + dh).rem_euclid(HEADINGS);
-                let mut next: State = (x + dx, y + dy, h, 0);
-                let place = (next.0, next.1, h, footed.ground_m.to_bits());
-                let there = places
+                let cell = (x + dx, y + dy, h, 0);
+                let place = (cell.0, cell.1, h, footed.ground_m.to_bits());
+                let all = places
                     .entry(place)
-                    .or_insert_with(|| self.founded(&at(&next), angle(h), footed.ground_m));
-                let Some(there) = *there else {
-                    continue;
-                };
-                next.3 = level(there.ground_m);
-                let step = Vector2::new(dx as f64, dy as f64) * PLACES_M;
-                let turn = dh as f64 * angle(1);
-                let price = price + self.price(&step, angle(h), turn, &footed, &there);
-                if known.get(&next).is_none_or(|(best, _, _)| price < *best) {
-                    known.insert(next, (price, state, there));
-                    open.push(Reverse((bits(price + apart(&next)), next)));
+                    .or_insert_with(|| self.all_founded(&at(&cell), angle(h), footed.ground_m));
+                for there in all.iter() {
+                    let next: State = (cell.0, cell.1, h, level(there.ground_m));
+                    let step = Vector2::new(dx as f64, dy as f64) * PLACES_M;
+                    let turn = dh as f64 * angle(1);
+                    let price = price + self.price(&step, angle(h), turn, &footed, there);
+                    if known.get(&next).is_none_or(|(best, _, _)| price < *best) {
+                        known.insert(next, (price, state, *there));
+                        open.push(Reverse((bits(price + apart(&next)), next)));
+                    }
                 }
             }
         };

@@ -240,7 +240,10 @@ impl Lattice<'_> {
                 let (to, _) = &all[j];
                 let heading = (j + 1 == all.len()).then_some(to.heading);
                 let (poses, price) = self.line(&here.0, here.1, &to.p.xy(), heading)?;
-                (price <= spent[j] - spent[i] + 1e-9).then_some((j, poses))
+                // Not on another level, under what the way goes over.
+                let off_m = poses.last()?.1.ground_m - all[j].1.ground_m;
+                let arrives = off_m.abs() <= 0.5 * self.steps.climb_m;
+                (arrives && price <= spent[j] - spent[i] + 1e-9).then_some((j, poses))
             });
             let (j, poses) = straight.unwrap_or_else(|| (i + 1, vec![all[i + 1]]));
             drawn.extend(poses);

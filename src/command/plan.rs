@@ -47,7 +47,7 @@ pub struct Args {
     robot: Option<String>,
     #[command(flatten)]
     beside: BesideUrdf,
-    /// Start: POSTURE[@x,y,z[,roll,pitch,yaw]], or PATCH=x,y,z[,roll,pitch,yaw] once a contact
+    /// Start: POSTURE[@x,y,z[,roll,pitch,yaw]], POSTURE@x,y (on what is there), or PATCH=x,y,z[,roll,pitch,yaw] once a contact
     /// (default: the resting posture over the origin, soles on z = 0)
     #[arg(long, value_name = "START", value_parser = argument::start, allow_hyphen_values = true)]
     start: Vec<StartFlag>,
@@ -260,10 +260,18 @@ impl Args {
                     contacts: Vec::new(),
                 };
             }
+            [StartFlag::Over(name, at_m)] => {
+                *start = Start::Over {
+                    name: name.clone(),
+                    at_m: *at_m,
+                    yaw_rad: 0.0,
+                    contacts: Vec::new(),
+                };
+            }
             flags => {
                 let contacts = flags.iter().map(|flag| match flag {
                     StartFlag::Contact(patch, pose) => Ok((patch.clone(), *pose)),
-                    StartFlag::Posture(..) => {
+                    StartFlag::Posture(..) | StartFlag::Over(..) => {
                         Err(usage("give --start either one posture, or contacts only"))
                     }
                 });

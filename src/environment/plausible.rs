@@ -1,7 +1,7 @@
 //! Files of faces that are likely in another unit or turned round.
 
-use nalgebra::Point3;
-use surfaces::{Terrain, TriangleMesh};
+use nalgebra::{Point3, Vector3};
+use surfaces::{Face, Terrain, TriangleMesh};
 
 /// Faces that lean by more than this carry no one, rad.
 const STEEPEST_RAD: f64 = 0.6;
@@ -16,20 +16,26 @@ pub struct LevelArea {
     pub up_m2: f64,
     /// Of those that would, turned round.
     pub down_m2: f64,
+    /// Of those that would face up if y were up.
+    pub up_by_y_m2: f64,
 }
+
+/// A world of which this many times as much faces along y as faces up is likely one whose y is up.
+const BY_Y: f64 = 4.0;
 
 impl LevelArea {
     /// That of all faces.
     pub fn of(terrain: &Terrain) -> Self {
-        let area = |sign: f64| {
-            let carries = move |z: f64| sign * z > STEEPEST_RAD.cos();
-            let faces = (terrain.faces.iter()).filter(move |face| carries(face.normal_W().z));
+        let area = |up: Vector3<f64>| {
+            let carries = |face: &&Face| face.normal_W().dot(&up) > STEEPEST_RAD.cos();
+            let faces = terrain.faces.iter().filter(carries);
             faces.map(|face| face.region.area()).sum()
         };
         Self {
             all_m2: terrain.faces.iter().map(|face| face.region.area()).sum(),
-            up_m2: area(1.0),
-            down_m2: area(-1.0),
+            up_m2: area(Vector3::z()),
+            down_m2: area(-Vector3::z()),
+            up_by_y_m2: area(Vector3::y()),
         }
     }
 }
@@ -72,6 +78,12 @@ pub fn doubts(name: &str, terrain: &Terrain) -> Vec<String> {
             "warning: {name}: no face that could be walked on faces up, {:.2} of {:.2} m² face down: are its normals, \
              or the order of its corners, turned round?",
             level.down_m2, level.all_m2
+        ));
+    }
+    if level.up_by_y_m2 > BY_Y * level.up_m2 {
+        doubts.push(format!(
+            "warning: {name}: {:.2} m² face along y and {:.2} m² up: is y up in it? It has to be z: turn it by 90° about x",
+            level.up_by_y_m2, level.up_m2
         ));
     }
     doubts

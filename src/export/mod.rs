@@ -19,6 +19,7 @@ mod json;
 mod limbs;
 mod mcap;
 mod mcc_yaml;
+pub use mcc_yaml::balls_touched;
 mod motion_csv;
 mod npz;
 mod swing;

@@ -13,6 +13,7 @@ use surfaces::{ConvexPolygon, Face, FaceId, Region, Source, Terrain};
 use super::StartState;
 
 mod join;
+mod nowhere;
 
 use join::Floor;
 
@@ -89,6 +90,8 @@ pub fn add_ground(
             ground.contacts.extend(contacts);
             continue;
         }
+        let middle = Point3::from(mean_plane(&soles, members).translation.vector);
+        ground.notes.extend(nowhere::note(terrain, &middle));
         let id = unique_id(terrain, number);
         let (mut X_WF, mut polygon) = hull(&soles, members, config.border_m)?;
         // One floor is as slippery here as there.

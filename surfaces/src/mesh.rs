@@ -1,16 +1,19 @@
 //! A triangle mesh of a known environment → its faces and the bodies to avoid.
 //!
 //! 1. Weld: vertices at one place become one, triangles without an area are dropped.
-//! 2. Topology: what is connected, closed, convex, wound one way.
-//! 3. Faces: triangles in one plane are merged; a face may have holes and need not be convex.
-//! 4. Bodies: a convex solid is one body; of all else every face is covered by thin bodies.
+//! 2. Mend: edges that end against the middle of others are split there; triangles that are wound otherwise
+//!    than most of what they are connected with are turned.
+//! 3. Topology: what is connected, closed, convex, wound one way.
+//! 4. Faces: triangles in one plane are merged; a face may have holes and need not be convex.
+//! 5. Bodies: a convex solid is one body; of all else every face is covered by thin bodies.
 //!
 //! Normals point where the winding says: counter-clockwise seen from the free side. A closed mesh
-//! that is wound the other way is the inside of a room, so nothing is turned round here; the
+//! that is wound the other way is the inside of a room, so no part is turned round as a whole; the
 //! [`Report`] says what the winding looks like.
 
 mod bodies;
 mod face;
+mod mend;
 mod topology;
 mod weld;
 
@@ -50,7 +53,11 @@ pub struct Report {
     pub open_edges: usize,
     /// Edges of more than two triangles.
     pub crowded_edges: usize,
-    /// Edges whose two triangles are wound in opposite ways: one of the two normals is wrong.
+    /// Edges that were split where others end on them.
+    pub stitched_edges: usize,
+    /// Triangles that were turned, since most of what they are connected with is wound the other way.
+    pub turned_triangles: usize,
+    /// Edges whose two triangles are wound in opposite ways all the same: one of the two normals is wrong.
     pub flipped_edges: usize,
     /// Closed parts whose normals all point inward, as those of a room seen from inside.
     pub inward_parts: usize,
@@ -83,8 +90,9 @@ pub fn extract(mesh: &TriangleMesh, thickness_m: f64) -> Result<(Terrain, Report
             "finite and at least 1e-6",
         ));
     }
-    let welded = Welded::new(mesh)?;
-    let topology = Topology::new(&welded);
+    let mut welded = Welded::new(mesh)?;
+    let (stitched_edges, turned_triangles, edges) = welded.mend();
+    let topology = Topology::new(&welded, &edges);
     let all: Vec<usize> = (0..welded.triangles.len()).collect();
     let whole = face::faces(&welded, &topology, &all);
     let (all_faces, broken) = &whole;
@@ -104,6 +112,8 @@ pub fn extract(mesh: &TriangleMesh, thickness_m: f64) -> Result<(Terrain, Report
         triangles: mesh.triangles.len(),
         degenerate_triangles: welded.degenerate,
         welded_vertices: welded.merged,
+        stitched_edges,
+        turned_triangles,
         faces: faces.len(),
         faces_dropped: all_faces.len() - faces.len(),
         part_dropped: (all_m2 - large_m2) / all_m2.max(f64::MIN_POSITIVE),

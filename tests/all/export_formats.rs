@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use clap::ValueEnum;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use plan::{Plan, Stance};
+use robot_model::PatchKind;
 use scandent::export::{Config, Format, export};
 use serde_json::Value;
 
@@ -251,4 +252,26 @@ fn plans_that_cannot_be_written_are_refused() {
             assert!(text.contains(cause), "{text}");
         }
     }
+}
+
+/// A robot with a fist whose plan walks on its soles, and the same plan with the fist on something.
+#[test]
+fn only_a_ball_that_touches_is_none_for_the_controller() {
+    let mut robot = biped::robot();
+    let mut fist = robot.patches[0].clone();
+    (fist.name, fist.kind) = ("fist".into(), PatchKind::Point { radius_m: 0.03 });
+    robot.patches.push(fist);
+    let mut plan = biped::plan();
+    let config = Config::default();
+    let bytes = export(&plan, None, &robot, Format::MccYaml, &config).unwrap();
+    assert_eq!(
+        bytes,
+        exported(&plan, Format::MccYaml, &config)
+            .unwrap()
+            .into_bytes()
+    );
+    plan.stances[0].contacts[0].patch = "fist".into();
+    let refused = export(&plan, None, &robot, Format::MccYaml, &config);
+    let text = format!("{:#}", refused.unwrap_err());
+    assert!(text.contains("no contact of a ball, and fist"), "{text}");
 }

@@ -390,3 +390,19 @@ fn a_search_goes_on_from_what_is_clear_of_added_bodies_on_any_number_of_threads(
     let (_, other) = gone_on(3);
     assert_eq!(second.motion, other.motion);
 }
+
+/// Treads without risers over a floor: a foot finds ground under a tread and on it, and the base has room over the one only.
+#[test]
+fn stairs_with_open_risers_are_climbed() {
+    let robot = robot("quadruped");
+    let tread = |k: usize| {
+        let half_m = if k < 4 { 0.15 } else { 0.6 };
+        let at = [0.5 + 0.3 * k as f64 + half_m, 0.0, 0.12 * (k + 1) as f64];
+        level(&format!("tread{k}"), at, [half_m, 0.8])
+    };
+    let mut faces: Vec<Face> = (0..5).map(tread).collect();
+    faces.push(floor());
+    let environment = world(faces, Vec::new());
+    let request = request(&robot, &environment, Vector3::new(2.2, 0.0, 0.6));
+    check(&plan(&request), 3.0);
+}

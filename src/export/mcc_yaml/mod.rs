@@ -42,8 +42,7 @@ pub(super) fn write(
     robot: &Robot,
     config: &Config,
 ) -> Result<String> {
-    // Its tasks turn the limbs' frames, and its surface contacts need an area.
-    if let Some(ball) = robot.patches.iter().find(|p| p.point_radius_m().is_some()) {
+    if let Some(ball) = balls_touched(plan, robot).next() {
         bail!(
             "mcc-yaml has no contact of a ball, and {} touches with one: write json or csv",
             ball.name
@@ -64,6 +63,12 @@ pub(super) fn write(
             "touch_down_n": frames::rounded(touch_down_n(plan, patch)),
         }))
     };
+    let areas = || {
+        robot
+            .patches
+            .iter()
+            .filter(|p| p.point_radius_m().is_none())
+    };
     let steps = steps(plan, motion, robot, &limbs, config)?;
     let said = json!({
         "scene": plan.scene,
@@ -79,9 +84,20 @@ pub(super) fn write(
         "start": centroidal_pose(plan, 0)?,
         "steps": steps.commands,
         "nominals": steps.nominals,
-        "patches": robot.patches.iter().map(patch).collect::<Result<Vec<_>>>()?,
+        "patches": areas().map(patch).collect::<Result<Vec<_>>>()?,
     });
     render("mcc.yaml", include_str!("mcc.yaml"), said)
+}
+
+/// The balls that a plan touches with: the controller's tasks turn the limbs' frames, and its surface contacts need an
+/// area.
+pub fn balls_touched<'a>(
+    plan: &'a Plan,
+    robot: &'a Robot,
+) -> impl Iterator<Item = &'a ContactPatch> {
+    let contacts = plan.stances.iter().flat_map(|s| &s.contacts);
+    let patches = contacts.filter_map(|c| robot.patch(&c.patch).ok());
+    patches.filter(|patch| patch.point_radius_m().is_some())
 }
 
 /// The force by which a limb is known to have touched down, N: less than the least that it comes to

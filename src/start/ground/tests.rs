@@ -151,3 +151,38 @@ fn the_ground_takes_a_name_that_is_free() {
     standing(&mut terrain);
     assert_eq!(terrain.faces[1].id.as_str(), "ground'");
 }
+
+#[test]
+fn feet_on_nothing_of_a_known_world_are_told_what_is_there() {
+    let floor = |z, tilt| rectangle("floor", [-1.0, 1.0], [-1.0, 1.0], z, tilt);
+    let turned = Isometry3::rotation(Vector3::x() * std::f64::consts::PI);
+    let downward = Face {
+        X_WF: turned,
+        ..floor(0.0, 0.0)
+    };
+    let beside = rectangle("beside", [2.0, 3.0], [-1.0, 1.0], 0.0, 0.0);
+    for (world, words) in [
+        (
+            floor(-0.5, 0.0),
+            Some("floor is 0.500 m under that; --start @X,Y"),
+        ),
+        (floor(0.0, 0.14), Some("leans by 8°")),
+        (downward, Some("floor is there and looks down")),
+        (beside, Some("nothing is over or under that")),
+        (floor(0.0, 0.0), None),
+        (
+            Face {
+                source: Source::Scan,
+                ..floor(-0.5, 0.0)
+            },
+            None,
+        ),
+    ] {
+        let (ground, _) = standing(&mut with(vec![world]));
+        let said = ground.notes.join("; ");
+        match words {
+            Some(words) => assert!(said.contains(words), "{said}"),
+            None => assert_eq!(said, ""),
+        }
+    }
+}

@@ -256,7 +256,7 @@ fn a_thin_open_plate_does_not_reach_through_its_other_side() {
 }
 
 #[test]
-fn wrong_winding_is_reported_and_taken_as_it_is() {
+fn a_part_that_is_wound_the_other_way_is_reported_and_taken_as_it_is() {
     let mut room = cuboid([3.0, 3.0, 2.5], [0.0, 0.0, 0.0]);
     room.triangles.iter_mut().for_each(|t| t.swap(0, 1));
     let (terrain, report) = run(&room);
@@ -275,13 +275,64 @@ fn wrong_winding_is_reported_and_taken_as_it_is() {
         };
         assert!(!obstacle.points_W.iter().any(inside));
     }
-    let mut one_wrong = cuboid([1.0, 1.0, 1.0], [0.0, 0.0, 0.0]);
-    one_wrong.triangles[0].swap(0, 1);
-    let (_, report) = run(&one_wrong);
+}
+
+#[test]
+fn triangles_turned_among_their_neighbours_are_turned_back() {
+    let whole = cuboid([2.0, 1.0, 0.5], [0.0; 3]);
+    let (wanted, _) = run(&whole);
+    for wrong in [vec![0], vec![2, 3], vec![0, 5, 7, 8]] {
+        let mut mesh = whole.clone();
+        wrong.iter().for_each(|t| mesh.triangles[*t].swap(0, 1));
+        let (terrain, report) = run(&mesh);
+        assert_eq!(
+            (report.turned_triangles, report.flipped_edges),
+            (wrong.len(), 0)
+        );
+        assert_eq!(report.solids, 1);
+        for (face, wanted) in terrain.faces.iter().zip(&wanted.faces) {
+            approx::assert_relative_eq!(face.normal_W(), wanted.normal_W(), epsilon = 1e-12);
+            approx::assert_relative_eq!(face.region.area(), wanted.region.area(), epsilon = 1e-9);
+        }
+    }
+    // Of two halves neither is more likely.
+    let mut sheet = cuboid([1.0; 3], [0.0; 3]);
+    sheet.triangles.truncate(2);
+    sheet.triangles[0].swap(0, 1);
+    let (_, report) = run(&sheet);
+    assert_eq!((report.turned_triangles, report.flipped_edges), (0, 1));
+}
+
+/// As exporters leave it: one of two triangles at an edge was cut in the middle of it, in single precision.
+#[test]
+fn edges_that_end_against_others_leave_no_slit() {
+    let turn = Isometry3::rotation(Vector3::new(0.1, 0.2, 0.7));
+    let single = |p: &Point3<f64>| (turn * p).map(|x| f64::from(x as f32));
+    let mut whole = cuboid([2.0, 1.0, 0.5], [0.3, 0.1, 0.0]);
+    whole.vertices = whole.vertices.iter().map(single).collect();
+    let mut mesh = whole.clone();
+    mesh.triangles.clear();
+    for (number, &[a, b, c]) in whole.triangles.iter().enumerate() {
+        if number % 2 == 0 {
+            mesh.triangles.push([a, b, c]);
+            continue;
+        }
+        let middle = nalgebra::center(&whole.vertices[a], &whole.vertices[b]);
+        mesh.vertices.push(middle.map(|x| f64::from(x as f32)));
+        let m = mesh.vertices.len() - 1;
+        mesh.triangles.extend([[a, m, c], [m, b, c]]);
+    }
+    let (terrain, report) = run(&mesh);
     assert_eq!(
-        (report.flipped_edges, report.solids, report.inward_parts),
-        (3, 0, 0)
+        (report.open_edges, report.solids, report.faces),
+        (0, 1, 6),
+        "{report:?}"
     );
+    assert!(report.stitched_edges > 0);
+    let (wanted, _) = run(&whole);
+    for (face, wanted) in terrain.faces.iter().zip(&wanted.faces) {
+        approx::assert_relative_eq!(face.region.area(), wanted.region.area(), epsilon = 1e-5);
+    }
 }
 
 #[test]

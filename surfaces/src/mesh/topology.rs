@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
+use super::mend::Edges;
 use super::weld::Welded;
 use super::{MERGE_OFFSET_M, Report, WELD_M};
 
@@ -22,20 +23,9 @@ pub(super) struct Topology {
 /// Most triangles at one edge that are neighbours of each.
 const LEAVES: usize = 16;
 
-/// A triangle at an edge, and whether it runs from the smaller to the larger vertex.
-type Side = (usize, bool);
-
 impl Topology {
-    pub fn new(mesh: &Welded) -> Self {
+    pub fn new(mesh: &Welded, edges: &Edges) -> Self {
         let count = mesh.triangles.len();
-        let mut edges: BTreeMap<[usize; 2], Vec<Side>> = BTreeMap::new();
-        for (t, triangle) in mesh.triangles.iter().enumerate() {
-            let [a, b, c] = triangle.corners;
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                let key = [from.min(to), from.max(to)];
-                edges.entry(key).or_default().push((t, from < to));
-            }
-        }
         let mut topology = Self {
             neighbours: vec![Vec::new(); count],
             solid: vec![None; count],

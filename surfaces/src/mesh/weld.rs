@@ -112,7 +112,7 @@ fn neighbours(home: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
 }
 
 /// The triangle of three vertices, if it has an area.
-fn measure(vertices: &[Point3<f64>], corners: [usize; 3]) -> Option<Triangle> {
+pub(super) fn measure(vertices: &[Point3<f64>], corners: [usize; 3]) -> Option<Triangle> {
     let [a, b, c] = corners.map(|i| vertices[i]);
     let cross = (b - a).cross(&(c - a));
     let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
