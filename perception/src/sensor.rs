@@ -90,34 +90,30 @@ const fn pinhole(fx: f64, fy: f64, cx: f64, cy: f64) -> Option<Intrinsics> {
     Some(Intrinsics { fx, fy, cx, cy })
 }
 
+const XTION: Sensor = Sensor {
+    name: "xtion",
+    nominal_px: (640, 480),
+    intrinsics: pinhole(525.0, 525.0, 319.5, 239.5),
+    depth_scale_m: 0.001,
+    range_m: (0.4, 8.0),
+    noise: STRUCTURED_LIGHT,
+};
+
 /// The sensors known by name.
 ///
 /// `generic` has no intrinsics: they must come with the scan.
 pub const SENSORS: [Sensor; 6] = [
-    Sensor {
-        name: "xtion",
-        nominal_px: (640, 480),
-        intrinsics: pinhole(525.0, 525.0, 319.5, 239.5),
-        depth_scale_m: 0.001,
-        range_m: (0.4, 8.0),
-        noise: STRUCTURED_LIGHT,
-    },
+    XTION,
     Sensor {
         name: "kinect_v1",
-        nominal_px: (640, 480),
         intrinsics: pinhole(575.8, 575.8, 314.5, 235.5),
-        depth_scale_m: 0.001,
-        range_m: (0.4, 8.0),
-        noise: STRUCTURED_LIGHT,
+        ..XTION
     },
     Sensor {
         // The data sets of TUM RGB-D: 5000 units a metre, and the pinhole that they recommend.
         name: "tum",
-        nominal_px: (640, 480),
-        intrinsics: pinhole(525.0, 525.0, 319.5, 239.5),
         depth_scale_m: 0.0002,
-        range_m: (0.4, 8.0),
-        noise: STRUCTURED_LIGHT,
+        ..XTION
     },
     Sensor {
         // Time of flight: noise that hardly grows with the distance, as [fankhauser2015] found it
@@ -125,23 +121,21 @@ pub const SENSORS: [Sensor; 6] = [
         name: "kinect_v2",
         nominal_px: (512, 424),
         intrinsics: pinhole(365.4, 365.4, 254.9, 207.4),
-        depth_scale_m: 0.001,
-        range_m: (0.4, 8.0),
         noise: Noise {
             floor_m: 0.0018,
             quadratic_per_m: 0.0004,
             knee_m: 0.5,
             correlation_px: 1.0,
             systematic_ratio: 0.003,
-            systematic_scale_px: 40.0,
+            ..STRUCTURED_LIGHT
         },
+        ..XTION
     },
     Sensor {
         // Stereo: σ_z = z² σ_d / (f B) [keselman2017], with 0.08 px of σ_d and B = 50 mm at 848 px.
         name: "realsense_d4xx",
         nominal_px: (848, 480),
         intrinsics: pinhole(424.0, 424.0, 423.5, 239.5),
-        depth_scale_m: 0.001,
         range_m: (0.2, 10.0),
         noise: Noise {
             floor_m: 0.001,
@@ -151,21 +145,21 @@ pub const SENSORS: [Sensor; 6] = [
             systematic_ratio: 0.006,
             systematic_scale_px: 30.0,
         },
+        ..XTION
     },
     Sensor {
         name: "generic",
         nominal_px: (0, 0),
         intrinsics: None,
-        depth_scale_m: 0.001,
         range_m: (0.05, 100.0),
         noise: Noise {
             floor_m: 0.002,
             quadratic_per_m: 0.002,
             knee_m: 0.5,
-            correlation_px: 1.8,
             systematic_ratio: 0.005,
-            systematic_scale_px: 40.0,
+            ..STRUCTURED_LIGHT
         },
+        ..XTION
     },
 ];
 

@@ -23,7 +23,6 @@ mod contact;
 mod error;
 mod motion;
 mod plan;
-mod pose;
 mod refutation;
 mod stance;
 mod trace;
@@ -35,7 +34,7 @@ pub use plan::{
     GoalContact, GoalRecord, Input, MotionFile, PLAN_FORMAT, Plan, Program, RequiredMargins,
     RobotSummary, SearchSummary, Unsolved,
 };
-pub use pose::Pose;
 pub use refutation::{ContactPlace, Multipliers, Near, PlaceFreedom, Proof, Refutation};
 pub use stance::{Change, Margins, Stance};
+pub use surfaces::Pose;
 pub use trace::{Alternative, Barrier, Choice, Refusal, Trace, TracedNode};

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::pose::PoseRecord;
+use crate::pose::Pose;
 use crate::{Error, Region, beyond_world};
 #[cfg(test)]
 pub(crate) use inset::tests::faces;
@@ -192,7 +192,7 @@ impl Face {
     }
 
     fn check(&self) -> Result<(), Error> {
-        Isometry3::try_from(PoseRecord::from(&self.X_WF))?;
+        Isometry3::try_from(Pose::from(&self.X_WF))?;
         Error::check_not_negative("depth_m", self.depth_m)?;
         if let Some(friction) = self.friction.filter(|own| !(own.is_finite() && *own > 0.0)) {
             let expected = "a positive number; a face that nothing may touch has \"roles\": []";

@@ -81,6 +81,7 @@ pub use looked_through::LookedThrough;
 pub use mesh::TriangleMesh;
 pub use obstacle::Obstacle;
 pub use polygon::{ConvexPolygon, HalfPlane};
+pub use pose::Pose;
 pub use region::{Edge, Region, Ring};
 pub use terrain::{TERRAIN_FORMAT, Terrain};
 pub use unseen::fill_unseen;

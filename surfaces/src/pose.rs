@@ -12,17 +12,17 @@ const UNIT_TOLERANCE: f64 = 2e-6;
 /// Up to this the quaternion is taken as it stands, so that what was written is what is read.
 const EXACT_TOLERANCE: f64 = 1e-12;
 
-/// A pose in a file, not yet checked.
+/// A pose in a file, not yet checked; an [`Isometry3`] of it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct PoseRecord {
+pub struct Pose {
     /// Position, m.
-    p: [f64; 3],
+    pub p: [f64; 3],
     /// Orientation as a unit quaternion, x y z w.
-    quat_xyzw: [f64; 4],
+    pub quat_xyzw: [f64; 4],
 }
 
-impl From<&Isometry3<f64>> for PoseRecord {
+impl From<&Isometry3<f64>> for Pose {
     fn from(pose: &Isometry3<f64>) -> Self {
         Self {
             p: pose.translation.vector.into(),
@@ -31,10 +31,10 @@ impl From<&Isometry3<f64>> for PoseRecord {
     }
 }
 
-impl TryFrom<PoseRecord> for Isometry3<f64> {
+impl TryFrom<Pose> for Isometry3<f64> {
     type Error = Error;
 
-    fn try_from(record: PoseRecord) -> Result<Self, Error> {
+    fn try_from(record: Pose) -> Result<Self, Error> {
         for (field, values) in [("p", &record.p[..]), ("quat_xyzw", &record.quat_xyzw[..])] {
             if let Some(value) = beyond_world(values) {
                 return Err(Error::bad(field, value, "within 10 km of the origin"));

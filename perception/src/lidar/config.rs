@@ -54,39 +54,21 @@ impl LidarConfig {
     pub fn check(&self) -> Result<(), Error> {
         let turn = std::f64::consts::TAU + 1e-9;
         let (near, flat) = (self.range_min_m, self.inclination_min_rad);
-        for (key, value, low, high, cause) in [
-            (
-                "lidar.view_rad",
-                self.view_rad,
-                1e-3,
-                turn,
-                "must be in (0, 2π]",
-            ),
-            ("lidar.range_min_m", near, 0.0, 1e3, "must not be negative"),
-            (
-                "lidar.range_max_m",
-                self.range_max_m,
-                near + 1e-3,
-                1e6,
-                "must be more than range_min_m",
-            ),
-            (
-                "lidar.inclination_min_rad",
-                flat,
-                0.0,
-                1.5,
-                "must be in [0, 1.5] rad",
-            ),
-            (
-                "lidar.inclination_max_rad",
-                self.inclination_max_rad,
-                flat,
-                1.5,
-                "must be in [inclination_min_rad, 1.5]",
-            ),
-        ] {
-            within(key, value, low, high, cause)?;
-        }
+        let (far, steep) = (self.range_max_m, self.inclination_max_rad);
+        within(
+            "lidar.view_rad",
+            self.view_rad,
+            1e-3,
+            turn,
+            "must be in (0, 2π]",
+        )?;
+        within("lidar.range_min_m", near, 0.0, 1e3, "must not be negative")?;
+        let more = "must be more than range_min_m";
+        within("lidar.range_max_m", far, near + 1e-3, 1e6, more)?;
+        let some = "must be in [0, 1.5] rad";
+        within("lidar.inclination_min_rad", flat, 0.0, 1.5, some)?;
+        let steeper = "must be in [inclination_min_rad, 1.5]";
+        within("lidar.inclination_max_rad", steep, flat, 1.5, steeper)?;
         Ok(())
     }
 }

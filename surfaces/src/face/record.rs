@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{EdgeView, Face, FaceId, Fit};
-use crate::pose::PoseRecord;
+use crate::pose::Pose;
 use crate::{Edge, Error, Region, Ring, Source};
 
 /// A face as it stands in a file, not yet checked: `region`, or `polygon` as its only ring with real
@@ -14,7 +14,7 @@ use crate::{Edge, Error, Region, Ring, Source};
 #[serde(deny_unknown_fields)]
 pub(super) struct FaceRecord {
     id: FaceId,
-    X_WF: PoseRecord,
+    X_WF: Pose,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     polygon: Option<Vec<[f64; 2]>>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -108,7 +108,7 @@ impl From<Face> for FaceRecord {
         let rings = face.region.into_rings().into_iter();
         Self {
             id: face.id,
-            X_WF: PoseRecord::from(&face.X_WF),
+            X_WF: Pose::from(&face.X_WF),
             polygon: None,
             region: rings.map(RingRecord::from).collect(),
             plane_covariance: face.plane_covariance,

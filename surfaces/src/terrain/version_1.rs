@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::{Terrain, read_each};
-use crate::pose::PoseRecord;
+use crate::pose::Pose;
 use crate::{ConvexPolygon, Edge, EdgeKind, Error, Face, Fit, Obstacle, Region, Ring, Source};
 
 /// The value of the field `format`.
@@ -31,7 +31,7 @@ pub(super) struct File {
 #[serde(deny_unknown_fields)]
 struct Record {
     id: String,
-    X_WS: PoseRecord,
+    X_WS: Pose,
     polygon: Vec<[f64; 2]>,
     #[serde(default)]
     outline: Vec<Vec<[f64; 2]>>,
