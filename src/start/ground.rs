@@ -90,8 +90,6 @@ pub fn add_ground(
             ground.contacts.extend(contacts);
             continue;
         }
-        let middle = Point3::from(mean_plane(&soles, members).translation.vector);
-        ground.notes.extend(nowhere::note(terrain, &middle));
         let id = unique_id(terrain, number);
         let (mut X_WF, mut polygon) = hull(&soles, members, config.border_m)?;
         // One floor is as slippery here as there.
@@ -112,13 +110,18 @@ pub fn add_ground(
                 }
             }
         }
-        if let Some((apart_m, floor)) = nearest.filter(|_| !is_joined) {
-            ground.notes.push(format!(
+        match nearest {
+            _ if is_joined => {}
+            Some((apart_m, floor)) => ground.notes.push(format!(
                 "warning: {floor} continues the ground under the feet {apart_m:.2} m from them; what is between \
                  was not seen, and is not stepped on: take a scan that shows it too (the sensor nods), start before \
                  {floor} (--before-floor), or, where it is known to be floor, --set ground.join_gap_m={:.2}",
                 apart_m + 0.005
-            ));
+            )),
+            None => {
+                let middle = Point3::from(mean_plane(&soles, members).translation.vector);
+                ground.notes.extend(nowhere::note(terrain, &middle));
+            }
         }
         let contacts = patches.map(|patch| (patch, FaceId::from(id.as_str())));
         ground.contacts.extend(contacts);

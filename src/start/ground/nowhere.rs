@@ -5,7 +5,7 @@ use surfaces::{Face, Source, Terrain};
 
 /// Faces that lean by more than this are neither over nor under a place: the cosine of 60°.
 const LEVEL: f64 = 0.5;
-/// A face that looks down and is this near to the soles is their floor, turned round, m.
+/// A face that is this near to the soles is their floor, m; turned round, where it looks down.
 const THERE_M: f64 = 0.01;
 
 /// What to say where soles about a point stand on no face of a file or a mesh, but on a ground of their own: what is
@@ -41,7 +41,12 @@ pub(super) fn note(terrain: &Terrain, soles: &Point3<f64>) -> Option<String> {
         ),
         (Some((face, over_m)), _) => {
             let lean = face.normal_W().z.clamp(-1.0, 1.0).acos().to_degrees();
-            let leaning = if lean < 0.5 {
+            let is_level = lean < 0.5;
+            if is_level && over_m.abs() < THERE_M {
+                // They stand at the border of that face.
+                return None;
+            }
+            let leaning = if is_level {
                 String::new()
             } else {
                 format!(" and leans by {lean:.0}°")

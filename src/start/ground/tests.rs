@@ -160,7 +160,7 @@ fn feet_on_nothing_of_a_known_world_are_told_what_is_there() {
         X_WF: turned,
         ..floor(0.0, 0.0)
     };
-    let beside = rectangle("beside", [2.0, 3.0], [-1.0, 1.0], 0.0, 0.0);
+    let beside = rectangle("beside", [2.0, 3.0], [-1.0, 1.0], 0.2, 0.0);
     for (world, words) in [
         (
             floor(-0.5, 0.0),
@@ -170,6 +170,8 @@ fn feet_on_nothing_of_a_known_world_are_told_what_is_there() {
         (downward, Some("floor is there and looks down")),
         (beside, Some("nothing is over or under that")),
         (floor(0.0, 0.0), None),
+        // They stand at its border.
+        (rectangle("floor", [0.0, 1.0], [-1.0, 1.0], 0.0, 0.0), None),
         (
             Face {
                 source: Source::Scan,
