@@ -18,7 +18,7 @@ use crate::interpolation::Curve;
 use crate::pace::Pace;
 use crate::problem::MotionContext;
 use crate::projection::{Ask, Bounds, Projection};
-use crate::sampling::{Instance, SampledTrajectory, joints, tilt};
+use crate::sampling::{Instance, SampledTrajectory, coarse, joints, tilt};
 use crate::segment::{PhaseTrajectory, curve};
 
 /// The part w of a phase that is bent.
@@ -243,9 +243,9 @@ impl<'a> Way<'a> {
             });
         }
         let trajectory = SampledTrajectory {
+            coarse: clearances.coarse.max(coarse(context, &samples)),
             samples,
             places_W,
-            coarse: clearances.coarse,
         };
         let (step, _) = trajectory.longest_step();
         let near = step <= STEP_PART * context.posture.clearance_m && trajectory.coarse <= 1.0;

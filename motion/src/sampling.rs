@@ -9,6 +9,7 @@ use crate::equations::{apart, is_point};
 use crate::failure::{Failure, Reason, keep_worst};
 use crate::problem::{MotionContext, Task};
 use crate::route::Route;
+use crate::segment::curve;
 use crate::statics::Statics;
 use crate::swing_path::SwingPath;
 
@@ -16,6 +17,9 @@ use crate::swing_path::SwingPath;
 /// on their bounds, and a C² curve cannot follow a bound and leave it: it strays by less than a tenth of
 /// a degree, 5 % of the margin of a joint.
 const JOINT_TOLERANCE: f64 = 1.5e-3;
+/// How far a joint may be beyond that between two samples, rad: beside [`JOINT_TOLERANCE`] half of
+/// what the verifier allows.
+const BETWEEN_RAD: f64 = 2.5e-4;
 /// How far a closed contact may be from its place, m (angles times 0.1 m): five times what the
 /// postures close their contacts to, since patches stray from their places between the knots.
 const CLOSURE_M: f64 = 5e-5;
@@ -94,11 +98,43 @@ pub(crate) fn sample(
     match worst {
         Some(failure) => Err(failure),
         None => Ok(SampledTrajectory {
+            coarse: clearances.coarse.max(coarse(context, &samples)),
             samples,
             places_W,
-            coarse: clearances.coarse,
         }),
     }
+}
+
+/// How much shorter steps have to be for joints that turn round at their limits: between the samples, which all
+/// keep them, the curve through these swings beyond, by about the square of the steps.
+pub(crate) fn coarse(context: &MotionContext, samples: &[Instance]) -> f64 {
+    /// Where between two samples is looked, in parts of a step.
+    const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
+    let joints = (7..).zip(context.robot.joint_bodies());
+    let near = joints.filter_map(|(k, body)| {
+        let margin = body.kept_margin(context.posture.joint_margin_rad) - JOINT_TOLERANCE;
+        let (lower, upper) = (body.lower + margin, body.upper - margin);
+        let steps = samples
+            .windows(2)
+            .map(|pair| (pair[1].q[k] - pair[0].q[k]).abs());
+        let longest = steps.fold(0.0, f64::max);
+        let is_near = |s: &Instance| (s.q[k] - lower).min(upper - s.q[k]) < longest;
+        samples.iter().any(is_near).then_some((k - 7, lower, upper))
+    });
+    let near: Vec<(usize, f64, f64)> = near.collect();
+    if near.is_empty() {
+        return 1.0;
+    }
+    let curve = curve(samples.iter());
+    let step = 1.0 / (samples.len() - 1) as f64;
+    let places = (0..samples.len() - 1).flat_map(|i| BETWEEN.map(|part| (i as f64 + part) * step));
+    let beyond = places.flat_map(|u| {
+        let q = curve.at(u).q.joints;
+        near.iter()
+            .map(move |&(k, lower, upper)| (lower - q[k]).max(q[k] - upper))
+    });
+    let beyond = beyond.fold(0.0, f64::max);
+    (beyond / BETWEEN_RAD).sqrt().max(1.0)
 }
 
 /// Closed contacts are closed; the patch in the air is on its path.
@@ -157,5 +193,44 @@ pub(crate) fn joints(
             let failure = context.failure(task, Reason::JointLimit { joint }, over, u);
             keep_worst(worst, failure);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use robot_model::Configuration;
+
+    use super::*;
+    use crate::Config;
+
+    /// The last step of a fast leg to its limit: every sample keeps it, and the curve through them went 3.5 mrad beyond.
+    #[test]
+    #[allow(clippy::unwrap_used)]
+    fn curves_that_swing_beyond_a_limit_between_samples_ask_for_more_of_them() {
+        let robot = scenes::robot("quadruped").unwrap();
+        let environment =
+            posture::Environment::new(surfaces::Terrain::default(), 0.03, 2.0).unwrap();
+        let (posture, config) = (posture::Config::default(), Config::default());
+        let context = MotionContext::new(&robot, &environment, &posture, &config);
+        let body = &robot.joint_bodies()[0];
+        let bound = body.upper - body.kept_margin(posture.joint_margin_rad);
+        let along = |away_rad: &[f64]| -> Vec<Instance> {
+            let sample = |away_rad: &f64| {
+                let mut q = Configuration::zero(robot.nj());
+                for (joint, body) in q.joints.iter_mut().zip(robot.joint_bodies()) {
+                    *joint = 0.5 * (body.lower + body.upper);
+                }
+                q.joints[0] = bound - away_rad;
+                Instance {
+                    q: q.to_q(),
+                    forces_W: Vec::new(),
+                }
+            };
+            away_rad.iter().map(sample).collect()
+        };
+        let fast = along(&[0.085, 0.063, 0.030, -0.0006, 0.0]);
+        assert!(coarse(&context, &fast) > 2.0);
+        let slow = along(&[0.085, 0.063, 0.040, 0.017, 0.004, 0.001, 0.0]);
+        assert_eq!(coarse(&context, &slow), 1.0);
     }
 }

@@ -17,7 +17,7 @@ use crate::estimate::estimate;
 use crate::foothold::Foothold;
 use crate::foothold_proposal::{CROSSED_PRICE, crossed_m, propose};
 use crate::footing::Footing;
-use crate::node::{Node, SAME_PLACE_M};
+use crate::node::Node;
 use crate::nominal_posture::nominal_posture;
 use crate::reserve::solve_with_reserve;
 
@@ -83,7 +83,7 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
             let normal = context.request.environment[face].normal_W();
             let same = |(other, place): &(Vector3<f64>, Point3<f64>)| {
                 let apart_m = (place - foothold.place).norm();
-                other.dot(&normal) > ONE_PLANE && apart_m < SAME_PLACE_M
+                other.dot(&normal) > ONE_PLANE && apart_m < context.same_place_m()
             };
             let is_wanted = context.request.goal.contacts.contains(&(patch, face));
             if is_wanted || !offered.iter().any(same) {

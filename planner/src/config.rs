@@ -14,8 +14,8 @@ pub struct Config {
     /// Largest number of posture problems solved, in the same way.
     #[schemars(range(min = 1, max = 10_000_000))]
     pub candidates_max: usize,
-    /// How far a foot is put ahead of the others along the guide path, m; at most half the distance
-    /// of feet that follow each other, so that legs one behind the other do not meet.
+    /// How far a foot is put ahead of the others along the guide path, m; at most 0.57 of the legs' length,
+    /// and half the distance of feet that follow each other, so that legs one behind the other do not meet.
     #[schemars(range(min = 0.01, max = 10.0))]
     pub stride_m: f64,
     /// Weight of the estimated number of contacts to the goal against those made: 1 for few

@@ -16,6 +16,13 @@ use crate::{Config, Error};
 
 /// Fewer feet than these keep a robot upright.
 pub(crate) const LEANING_MIN: usize = 3;
+/// A stride is at most this part of the length of the legs, as of HRP-2's 0.70 m the 0.40 m that are set:
+/// short legs step as much less far.
+const STRIDE_OF_LEG: f64 = 0.57;
+/// Nothing steps less far than settings allow, m.
+const STRIDE_MIN_M: f64 = 0.01;
+/// The search looks as finely as suits strides of this and more, m, as of Solo12; for shorter ones as much more finely.
+const COARSE_STRIDE_M: f64 = 0.18;
 /// Angle by which a foot turns in one stride, rad.
 const TURN_RAD: f64 = 0.5;
 /// A foot may be over or under the route by this part of the legs' height; a metre more counts as so many
@@ -42,6 +49,8 @@ pub(crate) struct SearchContext<'a> {
     pub feet: Vec<PatchId>,
     /// How far a foot is put ahead of the others on level ground, m.
     pub stride_m: f64,
+    /// How coarsely the search looks, as a part of what suits long strides.
+    grain: f64,
     /// The way of the base.
     pub route: Route,
     /// Whether the route follows the ground.
@@ -113,7 +122,11 @@ impl<'a> SearchContext<'a> {
         let mut feet: Vec<PatchId> = request.start.contacts.iter().map(|c| c.0).collect();
         feet.sort_unstable();
         feet.dedup();
+        let reach = Reach::new(robot, &kinematics);
+        let legs_m = feet.iter().map(|&foot| reach.leg(foot).length_m);
+        let shortest_m = legs_m.fold(f64::INFINITY, f64::min);
         let stride_m = config.stride_m.min(0.5 * following_m(&offset, &feet));
+        let stride_m = stride_m.min(STRIDE_OF_LEG * shortest_m).max(STRIDE_MIN_M);
         let apart_m = feet.iter().map(|foot| offset[foot.index()].xy().norm());
         let turn_m = apart_m.fold(stride_m / TURN_RAD, f64::max);
         let from = heading(&(request.start.configuration.R_WB * Vector3::x()));
@@ -128,7 +141,7 @@ impl<'a> SearchContext<'a> {
             request,
             config,
             weight: config.heuristic_weight,
-            reach: Reach::new(robot, &kinematics),
+            reach,
             upright,
             offset,
             route,
@@ -139,11 +152,28 @@ impl<'a> SearchContext<'a> {
             friction_use: posture.friction_use,
             footprint: robot.patch_ids().map(footprint).collect(),
             stride_m,
+            grain: (stride_m / COARSE_STRIDE_M).min(1.0),
             feet,
             used,
             landing: Arc::new(request.usable.iter().map(unknown).collect()),
         };
         Ok(context)
+    }
+
+    /// Contacts of one patch on one face nearer than this count as the same, m; alternatives to one
+    /// are this far from it.
+    pub fn same_place_m(&self) -> f64 {
+        0.06 * self.grain
+    }
+
+    /// Distance of neighbouring places of the base on its way, m.
+    pub fn places_m(&self) -> f64 {
+        0.1 * self.grain
+    }
+
+    /// Levels nearer than this are one for the way of the base, m.
+    pub fn levels_m(&self) -> f64 {
+        0.15 * self.grain
     }
 
     /// Where on a face a patch may land; nothing on faces that it may not touch.

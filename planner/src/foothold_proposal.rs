@@ -7,14 +7,14 @@ use robot_model::PatchId;
 use crate::context::SearchContext;
 use crate::foothold::Foothold;
 use crate::footing::{Footing, hindmost};
-use crate::node::{Node, SAME_PLACE_M};
+use crate::node::Node;
 use crate::route::wrap;
 
 /// How a place differs from the one that is wanted most.
 struct Variation {
     /// Part of a stride ahead of the others.
     stride: f64,
-    /// Further shift along the heading and to the left, m.
+    /// Further shift along the heading and to the left, in places that count as the same.
     shift: [f64; 2],
     /// Further turn to the left, rad; of soles.
     turn: f64,
@@ -31,17 +31,17 @@ const fn vary(stride: f64, shift: [f64; 2], turn: f64) -> Variation {
 /// The order in which places on a face are tried.
 const VARIATIONS: [Variation; 12] = [
     vary(1.0, [0.0, 0.0], 0.0),
-    vary(1.0, [-SAME_PLACE_M, 0.0], 0.0),
-    vary(1.0, [0.0, -SAME_PLACE_M], 0.0),
-    vary(1.0, [0.0, SAME_PLACE_M], 0.0),
-    vary(1.0, [SAME_PLACE_M, 0.0], 0.0),
+    vary(1.0, [-1.0, 0.0], 0.0),
+    vary(1.0, [0.0, -1.0], 0.0),
+    vary(1.0, [0.0, 1.0], 0.0),
+    vary(1.0, [1.0, 0.0], 0.0),
     vary(0.5, [0.0, 0.0], 0.0),
     vary(1.0, [0.0, 0.0], 0.3),
     vary(1.0, [0.0, 0.0], -0.3),
     vary(0.0, [0.0, 0.0], 0.0),
     vary(1.4, [0.0, 0.0], 0.0),
-    vary(0.5, [0.0, -2.0 * SAME_PLACE_M], 0.0),
-    vary(0.5, [0.0, 2.0 * SAME_PLACE_M], 0.0),
+    vary(0.5, [0.0, -2.0], 0.0),
+    vary(0.5, [0.0, 2.0], 0.0),
 ];
 /// Price of a metre by which a foot lands across from where it would stand beside another, in contacts: legs
 /// that cross are rarely brought past each other.
@@ -114,7 +114,7 @@ pub(crate) fn propose(
             (Some(a), Some(b)) => wrap(a - b).abs(),
             _ => 0.0,
         };
-        (a.place - b.place).norm() < 0.5 * SAME_PLACE_M && turned < 0.1
+        (a.place - b.place).norm() < 0.5 * context.same_place_m() && turned < 0.1
     };
     (from..VARIATIONS.len()).find_map(|variation| {
         let foothold = offered(variation)?;
@@ -155,7 +155,8 @@ fn place(
     let wanted = |along_m: f64| {
         let heading = route.at(along_m).heading;
         let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), heading);
-        let shift = turn * Vector3::new(vary.shift[0], vary.shift[1], 0.0);
+        let shift = Vector3::new(vary.shift[0], vary.shift[1], 0.0);
+        let shift = turn * shift * context.same_place_m();
         let place = route.foot_at(along_m, context.offset(patch)) + shift;
         Foothold {
             patch,

@@ -10,14 +10,11 @@ use robot_model::PatchId;
 
 use crate::context::SearchContext;
 
-/// Distance of neighbouring places of the base, and levels nearer than which are one, m.
-pub(crate) const PLACES_M: f64 = 0.1;
-pub(crate) const LEVELS_M: f64 = 0.15;
-
 /// No face is as high, m.
 const HIGH_M: f64 = 1e12;
-/// Cells of a tile, 1 m wide, along each side.
+/// Cells of a tile along each side, and cells between neighbouring places of the base.
 const SIDE: usize = 20;
+const CELLS: f64 = 2.0;
 
 /// The heights of one tile's cells.
 type Heights = Rc<Vec<Vec<f64>>>;
@@ -36,12 +33,11 @@ pub(crate) struct Ground<'a> {
     /// The faces that it may stand on, for each patch that has a raster of its own.
     faces: BTreeMap<PatchId, BTreeSet<FaceIndex>>,
     known: RefCell<Rasters>,
+    /// Width of a cell, m.
+    pub cell_m: f64,
 }
 
 impl<'a> Ground<'a> {
-    /// Width of a cell, m.
-    pub const CELL_M: f64 = 1.0 / SIDE as f64;
-
     /// Of the faces on which feet may stand.
     pub fn new(context: &'a SearchContext<'a>, stands: Stands) -> Self {
         let robot = context.request.robot;
@@ -66,11 +62,18 @@ impl<'a> Ground<'a> {
             like,
             faces,
             known: RefCell::default(),
+            cell_m: context.places_m() / CELLS,
         }
+    }
+
+    /// Width of a tile, m.
+    fn tile_m(&self) -> f64 {
+        SIDE as f64 * self.cell_m
     }
 
     /// The heights at which a foot may land at a place, m.
     pub fn at<T>(&self, foot: PatchId, p: &Vector2<f64>, of: impl FnOnce(&[f64]) -> T) -> T {
+        let p = p / self.tile_m();
         let tile = (p.x.floor() as i64, p.y.floor() as i64);
         let foot = self.like[foot.index()];
         let key = (foot, tile);
@@ -86,7 +89,10 @@ impl<'a> Ground<'a> {
 
     fn raster(&self, foot: PatchId, tile: (i64, i64)) -> Vec<Vec<f64>> {
         let mut heights = vec![Vec::new(); SIDE * SIDE];
-        let corner = |k: i64, z: f64| Point3::new((tile.0 + k) as f64, (tile.1 + k) as f64, z);
+        let tile_m = self.tile_m();
+        let corner_m = |k: i64| [tile.0 + k, tile.1 + k].map(|x| x as f64 * tile_m);
+        let corner = |k: i64, z: f64| Point3::new(corner_m(k)[0], corner_m(k)[1], z);
+        let first_m = corner_m(0);
         let environment = self.context.request.environment;
         let (low, high) = (corner(0, -HIGH_M), corner(1, HIGH_M));
         let near = environment.faces_near(&low, &high).into_iter();
@@ -106,14 +112,14 @@ impl<'a> Ground<'a> {
             // What is smaller than a cell may hold no cell's middle.
             let inside = landing.inside().filter_map(|p_F| {
                 let p = environment[face].point_W(&p_F);
-                let at = [p.x - tile.0 as f64, p.y - tile.1 as f64].map(|x| x * SIDE as f64);
+                let at = [p.x - first_m[0], p.y - first_m[1]].map(|x| x / self.cell_m);
                 let is_here = at.iter().all(|at| (0.0..SIDE as f64).contains(at));
                 is_here.then(|| at[0] as usize * SIDE + at[1] as usize)
             });
             let inside: Vec<usize> = inside.collect();
             for (k, cell) in heights.iter_mut().enumerate() {
-                let at = |k: usize| (k as f64 + 0.5) * Self::CELL_M;
-                let (x, y) = (tile.0 as f64 + at(k / SIDE), tile.1 as f64 + at(k % SIDE));
+                let at = |k: usize| (k as f64 + 0.5) * self.cell_m;
+                let (x, y) = (first_m[0] + at(k / SIDE), first_m[1] + at(k % SIDE));
                 let z = o.z - (n.x * (x - o.x) + n.y * (y - o.y)) / n.z;
                 let p_F = X_WF.inverse_transform_point(&Point3::new(x, y, z)).xy();
                 if landing.contains(&p_F) || inside.contains(&k) {

@@ -157,17 +157,18 @@ impl<'a> Lattice<'a> {
             return None;
         }
         let steps = steps(context, legs_m);
-        let step = |most: f64| (most / Ground::CELL_M) as i64;
+        let ground = Ground::new(context, stands);
+        let step = |most: f64| (most / ground.cell_m) as i64;
         let mut spread: Vec<Vector2<f64>> = Vec::new();
         for i in -step(steps.ahead_m)..=step(steps.ahead_m) {
             for j in -step(steps.aside_m)..=step(steps.aside_m) {
-                spread.push(Vector2::new(i as f64, j as f64) * Ground::CELL_M);
+                spread.push(Vector2::new(i as f64, j as f64) * ground.cell_m);
             }
         }
         spread.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
         Some(Self {
             context,
-            ground: Ground::new(context, stands),
+            ground,
             rooms: Rooms::new(context, legs_m, steps.over_m),
             legs_m,
             steps,

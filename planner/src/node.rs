@@ -100,9 +100,6 @@ impl Node {
     }
 }
 
-/// Contacts of one patch on one face nearer than this count as the same, m; alternatives to one
-/// are this far from it.
-pub(crate) const SAME_PLACE_M: f64 = 0.06;
 /// Headings of a sole nearer than this count as the same, rad.
 const SAME_HEADING_RAD: f64 = 0.2;
 
@@ -113,11 +110,11 @@ pub(crate) type Key = Vec<(PatchId, Option<FaceIndex>, [i64; 4])>;
 pub(crate) type ChangeKey = (PatchId, Option<(FaceIndex, [i64; 3])>);
 
 /// The key of a change.
-pub(crate) fn change_key(change: &Move) -> ChangeKey {
+pub(crate) fn change_key(context: &SearchContext, change: &Move) -> ChangeKey {
     match change {
         Move::Remove(patch) => (*patch, None),
         Move::Add(foothold) => {
-            let p = foothold.place.coords / SAME_PLACE_M;
+            let p = foothold.place.coords / context.same_place_m();
             let cell = [p.x, p.y, p.z].map(|x| x.round() as i64);
             (foothold.patch, Some((foothold.face, cell)))
         }
@@ -127,7 +124,7 @@ pub(crate) fn change_key(change: &Move) -> ChangeKey {
 /// The key of contacts in the order of the patches.
 pub(crate) fn key(context: &SearchContext, contacts: &[Contact]) -> Key {
     let of_contact = |c: &Contact| {
-        let p = c.X_WC.translation.vector / SAME_PLACE_M;
+        let p = c.X_WC.translation.vector / context.same_place_m();
         let yaw = context.yaw(c).unwrap_or(0.0) / SAME_HEADING_RAD;
         (
             c.patch,

@@ -9,13 +9,13 @@ use robot_model::collision::{ShapeGeometry, closest};
 
 use crate::context::SearchContext;
 use crate::crouch::deepest_m;
-use crate::ground::{LEVELS_M, PLACES_M};
 
 /// What stands no higher over the ground than this part of the legs' height is stepped over.
 pub(crate) const OVER_LEGS: f64 = 0.4;
-/// Places nearer than this along the level plane, and levels nearer than this, have the same room, m.
-const CELL_M: f64 = 0.5 * PLACES_M;
-const LEVEL_M: f64 = 0.3 * LEVELS_M;
+/// Places nearer along the level plane than this part of the lattice's, and levels nearer than this part, have the
+/// same room.
+const PLACES: f64 = 0.5;
+const LEVELS: f64 = 0.3;
 /// Depths to which the base is lowered, from nothing to the deepest.
 const DEPTHS: usize = 8;
 
@@ -56,10 +56,12 @@ impl<'a> Rooms<'a> {
     /// The room about the base at a place; nothing where the trunk has none.
     pub fn at(&self, p: &Vector2<f64>, ground_m: f64) -> Option<Room> {
         let round = |x: f64, cell: f64| (x / cell).round() as i64;
+        let cell_m = PLACES * self.context.places_m();
+        let level_m = LEVELS * self.context.levels_m();
         let key = (
-            round(p.x, CELL_M),
-            round(p.y, CELL_M),
-            round(ground_m, LEVEL_M),
+            round(p.x, cell_m),
+            round(p.y, cell_m),
+            round(ground_m, level_m),
         );
         if let Some(&room) = self.known.borrow().get(&key) {
             return room;

@@ -134,7 +134,9 @@ impl<'a> Search<'a> {
     /// How many other nodes of the same contact set a change failed from.
     pub fn failed_elsewhere(&self, candidate: &Candidate) -> usize {
         let set = key(&self.context, &self.nodes[candidate.node].contacts);
-        let failed = self.failed.get(&(set, change_key(&candidate.change)));
+        let failed = self
+            .failed
+            .get(&(set, change_key(&self.context, &candidate.change)));
         let others = failed.into_iter().flatten();
         others.filter(|&&other| other != candidate.node).count()
     }
@@ -156,7 +158,7 @@ impl<'a> Search<'a> {
     /// Remembers that a change failed from a node: from its contact set, reached in another way, it waits.
     pub fn remember(&mut self, node: usize, change: &Move) {
         let set = key(&self.context, &self.nodes[node].contacts);
-        let failed = self.failed.entry((set, change_key(change)));
+        let failed = self.failed.entry((set, change_key(&self.context, change)));
         failed.or_default().insert(node);
     }
 

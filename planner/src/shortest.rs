@@ -6,7 +6,6 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::ground::{LEVELS_M, PLACES_M};
 use crate::lattice::{Footed, HEADINGS, Lattice};
 use crate::route::{Pose, wrap};
 
@@ -45,8 +44,9 @@ impl Lattice<'_> {
         let angle = |h: i64| h as f64 * TAU / HEADINGS as f64;
         let nearest = |heading: f64| (heading / angle(1)).round() as i64;
         let origin = from.p.xy();
-        let at = |s: &State| origin + Vector2::new(s.0 as f64, s.1 as f64) * PLACES_M;
-        let level = |ground_m: f64| (ground_m / LEVELS_M).round() as i64;
+        let (places_m, levels_m) = (self.context.places_m(), self.context.levels_m());
+        let at = |s: &State| origin + Vector2::new(s.0 as f64, s.1 as f64) * places_m;
+        let level = |ground_m: f64| (ground_m / levels_m).round() as i64;
         let Some(footed) = self.founded(&origin, from.heading, level_m) else {
             return Found::Unknown;
         };
@@ -54,7 +54,7 @@ impl Lattice<'_> {
         let first: State = (0, 0, h0, level(footed.ground_m));
         let wanted_heading = heading.map(|h| nearest(h).rem_euclid(HEADINGS));
         let is_there = |s: &State, f: &Footed| {
-            (at(s) - to.xy()).norm() <= beside_m.max(0.75 * PLACES_M)
+            (at(s) - to.xy()).norm() <= beside_m.max(0.75 * places_m)
                 && wanted_heading.is_none_or(|h| h == s.2)
                 && to_level_m.is_none_or(|l| (f.ground_m - l).abs() <= self.steps.climb_m)
         };
@@ -107,7 +107,7 @@ impl Lattice<'_> {
                     .or_insert_with(|| self.all_founded(&at(&cell), angle(h), footed.ground_m));
                 for there in all.iter() {
                     let next: State = (cell.0, cell.1, h, level(there.ground_m));
-                    let step = Vector2::new(dx as f64, dy as f64) * PLACES_M;
+                    let step = Vector2::new(dx as f64, dy as f64) * places_m;
                     let turn = dh as f64 * angle(1);
                     let price = price + self.price(&step, angle(h), turn, &footed, there);
                     if known.get(&next).is_none_or(|(best, _, _)| price < *best) {

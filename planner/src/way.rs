@@ -12,7 +12,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::context::{LEVEL_LEGS, SearchContext};
 use crate::gap::gap;
-use crate::ground::{PLACES_M, Stands};
+use crate::ground::Stands;
 use crate::lattice::{Footed, HEADINGS, Lattice, Preference, Steps};
 use crate::route::{Pose, Route, wrap};
 use crate::shortest::Found;
@@ -185,7 +185,7 @@ impl Lattice<'_> {
         let mut facing = from.heading;
         if length > 1e-6 {
             facing = turn_to(facing, step.y.atan2(step.x), from.p.xy(), &mut go)?;
-            let parts = (length / PLACES_M).ceil();
+            let parts = (length / self.context.places_m()).ceil();
             for k in 1..=parts as usize {
                 go(from.p.xy() + step * (k as f64 / parts), facing)?;
             }
