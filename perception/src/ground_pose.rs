@@ -6,7 +6,7 @@
 //! and the planes say it more exactly.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
-use surfaces::Face;
+use surfaces::{EdgeKind, Face, Ring};
 
 use crate::{Config, Error, Scan, extract};
 
@@ -67,9 +67,15 @@ pub fn ground_pose(
     let group: Vec<&Face> = faces.iter().filter(level).collect();
     let all_m2 = planes.iter().map(|(_, area)| area).sum();
 
-    // The ground is the level face nearest to below the sensor.
-    let largest_m2 = group.iter().map(area).fold(0.0, f64::max);
+    // The ground is the level face nearest to below the sensor, of those that go on toward there where the view ends:
+    // however small what is seen of it, steps, kerbs and levels beyond are not below the sensor.
     let eye_V = Point3::from(scan.eye_V);
+    let near = group.iter().copied();
+    let near: Vec<&Face> = near
+        .filter(|face| goes_on_toward(face, &eye_V, &up_V))
+        .collect();
+    let group = if near.is_empty() { group } else { near };
+    let largest_m2 = group.iter().map(area).fold(0.0, f64::max);
     let aside_m = |face: &&Face| {
         let off = |p: Point3<f64>| {
             let off = p - eye_V;
@@ -98,6 +104,34 @@ pub fn ground_pose(
         X_WV: Isometry3::from_parts((eye_W - R_WV * scan.eye_V).into(), R_WV),
         level_m2: [level_m2, all_m2],
     })
+}
+
+/// Under at least this angle about the place below the eye does the view cut a face that goes on toward there, rad: what
+/// pixels make of other borders of the view is shorter.
+const GOES_ON_RAD: f64 = 0.1;
+
+/// Cosine of the angle to the way to the place below the eye within which the border of the view cuts it off, 75°: a wide
+/// view's lower border is that much aside at its ends, its sides lead away.
+const TOWARD: f64 = 0.26;
+
+/// Whether the view cuts a face on the side toward the place below the eye.
+fn goes_on_toward(face: &Face, eye: &Point3<f64>, up: &Vector3<f64>) -> bool {
+    let outer = face.region.rings().iter().take(1).flat_map(Ring::segments);
+    let cut = outer.filter(|(edge, _)| edge.kind == EdgeKind::FieldOfView);
+    let angles = cut.map(|(_, ends)| {
+        let [a, b] = ends.map(|p| face.point_W(p));
+        // The interior is on the left of every edge; the length is the edge's.
+        let out = (b - a).cross(&face.normal_W());
+        let way = eye - nalgebra::center(&a, &b);
+        let way = way - way.dot(up) * up;
+        let along = out.dot(&way);
+        if along > TOWARD * out.norm() * way.norm() {
+            along / way.norm_squared()
+        } else {
+            0.0
+        }
+    });
+    angles.sum::<f64>() > GOES_ON_RAD
 }
 
 /// Up in V by planes (normal toward the sensor in V, area in m²), and the area of those that are level

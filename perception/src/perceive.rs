@@ -330,7 +330,7 @@ fn of_scan(
 ) -> Result<(View, Vec<bool>), Error> {
     let extraction = extract(scan, X_WV, config)?;
     let Statistics { valid, used, .. } = extraction.statistics;
-    let doubts: Vec<String> = scan.depth.iter().flat_map(plausible::doubts).collect();
+    let doubts = plausible::doubts(scan, config.range_max_m);
     // Of a wrong model nothing may be in range either.
     if (used as f64) < IN_RANGE_MIN * valid as f64 && doubts.is_empty() {
         let away = |p: &[f32; 3]| (Vector3::from(p.map(f64::from)) - scan.eye_V).norm();

@@ -1,6 +1,8 @@
-//! Depth images that are likely read with the wrong model of their sensor.
+//! Depth images that are likely read with the wrong model of their sensor, and clouds with the wrong place of theirs.
 
-use crate::DepthImage;
+use nalgebra::Vector3;
+
+use crate::{DepthImage, Scan};
 
 /// Principal points are no farther from the middle of an image than this part of its size.
 const OFF_CENTRE_MAX: f64 = 0.1;
@@ -15,12 +17,64 @@ const COUNT_MIN: usize = 200;
 /// at most as much, 1/1.03 to 1/5; where planes are seen, distances taken for depths do by 0.22 to 0.43.
 const BENDS_LESS: f64 = 0.5;
 
+/// Side of the directions in which points are compared, rad.
+const DIRECTION_RAD: f64 = 0.01;
+/// A point is hidden behind one this much nearer, as a part of its distance and m.
+const BEHIND: [f64; 2] = [0.2, 0.2];
+/// Where a sensor stood fewer of the points that share their direction are hidden from it: they lie at edges.
+const HIDDEN_MAX: f64 = 0.25;
+
+/// As many points tell, every so manyth of the cloud's.
+const POINTS_MAX: usize = 300_000;
+
 /// What is likely wrong, in words.
-pub(crate) fn doubts(image: &DepthImage) -> Vec<String> {
+pub(crate) fn doubts(scan: &Scan, range_max_m: f64) -> Vec<String> {
+    let Some(image) = &scan.depth else {
+        return hidden(scan, range_max_m).into_iter().collect();
+    };
     [off_centre(image), focal_length(image), distances(image)]
         .into_iter()
         .flatten()
         .collect()
+}
+
+/// Why a cloud was likely not seen from where its sensor is said to have stood: no sensor sees what is behind
+/// something else. On the wrong side of a face its normal is the wrong one.
+fn hidden(scan: &Scan, range_max_m: f64) -> Option<String> {
+    let tau = std::f64::consts::TAU;
+    let [cols, rows] = [tau, tau / 2.0].map(|angle| (angle / DIRECTION_RAD) as usize + 1);
+    let step = scan.cloud.points.len() / POINTS_MAX + 1;
+    let points = scan.cloud.finite().step_by(step);
+    let from_eye = points.map(|p| Vector3::from(p.map(f64::from)) - scan.eye_V);
+    let seen = from_eye.filter_map(|p| {
+        let r = p.norm();
+        let azimuth = p.y.atan2(p.x) + tau / 2.0;
+        let polar = (p.z / r).clamp(-1.0, 1.0).acos();
+        let [x, y] = [azimuth, polar].map(|angle| (angle / DIRECTION_RAD) as usize);
+        (r > 0.0 && r <= range_max_m).then(|| (y.min(rows - 1) * cols + x.min(cols - 1), r as f32))
+    });
+    let seen: Vec<(usize, f32)> = seen.collect();
+    let mut nearest = vec![(f32::INFINITY, 0_u32); cols * rows];
+    for &(at, r) in &seen {
+        let (least, count) = &mut nearest[at];
+        (*least, *count) = (least.min(r), *count + 1);
+    }
+    let shared = seen.iter().filter(|(at, _)| nearest[*at].1 > 1);
+    let (mut count, mut behind) = (0_usize, 0_usize);
+    for &(at, r) in shared {
+        count += 1;
+        let far = BEHIND[0] as f32 * r + BEHIND[1] as f32;
+        behind += usize::from(r - nearest[at].0 > far);
+    }
+    let part = behind as f64 / count.max(1) as f64;
+    (count >= COUNT_MIN && part > HIDDEN_MAX).then(|| {
+        let [x, y, z]: [f64; 3] = scan.eye_V.into();
+        format!(
+            "{:.0} % of its points lie behind others as seen from ({x}, {y}, {z}) in its frame: no sensor stood there, and \
+             faces may be turned round; give the --eye, a place from which what is to be walked on is seen from above",
+            100.0 * part
+        )
+    })
 }
 
 /// Why an image's intrinsics are likely those of another size.

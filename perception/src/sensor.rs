@@ -39,6 +39,9 @@ pub struct Noise {
     pub systematic_ratio: f64,
     /// Standard deviation of the Gaussian that shapes the slowly varying error, px.
     pub systematic_scale_px: f64,
+    /// Whether the sensor is unknown and this a guess, which a cloud's own points go before.
+    #[serde(default)]
+    pub guessed: bool,
 }
 
 impl Noise {
@@ -84,6 +87,7 @@ const STRUCTURED_LIGHT: Noise = Noise {
     correlation_px: 1.8,
     systematic_ratio: 0.004,
     systematic_scale_px: 40.0,
+    guessed: false,
 };
 
 const fn pinhole(fx: f64, fy: f64, cx: f64, cy: f64) -> Option<Intrinsics> {
@@ -144,6 +148,7 @@ pub const SENSORS: [Sensor; 6] = [
             correlation_px: 2.5,
             systematic_ratio: 0.006,
             systematic_scale_px: 30.0,
+            guessed: false,
         },
         ..XTION
     },
@@ -157,6 +162,7 @@ pub const SENSORS: [Sensor; 6] = [
             quadratic_per_m: 0.002,
             knee_m: 0.5,
             systematic_ratio: 0.005,
+            guessed: true,
             ..STRUCTURED_LIGHT
         },
         ..XTION

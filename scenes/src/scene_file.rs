@@ -86,7 +86,7 @@ pub struct SceneFile {
 pub struct ScanSource {
     /// Depth image (16-bit PNG, npy).
     pub depth: Option<String>,
-    /// Point cloud (PCD, PLY, LAS, E57), or a ROS 2 bag (MCAP).
+    /// Point cloud (PCD, PLY, LAS, E57, text), or a ROS 2 bag (MCAP).
     pub cloud: Option<String>,
     /// Name of a known sensor; replaces the intrinsics below.
     pub sensor: Option<String>,

@@ -100,7 +100,9 @@ pub(super) fn kind(name: &str) -> Option<Kind> {
         "toml" => Some(Kind::Scene),
         "json" => Some(Kind::Surfaces),
         "stl" | "obj" => Some(Kind::Mesh),
-        "png" | "npy" | "pcd" | "ply" | "las" | "e57" | "mcap" => Some(Kind::Scan),
+        "png" | "npy" | "pcd" | "ply" | "las" | "e57" | "mcap" | "xyz" | "asc" | "pts" => {
+            Some(Kind::Scan)
+        }
         _ => None,
     }
 }

@@ -20,6 +20,9 @@ use crate::sensor::Noise;
 const NOTCH_PX: f64 = 1.5;
 /// Bulges no higher than this are cut off, px, and than 3 % of the face's mean width.
 const BULGE_PX: f64 = 2.0;
+/// Parts of these with which an outline that crosses itself is found again: where a face is narrower than a notch and
+/// a bulge together, its two sides may go past each other. The last leave the pixels as they are.
+const FINER: [f64; 4] = [1.0, 0.5, 0.25, 0.0];
 /// Standard deviation of an edge's place in an image, px: that of a pixel is about .8 [nguyen2012], and an edge is
 /// the median of several. Outlines of images lie inside the true edges already, by what was taken off and what dropped
 /// out there.
@@ -48,11 +51,7 @@ pub(super) fn face(
     if area_m2 < FACE_AREA_MIN_M2 {
         return None;
     }
-    // 1. Rings on the pixels, and what ends the face at their edges.
-    let on_pixels = contour::rings(pixels, NOTCH_PX, BULGE_PX);
-    let edges = Edges::new(around, pixels.label, &on_pixels);
-
-    // 2. The rings on the plane, its tangents those of the world. The chart depends on the sensor only,
+    // 1. The plane's frame, its tangents those of the world. The chart depends on the sensor only,
     // so that its pose moves the face and does not change it.
     let R_VW = X_WV.rotation.inverse();
     let (forward, up) = (R_VW * Vector3::x(), R_VW * Vector3::z());
@@ -60,21 +59,12 @@ pub(super) fn face(
     let R_SP = R_VS.inverse() * chart.R_VP;
     let turn = Rotation2::from_matrix_unchecked(R_SP.matrix().fixed_view::<2, 2>(0, 0).into());
     let on_plane = |p: &Point2<f64>| Some(turn * chart.at(p.x, p.y)?.0);
-    let rings: Vec<Vec<Point2<f64>>> = (on_pixels.iter())
-        .map(|ring| ring.iter().map(on_plane).collect())
-        .collect::<Option<_>>()?;
     let X_VS = Isometry3::from_parts(
         Translation3::from(chart.foot.coords),
         UnitQuaternion::from_rotation_matrix(&R_VS),
     );
 
-    // 3. How well plane and edges are known.
-    let edge = |ring: usize, i: usize| Edge {
-        kind: edges.kinds[ring][i],
-        inside_rad: edges.inside_rad[ring][i],
-        view: Some(0),
-        ..Edge::default()
-    };
+    // 2. How well the plane is known.
     let known = Known {
         plane: pixels.label,
         fit: Fit {
@@ -89,11 +79,28 @@ pub(super) fn face(
     };
     let covariance =
         |origin: &Point2<f64>| spread.covariance(&(turn.inverse() * origin), &turn, noise);
-    Some(crate::face::face(
-        &rings,
-        edge,
-        &(X_WV * X_VS),
-        &known,
-        covariance,
-    ))
+
+    // 3. Rings on the pixels, what ends the face at their edges, and the rings on the plane.
+    let found = |part: f64| {
+        let on_pixels = contour::rings(pixels, part * NOTCH_PX, part * BULGE_PX);
+        let edges = Edges::new(around, pixels.label, &on_pixels);
+        let rings: Vec<Vec<Point2<f64>>> = (on_pixels.iter())
+            .map(|ring| ring.iter().map(on_plane).collect())
+            .collect::<Option<_>>()?;
+        let edge = |ring: usize, i: usize| Edge {
+            kind: edges.kinds[ring][i],
+            inside_rad: edges.inside_rad[ring][i],
+            view: Some(0),
+            ..Edge::default()
+        };
+        let X_WS = X_WV * X_VS;
+        Some(crate::face::face(&rings, edge, &X_WS, &known, covariance))
+    };
+    let mut faces = FINER.into_iter().map(found);
+    let first = faces.next().flatten()?;
+    if first.is_ok() {
+        return Some(first);
+    }
+    let finer = faces.flatten().find(Result::is_ok);
+    Some(finer.unwrap_or(first))
 }

@@ -12,6 +12,7 @@ mod las;
 mod npy;
 mod pcd;
 mod ply;
+mod text;
 mod vlp16;
 
 use std::path::Path;
@@ -126,6 +127,10 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
             let (points, pose) = e57::parse(path, bytes, topic)?;
             (near(path, points.into_iter(), &mut notes), None, pose)
         }
+        Some(Format::Text) => {
+            let points = text::parse(path, bytes)?;
+            (near(path, points.into_iter(), &mut notes), None, still)
+        }
         Some(Format::Mcap) => return bag::parse(path, bytes, sensor, options),
         None => return Err(unknown(path)),
     };
@@ -146,7 +151,8 @@ fn stated_pose(position_m: [f64; 3], quat_xyzw: [f64; 4]) -> Option<Isometry3<f6
 }
 
 fn unknown(path: &Path) -> Error {
-    let known = "depth images (16-bit PNG, npy), PCD, PLY, LAS, E57 and MCAP, and pcap of a LiDAR";
+    let known = "depth images (16-bit PNG, npy), PCD, PLY, LAS, E57, MCAP, text (xyz, csv, txt, asc, pts), \
+                 and pcap of a LiDAR";
     Error::file(path, format!("unknown scan format; known are {known}"))
 }
 
@@ -262,6 +268,7 @@ enum Format {
     Las,
     E57,
     Mcap,
+    Text,
 }
 
 /// Whether a file is a depth image, by its first bytes, else by its extension.
@@ -295,6 +302,7 @@ fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
         "ply" => Some(Format::Ply),
         "las" => Some(Format::Las),
         "e57" => Some(Format::E57),
+        text if text::is_text(text) => Some(Format::Text),
         _ => None,
     }
 }

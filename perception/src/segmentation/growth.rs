@@ -9,6 +9,11 @@ const PARTS: usize = 8;
 const SORTED_MIN: usize = 8;
 /// How many cells of a hole in a row a region may have before it, and goes on beyond.
 const HOLE_CELLS: u8 = 8;
+/// Cells that grew in vain to regions of this many times [`IN_VAIN`] cells, once or one after the other, are no seeds any
+/// more: each would grow to all of them once more, which takes the square of their number, as of a floor in whose plane the
+/// sensor's place lies: it is seen under no angle. Smaller regions may be tried from each of their cells.
+const VAIN_MAX: u8 = 8;
+const IN_VAIN: usize = 64;
 
 /// Growth over the cells of a lattice.
 pub(super) struct Growth<'a, L: Lattice> {
@@ -18,6 +23,8 @@ pub(super) struct Growth<'a, L: Lattice> {
     index: Vec<u32>,
     /// Which take no part, or belong to a region by now.
     shut: Vec<bool>,
+    /// How many times [`IN_VAIN`] cells they grew to that were refused.
+    vain: Vec<u8>,
     /// How many cells of a hole lead from the region that grows to one of a hole, this one counted; one more than
     /// [`HOLE_CELLS`] where none did so far, none of cells that are no hole. And those that were reached.
     depth: Vec<u8>,
@@ -48,6 +55,7 @@ impl<'a, L: Lattice> Growth<'a, L> {
             cells,
             index,
             shut,
+            vain: vec![0; count],
             depth,
             reached: Vec::new(),
             members: Vec::new(),
@@ -88,7 +96,8 @@ impl<'a, L: Lattice> Growth<'a, L> {
     /// Puts the cells of a seed in place of others; `false` where too few of them are open.
     fn is_open(&self, shape: Shape, seed: Seed, cells: &mut Vec<usize>) -> bool {
         let of = |i: usize| &self.cells[self.index[i] as usize];
-        self.lattice.open_cells(shape, seed, of, &self.shut, cells)
+        let open = self.lattice.open_cells(shape, seed, of, &self.shut, cells);
+        open && self.vain[cells[0]] < VAIN_MAX
     }
 
     /// Regions that there are go on over the cells beside them that are open, the largest first.
@@ -176,8 +185,13 @@ impl<'a, L: Lattice> Growth<'a, L> {
             self.shut[i] = true;
         }
         let begun = moments.plane();
+        let (mut grown, mut times) = (Vec::new(), 0);
         if let Some(plane) = begun {
             let test = self.grow(&mut moments, plane);
+            if self.members.len() >= IN_VAIN {
+                times = u8::try_from(self.members.len() / IN_VAIN).unwrap_or(u8::MAX);
+                grown.clone_from(&self.members);
+            }
             // Cells that the final plane no longer fits go back.
             let (lattice, shut) = (self.lattice, &mut self.shut);
             let test = lattice.test(&test);
@@ -199,6 +213,9 @@ impl<'a, L: Lattice> Growth<'a, L> {
             }),
             None => {
                 self.members.iter().for_each(|&i| self.shut[i] = false);
+                for i in grown {
+                    self.vain[i] = self.vain[i].saturating_add(times);
+                }
                 None
             }
         }

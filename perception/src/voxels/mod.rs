@@ -47,7 +47,7 @@ pub(crate) fn extract(scan: &Scan, X_WV: &Isometry3<f64>, config: &Config) -> Ex
     // 1. The points within range, about the eye; their voxels, in several sizes.
     let near = Near::new(scan, config.range_max_m);
     let grid = Grid::new(near.iter(), LEAF_M, LEVELS);
-    let noise = tolerance::measured(&grid.levels[0], &scan.noise, NOISE_FACTOR_MAX);
+    let noise = tolerance::measured(&grid.levels, &scan.noise, NOISE_FACTOR_MAX);
     let tolerance = Tolerance {
         noise: &noise,
         distance_max_m: DISTANCE_MAX_M,

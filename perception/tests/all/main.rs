@@ -19,6 +19,7 @@ mod scan_files;
 mod several_scans;
 mod shapes;
 mod simulated;
+mod strange_scans;
 mod support;
 mod surroundings;
 mod voxels;

@@ -190,7 +190,11 @@ fn the_first_bytes_name_the_format_before_the_extension_does() {
         finite(&parse("cloud.bin", &pcd_binary(6, 1)).unwrap()),
         expected()
     );
-    assert!(refusal("cloud.xyz", b"1 2 3").contains("unknown scan format"));
+    assert_eq!(
+        finite(&parse("cloud.xyz", b"1 2 3").unwrap()),
+        [[1.0, 2.0, 3.0]]
+    );
+    assert!(refusal("cloud.bin", b"1 2 3").contains("unknown scan format"));
 }
 
 #[test]
