@@ -18,8 +18,8 @@ use crate::interpolation::Curve;
 use crate::pace::Pace;
 use crate::problem::MotionContext;
 use crate::projection::{Ask, Bounds, Projection};
-use crate::sampling::{Instance, SampledTrajectory, coarse, joints, tilt};
-use crate::segment::{PhaseTrajectory, curve};
+use crate::sampling::{Instance, SampledTrajectory, coarse, curve, joints, tilt};
+use crate::segment::PhaseTrajectory;
 
 /// The part w of a phase that is bent.
 const BENT: f64 = 0.25;

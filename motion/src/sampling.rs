@@ -7,9 +7,10 @@ use crate::blend;
 use crate::clearance::ClearanceMonitor;
 use crate::equations::{apart, is_point};
 use crate::failure::{Failure, Reason, keep_worst};
+use crate::interpolation::Curve;
 use crate::problem::{MotionContext, Task};
 use crate::route::Route;
-use crate::segment::curve;
+use crate::spline::Ends;
 use crate::statics::Statics;
 use crate::swing_path::SwingPath;
 
@@ -103,6 +104,12 @@ pub(crate) fn sample(
             places_W,
         }),
     }
+}
+
+/// The curve through samples, from 0 to 1.
+pub(crate) fn curve<'a>(samples: impl ExactSizeIterator<Item = &'a Instance>) -> Curve {
+    let step = 1.0 / (samples.len() - 1) as f64;
+    Curve::new(samples.map(|sample| &sample.q[..]), step, Ends::Free)
 }
 
 /// How much shorter steps have to be for joints that turn round at their limits: between the samples, which all

@@ -12,8 +12,7 @@ use crate::interpolation::Curve;
 use crate::problem::{Keyframe, MotionContext, StanceRef, Swing, Task};
 use crate::projection::{Ask, Bounds, Projection};
 use crate::route::joint_bounds;
-use crate::sampling::Instance;
-use crate::spline::Ends;
+use crate::sampling::{Instance, curve};
 use crate::swing_path::STRAIGHT_M;
 use plan::PhaseKind;
 
@@ -41,12 +40,6 @@ impl PhaseTrajectory {
     pub fn curve(&self) -> Curve {
         curve(self.samples.iter())
     }
-}
-
-/// The curve through samples, from 0 to 1.
-pub(crate) fn curve<'a>(samples: impl ExactSizeIterator<Item = &'a Instance>) -> Curve {
-    let step = 1.0 / (samples.len() - 1) as f64;
-    Curve::new(samples.map(|sample| &sample.q[..]), step, Ends::Free)
 }
 
 /// The motion from one stance to the next.
