@@ -13,7 +13,7 @@ use crate::sensor::{SENSORS, Sensor};
 
 const FORMAT: &str = "PNG";
 /// Deflate expands by at most this factor, so a smaller file cannot hold the image it promises.
-const DEFLATE_RATIO_MAX: usize = 1032;
+pub(super) const DEFLATE_RATIO_MAX: usize = 1032;
 /// No depth camera has more pixels.
 pub(super) const PIXELS_MAX: usize = 64 << 20;
 
