@@ -115,8 +115,22 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
         Some(Format::Npy) => of_array(npy::decode(path, bytes)?)?,
         Some(Format::Npz) => of_array(npz::decode(path, bytes, topic, &mut notes)?)?,
         Some(Format::Pcd) => {
-            let (cloud, pose) = pcd::parse(path, bytes)?;
+            let (cloud, stated) = pcd::parse(path, bytes)?;
             let depth = DepthImage::from_organised(&cloud);
+            // PCL takes VIEWPOINT both ways: as the pose of the points' frame (its viewer), and as the sensor's among
+            // points that are in the world (its normals and range images). An eye among them is the second.
+            let is_among = options.eye_m.is_some();
+            let pose = if is_among { still } else { stated };
+            if stated != still {
+                let (name, [x, y, z]) = (path.display(), stated.translation.vector.into());
+                notes.push(match is_among {
+                    true => format!("{name}: VIEWPOINT moves no points, which have their --eye"),
+                    false => format!(
+                        "{name}: VIEWPOINT is the pose of its points' frame where no --pose is given; give points that \
+                         are in the world already their --eye {x},{y},{z}"
+                    ),
+                });
+            }
             (cloud, depth, pose)
         }
         Some(Format::Ply) => (ply::parse(path, bytes)?, None, still),

@@ -196,6 +196,28 @@ fn tiff_gives_the_depths_of_the_png() {
 }
 
 #[test]
+fn an_eye_among_the_points_goes_before_their_viewpoint() {
+    let stated = parse("a.pcd", &pcd_ascii()).unwrap();
+    assert_eq!(stated.X_WV.translation.vector.as_slice(), [1.0, 2.0, 3.0]);
+    assert!(
+        stated.notes[0].contains("--eye 1,2,3"),
+        "{:?}",
+        stated.notes
+    );
+    let options = SensorOptions {
+        eye_m: Some([1.0, 2.0, 3.0]),
+        ..SensorOptions::default()
+    };
+    let scan = parse_scan(Path::new("a.pcd"), &pcd_ascii(), &options).unwrap();
+    assert_eq!(scan.X_WV, nalgebra::Isometry3::identity());
+    assert!(
+        scan.notes[0].contains("moves no points"),
+        "{:?}",
+        scan.notes
+    );
+}
+
+#[test]
 fn surveys_are_read_near_their_origin_and_in_their_scanners_frames() {
     for minor in [2, 4] {
         let scan = parse("a.las", &las(minor, 0.0)).unwrap();
