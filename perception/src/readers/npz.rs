@@ -51,7 +51,8 @@ pub(super) fn decode(
     let found = files
         .iter()
         .filter_map(|file| Some((file, read(file).ok().filter(is_scan)?)));
-    let mut found: Vec<(&String, Array)> = found.collect();
+    // A second one is enough to ask which: no more are held at once.
+    let mut found: Vec<(&String, Array)> = found.take(2).collect();
     let shown = |file: &String| file.trim_end_matches(".npy").to_owned();
     match (found.len(), found.pop()) {
         (1, Some((file, array))) => {
@@ -60,8 +61,9 @@ pub(super) fn decode(
             }
             Ok(array)
         }
-        (several, _) => {
+        (count, _) => {
             let names: Vec<String> = files.iter().map(shown).collect();
+            let several = if count == 0 { "none" } else { "several" };
             let cause = format!(
                 "{several} of its arrays ({}) may be the scan: name it by --topic (topic in a scene)",
                 names.join(", ")
