@@ -42,7 +42,7 @@ pub struct ScanFlags {
     #[arg(long, value_name = "X,Y,Z", value_parser = argument::place, allow_hyphen_values = true)]
     pub eye: Option<[f64; 3]>,
     /// The topic of a ROS 2 bag (MCAP) that is the scan; default: its only one of depth images, else of clouds. Of an
-    /// E57 file its scan, by name or number from 0
+    /// E57 file its scan, by name or number from 0; of an npz its array
     #[arg(long, value_name = "TOPIC")]
     pub topic: Option<String>,
     /// Time of the bag's message, s after the bag's first message or by its clock; again for several of one
@@ -113,10 +113,12 @@ impl ScanFlags {
         flag: &SensorFlag,
         up: Option<[f64; 3]>,
     ) -> ScanSource {
-        // Of the standard input the first bytes tell; what cannot be read is said where it is read.
-        let standard = provenance::is_standard(file).then(|| provenance::read("scan", file));
-        let bytes = standard.and_then(Result::ok).unwrap_or_default();
-        let is_image = is_depth_image(file, &bytes);
+        // Of the standard input and of numpy's arrays the bytes tell; what cannot be read is said where it is read.
+        let is_array = file.extension().is_some_and(|e| e == "npy" || e == "npz");
+        let told =
+            (is_array || provenance::is_standard(file)).then(|| provenance::read("scan", file));
+        let bytes = told.and_then(Result::ok).unwrap_or_default();
+        let is_image = is_depth_image(file, &bytes, self.topic.as_deref());
         let name = file.display().to_string();
         let value = |i: usize| flag.pinhole.map(|values| values[i]);
         let lidar = self.calibration.as_ref();

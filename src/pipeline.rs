@@ -6,7 +6,7 @@ mod attempt;
 use std::num::NonZeroUsize;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use plan::{Motion, Plan, Trace};
 use planner::{Progress, SearchResult, Status};
 use robot_model::Robot;
@@ -20,7 +20,7 @@ use crate::report::{Report, Stages, peak_memory_mb};
 use crate::robot_files::Robots;
 use crate::scene::Scene;
 use crate::unseen::{Around, Unseen};
-use crate::{goal, roles, threads, unsolved};
+use crate::{goal, roles, start, threads, unsolved};
 use attempt::{Run, Told};
 
 /// Name of the file of a plan's motion, in the plan's folder.
@@ -137,7 +137,18 @@ pub fn plan(
     };
     // Request → stances and the motion between them.
     let found = run.search(environment, &config.planner, None);
-    let found = found.map_err(|error| posed::doubted(error.into(), &posed.notes))?;
+    let found = found.map_err(|error| {
+        let is_start = matches!(error, planner::Error::Start { .. });
+        let stands = (&posed.stand.configuration, &contacts[..]);
+        let clearance_m = config.posture.clearance_m;
+        let clear = || start::clear::hint(robot, environment, stands, &scene.start, clearance_m);
+        let hint = is_start.then(clear);
+        let error = match hint.flatten() {
+            Some(hint) => anyhow!("{error}; {hint}"),
+            None => error.into(),
+        };
+        posed::doubted(error, &posed.notes)
+    })?;
     let (told, around) = run.around_walls(found)?;
 
     let Told {

@@ -85,10 +85,14 @@ pub fn pose(
             _ => Environment::default(),
         };
         let mut stand = start::stand(&robot, &scene.start, &surroundings, &config.posture)?;
-        let before = match scene.starts_before_floor() {
-            true => start::floor::stand_before(&mut stand, &robot, &terrain),
-            false => None,
-        };
+        let clearance_m = config.posture.clearance_m;
+        let (mut before, mut back) = (None, None);
+        if scene.starts_before_floor() {
+            before = start::floor::stand_before(&mut stand, &robot, &terrain);
+            let body = |terrain| Environment::new(terrain, thickness_m, edge_sigmas);
+            let room = (clearance_m, config.ground.join_gap_m);
+            back = start::clear::step_back(&mut stand, &robot, &terrain, body, room)?;
+        }
         let settled = match &scene.start {
             scene::Start::Posture { base, .. } => {
                 let level = base.is_none();
@@ -97,10 +101,13 @@ pub fn pose(
             _ => None,
         };
         let ground = ground::add_ground(&mut terrain, &robot, &stand, &config.ground, edge_sigmas)?;
-        let clearance_m = config.posture.clearance_m;
         let raised_m = config.motion.swing_height_m;
         let refuted = assumed::drop_refuted(&mut terrain, &robot, &stand, clearance_m, raised_m);
-        let said = before.into_iter().chain(settled).chain(ground.notes);
+        let said = before
+            .into_iter()
+            .chain(back)
+            .chain(settled)
+            .chain(ground.notes);
         anyhow::Ok((
             terrain,
             stand,

@@ -2,6 +2,7 @@
 
 pub mod agreement;
 pub mod assumed;
+pub mod clear;
 pub mod floor;
 pub mod ground;
 pub mod settle;

@@ -43,11 +43,13 @@ pub enum Error {
     },
     /// No face of a scan could be one that is walked on.
     #[error(
-        "none of {faces} faces can be the ground: none is seen from above by a sensor that is carried upright, or lies across the direction given as up; give the pose"
+        "none of {faces} faces can be the ground: none is seen from above by a sensor that is carried upright, or lies across the direction given as up; give what is up in it (--up X,Y,Z or --imu FILE; up in a scene), or its pose{hint}"
     )]
     NoLevelFace {
         /// Faces that were found.
         faces: usize,
+        /// What may be level otherwise, in words; nothing where up was given.
+        hint: String,
     },
     /// The organised path was asked for on a cloud that has no image behind it.
     #[error("method \"organised\" needs a depth image, or an organised cloud in its optical frame")]

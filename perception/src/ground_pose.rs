@@ -61,7 +61,16 @@ pub fn ground_pose(
         .map(|face| (face.normal_W(), face.region.area()));
     let planes: Vec<_> = planes.collect();
     let Some((up_V, level_m2)) = up_by_planes(&planes, up_V) else {
-        return Err(Error::NoLevelFace { faces: faces.len() });
+        let other = up_V.is_none().then(|| otherwise(&planes, scan)).flatten();
+        let hint = other.map_or(String::new(), |(up, area_m2)| {
+            // Without a sign of zero.
+            let [x, y, z]: [f64; 3] = up.map(|c| (100.0 * c).round() / 100.0 + 0.0).into();
+            format!(
+                "; its largest plane that may be level ({area_m2:.2} m²) is by --up {x},{y},{z}"
+            )
+        });
+        let faces = faces.len();
+        return Err(Error::NoLevelFace { faces, hint });
     };
     let level = |face: &&Face| face.normal_W().angle(&up_V) < PARALLEL_RAD;
     let group: Vec<&Face> = faces.iter().filter(level).collect();
@@ -160,9 +169,22 @@ pub fn up_by_planes(
 
 /// Whether a robot would carry its sensor so that this is up, in V.
 fn carried_so(up_V: &Vector3<f64>) -> bool {
-    let down = (-up_V.z).clamp(-1.0, 1.0).asin();
     let rolled = up_V.x.atan2(-up_V.y).abs();
-    down > -LOOKS_UP_RAD && down < LOOKS_DOWN_RAD && rolled < ROLLED_RAD
+    looks_ahead(up_V) && rolled < ROLLED_RAD
+}
+
+/// Whether the sensor looks neither up nor straight down where this is up, in V.
+fn looks_ahead(up_V: &Vector3<f64>) -> bool {
+    let down = (-up_V.z).clamp(-1.0, 1.0).asin();
+    down > -LOOKS_UP_RAD && down < LOOKS_DOWN_RAD
+}
+
+/// The plane with the most area that is level for a camera with any roll, or in any frame of a cloud, and its area.
+fn otherwise(planes: &[(Vector3<f64>, f64)], scan: &Scan) -> Option<(Vector3<f64>, f64)> {
+    let level = planes
+        .iter()
+        .filter(|(normal, _)| scan.depth.is_none() || looks_ahead(normal));
+    level.max_by(|a, b| a.1.total_cmp(&b.1)).copied()
 }
 
 #[cfg(test)]
@@ -244,5 +266,20 @@ mod tests {
         let aside = Some(Vector3::x());
         let none = ground_pose(&scan, aside, &Config::default());
         assert!(matches!(none, Err(Error::NoLevelFace { .. })));
+    }
+
+    #[test]
+    #[allow(clippy::unwrap_used)]
+    fn what_would_be_up_in_a_sensor_on_its_side_is_said() {
+        let (scan, R_WV) = room(std::f64::consts::FRAC_PI_2, 0.9);
+        let said = ground_pose(&scan, None, &Config::default()).unwrap_err();
+        let said = said.to_string();
+        let (_, up) = said.split_once("--up ").unwrap();
+        let (_, up) = up.rsplit_once("--up ").unwrap_or(("", up));
+        let up: Vec<f64> = up.split(',').map(|x| x.parse().unwrap()).collect();
+        let up = Vector3::new(up[0], up[1], up[2]);
+        assert!((R_WV * up).angle(&Vector3::z()) < 0.02, "{said}");
+        let found = ground_pose(&scan, Some(up), &Config::default()).unwrap();
+        assert!((found.height_m() - 1.2).abs() < 3e-3);
     }
 }

@@ -12,8 +12,9 @@ use crate::context::SearchContext;
 
 /// No face is as high, m.
 const HIGH_M: f64 = 1e12;
-/// Cells of a tile along each side, and cells between neighbouring places of the base.
+/// Cells of a tile along each side.
 const SIDE: usize = 20;
+/// Cells between neighbouring places of the base.
 const CELLS: f64 = 2.0;
 
 /// The heights of one tile's cells.

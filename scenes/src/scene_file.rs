@@ -84,9 +84,9 @@ pub struct SceneFile {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScanSource {
-    /// Depth image (16-bit PNG, npy).
+    /// Depth image (16-bit PNG, TIFF, npy, npz).
     pub depth: Option<String>,
-    /// Point cloud (PCD, PLY, LAS, E57, text), or a ROS 2 bag (MCAP).
+    /// Point cloud (npy, npz, PCD, PLY, LAS, E57, text), or a ROS 2 bag (MCAP).
     pub cloud: Option<String>,
     /// Name of a known sensor; replaces the intrinsics below.
     pub sensor: Option<String>,
@@ -103,7 +103,7 @@ pub struct ScanSource {
     /// Where the sensor stood in the frame of a cloud that was moved after the scan, m. The pose below
     /// is then that of the cloud's frame.
     pub eye_m: Option<[f64; 3]>,
-    /// The topic of a bag, or the scan of an E57 file (name, or number from 0), that is the scan.
+    /// The topic of a bag, the scan of an E57 file (name, or number from 0), or the array of an npz, that is the scan.
     pub topic: Option<String>,
     /// Time of its message, s after the bag's first.
     pub at_s: Option<f64>,

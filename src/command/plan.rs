@@ -30,7 +30,7 @@ pub struct Args {
     /// Surfaces that were extracted before
     #[arg(long, value_name = "SURFACES.json", group = "environment")]
     surfaces: Option<PathBuf>,
-    /// Scans: depth images (16-bit PNG, npy), point clouds (PCD, PLY, LAS, E57, text) or ROS 2 bags (MCAP)
+    /// Scans: depth images (16-bit PNG, TIFF, npy, npz), point clouds (npy, npz, PCD, PLY, LAS, E57, text) or ROS 2 bags (MCAP)
     #[arg(long, value_name = "SCAN", num_args = 1.., group = "environment")]
     scan: Vec<PathBuf>,
     /// A mesh of the environment (STL, OBJ, PLY, DAE)

@@ -24,7 +24,7 @@ use crate::{environment, output, summary, threads};
 /// Flags of `surfaces`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Depth images (16-bit PNG, npy), point clouds (PCD, PLY, LAS, E57, text) or ROS 2 bags (MCAP)
+    /// Depth images (16-bit PNG, TIFF, npy, npz), point clouds (npy, npz, PCD, PLY, LAS, E57, text) or ROS 2 bags (MCAP)
     #[arg(value_name = "SCAN", required_unless_present = "mesh")]
     scans: Vec<PathBuf>,
     #[command(flatten)]

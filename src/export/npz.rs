@@ -6,8 +6,8 @@ use anyhow::Result;
 use plan::{Motion, Plan, Sample};
 use robot_model::Robot;
 use serde_json::json;
-use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
 
 use super::frames;
 
@@ -109,8 +109,8 @@ impl Archive {
         npy.extend(u16::try_from(length)?.to_le_bytes());
         npy.extend(format!("{says:<width$}\n", width = length - 1).bytes());
         npy.extend(bytes);
-        self.0
-            .start_file(format!("{name}.npy"), SimpleFileOptions::default())?;
+        let stored = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+        self.0.start_file(format!("{name}.npy"), stored)?;
         Ok(self.0.write_all(&npy)?)
     }
 }

@@ -100,9 +100,8 @@ pub(super) fn kind(name: &str) -> Option<Kind> {
         "toml" => Some(Kind::Scene),
         "json" => Some(Kind::Surfaces),
         "stl" | "obj" => Some(Kind::Mesh),
-        "png" | "npy" | "pcd" | "ply" | "las" | "e57" | "mcap" | "xyz" | "asc" | "pts" => {
-            Some(Kind::Scan)
-        }
+        "png" | "tif" | "tiff" | "npy" | "npz" | "pcd" | "ply" | "las" | "e57" | "mcap" | "xyz"
+        | "asc" | "pts" => Some(Kind::Scan),
         _ => None,
     }
 }

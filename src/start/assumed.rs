@@ -24,14 +24,18 @@ pub fn drop_refuted(
         |obstacle: &Obstacle| meets(&obstacle.points_W, robot, start, clearance_m, raised_m);
     let mut dropped = Vec::new();
     terrain.obstacles.retain(|obstacle| {
-        let beyond = obstacle.assumed && obstacle.surface.is_none();
-        let refuted = (beyond || is_loose(obstacle)) && meets(obstacle);
+        let refuted = may_be_refuted(obstacle) && meets(obstacle);
         if refuted {
             dropped.push(obstacle.id.clone());
         }
         !refuted
     });
     dropped
+}
+
+/// Whether a body gives way to a robot that stands there: it lies beyond the view, or is of points on no face.
+pub fn may_be_refuted(obstacle: &Obstacle) -> bool {
+    (obstacle.assumed && obstacle.surface.is_none()) || is_loose(obstacle)
 }
 
 /// Whether the robot at its start would be too near to a body, or one of its feet where it was put down, straight from

@@ -48,7 +48,9 @@ const GUARDED: &[(&str, &[&str])] = &[
     ("anyhow", &["scandent", "python", "record"]),
     ("clap", &["scandent", "record"]),
     ("pyo3", &["python"]),
-    ("zip", &["scandent"]),
+    // The one reads numpy's archives, the other writes them.
+    ("zip", &["perception", "scandent"]),
+    ("tiff", &["perception"]),
     ("indicatif", &["scandent"]),
     ("minijinja", &["scandent", "simulation"]),
 ];

@@ -28,7 +28,7 @@ const FINER: [f64; 4] = [1.0, 0.5, 0.25, 0.0];
 /// out there.
 const EDGE_SIGMA_PX: f64 = 0.5;
 
-/// The face of connected pixels of a plane, seen from `X_WV`; `None` where it is too small.
+/// The face of connected pixels of a plane, seen from `X_WV`; `None` where it is too small or a pixel wide.
 ///
 /// The outline is found and simplified on the pixels, where the uncertainty of an edge has one size.
 /// What ends the face beyond is looked up `around` it.
@@ -83,6 +83,10 @@ pub(super) fn face(
     // 3. Rings on the pixels, what ends the face at their edges, and the rings on the plane.
     let found = |part: f64| {
         let on_pixels = contour::rings(pixels, part * NOTCH_PX, part * BULGE_PX);
+        // What is one pixel wide has no room between the pixels' centres.
+        if on_pixels.is_empty() {
+            return None;
+        }
         let edges = Edges::new(around, pixels.label, &on_pixels);
         let rings: Vec<Vec<Point2<f64>>> = (on_pixels.iter())
             .map(|ring| ring.iter().map(on_plane).collect())
@@ -96,11 +100,62 @@ pub(super) fn face(
         let X_WS = X_WV * X_VS;
         Some(crate::face::face(&rings, edge, &X_WS, &known, covariance))
     };
-    let mut faces = FINER.into_iter().map(found);
-    let first = faces.next().flatten()?;
-    if first.is_ok() {
-        return Some(first);
+    let mut refused = None;
+    for face in FINER.into_iter().filter_map(found) {
+        if face.is_ok() {
+            return Some(face);
+        }
+        refused.get_or_insert(face);
     }
-    let finer = faces.flatten().find(Result::is_ok);
-    Some(finer.unwrap_or(first))
+    refused
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::organised::moments::InversePlane;
+    use crate::sensor::Intrinsics;
+    use crate::{DepthImage, Sensor};
+
+    /// What is left of a part of a row or column beside a fold, say.
+    #[test]
+    fn a_pixel_wide_is_no_face() {
+        let (width, height) = (64, 48);
+        let (fx, fy, cx, cy) = (60.0, 60.0, 31.5, 23.5);
+        let depth = DepthImage {
+            width,
+            height,
+            z_m: vec![2.0; width * height],
+            intrinsics: Intrinsics { fx, fy, cx, cy },
+        };
+        let noise = &Sensor::named("xtion").unwrap().noise;
+        let (image, ..) = InverseImage::new(&depth, 10.0, Vec::new());
+        let plane = Plane {
+            normal: Vector3::z(),
+            distance: 2.0,
+            inverse: InversePlane(Vector3::new(0.0, 0.0, 0.5)),
+            inliers: width * height,
+            rms_m: 0.001,
+        };
+        let (labels, planes) = (vec![0; width * height], [Some(plane)]);
+        let around = Seen::new(&depth, &image, &labels, &planes, noise);
+        let found = |rows: std::ops::Range<u32>| {
+            let runs = rows.map(|v| (v, 8, 56)).collect();
+            let pixels = Face { label: 0, runs };
+            let chart = Chart::new(&image, &plane);
+            let spread = Spread::new(&[&pixels], &plane, &chart, noise);
+            let known = (&plane, chart, spread);
+            face(
+                &image,
+                &pixels,
+                &around,
+                &known,
+                noise,
+                &Isometry3::identity(),
+            )
+        };
+        assert!(found(20..21).is_none());
+        assert!(found(20..26).unwrap().is_ok());
+    }
 }

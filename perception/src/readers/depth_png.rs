@@ -13,7 +13,7 @@ use crate::sensor::{SENSORS, Sensor};
 
 const FORMAT: &str = "PNG";
 /// Deflate expands by at most this factor, so a smaller file cannot hold the image it promises.
-const DEFLATE_RATIO_MAX: usize = 1032;
+pub(super) const DEFLATE_RATIO_MAX: usize = 1032;
 /// No depth camera has more pixels.
 pub(super) const PIXELS_MAX: usize = 64 << 20;
 
@@ -34,7 +34,8 @@ fn check_unit(path: &Path, z_m: &[f32], sensor: &Sensor, scale: f64) -> Result<(
     let middle = measured.len() / 2;
     let (_, median, _) = measured.select_nth_unstable_by(middle, f32::total_cmp);
     let cause = format!(
-        "{median:.3} m in the median, and {} measures from {near} to {far} m: is a unit {scale} m (depth_scale_m)?",
+        "{median:.3} m in the median, and {} measures from {near} to {far} m: is a unit {scale} m? Another is the \
+         last number of --sensor NAME:fx,fy,cx,cy,METRES (depth_scale_m in a scene): 0.001 for mm",
         sensor.name
     );
     Err(Error::field(path, "depths", cause))

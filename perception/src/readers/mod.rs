@@ -10,9 +10,11 @@ mod depth_png;
 mod e57;
 mod las;
 mod npy;
+mod npz;
 mod pcd;
 mod ply;
 mod text;
+mod tiff;
 mod vlp16;
 
 use std::path::Path;
@@ -21,6 +23,7 @@ use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 pub use bag::BagOptions;
+use npy::Array;
 pub use vlp16::LidarScan;
 
 use crate::Error;
@@ -75,7 +78,7 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
     let (asked, topic) = (&options.bag, options.bag.topic.as_deref());
     let applies = match format {
         Some(Format::Mcap) => true,
-        Some(Format::E57) => asked.at_s.is_none() && asked.frame.is_none(),
+        Some(Format::E57 | Format::Npz) => asked.at_s.is_none() && asked.frame.is_none(),
         _ => *asked == BagOptions::default(),
     };
     if !applies {
@@ -89,32 +92,45 @@ pub fn parse_scan(path: &Path, bytes: &[u8], options: &SensorOptions) -> Result<
         let depth = depth_png::metric(path, size, units, unit_m, sensor, options)?;
         Ok((depth.to_cloud(), Some(depth), still))
     };
+    let of_array = |array| match array {
+        Array::Points(cloud) => {
+            let depth = DepthImage::from_organised(&cloud);
+            Ok((cloud, depth, still))
+        }
+        Array::Depths(depths) => {
+            let unit_m = match depths.metres {
+                true => 1.0,
+                false => sensor.depth_scale_m,
+            };
+            image(depths.size, depths.units, unit_m)
+        }
+    };
     let (cloud, depth, pose) = match format {
         Some(Format::Png) => {
             let (size, units) = depth_png::decode(path, bytes)?;
             let units = units.into_iter().map(f32::from).collect();
             image(size, units, sensor.depth_scale_m)?
         }
-        Some(Format::Npy) => {
-            let depths = npy::decode(path, bytes)?;
-            let unit_m = if depths.metres {
-                1.0
-            } else {
-                sensor.depth_scale_m
-            };
-            match depths.size {
-                // No image is three pixels wide.
-                (3, _) if depths.metres => {
-                    let points = depths.units.chunks_exact(3);
-                    let points = points.map(|p| [p[0], p[1], p[2]]);
-                    (tidy(points.collect(), None), None, still)
-                }
-                size => image(size, depths.units, unit_m)?,
-            }
-        }
+        Some(Format::Tiff) => of_array(tiff::decode(path, bytes)?)?,
+        Some(Format::Npy) => of_array(npy::decode(path, bytes)?)?,
+        Some(Format::Npz) => of_array(npz::decode(path, bytes, topic, &mut notes)?)?,
         Some(Format::Pcd) => {
-            let (cloud, pose) = pcd::parse(path, bytes)?;
+            let (cloud, stated) = pcd::parse(path, bytes)?;
             let depth = DepthImage::from_organised(&cloud);
+            // PCL takes VIEWPOINT both ways: as the pose of the points' frame (its viewer), and as the sensor's among
+            // points that are in the world (its normals and range images). An eye among them is the second.
+            let is_among = options.eye_m.is_some();
+            let pose = if is_among { still } else { stated };
+            if stated != still {
+                let (name, [x, y, z]) = (path.display(), stated.translation.vector.into());
+                notes.push(match is_among {
+                    true => format!("{name}: VIEWPOINT moves no points, which have their --eye"),
+                    false => format!(
+                        "{name}: VIEWPOINT is the pose of its points' frame where no --pose is given; give points that \
+                         are in the world already their --eye {x},{y},{z}"
+                    ),
+                });
+            }
             (cloud, depth, pose)
         }
         Some(Format::Ply) => (ply::parse(path, bytes)?, None, still),
@@ -151,7 +167,7 @@ fn stated_pose(position_m: [f64; 3], quat_xyzw: [f64; 4]) -> Option<Isometry3<f6
 }
 
 fn unknown(path: &Path) -> Error {
-    let known = "depth images (16-bit PNG, npy), PCD, PLY, LAS, E57, MCAP, text (xyz, csv, txt, asc, pts), \
+    let known = "depth images (16-bit PNG, TIFF, npy, npz), PCD, PLY, LAS, E57, MCAP, text (xyz, csv, txt, asc, pts), \
                  and pcap of a LiDAR";
     Error::file(path, format!("unknown scan format; known are {known}"))
 }
@@ -262,7 +278,9 @@ pub fn parse_lidar(path: &Path, bytes: &[u8], sweep: Option<usize>) -> Result<Li
 #[derive(Clone, Copy)]
 enum Format {
     Png,
+    Tiff,
     Npy,
+    Npz,
     Pcd,
     Ply,
     Las,
@@ -271,9 +289,16 @@ enum Format {
     Text,
 }
 
-/// Whether a file is a depth image, by its first bytes, else by its extension.
-pub fn is_depth_image(path: &Path, bytes: &[u8]) -> bool {
-    matches!(format_of(path, bytes), Some(Format::Png | Format::Npy))
+/// Whether a file is a depth image, by its bytes, else by its extension. Only their bytes tell what numpy's arrays
+/// hold: without any they are taken to be images. `topic` names one of several.
+pub fn is_depth_image(path: &Path, bytes: &[u8], topic: Option<&str>) -> bool {
+    let array = match format_of(path, bytes) {
+        Some(Format::Png | Format::Tiff) => return true,
+        Some(Format::Npy) => npy::decode(path, bytes),
+        Some(Format::Npz) => npz::decode(path, bytes, topic, &mut Vec::new()),
+        _ => return false,
+    };
+    !matches!(array, Ok(Array::Points(_)))
 }
 
 /// The format by the first bytes, else by the extension.
@@ -281,9 +306,12 @@ fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
     if bag::is_mcap(bytes) {
         return Some(Format::Mcap);
     }
-    let begins: [(&[u8], Format); 8] = [
+    let begins: [(&[u8], Format); 11] = [
         (b"\x89PNG\r\n\x1a\n", Format::Png),
+        (tiff::MAGIC[0], Format::Tiff),
+        (tiff::MAGIC[1], Format::Tiff),
         (npy::MAGIC, Format::Npy),
+        (npz::MAGIC, Format::Npz),
         (b"ply\n", Format::Ply),
         (b"ply\r", Format::Ply),
         (b"# .PCD", Format::Pcd),
@@ -297,7 +325,9 @@ fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
     let extension = path.extension()?.to_str()?.to_ascii_lowercase();
     match extension.as_str() {
         "png" => Some(Format::Png),
+        "tif" | "tiff" => Some(Format::Tiff),
         "npy" => Some(Format::Npy),
+        "npz" => Some(Format::Npz),
         "pcd" => Some(Format::Pcd),
         "ply" => Some(Format::Ply),
         "las" => Some(Format::Las),

@@ -87,7 +87,7 @@ fn input_that_is_almost_right_is_said_to_be_so() {
     };
     let (of_half_size, of_mm) = (pinhole(262.5, 159.5, 119.5), pinhole(3.6, 319.5, 239.5));
     let (unit, size) = (
-        "is a unit 0.001 m (depth_scale_m)?",
+        "is a unit 0.001 m? Another is the last number of --sensor",
         "of another image size?",
     );
     let (ray, mm) = ("distances along the rays", "is the file in mm or cm?");

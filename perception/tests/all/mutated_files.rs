@@ -82,6 +82,8 @@ proptest! {
             ("m.ply", ply("binary_big_endian")),
             ("m.png", depth_png()),
             ("m.npy", npy("<u2", false, le)),
+            ("m.npz", npz(&[("depth", &npy("<u2", false, le))], zip::CompressionMethod::Deflated)),
+            ("m.tif", tiff::<tiff::encoder::colortype::Gray16>(&[1000; 64 * 48])),
             ("m.las", las(4, 0.0)),
         ] {
             survives(name, &edited(bytes, &edits));

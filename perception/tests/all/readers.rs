@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use perception::{Error, Scan, SensorOptions, parse_scan, read_scan};
+use perception::{Error, Scan, SensorOptions, is_depth_image, parse_scan, read_scan};
+use tiff::encoder::colortype::{Gray8, Gray16, Gray32Float};
+use zip::CompressionMethod;
 
 use crate::scan_files::*;
 
@@ -93,6 +95,21 @@ fn a_depth_array_is_the_depth_image_it_came_from() {
     let scan = parse("a.npy", &bytes).unwrap();
     assert!(scan.depth.is_none() && scan.cloud.points.len() == 999);
     assert_eq!(scan.cloud.points[0], [2.0; 3]);
+    // With colours or normals, too, and in either order of numpy's.
+    let point = |i: usize| [i as f32, 0.5, -1.0];
+    let points: Vec<[f32; 3]> = (0..40).map(point).collect();
+    let row = |i: usize| [point(i), [0.1; 3]].concat();
+    let rows = (0..40).flat_map(row).collect::<Vec<f32>>();
+    let columns = (0..6).flat_map(|c| (0..40).map(move |i| row(i)[c]));
+    for (fortran, values) in [(false, rows.clone()), (true, columns.collect())] {
+        let scan = parse("a.npy", &floats("(40, 6)", fortran, &values)).unwrap();
+        assert_eq!((scan.depth, scan.cloud.points), (None, points.clone()));
+    }
+    // Rows × columns × 3 are an organised cloud, with its image where a pinhole made it.
+    let flat: Vec<f32> = image.cloud.points.iter().flatten().copied().collect();
+    let scan = parse("a.npy", &floats("(48, 64, 3)", false, &flat)).unwrap();
+    assert_eq!(scan.cloud.organised, Some((64, 48)));
+    assert_eq!(scan.depth.unwrap().z_m, image.depth.as_ref().unwrap().z_m);
     let text = |from: &str, to: &str| {
         let bytes = npy("<u2", false, le);
         let at = bytes
@@ -107,11 +124,11 @@ fn a_depth_array_is_the_depth_image_it_came_from() {
         (text("<u2", "|b1"), "descr: |\"b1\" is none of"),
         (
             text("(48, 64)", "(9,9, 9)"),
-            "shape: [9, 9, 9] is no depth image's",
+            "shape: [9, 9, 9] is neither a depth image's",
         ),
         (
             text("(48, 64)", "(48,965)"),
-            "shape: 965x48 of u2 cannot be in 6144 bytes",
+            "shape: [48, 965] of u2 cannot be in 6144 bytes",
         ),
         (text("'shape'", "'shepe'"), "shape: is missing"),
         (
@@ -122,6 +139,82 @@ fn a_depth_array_is_the_depth_image_it_came_from() {
         let message = refusal("a.npy", &bytes);
         assert!(message.contains(said), "{message}");
     }
+}
+
+/// An array of float32 as numpy saves it.
+fn floats(shape: &str, fortran: bool, values: &[f32]) -> Vec<u8> {
+    let mut bytes = npy("<f4", fortran, |_| Vec::new());
+    let at = bytes.windows(8).position(|w| w == b"(48, 64)").unwrap();
+    bytes.splice(at..at + 8, shape.bytes());
+    let length = bytes.len() as u16 - 10;
+    bytes[8..10].copy_from_slice(&length.to_le_bytes());
+    bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+#[test]
+fn of_arrays_saved_together_the_one_that_may_be_a_scan_is_read() {
+    let image = parse("a.png", &depth_png()).unwrap();
+    let depth = npy("<u2", false, |z| z.to_le_bytes().to_vec());
+    let (k, points) = (floats("(3, 3)", false, &[1.0; 9]), [2.0; 300]);
+    let points = floats("(100, 3)", false, &points);
+    for method in [CompressionMethod::Stored, CompressionMethod::Deflated] {
+        let file = npz(&[("depth", &depth), ("K", &k)], method);
+        let scan = parse("a.npz", &file).unwrap();
+        assert_eq!(scan.depth, image.depth);
+        assert_eq!(scan.notes, ["a.npz: array depth"]);
+    }
+    let file = npz(
+        &[("depth", &depth), ("points", &points)],
+        CompressionMethod::Stored,
+    );
+    let said = refusal("a.npz", &file);
+    assert!(said.contains("several of its arrays (depth, points)"), "{said}");
+    let mut options = SensorOptions::default();
+    options.bag.topic = Some("points".into());
+    let scan = parse_scan(Path::new("a.npz"), &file, &options).unwrap();
+    assert_eq!(scan.cloud.points.len(), 100);
+    for (topic, is_image) in [(None, true), (Some("depth"), true), (Some("points"), false)] {
+        assert_eq!(is_depth_image(Path::new("a.npz"), &file, topic), is_image);
+    }
+    options.bag.topic = Some("nothing".into());
+    assert!(parse_scan(Path::new("a.npz"), &file, &options).is_err());
+}
+
+#[test]
+fn tiff_gives_the_depths_of_the_png() {
+    let image = parse("a.png", &depth_png()).unwrap();
+    let units = (0..48 * 64).map(|i| if i % 64 < 32 { 1000_u16 } else { 0 });
+    let units: Vec<u16> = units.collect();
+    let metres: Vec<f32> = units.iter().map(|z| f32::from(*z) * 1e-3).collect();
+    for bytes in [tiff::<Gray16>(&units), tiff::<Gray32Float>(&metres)] {
+        assert_eq!(parse("a.tif", &bytes).unwrap().depth, image.depth);
+    }
+    let said = refusal("a.tif", &tiff::<Gray8>(&[7; 48 * 64]));
+    assert!(said.contains("this is Gray(8)"), "{said}");
+    assert!(refusal("a.tif", b"II*\0\x08\0\0\0").contains("TIFF file"));
+}
+
+#[test]
+fn an_eye_among_the_points_goes_before_their_viewpoint() {
+    let stated = parse("a.pcd", &pcd_ascii()).unwrap();
+    assert_eq!(stated.X_WV.translation.vector.as_slice(), [1.0, 2.0, 3.0]);
+    assert!(
+        stated.notes[0].contains("--eye 1,2,3"),
+        "{:?}",
+        stated.notes
+    );
+    let options = SensorOptions {
+        eye_m: Some([1.0, 2.0, 3.0]),
+        ..SensorOptions::default()
+    };
+    let scan = parse_scan(Path::new("a.pcd"), &pcd_ascii(), &options).unwrap();
+    assert_eq!(scan.X_WV, nalgebra::Isometry3::identity());
+    assert!(
+        scan.notes[0].contains("moves no points"),
+        "{:?}",
+        scan.notes
+    );
 }
 
 #[test]

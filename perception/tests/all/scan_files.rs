@@ -1,5 +1,12 @@
 //! Files of every format with the same few points, or the same depth image.
 
+use std::io::{Cursor, Write as _};
+
+use tiff::encoder::colortype::ColorType;
+use tiff::encoder::{TiffEncoder, TiffValue};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
 pub const POINTS: [[f32; 3]; 6] = [
     [0.1, 0.2, 1.0],
     [-0.5, 0.25, 2.0],
@@ -129,6 +136,28 @@ pub fn npy(descr: &str, fortran: bool, element: impl Fn(u16) -> Vec<u8>) -> Vec<
     let of = |u: usize| element(if u < 32 { 1000 } else { 0 });
     bytes.extend((0..48 * 64).flat_map(|i| of(if fortran { i / 48 } else { i % 64 })));
     bytes
+}
+
+/// Arrays as numpy saves them together.
+pub fn npz(arrays: &[(&str, &[u8])], method: CompressionMethod) -> Vec<u8> {
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    let options = SimpleFileOptions::default().compression_method(method);
+    for (name, bytes) in arrays {
+        archive.start_file(format!("{name}.npy"), options).unwrap();
+        archive.write_all(bytes).unwrap();
+    }
+    archive.finish().unwrap().into_inner()
+}
+
+/// An image of 64 × 48.
+pub fn tiff<C: ColorType>(pixels: &[C::Inner]) -> Vec<u8>
+where
+    [C::Inner]: TiffValue,
+{
+    let mut file = Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut file).unwrap();
+    encoder.write_image::<C>(64, 48, pixels).unwrap();
+    file.into_inner()
 }
 
 pub fn las(minor: u8, offset: f64) -> Vec<u8> {

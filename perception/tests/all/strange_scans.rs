@@ -114,29 +114,20 @@ fn the_ground_is_what_the_sensor_stands_over_however_little_is_seen_of_it() {
     }
 }
 
-/// From low down a floor has necks between what stands on it and what is hidden.
+/// From low down treads have necks between what stands on them and what is hidden.
 #[test]
 fn no_face_is_left_out_since_its_sides_pass_each_other() {
-    for seed in 0..24 {
+    for seed in [5, 28, 31] {
         let mut random = Random(20_100 + seed);
         let mut world = treads(0.8);
-        world.extend((0..12).map(|_| {
+        world.extend((0..80).map(|_| {
             let [x, y, a] = [(); 3].map(|()| random.uniform());
-            let size = [(); 3].map(|()| 0.03 + 0.15 * random.uniform());
-            block(
-                "stone",
-                [0.7 + 2.5 * x, 3.0 * y - 1.5, 0.05],
-                size,
-                3.0 * a,
-                0.0,
-            )
+            let size = [(); 3].map(|()| 0.03 + 0.06 * random.uniform());
+            let at = [0.7 + 2.5 * x, 3.0 * y - 1.5, 0.05];
+            block("pebble", at, size, 3.0 * a, 0.0)
         }));
-        let seen = scan(&world, &camera(0.45, 0.3), true, seed);
-        let refused = extract(&seen, &seen.X_WV, &Config::default())
-            .unwrap()
-            .refused;
-        let crosses = |cause: &&surfaces::Error| cause.to_string().contains("crosses itself");
-        let crossing: Vec<_> = refused.iter().filter(crosses).collect();
-        assert!(crossing.is_empty(), "seed {seed}: {crossing:?}");
+        let seen = scan(&world, &camera(0.45, 0.25), true, seed);
+        let found = extract(&seen, &seen.X_WV, &Config::default()).unwrap();
+        assert!(found.refused.is_empty(), "{seed}: {:?}", found.refused);
     }
 }
