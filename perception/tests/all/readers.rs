@@ -169,7 +169,10 @@ fn of_arrays_saved_together_the_one_that_may_be_a_scan_is_read() {
         CompressionMethod::Stored,
     );
     let said = refusal("a.npz", &file);
-    assert!(said.contains("several of its arrays (depth, points)"), "{said}");
+    assert!(
+        said.contains("several of its arrays (depth, points)"),
+        "{said}"
+    );
     let mut options = SensorOptions::default();
     options.bag.topic = Some("points".into());
     let scan = parse_scan(Path::new("a.npz"), &file, &options).unwrap();
