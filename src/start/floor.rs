@@ -2,12 +2,14 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robot_model::{Kinematics, Robot};
-use surfaces::{Face, Terrain};
+use surfaces::{EdgeKind, Face, Terrain};
 
 use super::StartState;
 
 /// How far before the floor's edge the toes stay, m.
 const BEFORE_M: f64 = 0.02;
+/// And before the edge of what rises there: the robot goes up it with its legs in front.
+const BEFORE_STEP_M: f64 = 0.05;
 /// Faces that begin this near to the soles' height may be the floor, m.
 const HEIGHT_M: f64 = 0.03;
 /// And that lean by no more than this, rad.
@@ -16,7 +18,9 @@ const LEAN_RAD: f64 = 0.25;
 const NOTED_RAD: f64 = 0.01;
 
 /// Moves a robot that stands over W's origin, x ahead, along x until its toes are just before the floor
-/// that was seen, and onto that floor's plane; nothing where there is no floor ahead of its feet.
+/// that was seen, and onto that floor's plane. Where something rises before any floor is seen, they stay level and go just
+/// before it, if its front edge is seen: the floor before a tread may all lie below the view. Nothing where there is
+/// neither.
 ///
 /// What a scan on a robot shows begins some way ahead of the feet: there the robot's own ground and the
 /// floor that is seen are one. A floor may lean against the treads by which the scan was levelled, by what
@@ -45,19 +49,34 @@ pub fn stand_before(stand: &mut StartState, robot: &Robot, terrain: &Terrain) ->
     let level = terrain.faces.iter().filter(|face| lean(face) < LEAN_RAD);
     let edges = level.flat_map(|face| {
         let segments = face.region.segments();
-        segments.map(move |(_, ends)| (face, ends.map(|p| face.point_W(p))))
+        segments.map(move |(edge, ends)| (face, edge.kind, ends.map(|p| face.point_W(p))))
     });
-    let begins = edges.flat_map(|(face, ends)| {
+    let begins = edges.flat_map(|(face, kind, ends)| {
         let ahead = ahead(ends, [low, high]).into_iter().flatten();
-        let meets = move |p: &Point3<f64>| (p.z - height).abs() < HEIGHT_M;
-        ahead.filter(meets).map(move |p| (face, p.x))
+        ahead.map(move |p| (face, kind, p))
     });
-    let (floor, edge_x) = begins.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    // What begins first: a floor that is seen behind something that rises is not the one before the feet.
+    let begins = begins.filter(|(.., p)| p.z - height > -HEIGHT_M);
+    let (first, kind, edge) = begins.min_by(|a, b| a.2.x.total_cmp(&b.2.x))?;
+    if edge.z - height >= HEIGHT_M {
+        let by_m = edge.x - BEFORE_STEP_M - toes_x;
+        if kind != EdgeKind::Real || by_m <= 0.0 {
+            return None;
+        }
+        stand.configuration.p_WB.x += by_m;
+        stand.X_WG = Translation3::new(by_m, 0.0, 0.0) * stand.X_WG;
+        return Some(format!(
+            "no floor is seen before {}: the robot starts {:.0} cm from its edge, on level ground",
+            first.id,
+            100.0 * BEFORE_STEP_M
+        ));
+    }
+    let floor = first;
 
     // Soles on z = height → soles on the floor's plane, toes before its edge.
     let n = floor.normal_W();
     let toes = Point3::new(toes_x, 0.5 * (low + high), height);
-    let mut to = Point3::new(edge_x - BEFORE_M, toes.y, height);
+    let mut to = Point3::new(edge.x - BEFORE_M, toes.y, height);
     to.z -= floor.height_of(&to) / n.z;
     let turn = UnitQuaternion::rotation_between(&Vector3::z(), &n)?;
     let moved = Translation3::from(to) * turn * Translation3::from(-toes.coords);
@@ -134,5 +153,38 @@ mod tests {
                 assert!(toe < 1e-3, "{name}: {toe} m over the edge");
             }
         }
+    }
+
+    /// A tread whose front edge is seen, nothing of the floor before it, and some behind it.
+    #[test]
+    fn a_robot_stands_before_a_tread_where_the_floor_is_below_the_view() {
+        let robot = scenes::robot("hrp2").unwrap();
+        let config = posture::Config::default();
+        let nothing = Environment::default();
+        let stand = start::stand(&robot, &Start::default(), &nothing, &config).unwrap();
+        let starts = |kind: EdgeKind| {
+            let at = Isometry3::translation(0.9, 0.0, 0.14);
+            let mut tread = Face::rectangle("tread", at, [0.15, 0.5]).unwrap();
+            let edges = tread.region.edges_mut().flatten();
+            edges.for_each(|edge| edge.kind = kind);
+            let behind = Isometry3::translation(2.0, 0.0, 0.0);
+            let floor = Face::rectangle("floor", behind, [1.0, 1.0]).unwrap();
+            let terrain = Terrain {
+                faces: vec![tread, floor],
+                obstacles: Vec::new(),
+            };
+            let mut moved = stand.clone();
+            let said = stand_before(&mut moved, &robot, &terrain);
+            (moved.configuration.p_WB - stand.configuration.p_WB, said)
+        };
+        let (by, said) = starts(EdgeKind::Real);
+        assert!(said.unwrap().contains("before tread"));
+        assert!(
+            by.x > 0.3 && by.x < 0.75 && by.y == 0.0 && by.z == 0.0,
+            "{by}"
+        );
+        // Where the view cuts it, it may begin anywhere.
+        let (by, said) = starts(EdgeKind::FieldOfView);
+        assert_eq!((by, said), (Vector3::zeros(), None));
     }
 }
