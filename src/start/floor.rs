@@ -55,8 +55,10 @@ pub fn stand_before(stand: &mut StartState, robot: &Robot, terrain: &Terrain) ->
         let ahead = ahead(ends, [low, high]).into_iter().flatten();
         ahead.map(move |p| (face, kind, p))
     });
-    // What begins first: a floor that is seen behind something that rises is not the one before the feet.
-    let begins = begins.filter(|(.., p)| p.z - height > -HEIGHT_M);
+    // What begins first: a floor that is seen behind something that rises is not the one before the feet. Nothing that is
+    // as high as the base, such as a table or the robot's own hands, is gone up from there.
+    let base_m = stand.configuration.p_WB.z - height;
+    let begins = begins.filter(|(.., p)| (-HEIGHT_M..base_m).contains(&(p.z - height)));
     let (first, kind, edge) = begins.min_by(|a, b| a.2.x.total_cmp(&b.2.x))?;
     if edge.z - height >= HEIGHT_M {
         let by_m = edge.x - BEFORE_STEP_M - toes_x;
@@ -162,8 +164,8 @@ mod tests {
         let config = posture::Config::default();
         let nothing = Environment::default();
         let stand = start::stand(&robot, &Start::default(), &nothing, &config).unwrap();
-        let starts = |kind: EdgeKind| {
-            let at = Isometry3::translation(0.9, 0.0, 0.14);
+        let starts = |rise_m: f64, kind: EdgeKind| {
+            let at = Isometry3::translation(0.9, 0.0, rise_m);
             let mut tread = Face::rectangle("tread", at, [0.15, 0.5]).unwrap();
             let edges = tread.region.edges_mut().flatten();
             edges.for_each(|edge| edge.kind = kind);
@@ -177,14 +179,17 @@ mod tests {
             let said = stand_before(&mut moved, &robot, &terrain);
             (moved.configuration.p_WB - stand.configuration.p_WB, said)
         };
-        let (by, said) = starts(EdgeKind::Real);
+        let (by, said) = starts(0.14, EdgeKind::Real);
         assert!(said.unwrap().contains("before tread"));
         assert!(
             by.x > 0.3 && by.x < 0.75 && by.y == 0.0 && by.z == 0.0,
             "{by}"
         );
         // Where the view cuts it, it may begin anywhere.
-        let (by, said) = starts(EdgeKind::FieldOfView);
+        let (by, said) = starts(0.14, EdgeKind::FieldOfView);
         assert_eq!((by, said), (Vector3::zeros(), None));
+        // Under a table the robot goes to the floor that is seen.
+        let (by, said) = starts(0.75, EdgeKind::Real);
+        assert!(by.x > 1.2 && said.is_none(), "{by}");
     }
 }
