@@ -28,6 +28,8 @@ const FINALLY: usize = 8;
 /// the path elsewhere.
 const DRAWN_IN: usize = 12;
 const STRETCHED: usize = 24;
+/// Every so many samples of a law are looked at before all of them are.
+const HERE_AND_THERE: usize = 4;
 /// Largest difference of velocities from those of the samples, over what the largest acceleration of a joint
 /// makes of it between two of them: more is a kink.
 const KINK: f64 = 0.08;
@@ -58,12 +60,14 @@ pub(crate) fn samples(
             break;
         };
         let law = law.slower(over * slower);
-        // Only a law that keeps to its limits where those before did not is worth a look at all of it.
+        // Only a law that keeps to its limits here and there, and where those before did not, is worth a look at all
+        // of it.
         let at_sharp = |s: f64| sharp.iter().any(|[from, to]| (*from..=*to).contains(&s));
+        let some = |i: usize, s: f64| i.is_multiple_of(HERE_AND_THERE) || at_sharp(s);
         seen.clear();
-        look(&mut paces, &leans, &law, at_sharp, &mut seen);
+        look(&mut paces, &leans, &law, some, &mut seen);
         if worst(used(&seen)) <= 1.0 + OVER || tried == DRAWN_IN + STRETCHED {
-            look(&mut paces, &leans, &law, |_| true, &mut seen);
+            look(&mut paces, &leans, &law, |_, _| true, &mut seen);
         }
         let over = worst(used(&seen));
         settled = over <= 1.0 + OVER;
@@ -147,12 +151,13 @@ fn used(seen: &Seen) -> impl Iterator<Item = &Excess> {
     seen.iter().flatten().flatten().map(|(_, excess)| excess)
 }
 
-/// Looks at those samples of every phase by a law that `looked_at` says by their s and that were not seen yet.
+/// Looks at those samples of every phase by a law that `looked_at` says by their number and their s and that were not
+/// seen yet.
 fn look(
     paces: &mut [Pace],
     leans: &[Vec<Lean>],
     law: &TimeLaw,
-    looked_at: impl Fn(f64) -> bool + Sync,
+    looked_at: impl Fn(usize, f64) -> bool + Sync,
     seen: &mut Seen,
 ) {
     let count = paces.len();
@@ -167,9 +172,9 @@ fn look(
     all.for_each(|(k, ((pace, leans), seen))| {
         let states = stepped([borders[k], borders[k + 1]], pace.context.config.dt_s);
         seen.resize_with(states.len(), || None);
-        for ([tau, slower, change], seen) in states.into_iter().zip(seen) {
+        for (i, ([tau, slower, change], seen)) in states.into_iter().zip(seen).enumerate() {
             let ([s, rate, bend], span) = law.with_span(tau);
-            if seen.is_none() && looked_at(s) {
+            if seen.is_none() && looked_at(i, s) {
                 let state = [s, rate * slower, bend * slower * slower + rate * change];
                 *seen = Some(sampled(pace, leans, k, state, span));
             }
