@@ -61,9 +61,10 @@ const ROOM_M2: f64 = 0.1;
 /// straight ahead of W's origin, of those with room for feet that are come to by steps from the one nearest to it.
 pub fn suggested(terrain: &Terrain, config: &Config) -> Option<[f64; 2]> {
     let (roles, sigmas) = (&config.surfaces.roles, config.posture.edge_sigmas);
+    let ground_m = roles.ground_m(&terrain.faces, sigmas);
     let faces = terrain.faces.iter();
     let mut left: Vec<&Face> = faces
-        .filter(|face| why_not("foot", face, roles, sigmas).is_none())
+        .filter(|face| why_not("foot", face, roles, sigmas, ground_m).is_none())
         .collect();
     let origin = Point3::origin();
     let beside = |face: &Face| {

@@ -24,13 +24,15 @@ pub fn usable(
     edge_sigmas: f64,
 ) -> Usable {
     let mut notes = Vec::new();
+    let faces = environment.faces().map(|face| &environment[face]);
+    let ground_m = config.ground_m(faces, edge_sigmas);
     let mut of_patch = |patch: PatchId| -> Vec<FaceIndex> {
         let shape = &robot.patches[patch];
         let serves = |face: &FaceIndex| {
             let known = at_start.contains(&(patch, *face));
             let mut reasons = Vec::new();
             let fits = shape.roles.iter().any(|role| {
-                let fault = why_not(role, &environment[*face], config, edge_sigmas);
+                let fault = why_not(role, &environment[*face], config, edge_sigmas, ground_m);
                 reasons.extend(fault.iter().map(|why| format!("as {role}: {why}")));
                 fault.is_none()
             });
@@ -47,8 +49,14 @@ pub fn usable(
     Usable { faces, notes }
 }
 
-/// Why patches of a role may not touch a face; nothing where they may.
-pub fn why_not(role: &str, face: &Face, config: &Config, edge_sigmas: f64) -> Option<String> {
+/// Why patches of a role may not touch a face; nothing where they may. `ground_m`: [`Config::ground_m`] of all faces.
+pub fn why_not(
+    role: &str,
+    face: &Face,
+    config: &Config,
+    edge_sigmas: f64,
+    ground_m: [f64; 2],
+) -> Option<String> {
     match &face.roles {
         Some(roles) if roles.iter().any(|given| given == role) => None,
         Some(roles) if roles.is_empty() => Some("nothing may touch it, its file says".to_owned()),
@@ -56,7 +64,7 @@ pub fn why_not(role: &str, face: &Face, config: &Config, edge_sigmas: f64) -> Op
         None => {
             let open = Filter::default();
             let filter = config.filter(role).unwrap_or(&open);
-            let verdict = filter.serves(face, edge_sigmas);
+            let verdict = filter.serves(face, edge_sigmas, ground_m);
             verdict.err().map(|why| why.to_string())
         }
     }

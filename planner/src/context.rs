@@ -61,6 +61,8 @@ pub(crate) struct SearchContext<'a> {
     pub turn_m: f64,
     /// Smallest distance between two parts of the robot, m.
     pub self_clearance_m: f64,
+    /// How far patches keep inside the area that they may touch, m.
+    pub patch_margin_m: f64,
     /// Part of the friction that postures use.
     pub friction_use: f64,
     /// What each patch needs about the place where it lands.
@@ -149,6 +151,7 @@ impl<'a> SearchContext<'a> {
             gap: None,
             turn_m,
             self_clearance_m: posture.self_clearance_m,
+            patch_margin_m: margin_m,
             friction_use: posture.friction_use,
             footprint: robot.patch_ids().map(footprint).collect(),
             stride_m,

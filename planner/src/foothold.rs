@@ -5,12 +5,17 @@ use posture::{Area, Contact, FaceIndex, Freedom};
 use robot_model::PatchId;
 
 use crate::context::SearchContext;
+use crate::node::Node;
+use crate::sole_room::heading_with_room;
 
 /// Price of each place after the first, in contacts.
 const VARIATION_PRICE: f64 = 0.25;
 /// Price of a metre across the route from the place that is wanted, in contacts: a foot steps onto what is
 /// under it rather than beside it.
 const MOVED_PRICE: f64 = 2.0;
+
+/// Soles beside each other whose headings differ by less than this are parallel, rad: the next turns outward.
+const OUTWARD_RAD: f64 = 0.1;
 
 /// A place where a patch should touch a face, and how far it may be moved from there.
 #[derive(Clone, Debug)]
@@ -40,26 +45,51 @@ impl Foothold {
     /// As [`Self::contact`], free to move about on the face.
     pub fn free(&self, context: &SearchContext) -> Option<Contact> {
         let request = context.request;
-        let X_WF = request.environment[self.face].X_WF;
-        let at = Isometry3::from_parts(self.place.into(), X_WF.rotation);
+        let area = self.area(context)?;
+        let at = Isometry3::from_parts(self.place.into(), area.X_WF.rotation);
         let at = request.robot.patches[self.patch].touching(&at);
+        Some(Contact {
+            freedom: Freedom::Within(Box::new(area)),
+            ..Contact::at(request.robot, self.patch, at)
+                .on(self.face, request.environment)
+                .loaded(false)
+        })
+    }
+
+    /// Turned, where it is a sole, as little as it has to be to have room on its face, of two ways toward the soles
+    /// that stand, else outward; nothing where it has none whichever way it is turned.
+    pub fn with_room(self, context: &SearchContext, node: &Node) -> Option<Self> {
+        let shape = &context.request.robot.patches[self.patch];
+        let Some(wanted_rad) = self.yaw_rad.filter(|_| shape.point_radius_m().is_none()) else {
+            return Some(self);
+        };
+        let stand = node.contacts.iter().filter(|c| c.patch != self.patch);
+        let yaw_rad = stand.filter_map(|c| context.yaw(c)).next_back();
+        let outward_rad = context.offset(self.patch).y.signum() * OUTWARD_RAD;
+        let others_rad = yaw_rad.unwrap_or(wanted_rad) + outward_rad;
+        let area = self.area(context)?;
+        let margin_m = context.patch_margin_m;
+        let yaw_rad = heading_with_room(&shape.polygon, &area, margin_m, wanted_rad, others_rad)?;
+        Some(Self {
+            yaw_rad: Some(yaw_rad),
+            ..self
+        })
+    }
+
+    /// The part of its face about the place, long along the way where it can be.
+    fn area(&self, context: &SearchContext) -> Option<Area> {
+        let X_WF = context.request.environment[self.face].X_WF;
         let heading = context.route.at(self.along_m).heading;
         let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
         let p_F = X_WF.inverse_transform_point(&self.place).xy();
         let along_F = X_WF.inverse_transform_vector(&ahead).xy();
-        let area = Area {
+        Some(Area {
             X_WF,
             polygon: context
                 .landing(self.patch, self.face)?
                 .area(&p_F, &along_F)?,
             toward: Some(self.place),
             yaw_rad: self.yaw_rad,
-        };
-        Some(Contact {
-            freedom: Freedom::Within(Box::new(area)),
-            ..Contact::at(request.robot, self.patch, at)
-                .on(self.face, request.environment)
-                .loaded(false)
         })
     }
 

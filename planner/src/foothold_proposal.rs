@@ -103,11 +103,12 @@ pub(crate) fn propose(
         let ahead = context.route.direction(foothold.along_m);
         let moved = place - foothold.place;
         let moved_m = ahead.xy().perp(&moved.xy()).abs();
-        Some(Foothold {
+        let foothold = Foothold {
             place,
             moved_m,
             ..foothold
-        })
+        };
+        foothold.with_room(context, node)
     };
     let same = |a: &Foothold, b: &Foothold| {
         let turned = match (a.yaw_rad, b.yaw_rad) {
@@ -116,13 +117,19 @@ pub(crate) fn propose(
         };
         (a.place - b.place).norm() < 0.5 * context.same_place_m() && turned < 0.1
     };
-    (from..VARIATIONS.len()).find_map(|variation| {
-        let foothold = offered(variation)?;
-        let new = !(0..variation).any(|k| offered(k).is_some_and(|other| same(&other, &foothold)));
+    let mut before: Vec<Foothold> = Vec::new();
+    for variation in 0..VARIATIONS.len() {
+        let Some(foothold) = offered(variation) else {
+            continue;
+        };
         let fits =
-            new && within_reach(context, node, &foothold) && steps_clear(context, node, &foothold);
-        fits.then_some(foothold)
-    })
+            || within_reach(context, node, &foothold) && steps_clear(context, node, &foothold);
+        if variation >= from && !before.iter().any(|other| same(other, &foothold)) && fits() {
+            return Some(foothold);
+        }
+        before.push(foothold);
+    }
+    None
 }
 
 /// A wanted place over a face, not yet moved onto it.

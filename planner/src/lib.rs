@@ -83,6 +83,7 @@ mod search;
 mod settle;
 mod shorten;
 mod shortest;
+mod sole_room;
 mod staleness;
 mod steepness;
 mod trace;

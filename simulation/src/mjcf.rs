@@ -115,8 +115,11 @@ fn world_form((k, body): (usize, &WorldBody)) -> String {
 fn link(body: &Body, mass_scale: f64) -> Value {
     let inertia = match body.mass_kg > 0.0 {
         true => body.inertia_B,
-        false => Matrix3::identity() * MASSLESS,
+        false => Matrix3::zeros(),
     };
+    // Links may state a mass and no moments; as much about every axis leaves what is a body's inertia one.
+    let lacks = (MASSLESS - inertia.symmetric_eigenvalues().min()).max(0.0);
+    let inertia = inertia + Matrix3::identity() * lacks;
     let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     json!({
         "pose": pose(&body.X_PJ),

@@ -35,6 +35,7 @@ pub struct SurfacesInput<'a> {
 pub fn surfaces_page(input: &SurfacesInput<'_>) -> Result<String> {
     let (terrain, config) = (input.terrain, input.config);
     let edge_sigmas = config.posture.edge_sigmas;
+    let ground_m = (config.surfaces.roles).ground_m(&terrain.faces, edge_sigmas);
     let roles = serde_json::to_value(&config.surfaces.roles)?;
     let roles: Vec<&String> = roles
         .as_object()
@@ -44,7 +45,7 @@ pub fn surfaces_page(input: &SurfacesInput<'_>) -> Result<String> {
     let records = terrain.faces.iter().map(|shown| {
         let mut record = face::record(shown, edge_sigmas);
         let verdict = |role: &&String| {
-            let why = why_not(role, shown, &config.surfaces.roles, edge_sigmas);
+            let why = why_not(role, shown, &config.surfaces.roles, edge_sigmas, ground_m);
             json!({ "role": role, "why_not": why })
         };
         record["serves"] = roles.iter().map(verdict).collect();

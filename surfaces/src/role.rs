@@ -10,8 +10,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
+use crate::{Error, Face};
 pub use filter::{Filter, Rejection};
+
+/// The role of what a robot walks on.
+const FOOT: &str = "foot";
+/// The ground where no face serves feet: W's level, m.
+const LEVEL_M: [f64; 2] = [0.0; 2];
 
 /// The filter of each role, by name.
 ///
@@ -25,7 +30,8 @@ pub struct Config {
 
 impl Default for Config {
     /// `foot`: tilted by at most 0.6 rad, room for a circle of 3 cm; `hand`: not a ceiling
-    /// (tilted by at most 1.7 rad), between 0.3 and 1.7 m high, room for a circle of 2 cm.
+    /// (tilted by at most 1.7 rad), 0.3 m over the lowest ground for feet to 1.7 m over the highest, room for a circle
+    /// of 2 cm.
     fn default() -> Self {
         let foot = Filter {
             radius_min_m: Some(0.03),
@@ -33,8 +39,8 @@ impl Default for Config {
         };
         let hand = Filter {
             tilt_max_rad: Some(1.7),
-            height_min_m: Some(0.3),
-            height_max_m: Some(1.7),
+            over_ground_min_m: Some(0.3),
+            over_ground_max_m: Some(1.7),
             radius_min_m: Some(0.02),
             ..Filter::default()
         };
@@ -62,6 +68,24 @@ impl From<Config> for BTreeMap<String, Filter> {
 }
 
 impl Config {
+    /// The lowest and the highest place of the ground for feet, m in W: of all faces that serve the role `foot`, by
+    /// their lists or by the filter; W's level where there are none.
+    pub fn ground_m<'f>(
+        &self,
+        faces: impl IntoIterator<Item = &'f Face>,
+        k_sigma: f64,
+    ) -> [f64; 2] {
+        let foot = self.roles.get(FOOT).cloned().unwrap_or_default();
+        let serves = |face: &&Face| match &face.roles {
+            Some(listed) => listed.iter().any(|role| role == FOOT),
+            None => foot.serves(face, k_sigma, LEVEL_M).is_ok(),
+        };
+        let faces = faces.into_iter().filter(serves);
+        let heights = faces.map(|face| filter::heights_m(&face.vertices_W()));
+        let range = heights.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        range.unwrap_or(LEVEL_M)
+    }
+
     /// The filter of a role.
     ///
     /// # Errors

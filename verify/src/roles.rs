@@ -22,6 +22,11 @@ pub(crate) fn check(plan: &Plan, robot: &Robot, findings: &mut Findings) {
         let mut first = plan.stances.iter().take(1).flat_map(|s| &s.contacts);
         first.any(|c| c.patch == contact.patch && c.face == contact.face)
     };
+    let edge_sigmas = plan.required.edge_sigmas;
+    let ground = asked
+        .as_ref()
+        .map(|asked| asked.ground_m(&plan.faces, edge_sigmas));
+    let asked = asked.as_ref().zip(ground);
     // What a face serves takes its whole region: it is asked once a patch and face.
     let mut asked_of = BTreeMap::new();
     for (index, stance) in plan.stances.iter().enumerate() {
@@ -32,9 +37,7 @@ pub(crate) fn check(plan: &Plan, robot: &Robot, findings: &mut Findings) {
                 continue;
             };
             let entry = asked_of.entry((contact.patch.as_str(), contact.face.as_str()));
-            let may = entry.or_insert_with(|| {
-                may_touch(patch, face, asked.as_ref(), plan.required.edge_sigmas)
-            });
+            let may = entry.or_insert_with(|| may_touch(patch, face, asked, edge_sigmas));
             if !*may {
                 let note = format!("{} is not for {}", contact.face, patch.roles.join(", "));
                 findings.flaw(Some(index), Check::Role, contact.patch.as_str(), note);
@@ -44,12 +47,17 @@ pub(crate) fn check(plan: &Plan, robot: &Robot, findings: &mut Findings) {
     findings.holds_unless_flawed(None, Check::Role);
 }
 
-fn may_touch(patch: &ContactPatch, face: &Face, asked: Option<&Config>, edge_sigmas: f64) -> bool {
+fn may_touch(
+    patch: &ContactPatch,
+    face: &Face,
+    asked: Option<(&Config, [f64; 2])>,
+    edge_sigmas: f64,
+) -> bool {
     patch.roles.iter().any(|role| match (&face.roles, asked) {
         (Some(listed), _) => listed.contains(role),
         // A role without a filter asks for nothing.
-        (None, Some(asked)) => match asked.filter(role) {
-            Ok(filter) => filter.serves(face, edge_sigmas).is_ok(),
+        (None, Some((asked, ground_m))) => match asked.filter(role) {
+            Ok(filter) => filter.serves(face, edge_sigmas, ground_m).is_ok(),
             Err(_) => true,
         },
         (None, None) => true,

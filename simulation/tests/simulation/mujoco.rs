@@ -56,6 +56,16 @@ fn the_model_has_the_robots_mass_and_velocities() {
     }
 }
 
+#[test]
+fn a_link_with_a_mass_and_no_moments_of_inertia_is_a_body() {
+    let mut robot = hrp2();
+    for body in &mut robot.bodies {
+        body.inertia_B *= 0.0;
+    }
+    let physics = Physics::from(&Config::default());
+    plant(&robot, &physics, Servo::STIFF, &Scales::default());
+}
+
 /// M and h of this crate against MuJoCo's, by way of the acceleration of free fall with torques.
 #[test]
 fn accelerations_agree_with_mujoco() {

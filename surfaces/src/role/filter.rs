@@ -21,6 +21,14 @@ pub struct Filter {
     /// The lowest point of the face must not be higher than this, m in W.
     #[schemars(range(min = -10_000.0, max = 10_000.0))]
     pub height_max_m: Option<f64>,
+    /// The highest point of the face must not be lower than this over the lowest ground for feet, m; not asked for by
+    /// default where `height_min_m` is set.
+    #[schemars(range(min = -10_000.0, max = 10_000.0))]
+    pub over_ground_min_m: Option<f64>,
+    /// The lowest point of the face must not be higher than this over the highest ground for feet, m; not asked for by
+    /// default where `height_max_m` is set.
+    #[schemars(range(min = -10_000.0, max = 10_000.0))]
+    pub over_ground_max_m: Option<f64>,
     /// Direction in W to which the normal should point; need not be a unit vector.
     #[schemars(inner(range(min = -1000.0, max = 1000.0)))]
     pub facing_W: Option<[f64; 3]>,
@@ -103,13 +111,14 @@ impl Filter {
     }
 
     /// Whether a face serves, of which the part counts that is surely there with `k_sigma` standard
-    /// deviations ([`Face::inset_region`]).
+    /// deviations ([`Face::inset_region`]). `ground_m` are the lowest and the highest place of the ground
+    /// for feet, in W ([`super::Config::ground_m`]).
     ///
     /// # Errors
     /// The first [`Rejection`] in the order of the fields: this is an answer, not a failure.
-    pub fn serves(&self, face: &Face, k_sigma: f64) -> Result<(), Rejection> {
+    pub fn serves(&self, face: &Face, k_sigma: f64, ground_m: [f64; 2]) -> Result<(), Rejection> {
         self.check_normal(&face.normal_W())?;
-        self.check_height(&face.vertices_W())?;
+        self.check_height(&face.vertices_W(), ground_m)?;
         self.check_size(face, k_sigma)
     }
 
@@ -134,11 +143,18 @@ impl Filter {
         Ok(())
     }
 
-    fn check_height(&self, vertices_W: &[Point3<f64>]) -> Result<(), Rejection> {
-        let heights = || vertices_W.iter().map(|p| p.z);
-        let highest = heights().fold(f64::NEG_INFINITY, f64::max);
-        let lowest = heights().fold(f64::INFINITY, f64::min);
-        match (self.height_min_m, self.height_max_m) {
+    fn check_height(
+        &self,
+        vertices_W: &[Point3<f64>],
+        ground_m: [f64; 2],
+    ) -> Result<(), Rejection> {
+        let [lowest, highest] = heights_m(vertices_W);
+        let over = |least: Option<f64>, ground: f64| least.map(|over_m| ground + over_m);
+        let least = [self.height_min_m, over(self.over_ground_min_m, ground_m[0])];
+        let most = [self.height_max_m, over(self.over_ground_max_m, ground_m[1])];
+        let least = least.into_iter().flatten().reduce(f64::max);
+        let most = most.into_iter().flatten().reduce(f64::min);
+        match (least, most) {
             (Some(min_m), _) if highest < min_m => Err(Rejection::TooLow {
                 height_m: highest,
                 min_m,
@@ -168,12 +184,26 @@ impl Filter {
     }
 }
 
+/// The lowest and the highest of places, m.
+pub(super) fn heights_m(vertices_W: &[Point3<f64>]) -> [f64; 2] {
+    let heights = || vertices_W.iter().map(|p| p.z);
+    let lowest = heights().fold(f64::INFINITY, f64::min);
+    [lowest, heights().fold(f64::NEG_INFINITY, f64::max)]
+}
+
 impl Filter {
     /// What is set here, and for the rest what is set in `other`.
     pub(super) fn or(self, other: Self) -> Self {
         Self {
             tilt_min_rad: self.tilt_min_rad.or(other.tilt_min_rad),
             tilt_max_rad: self.tilt_max_rad.or(other.tilt_max_rad),
+            // Who says heights in W means these alone.
+            over_ground_min_m: (self.over_ground_min_m).or(other
+                .over_ground_min_m
+                .filter(|_| self.height_min_m.is_none())),
+            over_ground_max_m: (self.over_ground_max_m).or(other
+                .over_ground_max_m
+                .filter(|_| self.height_max_m.is_none())),
             height_min_m: self.height_min_m.or(other.height_min_m),
             height_max_m: self.height_max_m.or(other.height_max_m),
             facing_W: self.facing_W.or(other.facing_W),

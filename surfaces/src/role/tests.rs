@@ -13,7 +13,13 @@ fn tilted(tilt_rad: f64, height_m: f64) -> Face {
 #[test]
 fn floors_are_for_feet_and_walls_for_hands() {
     let config = Config::default();
-    let serves = |role: &str, face: &Face| config.filter(role).unwrap().serves(face, 2.0).is_ok();
+    let serves = |role: &str, face: &Face| {
+        config
+            .filter(role)
+            .unwrap()
+            .serves(face, 2.0, [0.0; 2])
+            .is_ok()
+    };
     for (tilt, height, foot, hand) in [
         (0.0, 0.0, true, false),
         (0.0, 0.7, true, true),
@@ -93,13 +99,13 @@ fn every_rejection_says_what_was_wrong() {
         ),
     ];
     for (filter, face, message) in cases {
-        let rejection = filter.serves(&face, 2.0).unwrap_err().to_string();
+        let rejection = filter.serves(&face, 2.0, [0.0; 2]).unwrap_err().to_string();
         assert!(rejection.contains(message), "{rejection}");
     }
     let mut vanished = tilted(0.0, 0.0);
     let edges = vanished.region.edges_mut().flatten();
     edges.for_each(|edge| edge.further_m = 0.11);
-    assert_eq!(some.serves(&vanished, 2.0), Err(Rejection::Empty));
+    assert_eq!(some.serves(&vanished, 2.0, [0.0; 2]), Err(Rejection::Empty));
 }
 
 #[test]
@@ -111,9 +117,9 @@ fn a_tilted_face_is_in_a_height_range_it_reaches() {
         height_max_m: Some(max),
         ..Filter::default()
     };
-    assert!(range(0.55, 1.0).serves(&wall, 2.0).is_ok());
-    assert!(range(0.0, 0.45).serves(&wall, 2.0).is_ok());
-    assert!(range(0.65, 1.0).serves(&wall, 2.0).is_err());
+    assert!(range(0.55, 1.0).serves(&wall, 2.0, [0.0; 2]).is_ok());
+    assert!(range(0.0, 0.45).serves(&wall, 2.0, [0.0; 2]).is_ok());
+    assert!(range(0.65, 1.0).serves(&wall, 2.0, [0.0; 2]).is_err());
 }
 
 #[test]
@@ -127,6 +133,7 @@ fn a_file_changes_what_it_names_and_nothing_else() {
     );
     let hand = Filter {
         height_max_m: Some(1.2),
+        over_ground_max_m: None,
         ..default.filter("hand").unwrap().clone()
     };
     assert_eq!(config.filter("hand").unwrap(), &hand);
@@ -142,4 +149,31 @@ fn a_file_changes_what_it_names_and_nothing_else() {
     );
     let unknown = config.filter("elbow").unwrap_err().to_string();
     assert_eq!(unknown, "no role `elbow`; there are: foot, hand, knee");
+}
+
+#[test]
+fn hands_reach_over_the_ground_wherever_it_is() {
+    let config = Config::default();
+    // A floor on the second storey, another a flight of stairs higher, and walls on both.
+    let faces = [4.0, 6.5].map(|height_m| tilted(0.0, height_m));
+    let ground_m = config.ground_m(&faces, 2.0);
+    assert_eq!(ground_m, [4.0, 6.5]);
+    let hand = config.filter("hand").unwrap();
+    for (tilt, height_m, serves) in [
+        (FRAC_PI_2, 5.0, true),
+        (FRAC_PI_2, 7.5, true),
+        (FRAC_PI_2, 8.5, false),
+        (0.0, 4.0, false),
+        (FRAC_PI_2, 0.9, false),
+    ] {
+        let face = tilted(tilt, height_m);
+        let verdict = hand.serves(&face, 2.0, ground_m);
+        assert_eq!(verdict.is_ok(), serves, "{tilt} rad, {height_m} m");
+    }
+    // No ground for feet: W's level. A height in W takes the place of the one over the ground.
+    assert_eq!(config.ground_m(&[tilted(FRAC_PI_2, 3.0)], 2.0), [0.0; 2]);
+    let config: Config = serde_json::from_str(r#"{"hand": {"height_max_m": 5.2}}"#).unwrap();
+    let hand = config.filter("hand").unwrap();
+    assert!(hand.serves(&tilted(FRAC_PI_2, 7.5), 2.0, ground_m).is_err());
+    assert!(hand.serves(&tilted(0.0, 4.0), 2.0, ground_m).is_err());
 }
