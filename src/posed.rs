@@ -88,7 +88,7 @@ pub fn pose(
         let clearance_m = config.posture.clearance_m;
         let (mut before, mut back) = (None, None);
         if scene.starts_before_floor() {
-            before = start::floor::stand_before(&mut stand, &robot, &terrain);
+            before = start::floor::stand_before(&mut stand, &robot, &mut terrain);
             let body = |terrain| Environment::new(terrain, thickness_m, edge_sigmas);
             let room = (clearance_m, config.ground.join_gap_m);
             back = start::clear::step_back(&mut stand, &robot, &terrain, body, room)?;
@@ -100,7 +100,14 @@ pub fn pose(
             }
             _ => None,
         };
-        let ground = ground::add_ground(&mut terrain, &robot, &stand, &config.ground, edge_sigmas)?;
+        let is_before = scene.starts_before_floor();
+        let ground = ground::add_ground(
+            &mut terrain,
+            &robot,
+            (&stand, is_before),
+            &config.ground,
+            edge_sigmas,
+        )?;
         let raised_m = config.motion.swing_height_m;
         let refuted = assumed::drop_refuted(&mut terrain, &robot, &stand, clearance_m, raised_m);
         let said = before

@@ -3,6 +3,7 @@
 pub mod agreement;
 pub mod assumed;
 pub mod clear;
+mod flight;
 pub mod floor;
 pub mod ground;
 pub mod settle;

@@ -13,13 +13,16 @@ use crate::scene::Start;
 
 /// Places are looked at in steps of this, m.
 const STEP_M: f64 = 0.05;
+/// What rises less over the ground than this is floor, as far as its plane is known, m.
+const RISES_M: f64 = 0.01;
 /// A start is farther off than this where no place is clear, m.
 const HINT_MAX_M: f64 = 1.0;
 /// Directions in which places are looked at.
 const DIRECTIONS: usize = 16;
 
-/// Steps back, against the ground's x, until no link but those that stand is within `clearance_m` of what was seen, `reach_m`
-/// at most; where that is not far enough the robot stays. Says so where it did.
+/// Steps back, against the ground's x, until no link is within `clearance_m` of what was seen, `reach_m` at most; where that
+/// is not far enough the robot stays. Links that stand may be near to what does not rise over their ground. Says so where
+/// it did.
 ///
 /// # Errors
 /// Bodies that cannot be made of the terrain.
@@ -34,9 +37,20 @@ pub fn step_back(
     seen.obstacles
         .retain(|thing| !assumed::may_be_refuted(thing));
     let environment = body(seen)?;
-    let stands = |shape: BodyShape, _| {
+    // Stepping back is along the ground: its plane stays.
+    let (n, on) = (
+        stand.X_WG.rotation * Vector3::z(),
+        stand.X_WG.translation.vector,
+    );
+    let rises = |body: usize| {
+        let body = &environment.world().obstacles()[body];
+        let up_O = body.pose().inverse_transform_vector(&n);
+        let highest_W = body.pose() * body.geometry().support(&up_O);
+        n.dot(&(highest_W.coords - on)) > RISES_M
+    };
+    let stands = |shape: BodyShape, body: usize| {
         let mut feet = stand.patches.iter();
-        feet.any(|&foot| robot.patches[foot].body == shape.body)
+        feet.any(|&foot| robot.patches[foot].body == shape.body) && !rises(body)
     };
     let met = |by_m: f64| {
         let by = stand.X_WG.rotation * Vector3::x() * -by_m;
@@ -167,7 +181,7 @@ mod tests {
         let config = posture::Config::default();
         let (start, nothing) = (Start::default(), Environment::default());
         let mut stand = start::stand(&robot, &start, &nothing, &config).unwrap();
-        start::floor::stand_before(&mut stand, &robot, terrain);
+        start::floor::stand_before(&mut stand, &robot, &mut terrain.clone());
         let before = stand.clone();
         let body = |terrain| Environment::new(terrain, 0.02, 2.0);
         let said = step_back(&mut stand, &robot, terrain, body, (0.02, 0.3)).unwrap();
@@ -211,5 +225,15 @@ mod tests {
         assert!(said.unwrap().contains("clear of shelf"));
         // No place within reach is clear: it stays.
         assert_eq!(back(&world(-0.1)), (0.0, None));
+    }
+
+    #[test]
+    fn feet_step_back_from_what_rises_before_them() {
+        let mut terrain = world(3.0);
+        let low = Obstacle::cuboid("kerb", [0.49, -1.0, 0.0], [0.6, 1.0, 0.06]);
+        terrain.obstacles.push(low);
+        let (by_m, said) = back(&terrain);
+        assert!((by_m - STEP_M).abs() < 1e-9, "{by_m}");
+        assert!(said.unwrap().contains("clear of kerb"));
     }
 }

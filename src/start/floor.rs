@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robot_model::{Kinematics, Robot};
 use surfaces::{EdgeKind, Face, Terrain};
 
-use super::StartState;
+use super::{StartState, flight};
 
 /// How far before the floor's edge the toes stay, m.
 const BEFORE_M: f64 = 0.02;
@@ -19,13 +19,18 @@ const NOTED_RAD: f64 = 0.01;
 
 /// Moves a robot that stands over W's origin, x ahead, along x until its toes are just before the floor
 /// that was seen, and onto that floor's plane. Where something rises before any floor is seen, they stay level and go just
-/// before it, if its front edge is seen: the floor before a tread may all lie below the view. Nothing where there is
-/// neither.
+/// before it: the floor before a tread may all lie below the view. Where the view cuts that tread, it is taken to be as deep
+/// as the treads behind it, and what was not seen of it becomes a body of `terrain` that is kept away from. Nothing where
+/// there is neither floor nor such a tread.
 ///
 /// What a scan on a robot shows begins some way ahead of the feet: there the robot's own ground and the
 /// floor that is seen are one. A floor may lean against the treads by which the scan was levelled, by what
 /// the sensor bends: the soles stand on it as it was seen. Says so where it does.
-pub fn stand_before(stand: &mut StartState, robot: &Robot, terrain: &Terrain) -> Option<String> {
+pub fn stand_before(
+    stand: &mut StartState,
+    robot: &Robot,
+    terrain: &mut Terrain,
+) -> Option<String> {
     let kinematics = Kinematics::new(robot, &stand.configuration);
     let soles = stand.patches.iter().flat_map(|&patch| {
         let patch = &robot.patches[patch];
@@ -58,20 +63,48 @@ pub fn stand_before(stand: &mut StartState, robot: &Robot, terrain: &Terrain) ->
     // What begins first: a floor that is seen behind something that rises is not the one before the feet. Nothing that is
     // as high as the base, such as a table or the robot's own hands, is gone up from there.
     let base_m = stand.configuration.p_WB.z - height;
-    let begins = begins.filter(|(.., p)| (-HEIGHT_M..base_m).contains(&(p.z - height)));
-    let (first, kind, edge) = begins.min_by(|a, b| a.2.x.total_cmp(&b.2.x))?;
+    let begins: Vec<_> = begins.collect();
+    let within = |(.., p): &&(_, _, Point3<f64>)| (-HEIGHT_M..base_m).contains(&(p.z - height));
+    let low_enough = begins.iter().filter(within);
+    let &(first, kind, edge) = low_enough.min_by(|a, b| a.2.x.total_cmp(&b.2.x))?;
     if edge.z - height >= HEIGHT_M {
-        let by_m = edge.x - BEFORE_STEP_M - toes_x;
-        if kind != EdgeKind::Real || by_m <= 0.0 {
+        let begins_m = match kind {
+            EdgeKind::Real => edge.x,
+            EdgeKind::FieldOfView | EdgeKind::Unknown => {
+                let front = |face: &Face| {
+                    let own = begins.iter().filter(|(of, ..)| of.id == face.id);
+                    let (_, kind, p) = own.min_by(|a, b| a.2.x.total_cmp(&b.2.x))?;
+                    (*kind == EdgeKind::Real).then_some(*p)
+                };
+                let fronts = terrain.faces.iter().filter_map(front).collect();
+                flight::begins_m(&edge, fronts, height)?
+            }
+            _ => return None,
+        };
+        let by_m = begins_m - BEFORE_STEP_M - toes_x;
+        if by_m <= 0.0 {
             return None;
         }
         stand.configuration.p_WB.x += by_m;
         stand.X_WG = Translation3::new(by_m, 0.0, 0.0) * stand.X_WG;
-        return Some(format!(
-            "no floor is seen before {}: the robot starts {:.0} cm from its edge, on level ground",
-            first.id,
-            100.0 * BEFORE_STEP_M
-        ));
+        let said = match kind {
+            EdgeKind::Real => format!(
+                "no floor is seen before {}: the robot starts {:.0} cm from its edge, on level ground",
+                first.id,
+                100.0 * BEFORE_STEP_M
+            ),
+            _ => format!(
+                "warning: the view cuts {}, and no floor is seen before it: as deep as the treads behind it, it begins at \
+                 x = {begins_m:.2} m; the robot starts {:.0} cm from there, on level ground",
+                first.id,
+                100.0 * BEFORE_STEP_M
+            ),
+        };
+        if begins_m < edge.x {
+            let unseen = flight::unseen_part(first, [begins_m, edge.x], height);
+            terrain.obstacles.push(unseen);
+        }
+        return Some(said);
     }
     let floor = first;
 
@@ -137,10 +170,11 @@ mod tests {
             let nothing = Environment::default();
             let mut stand = start::stand(&robot, &Start::default(), &nothing, &config).unwrap();
             let mut terrain = leaning();
-            let said = stand_before(&mut stand, &robot, &terrain).unwrap();
+            let said = stand_before(&mut stand, &robot, &mut terrain).unwrap();
             assert!(said.contains("leans by 3.2°"), "{name}: {said}");
             let config = ground::Config::default();
-            let on = ground::add_ground(&mut terrain, &robot, &stand, &config, 2.0).unwrap();
+            let on =
+                ground::add_ground(&mut terrain, &robot, (&stand, true), &config, 2.0).unwrap();
             let first = &on.contacts[0].1;
             assert!(on.contacts.iter().all(|(_, face)| face == first), "{name}");
             let kinematics = Kinematics::new(&robot, &stand.configuration);
@@ -171,12 +205,12 @@ mod tests {
             edges.for_each(|edge| edge.kind = kind);
             let behind = Isometry3::translation(2.0, 0.0, 0.0);
             let floor = Face::rectangle("floor", behind, [1.0, 1.0]).unwrap();
-            let terrain = Terrain {
+            let mut terrain = Terrain {
                 faces: vec![tread, floor],
                 obstacles: Vec::new(),
             };
             let mut moved = stand.clone();
-            let said = stand_before(&mut moved, &robot, &terrain);
+            let said = stand_before(&mut moved, &robot, &mut terrain);
             (moved.configuration.p_WB - stand.configuration.p_WB, said)
         };
         let (by, said) = starts(0.14, EdgeKind::Real);
@@ -191,5 +225,45 @@ mod tests {
         // Under a table the robot goes to the floor that is seen.
         let (by, said) = starts(0.75, EdgeKind::Real);
         assert!(by.x > 1.2 && said.is_none(), "{by}");
+    }
+
+    /// The first of four treads, of which the view shows the farther half.
+    #[test]
+    fn a_robot_stands_before_a_cut_tread_where_the_flight_behind_it_says_that_it_begins() {
+        let robot = scenes::robot("hrp2").unwrap();
+        let (config, nothing) = (posture::Config::default(), Environment::default());
+        let mut stand = start::stand(&robot, &Start::default(), &nothing, &config).unwrap();
+        let (run, rise) = (0.26, 0.15);
+        let treads = (0..4).map(|k| {
+            let k = f64::from(k);
+            let seen = if k == 0.0 { 0.5 * run } else { run };
+            let at =
+                Isometry3::translation(0.9 + (k + 1.0) * run - 0.5 * seen, 0.0, (k + 1.0) * rise);
+            let mut tread = Face::rectangle(format!("t{k}"), at, [seen, 1.0]).unwrap();
+            let edges = tread.region.edges_mut().flatten();
+            let cut = EdgeKind::FieldOfView;
+            edges.for_each(|edge| edge.kind = if k == 0.0 { cut } else { EdgeKind::Real });
+            tread
+        });
+        let mut terrain = Terrain {
+            faces: treads.collect(),
+            obstacles: Vec::new(),
+        };
+        let before = stand.configuration.p_WB.x;
+        let said = stand_before(&mut stand, &robot, &mut terrain).unwrap();
+        assert!(said.contains("begins at x = 0.90 m"), "{said}");
+        assert!(stand.configuration.p_WB.x > before + 0.4);
+        // What was not seen of it is in the way, under its plane and from there on.
+        let [body] = &terrain.obstacles[..] else {
+            panic!("{:?}", terrain.obstacles);
+        };
+        let along = |pick: fn(f64, f64) -> f64| body.points_W.iter().map(|p| p.x).reduce(pick);
+        let (from, to) = (along(f64::min).unwrap(), along(f64::max).unwrap());
+        assert!(
+            (from - 0.9).abs() < 1e-6 && (to - 1.03).abs() < 1e-6,
+            "{from} to {to}"
+        );
+        let height = |p: &Point3<f64>| terrain.faces[0].height_of(p);
+        assert!(body.points_W.iter().all(|p| height(p) < 0.0) && body.assumed);
     }
 }

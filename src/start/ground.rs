@@ -56,7 +56,8 @@ pub struct Ground {
     pub notes: Vec<String>,
 }
 
-/// Adds to `terrain` the faces that the robot stands on at the start.
+/// Adds to `terrain` the faces that the robot stands on at the start; `is_before` says that it was to stand before the floor
+/// that is seen, which is then no remedy for a gap.
 ///
 /// 1. Soles in one plane are one face: their hull with a border. Where the terrain has a face in
 ///    that plane with room for all of them, it is that face.
@@ -69,7 +70,7 @@ pub struct Ground {
 pub fn add_ground(
     terrain: &mut Terrain,
     robot: &Robot,
-    stand: &StartState,
+    (stand, is_before): (&StartState, bool),
     config: &Config,
     edge_sigmas: f64,
 ) -> anyhow::Result<Ground> {
@@ -114,8 +115,12 @@ pub fn add_ground(
             _ if is_joined => {}
             Some((apart_m, floor)) => ground.notes.push(format!(
                 "warning: {floor} continues the ground under the feet {apart_m:.2} m from them; what is between \
-                 was not seen, and is not stepped on: take a scan that shows it too (the sensor nods), start before \
-                 {floor} (--before-floor), or, where it is known to be floor, --set ground.join_gap_m={:.2}",
+                 was not seen, and is not stepped on: take a scan that shows it too (the sensor nods){}, or, where it \
+                 is known to be floor, --set ground.join_gap_m={:.2}",
+                match is_before {
+                    true => String::new(),
+                    false => format!(", start before {floor} (--before-floor)"),
+                },
                 apart_m + 0.005
             )),
             None => {

@@ -24,7 +24,7 @@ fn at_rest(robot: &Robot) -> StartState {
 fn standing(terrain: &mut Terrain) -> (Ground, Robot) {
     let robot = humanoid();
     let stand = at_rest(&robot);
-    let ground = add_ground(terrain, &robot, &stand, &Config::default(), 2.0).unwrap();
+    let ground = add_ground(terrain, &robot, (&stand, false), &Config::default(), 2.0).unwrap();
     (ground, robot)
 }
 
