@@ -326,7 +326,10 @@ fn a_way_that_leads_nowhere_is_left_for_a_longer_one() {
     }
     let environment = world(faces, Vec::new());
     let found = plan(&request(&robot, &environment, Vector3::new(2.6, 0.0, 0.0)));
-    check(&found, 3.0);
+    check(&found, 4.0);
+    // No posture is sought where a sole has no room: 363 were where each stone was tried.
+    let problems = found.summary.candidates_solved;
+    assert!(problems < 300, "{problems} posture problems");
     let bridge = environment.face("bridge").ok();
     let mut contacts = found.path.iter().flat_map(|stance| &stance.contacts);
     assert!(contacts.any(|contact| contact.face == bridge));
