@@ -56,15 +56,15 @@ impl Curve {
 
     /// Configuration and its first two derivatives at `x`; beyond the ends it rests where it is.
     pub fn at(&self, x: f64) -> Instant {
-        let inside = (0.0..=self.length).contains(&x);
-        let [y, dy, ddy] = &[Order::Value, Order::First, Order::Second].map(|order| {
-            let mut out = vec![0.0; self.dim];
-            if order == Order::Value || inside {
-                self.spline.evaluate(x, order, &mut out);
-            }
-            out
-        });
-        let quaternion = |c: &[f64]| Quaternion::new(c[6], c[3], c[4], c[5]);
+        let mut all = vec![0.0; 3 * self.dim];
+        let (y, rates) = all.split_at_mut(self.dim);
+        let (dy, ddy) = rates.split_at_mut(self.dim);
+        self.spline.evaluate(x, Order::Value, y);
+        if (0.0..=self.length).contains(&x) {
+            self.spline.evaluate(x, Order::First, dy);
+            self.spline.evaluate(x, Order::Second, ddy);
+        }
+        let (y, dy, ddy) = (&*y, &*dy, &*ddy);
         let (p, dp, ddp) = (quaternion(y), quaternion(dy), quaternion(ddy));
         let norm = p.norm();
         let q = p / norm;
@@ -80,14 +80,31 @@ impl Curve {
             DVector::from_iterator(6 + nj, all.copied())
         };
         Instant {
-            q: Configuration {
-                p_WB: Vector3::new(y[0], y[1], y[2]),
-                R_WB: UnitQuaternion::new_unchecked(q),
-                joints: DVector::from_column_slice(&y[7..]),
-            },
+            q: configuration(y, q),
             v: rates(dy, &omega),
             a: rates(ddy, &alpha),
         }
+    }
+
+    /// The configuration alone at `x`.
+    pub fn configuration(&self, x: f64) -> Configuration {
+        let mut y = vec![0.0; self.dim];
+        self.spline.evaluate(x, Order::Value, &mut y);
+        let p = quaternion(&y);
+        configuration(&y, p / p.norm())
+    }
+}
+
+/// The base's quaternion of a sample, not of unit length.
+fn quaternion(y: &[f64]) -> Quaternion<f64> {
+    Quaternion::new(y[6], y[3], y[4], y[5])
+}
+
+fn configuration(y: &[f64], q: Quaternion<f64>) -> Configuration {
+    Configuration {
+        p_WB: Vector3::new(y[0], y[1], y[2]),
+        R_WB: UnitQuaternion::new_unchecked(q),
+        joints: DVector::from_column_slice(&y[7..]),
     }
 }
 

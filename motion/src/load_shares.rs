@@ -186,27 +186,29 @@ impl LoadShares {
 
 /// Shares the forces of one contact across its normal `n` by how hard its points press.
 fn shared_across(n: &Vector3<f64>, points: &[ForcePoint], forces_W: &mut [Vector3<f64>]) {
-    let loads: Vec<f64> = forces_W.iter().map(|f| f.dot(n).max(0.0)).collect();
-    let load: f64 = loads.iter().sum();
+    let pressed = |f: &Vector3<f64>| f.dot(n).max(0.0);
+    let load: f64 = forces_W.iter().map(pressed).sum();
     if load < f64::MIN_POSITIVE {
         return;
     }
-    let pressed = points.iter().zip(&loads);
-    let centre = pressed.fold(Vector3::zeros(), |sum, (p, w)| sum + p.p_W * (w / load));
+    let part = |f: &Vector3<f64>| pressed(f) / load;
+    let points_at = points.iter().zip(&*forces_W);
+    let centre = points_at.fold(Vector3::zeros(), |sum, (p, f)| sum + p.p_W * part(f));
     let arm = |p: &ForcePoint| n.cross(&(p.p_W - centre));
     let (mut across, mut moment, mut square) = (Vector3::zeros(), 0.0, 0.0);
-    for ((p, f), w) in points.iter().zip(&*forces_W).zip(&loads) {
+    for (p, f) in points.iter().zip(&*forces_W) {
+        let r = arm(p);
         across += f - n * f.dot(n);
-        moment += arm(p).dot(f);
-        square += arm(p).norm_squared() * w;
+        moment += r.dot(f);
+        square += r.norm_squared() * pressed(f);
     }
     let turning = if square > AREA_MIN * load {
         moment / square
     } else {
         0.0
     };
-    for ((f, p), w) in forces_W.iter_mut().zip(points).zip(&loads) {
-        *f = n * f.dot(n) + (across / load + arm(p) * turning) * *w;
+    for (f, p) in forces_W.iter_mut().zip(points) {
+        *f = n * f.dot(n) + (across / load + arm(p) * turning) * pressed(f);
     }
 }
 

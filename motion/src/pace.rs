@@ -9,6 +9,7 @@ mod chain;
 mod dynamics;
 mod limits;
 mod smoothing;
+mod standing;
 
 use std::f64::consts::PI;
 
@@ -23,17 +24,20 @@ use crate::segment::PhaseTrajectory;
 use crate::time_law::Row;
 pub(crate) use chain::{least_s, samples};
 use dynamics::between;
+pub(crate) use standing::stands;
 
 /// Pieces of a phase's path at most, along which its limits are nearly linear: what is sharper is found by the samples
 /// of the law. Those at whose ends forces are suited to it; the others are a multiple, as a phase's samples are.
-pub(crate) const PLACES: usize = 240;
-const SUITED: usize = 120;
+pub(crate) const PLACES: usize = 160;
+const SUITED: usize = 80;
 /// For how much more than a law needs forces are suited to it.
 const FARTHER: f64 = 1.5;
 /// Part of the weight below which what is needed has no direction.
 const SLIGHT: f64 = 0.01;
 /// A point that bears less at rest takes nothing, N.
 const UNLOADED_N: f64 = 1e-3;
+/// Part of the width of a friction cone that is inside of its eight sides.
+const CONE_INSIDE: f64 = 0.923_879_532_511_286_7;
 /// A law that exceeds its limits by no more than this part is kept: of a contact that keeps a tenth of its
 /// load, ten times as much of its friction.
 const OVER: f64 = 2e-4;
@@ -99,18 +103,21 @@ pub(crate) struct Pace<'a> {
     cone_axes: Vec<Matrix3<f64>>,
     kinematics: Kinematics,
     dynamics: PathDynamics,
+    /// Working memory: forces of the postures, what holds the body against gravity, and limits.
+    still_W: Vec<Vec<Vector3<f64>>>,
+    gravity: DVector<f64>,
+    memory: Vec<Row>,
 }
 
 impl<'a> Pace<'a> {
     pub fn new(context: &'a MotionContext<'a>, phase: &'a PhaseTrajectory) -> Self {
-        Self::along(context, phase, phase.curve())
-    }
-
-    /// Those of a phase whose samples are on another curve.
-    pub fn along(context: &'a MotionContext<'a>, phase: &'a PhaseTrajectory, curve: Curve) -> Self {
+        let curve = phase.curve();
         Self {
             kinematics: Kinematics::new(context.robot, &curve.at(0.0).q),
             dynamics: PathDynamics::default(),
+            still_W: Vec::new(),
+            gravity: DVector::zeros(context.robot.nv()),
+            memory: Vec::new(),
             shares: LoadShares::new(context, &phase.task.closed),
             cone_axes: phase
                 .task
@@ -131,13 +138,27 @@ impl<'a> Pace<'a> {
         (0..=n).map(|i| self.going(place_s(i, n))).collect()
     }
 
-    /// The limits at places of the whole path where forces lean like this.
-    fn limited(&self, places: &mut [Place], leans: &[Lean]) -> Vec<Vec<Row>> {
+    /// The limits at places of the whole path where forces lean like this; `known` are those at equal steps of the
+    /// places, or none.
+    fn limited(
+        &self,
+        places: &mut [Place],
+        leans: &[Lean],
+        mut known: Vec<Vec<Row>>,
+    ) -> Vec<Vec<Row>> {
         let n = places.len() - 1;
-        self.limits(places.iter_mut().enumerate().map(|(i, place)| {
-            self.bear(place, &between(leans, place_s(i, n)));
-            &*place
-        }))
+        let every = n / known.len().saturating_sub(1).clamp(1, n);
+        let mut rows = Vec::new();
+        let all = places.iter_mut().enumerate().map(|(i, place)| {
+            match known.get_mut(i / every).filter(|_| i % every == 0) {
+                Some(known) => std::mem::take(known),
+                None => {
+                    self.bear(place, &between(leans, place_s(i, n)));
+                    self.limits(place, &mut rows)
+                }
+            }
+        });
+        all.collect()
     }
 
     /// How the forces should lean at a place that is gone through like this.

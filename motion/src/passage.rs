@@ -7,7 +7,7 @@
 //! path as before. T is the path's own direction in the phase in which all patches stay closed, so that
 //! this one hardly changes. Both phases close the same contacts and so have the same second derivatives.
 
-use nalgebra::{DVector, Point3};
+use nalgebra::{DVector, Point3, Vector3};
 use rayon::prelude::*;
 use robot_model::{Configuration, Kinematics, PatchId};
 
@@ -15,10 +15,11 @@ use crate::clearance::ClearanceMonitor;
 use crate::equations::{Target, apart, is_point};
 use crate::generate::STEP_PART;
 use crate::interpolation::Curve;
-use crate::pace::Pace;
+use crate::load_shares::LoadShares;
+use crate::pace::stands;
 use crate::problem::MotionContext;
 use crate::projection::{Ask, Bounds, Projection};
-use crate::sampling::{Instance, SampledTrajectory, coarse, curve, joints, tilt};
+use crate::sampling::{Instance, SampledTrajectory, coarse, joints, tilt};
 use crate::segment::PhaseTrajectory;
 
 /// The part w of a phase that is bent.
@@ -47,9 +48,10 @@ pub(crate) fn through(
     phases: &[&PhaseTrajectory],
     may_go_on: impl Fn(&PhaseTrajectory) -> bool + Sync,
 ) -> Vec<Vec<(usize, PhaseTrajectory)>> {
-    let pairs = phases.par_windows(2);
-    let ways = pairs.map(|pair| match may_go_on(pair[0]) {
-        true => passage(context, pair[0], pair[1]),
+    let curves: Vec<Curve> = phases.par_iter().map(|phase| phase.curve()).collect();
+    let pairs = phases.par_windows(2).zip(curves.par_windows(2));
+    let ways = pairs.map(|(pair, curves)| match may_go_on(pair[0]) {
+        true => passage(context, [pair[0], pair[1]], [&curves[0], &curves[1]]),
         false => None,
     });
     let ways: Vec<_> = ways.collect();
@@ -76,12 +78,11 @@ pub(crate) fn through(
 /// The last samples of the one phase and the first of the next, bent into each other.
 fn passage(
     context: &MotionContext,
-    before: &PhaseTrajectory,
-    after: &PhaseTrajectory,
+    [before, after]: [&PhaseTrajectory; 2],
+    [back, on]: [&Curve; 2],
 ) -> Option<[Vec<Instance>; 2]> {
     let [one, other] = [touching(before, End::Last), touching(after, End::First)];
     let closes_all = |phase: &PhaseTrajectory| phase.task.closed.len() == one.len();
-    let [back, on] = [before, after].map(PhaseTrajectory::curve);
     let T = if one != other {
         None
     } else if closes_all(after) {
@@ -92,8 +93,8 @@ fn passage(
         None
     }?;
     let mut ways = [
-        Way::new(context, before, &back, (End::Last, &one)),
-        Way::new(context, after, &on, (End::First, &one)),
+        Way::new(context, before, back, (End::Last, &one)),
+        Way::new(context, after, on, (End::First, &one)),
     ];
     // Where the whole of it is beyond a limit, less of it may do: most of what is so is seen on a few samples.
     LESS.iter().find_map(|part| {
@@ -129,7 +130,9 @@ struct Way<'a> {
     count: usize,
     /// How readily each coordinate moves where contacts are closed.
     weight: Vec<f64>,
+    shares: LoadShares,
     kinematics: Kinematics,
+    gravity: DVector<f64>,
     projection: Projection,
 }
 
@@ -148,7 +151,9 @@ impl<'a> Way<'a> {
             weight: (0..robot.nv())
                 .map(|k| f64::from(u8::from(moves(k))))
                 .collect(),
-            kinematics: Kinematics::new(robot, &path.at(0.0).q),
+            shares: LoadShares::new(context, &phase.task.closed),
+            kinematics: Kinematics::new(robot, &path.configuration(0.0)),
+            gravity: DVector::zeros(robot.nv()),
             projection: Projection::default(),
             context,
             phase,
@@ -170,7 +175,7 @@ impl<'a> Way<'a> {
             End::First => (w * x, w * p, w * (x - p)),
             End::Last => (1.0 - w * x, 1.0 - w * p, -w * (x - p)),
         };
-        let mut q = self.path.at(along).q;
+        let mut q = self.path.configuration(along);
         let kinematics = &mut self.kinematics;
         kinematics.update(robot, &q);
         let places = (self.touching.iter()).map(|p| (*p, kinematics.X_WC(&robot.patches[*p])));
@@ -206,29 +211,45 @@ impl<'a> Way<'a> {
         Some((u, q))
     }
 
+    /// The number of the first of the phase's samples that are bent.
+    fn begin(&self) -> usize {
+        match self.end {
+            End::First => 0,
+            End::Last => self.phase.samples.len() - 1 - self.count,
+        }
+    }
+
+    /// Whether contacts and joints can hold the body where it was last looked at, by the forces of this sample.
+    fn stands(&mut self, i: usize) -> bool {
+        let (context, kinematics) = (self.context, &self.kinematics);
+        kinematics.gravity_torques(context.robot, &mut self.gravity);
+        let forces_W: &[Vec<Vector3<f64>>] = &self.phase.samples[self.begin() + i].forces_W;
+        let (closed, gravity) = (&self.phase.task.closed, self.gravity.as_slice());
+        stands(context, closed, &self.shares, kinematics, gravity, forces_W)
+    }
+
     /// Whether a few samples keep to their limits.
     fn seems_free(&mut self, T: &DVector<f64>) -> bool {
         let step = (self.count / LOOKS).max(1);
         (0..=self.count)
             .step_by(step)
-            .all(|i| self.at(i, T).is_some())
+            .all(|i| self.at(i, T).is_some() && self.stands(i))
     }
 
     /// The samples; nothing where one of them is not as it should be.
     fn bent(&mut self, T: &DVector<f64>) -> Option<Vec<Instance>> {
         let (context, phase) = (self.context, self.phase);
-        let n = phase.samples.len() - 1;
-        let begin = if self.end == End::First {
-            0
-        } else {
-            n - self.count
-        };
+        let begin = self.begin();
         let mut clearances = ClearanceMonitor::new(context, &phase.task);
         let mut worst = None;
         let mut places_W: Vec<Vec<Point3<f64>>> = Vec::new();
         let mut samples = Vec::with_capacity(self.count + 1);
         for i in 0..=self.count {
             let (u, q) = self.at(i, T)?;
+            // What rests bear at the new places, the contacts can.
+            if !self.stands(i) {
+                return None;
+            }
             clearances.look(&self.kinematics, u, &mut worst);
             if let Some(failure) = worst {
                 tracing::debug!("no way through: {}", failure.describe());
@@ -249,12 +270,7 @@ impl<'a> Way<'a> {
         };
         let (step, _) = trajectory.longest_step();
         let near = step <= STEP_PART * context.posture.clearance_m && trajectory.coarse <= 1.0;
-        // What rests bear at the new places, the contacts can.
-        let mut whole: Vec<&Instance> = phase.samples.iter().collect();
-        whole.splice(begin..=begin + self.count, &trajectory.samples);
-        let mut pace = Pace::along(context, phase, curve(whole.into_iter()));
-        let stands = (begin..=begin + self.count).all(|i| pace.stands(i as f64 / n as f64));
-        tracing::debug!("through: near {near}, stands {stands}");
-        (near && stands).then_some(trajectory.samples)
+        tracing::debug!("through: near {near}");
+        near.then_some(trajectory.samples)
     }
 }

@@ -136,7 +136,7 @@ impl Projection {
     }
 
     /// Takes what is left of the equations' residual away by least-norm steps from `q`, whose kinematics these
-    /// are; there are to be no bounds.
+    /// are; there are to be no bounds. A patch that may turn keeps to how it has turned.
     pub fn close(&mut self, ask: &Ask, q: &mut Configuration, kinematics: &mut Kinematics) {
         for step in 0..CLOSING {
             let left = self.equations.update(ask.robot, ask.target, kinematics);
@@ -145,7 +145,9 @@ impl Projection {
                 return;
             }
             self.lambda.clear();
-            self.lambda.extend(self.equations.r.iter().map(|r| -r));
+            let rows = self.equations.r.iter().zip(&self.equations.freedom);
+            self.lambda
+                .extend(rows.map(|(r, free)| if *free > 0.0 { 0.0 } else { -r }));
             self.least_norm(ask.robot.nv());
             self.step.clear();
             let steps = self.y.iter().zip(ask.weight);
@@ -358,5 +360,14 @@ mod tests {
         let mut again = q.clone();
         projection.solve(&ask, &reference, &mut again, &mut kinematics);
         assert!(q.difference(&again).amax() < 1e-5);
+        // It is put back to its place, and not turned back to its pose.
+        let mut closed = q.clone();
+        closed.p_WB.x += 1e-3;
+        kinematics.update(&robot, &closed);
+        projection.close(&ask, &mut closed, &mut kinematics);
+        let X_WC = pose(&kinematics, right);
+        assert!((X_WC.translation.vector - away.translation.vector).norm() < 1e-6);
+        let still = X_WC.rotation.angle_to(&away.rotation);
+        assert!((still - turned).abs() < 0.1 * turned, "{still} {turned}");
     }
 }

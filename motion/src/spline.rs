@@ -66,26 +66,36 @@ impl Spline {
             let diagonal = if i + 1 < n { 4.0 } else { 2.0 };
             ratio.push(1.0 / (diagonal - ratio[i - 1]));
         }
-        let y = |i: usize, k: usize| self.value[i * dim + k];
+        let (value, second) = (&self.value, &mut self.second);
+        let y = |i: usize, k: usize| value[i * dim + k];
         let scale = 6.0 / (h * h);
+        let last = (n - 1) * dim;
         for k in 0..dim {
-            let (first, last) = match ends {
+            let (begin, end) = match ends {
                 Ends::Rest => (0.0, 0.0),
                 Ends::Free => (slope(h, n, |i| y(i, k)), -slope(h, n, |i| y(n - 1 - i, k))),
             };
-            self.second[k] = scale * (y(1, k) - y(0, k) - h * first) * ratio[0];
-            for (i, ratio) in ratio.iter().enumerate().skip(1) {
-                let right = if i + 1 < n {
-                    scale * (y(i + 1, k) - 2.0 * y(i, k) + y(i - 1, k))
-                } else {
-                    scale * (h * last - y(i, k) + y(i - 1, k))
-                };
-                self.second[i * dim + k] = (right - self.second[(i - 1) * dim + k]) * ratio;
+            second[k] = scale * (y(1, k) - y(0, k) - h * begin) * ratio[0];
+            second[last + k] = scale * (h * end - y(n - 1, k) + y(n - 2, k));
+        }
+        // Knot by knot, all coordinates of one beside each other.
+        for i in 1..n {
+            let (done, rest) = second.split_at_mut(i * dim);
+            let row = done[(i - 1) * dim..].iter().zip(&mut rest[..dim]);
+            if i + 1 == n {
+                row.for_each(|(before, now)| *now = (*now - before) * ratio[i]);
+                continue;
+            }
+            let three = value[(i - 1) * dim..].iter().zip(&value[i * dim..]);
+            let three = three.zip(&value[(i + 1) * dim..]);
+            for ((before, now), ((low, y), high)) in row.zip(three) {
+                *now = (scale * (high - 2.0 * y + low) - before) * ratio[i];
             }
         }
         for i in (0..n - 1).rev() {
-            for k in 0..dim {
-                self.second[i * dim + k] -= ratio[i] * self.second[(i + 1) * dim + k];
+            let (row, after) = second.split_at_mut((i + 1) * dim);
+            for (now, after) in row[i * dim..].iter_mut().zip(&after[..dim]) {
+                *now -= ratio[i] * after;
             }
         }
     }
@@ -115,11 +125,12 @@ impl Spline {
             Order::Second => (0.0, 0.0, a, b),
         };
         let (low, high) = (i * dim, (i + 1) * dim);
-        for (k, out) in out.iter_mut().enumerate().take(dim) {
-            *out = y * self.value[low + k]
-                + yb * self.value[high + k]
-                + m * self.second[low + k]
-                + mb * self.second[high + k];
+        let values = self.value[low..high]
+            .iter()
+            .zip(&self.value[high..high + dim]);
+        let seconds = (self.second[low..high].iter()).zip(&self.second[high..high + dim]);
+        for (out, ((low, high), (bend, bend_b))) in out.iter_mut().zip(values.zip(seconds)) {
+            *out = y * low + yb * high + m * bend + mb * bend_b;
         }
     }
 }

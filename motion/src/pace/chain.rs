@@ -39,7 +39,7 @@ const KINK: f64 = 0.08;
 pub(crate) fn least_s(context: &MotionContext, phase: &PhaseTrajectory, pieces: usize) -> f64 {
     let mut pace = Pace::new(context, phase);
     let mut places = pace.places(pieces);
-    let mut grid = Grid::new(vec![pace.limited(&mut places, &[])]);
+    let mut grid = Grid::new(vec![pace.limited(&mut places, &[], Vec::new())]);
     let law = smooth(&mut grid, context.config, ROUGHLY);
     law.map_or(0.0, |(law, over)| law.duration_s() * over)
 }
@@ -98,25 +98,27 @@ fn suited(paces: &mut [Pace], config: &Config) -> (Grid, Vec<Vec<Lean>>) {
     let places = paces.par_iter_mut().map(|pace| pace.places(PLACES));
     let mut places: Vec<Vec<Place>> = places.collect();
     let mut leans = vec![Vec::new(); paces.len()];
-    let mut best = leans.clone();
+    let (mut best, mut known) = (leans.clone(), vec![Vec::new(); paces.len()]);
     let mut before = f64::INFINITY;
     for _ in 0..PASSES {
         let rows = paces.par_iter().zip(&mut places).zip(&leans);
         let rows = rows.map(|((pace, places), leans)| {
+            let mut memory = Vec::new();
             let some = some(places).enumerate().map(|(i, place)| {
                 pace.bear(place, leans.get(i).unwrap_or(&Lean::new()));
-                &*place
+                pace.limits(place, &mut memory)
             });
-            pace.limits(some)
+            some.collect()
         });
-        let Some((law, _)) = smooth(&mut Grid::new(rows.collect()), config, ROUGHLY) else {
+        let mut grid = Grid::new(rows.collect());
+        let Some((law, _)) = smooth(&mut grid, config, ROUGHLY) else {
             break;
         };
         let time = law.duration_s();
         if time >= before {
             break;
         }
-        best = leans;
+        (best, known) = (leans, grid.into_own());
         if time > WORTH * before {
             break;
         }
@@ -133,8 +135,8 @@ fn suited(paces: &mut [Pace], config: &Config) -> (Grid, Vec<Vec<Lean>>) {
         });
         leans = next.collect();
     }
-    let rows = paces.par_iter().zip(&mut places).zip(&best);
-    let rows = rows.map(|((pace, places), leans)| pace.limited(places, leans));
+    let rows = paces.par_iter().zip(&mut places).zip(&best).zip(known);
+    let rows = rows.map(|(((pace, places), leans), known)| pace.limited(places, leans, known));
     (Grid::new(rows.collect()), best)
 }
 
@@ -209,7 +211,8 @@ fn sampled(
     [s, rate, bend]: [f64; 3],
     span: [f64; 2],
 ) -> (Paced, Excess) {
-    let mut rows = Vec::new();
+    let mut rows = std::mem::take(&mut pace.memory);
+    rows.clear();
     let mut at = |pace: &mut Pace, s: f64| {
         let along = (s - k as f64).clamp(0.0, 1.0);
         let place = pace.place(along, &between(leans, along));
@@ -226,13 +229,13 @@ fn sampled(
     } else {
         rows.clear();
     }
-    let rows = binding(&mut rows);
     let excess = Excess {
         s,
         span,
         over,
-        rows,
+        rows: binding(&mut rows),
     };
+    pace.memory = rows;
     (pace.paced(&place, rate, bend), excess)
 }
 

@@ -1,8 +1,8 @@
 //! The dynamics of a phase at one place of its path.
 
-use nalgebra::{DVector, Vector3, Vector6};
-use robot_model::JointKind;
+use nalgebra::{Vector3, Vector6};
 
+use super::standing::{relieve, share};
 use super::{Lean, Pace, Place, places_before};
 use crate::interpolation::Instant;
 use crate::sampling::Instance;
@@ -40,14 +40,14 @@ impl Pace<'_> {
     }
 
     /// What is the same at `s` whether it is gone through or not, borne by nothing yet.
-    pub(super) fn resting(&mut self, s: f64) -> Place {
+    fn resting(&mut self, s: f64) -> Place {
         let robot = self.context.robot;
         let path = self.curve.at(s);
-        let at_rest = self.shares.at_rest(&self.blended(s));
-        let kinematics = &mut self.kinematics;
+        self.blend(s);
+        let at_rest = self.shares.at_rest(&self.still_W);
+        let (kinematics, gravity) = (&mut self.kinematics, &mut self.gravity);
         kinematics.update(robot, &path.q);
-        let mut gravity = DVector::zeros(robot.nv());
-        kinematics.gravity_torques(robot, &mut gravity);
+        kinematics.gravity_torques(robot, gravity);
         let bare = gravity.iter().skip(6).map(|tau| [*tau, 0.0, 0.0]);
         let joints_W =
             (1..robot.bodies.len()).map(|b| [kinematics.axis_W[b], kinematics.origin_W[b]]);
@@ -72,64 +72,38 @@ impl Pace<'_> {
 
     /// Lets the forces at a place lean like this.
     pub(super) fn bear(&self, place: &mut Place, lean: &Lean) {
-        let (robot, shares, com_W) = (self.context.robot, &self.shares, &place.com_W);
-        let [rest, a, b] = place.needs;
+        let (shares, com_W) = (&self.shares, &place.com_W);
+        let [_, a, b] = place.needs;
         // What leans has no resultant, and the shares make up for what it has.
         let parts = place.at_rest.iter().zip(&place.loads).enumerate();
+        let parts = parts.map(|(i, (f, load))| match lean.get(i) {
+            Some(part) => [*f, part * a * *load, part * b * *load],
+            None => [*f, Vector3::zeros(), Vector3::zeros()],
+        });
         place.forces_W.clear();
-        place
-            .forces_W
-            .extend(parts.map(|(i, (f, load))| match lean.get(i) {
-                Some(part) => [*f, part * a * *load, part * b * *load],
-                None => [*f, Vector3::zeros(), Vector3::zeros()],
-            }));
-        let has = shares.resultants(com_W, &place.forces_W);
-        let needed = [rest - has[0], a - has[1], b - has[2]];
-        let weights = shares.weights(&place.loads);
-        let shared = shares.shared(&weights, com_W, needed);
-        for (forces, shared) in place.forces_W.iter_mut().zip(shared) {
-            forces
-                .iter_mut()
-                .zip(shared)
-                .for_each(|(f, share)| *f += share);
-        }
+        place.forces_W.extend(parts);
+        let forces_W = &mut place.forces_W;
+        share(shares, &place.loads, com_W, place.needs, forces_W);
         // What the joints exert for it.
         place.tau.clone_from(&place.bare);
-        for (number, closed) in self.phase.task.closed.iter().enumerate() {
-            let mut wrenches = [(Vector3::zeros(), Vector3::zeros()); 3];
-            let own = place.forces_W.iter().zip(&shares.points);
-            for (forces, p) in own.filter(|(_, p)| p.contact == number) {
-                for ((force, moment), f) in wrenches.iter_mut().zip(forces) {
-                    *force += f;
-                    *moment += p.p_W.cross(f);
-                }
-            }
-            let mut body = robot.patches[closed.patch].body;
-            while let Some(parent) = robot.bodies[body].parent {
-                let [axis, origin] = &place.joints_W[body - 1];
-                for (tau, (force, moment)) in place.tau[body - 1].iter_mut().zip(&wrenches) {
-                    *tau -= match robot.bodies[body].kind {
-                        JointKind::Prismatic => axis.dot(force),
-                        _ => axis.dot(&(moment - origin.cross(force))),
-                    };
-                }
-                body = parent;
-            }
-        }
+        let (robot, closed) = (self.context.robot, &self.phase.task.closed);
+        let joint_W = |body: usize| place.joints_W[body - 1];
+        relieve(robot, closed, shares, joint_W, forces_W, &mut place.tau);
     }
 
-    /// The forces of the path at `s`, between those of its samples.
-    fn blended(&self, s: f64) -> Vec<Vec<Vector3<f64>>> {
+    /// Writes the forces of the path at `s`, between those of its samples.
+    fn blend(&mut self, s: f64) {
         let samples = &self.phase.samples;
         let at = s * (samples.len() - 1) as f64;
         let i = (at as usize).min(samples.len() - 2);
         let part = at - i as f64;
         let Instance { forces_W: low, .. } = &samples[i];
         let contacts = low.iter().zip(&samples[i + 1].forces_W);
-        let mix = |(a, b): (&Vec<Vector3<f64>>, &Vec<Vector3<f64>>)| {
-            a.iter().zip(b).map(|(a, b)| a.lerp(b, part)).collect()
-        };
-        contacts.map(mix).collect()
+        self.still_W.resize(low.len(), Vec::new());
+        for (out, (a, b)) in self.still_W.iter_mut().zip(contacts) {
+            out.clear();
+            out.extend(a.iter().zip(b).map(|(a, b)| a.lerp(b, part)));
+        }
     }
 }
 

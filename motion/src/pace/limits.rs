@@ -5,7 +5,8 @@ use posture::Contact;
 use robot_model::pyramid_axes_W;
 
 use super::smoothing::binding;
-use super::{Lean, Pace, Parts, Place, UNLOADED_N};
+use super::standing::uses;
+use super::{CONE_INSIDE, Pace, Parts, Place, UNLOADED_N};
 use crate::problem::MotionContext;
 use crate::time_law::Row;
 
@@ -40,18 +41,13 @@ const CONE_SIDES: [[f64; 2]; 8] = {
         [c, -s],
     ]
 };
-const CONE_INSIDE: f64 = 0.923_879_532_511_286_7;
 
 impl Pace<'_> {
-    /// The limits that bind at these places.
-    pub(super) fn limits<'p>(&self, places: impl Iterator<Item = &'p Place>) -> Vec<Vec<Row>> {
-        let mut rows = Vec::new();
-        let binding = places.map(|place| {
-            rows.clear();
-            self.rows(place, &mut rows);
-            binding(&mut rows)
-        });
-        binding.collect()
+    /// The limits that bind at a place; `memory` is for all of them.
+    pub(super) fn limits(&self, place: &Place, memory: &mut Vec<Row>) -> Vec<Row> {
+        memory.clear();
+        self.rows(place, memory);
+        binding(memory)
     }
 
     /// Appends every limit at one place.
@@ -89,7 +85,7 @@ impl Pace<'_> {
         for (v, a) in v.iter().zip(a) {
             both([0.0, *v, *a], config.joint_acceleration_rad_s2);
         }
-        let (_, torque_use) = self.uses();
+        let (_, torque_use) = uses(self.context);
         for (tau, body) in place.tau.iter().zip(robot.joint_bodies()) {
             let limit = body.effort * torque_use;
             if limit > 0.0 && limit.is_finite() {
@@ -99,46 +95,13 @@ impl Pace<'_> {
         self.bearing(place.forces_W.iter().copied(), |row| rows.push(row));
     }
 
-    /// Whether contacts and joints can hold the body at rest at `s`.
-    pub fn stands(&mut self, s: f64) -> bool {
-        let mut place = self.resting(s);
-        self.bear(&mut place, &Lean::new());
-        let (friction_use, torque_use) = self.uses();
-        let bodies = self.context.robot.joint_bodies().iter();
-        let mut torques = place.tau.iter().zip(bodies);
-        let holds = torques.all(|([tau, ..], body)| {
-            let bound = body.effort > 0.0 && body.effort.is_finite();
-            !bound || tau.abs() <= body.effort * torque_use
-        });
-        let mut forces = place.forces_W.iter().zip(&self.shares.points);
-        holds
-            && forces.all(|([f, ..], point)| {
-                let contact = &self.phase.task.closed[point.contact];
-                let normal = f.dot(&contact.normal_W());
-                let across = (f - contact.normal_W() * normal).norm();
-                normal > -UNLOADED_N
-                    && across
-                        <= CONE_INSIDE * contact.friction * friction_use * normal.max(0.0)
-                            + UNLOADED_N
-            })
-    }
-
-    /// Parts of the friction and of the torques that are used at most.
-    fn uses(&self) -> (f64, f64) {
-        let (config, posture) = (self.context.config, self.context.posture);
-        (
-            config.friction_use.max(posture.friction_use),
-            config.torque_use.max(posture.torque_use),
-        )
-    }
-
     /// Forces push, inside eight sides of their contact's cone whose edges are on it.
     pub(super) fn bearing(
         &self,
         forces_W: impl Iterator<Item = Parts<Vector3<f64>>>,
         mut limit: impl FnMut(Row),
     ) {
-        let (friction_use, _) = self.uses();
+        let (friction_use, _) = uses(self.context);
         for (forces_W, point) in forces_W.zip(&self.shares.points) {
             let contact = &self.phase.task.closed[point.contact];
             let axes = &self.cone_axes[point.contact];

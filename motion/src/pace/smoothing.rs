@@ -59,6 +59,11 @@ impl Grid {
         grid
     }
 
+    /// The limits of every phase, those included that were taken in.
+    pub fn into_own(self) -> Vec<Vec<Vec<Row>>> {
+        self.own
+    }
+
     /// The phase of a parameter, and how far along its places that is.
     fn along(&self, s: f64) -> (usize, f64) {
         let k = (s.max(0.0) as usize).min(self.own.len() - 1);
@@ -140,6 +145,15 @@ pub(super) fn binding(rows: &mut [Row]) -> Vec<Row> {
             top = *row;
         }
     }
+    // What is under both ends is under every line between corners.
+    let (mut count, least) = (0, left.b.min(right.b));
+    for i in 0..rows.len() {
+        if rows[i].b > least {
+            rows.swap(i, count);
+            count += 1;
+        }
+    }
+    let rows = &mut rows[..count];
     let mut hull = vec![left];
     corners(rows, [left, top], &mut hull);
     corners(rows, [top, right], &mut hull);
