@@ -1,6 +1,7 @@
-use nalgebra::{Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::*;
+use crate::free_space::RayEnd;
 
 /// Points as an eye 1.4 m over the origin sees them, a hundredth of the distance apart: of the floor from 0.6 to 2 m
 /// ahead and of `things`, each with its height at a place of the floor.
