@@ -19,8 +19,9 @@ const LANES: usize = 8;
 /// The planes of faces.
 pub(super) struct Plates<'a> {
     pub all: Vec<Plate<'a>>,
-    /// Coefficients of the planes n·p = b: those of n one after the other, then b.
-    lanes: Vec<[[f64; LANES]; 4]>,
+    /// Of each plane n·p = b the coordinates of n, and b; those of the middle of its face, and the square of how far
+    /// from that on the plane a point may be of it.
+    lanes: Vec<[[f64; LANES]; 8]>,
 }
 
 impl<'a> Plates<'a> {
@@ -28,14 +29,12 @@ impl<'a> Plates<'a> {
         let all: Vec<Plate> = faces.iter().filter_map(Plate::of).collect();
         let lanes = all.chunks(LANES).map(|plates| {
             // Nothing is near a plane that is none.
-            let mut lanes = [
-                [0.0; LANES],
-                [0.0; LANES],
-                [0.0; LANES],
-                [f64::INFINITY; LANES],
-            ];
+            let mut lanes = [[0.0; LANES]; 8];
+            lanes[3] = [f64::INFINITY; LANES];
             for (k, plate) in plates.iter().enumerate() {
-                let of = [plate.n_W.x, plate.n_W.y, plate.n_W.z, plate.b_m];
+                let (n, (middle, reach_m)) = (plate.n_W, plate.reach());
+                let of = [n.x, n.y, n.z, plate.b_m, middle.x, middle.y, middle.z];
+                let of = of.into_iter().chain([reach_m * reach_m]);
                 lanes.iter_mut().zip(of).for_each(|(lane, x)| lane[k] = x);
             }
             lanes
@@ -56,10 +55,14 @@ impl<'a> Plates<'a> {
         let p = &seen.p_W;
         // As near as it is known along the ray, and so across a plane.
         let most_m = NEAR_MIN_M.max(SIGMAS * seen.sigma_m);
-        for (first, [x, y, z, b]) in (0..).step_by(LANES).zip(&self.lanes) {
+        for (first, [x, y, z, b, u, v, w, reach]) in (0..).step_by(LANES).zip(&self.lanes) {
             let mut off_m = [0.0; LANES];
             for k in 0..LANES {
                 off_m[k] = (x[k] * p.x + y[k] * p.y + z[k] * p.z - b[k]).abs();
+                let way = [p.x - u[k], p.y - v[k], p.z - w[k]];
+                let away = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+                let beyond = away - off_m[k] * off_m[k] > reach[k];
+                off_m[k] = if beyond { f64::INFINITY } else { off_m[k] };
             }
             let is_near = |near, off_m: &f64| near | i64::from(*off_m <= most_m);
             if off_m.iter().fold(0, is_near) == 0 {
@@ -131,9 +134,20 @@ impl<'a> Plate<'a> {
         })
     }
 
+    /// The middle of the cells in W, and how far from that on the plane a point may be of it at most, m.
+    fn reach(&self) -> (Point3<f64>, f64) {
+        let rows = self.on.len() / self.cols;
+        let half = |cells: usize| 0.5 * cells as f64 * FACE_CELL_M;
+        let (x, y) = (half(self.cols), half(rows));
+        let middle = Point3::new(self.low[0] + x, self.low[1] + y, 0.0);
+        // One cell more than is asked for below, for rounding.
+        let more = (AROUND + 1) as f64 * FACE_CELL_M;
+        (self.X_FW.inverse() * middle, (x + more).hypot(y + more))
+    }
+
     /// How far a point `off_m` from the plane is off it as a part of what it may be, where it is of it; less than 0 in
     /// the face: where one face ends and another one goes on it is in the other.
-    fn off(&self, off_m: f64, seen: &RayEnd, way_W: &Vector3<f64>) -> Option<f64> {
+    pub(super) fn off(&self, off_m: f64, seen: &RayEnd, way_W: &Vector3<f64>) -> Option<f64> {
         let most_m = NEAR_MIN_M.max(SIGMAS * seen.sigma_m * self.across(way_W));
         if off_m > most_m {
             return None;
