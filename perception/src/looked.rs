@@ -44,8 +44,10 @@ pub(crate) fn looked(
         .as_ref()
         .map_or(count, |image| image.width)
         .max(1);
-    for (number, row) in (0..count).step_by(width).enumerate() {
-        for i in (row..count.min(row + width)).step_by(STEP) {
+    for (number, first) in (0..count).step_by(width).enumerate() {
+        let columns = (count - first).min(width);
+        for u in (0..columns).step_by(STEP) {
+            let i = first + u;
             let is_held = on_face.get(i) == Some(&true);
             let beside = asked.beside && !is_held;
             // Of each row of an image others than of the next.
@@ -55,23 +57,28 @@ pub(crate) fn looked(
             }
             // An image is a third of its points to fetch.
             let p_V = match &scan.depth {
-                Some(image) => image.point(i),
+                Some(image) => image.point(u, number),
                 None => Point3::from(scan.cloud.points[i].map(f64::from)),
             };
             let range = (p_V.coords - scan.eye_V).norm();
             // Not where a coordinate is not a number.
-            if range <= range_max_m {
-                let p_W = turn * p_V + X_WV.translation.vector;
-                if held {
-                    found.held.push(p_W);
+            if range > range_max_m || range.is_nan() {
+                continue;
+            }
+            let p_W = turn * p_V + X_WV.translation.vector;
+            if held {
+                found.held.push(p_W);
+            }
+            if asked.through || beside {
+                let sigma = scan.noise.sigma_z_m(range);
+                let systematic = scan.noise.systematic_ratio * range;
+                let sigma_m = (sigma * sigma + systematic * systematic).sqrt();
+                let end = RayEnd { p_W, sigma_m };
+                if asked.through {
+                    found.points.push(end);
                 }
-                if asked.through || beside {
-                    let sigma = scan.noise.sigma_z_m(range);
-                    let systematic = scan.noise.systematic_ratio * range;
-                    let sigma_m = (sigma * sigma + systematic * systematic).sqrt();
-                    let end = RayEnd { p_W, sigma_m };
-                    found.points.extend(asked.through.then_some(end));
-                    found.beside.extend(beside.then_some(end));
+                if beside {
+                    found.beside.push(end);
                 }
             }
         }

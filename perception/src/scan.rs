@@ -70,11 +70,12 @@ impl Scan {
 }
 
 impl DepthImage {
-    /// The point of a pixel by its place in the rows, NaN where there is none.
-    pub(crate) fn point(&self, i: usize) -> Point3<f64> {
-        let (k, z) = (&self.intrinsics, f64::from(self.z_m[i]));
+    /// The point of the pixel in a column and a row, NaN where there is none.
+    #[inline]
+    pub(crate) fn point(&self, u: usize, v: usize) -> Point3<f64> {
+        let (k, z) = (&self.intrinsics, f64::from(self.z_m[v * self.width + u]));
         let z = if z > 0.0 { z } else { f64::NAN };
-        let (u, v) = ((i % self.width) as f64, (i / self.width) as f64);
+        let (u, v) = (u as f64, v as f64);
         Point3::new((u - k.cx) / k.fx * z, (v - k.cy) / k.fy * z, z)
     }
 

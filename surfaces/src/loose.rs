@@ -8,15 +8,16 @@
 //! until each part about fills a box. Each part is the hull of its points and of a little behind them.
 
 mod grazing;
+mod plates;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use crate::conservative_bodies::behind_W;
-use crate::free_space::{FreeSpace, RayEnd, SIGMAS};
-use crate::outline::Outline;
-use crate::{Face, FaceId, Obstacle};
+use crate::free_space::FreeSpace;
+use crate::{Face, Obstacle};
+use plates::Plates;
 
 /// Side of the cells in which points are counted, m.
 const CELL_M: f64 = 0.05;
@@ -30,14 +31,8 @@ const POINTS_MIN: usize = 6;
 const POINT_M: f64 = 0.005;
 /// Nearer to a plane points are of it, m.
 const NEAR_MIN_M: f64 = 0.02;
-/// Side of the cells in which it is known where a face is, m.
-const FACE_CELL_M: f64 = 0.02;
-/// So many of them around a face its plane goes on.
-const AROUND: isize = 15;
 /// Planes are across each other from this angle on (its sine, squared).
 const ACROSS: f64 = 0.5;
-/// Most cells of a face: faces of a kilometre are no faces.
-const CELLS_MAX: usize = 4_000_000;
 /// A thing that fills less of its box is cut where it is longer than a few cells: one of no plane, and one beside a
 /// face, of which a hull would fill inner corners.
 const BOX_FILLED: [f64; 2] = [0.3, 0.6];
@@ -48,30 +43,28 @@ type Cell = [i64; 3];
 
 /// Bodies of what the views show beside the faces: those of the planes of faces in their order, then those of none.
 pub fn loose(faces: &[Face], views: &[&FreeSpace]) -> Vec<Obstacle> {
-    let plates: Vec<Plate> = faces.iter().filter_map(Plate::of).collect();
+    let around = Plates::new(faces);
+    let plates = &around.all;
     // 1. Points in the cells of the plane that they are of, and of none, each with its share of a full cell.
     let mut cells: Vec<BTreeMap<Cell, Vec<Loose>>> = Vec::new();
     cells.resize_with(plates.len() + 1, BTreeMap::new);
+    let mut near: Vec<(f64, usize)> = Vec::new();
     for (number, view) in views.iter().enumerate() {
         for seen in &view.beside {
             let way_W = seen.p_W - view.eye_W;
-            let near = plates.iter().enumerate();
-            let near = near.filter_map(|(k, plate)| Some((plate.off(seen, &way_W)?, k)));
-            let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0));
+            if !around.beside(seen, &way_W, &mut near) {
+                continue;
+            }
             let facing = view.density * (CELL_M / way_W.norm()).powi(2);
-            let (to, at, full, ends_W) = match nearest {
-                Some((off, _)) if off < 0.0 => continue,
-                Some((_, k)) => {
+            let (to, at, full, ends_W) = match near.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
+                Some(&(_, k)) => {
                     let plate = &plates[k];
                     let mut foot_W = seen.p_W - plate.n_W * plate.height_m(&seen.p_W);
                     // The end of a riser is not over the tread.
-                    for across in &plates {
+                    for across in near.iter().map(|(_, across)| &plates[*across]) {
                         let t_W = across.n_W - plate.n_W * plate.n_W.dot(&across.n_W);
                         let height_m = across.height_m(&foot_W);
-                        if t_W.norm_squared() > ACROSS
-                            && height_m > 0.0
-                            && across.off(seen, &way_W).is_some()
-                        {
+                        if t_W.norm_squared() > ACROSS && height_m > 0.0 {
                             foot_W -= t_W * (height_m / t_W.norm_squared());
                         }
                     }
@@ -97,7 +90,7 @@ pub fn loose(faces: &[Face], views: &[&FreeSpace]) -> Vec<Obstacle> {
         grazing::weigh(cells, views);
     }
     // 2. Cells that touch, cut into parts, and their bodies.
-    let mut bodies = Vec::new();
+    let (mut bodies, mut points) = (Vec::new(), Vec::new());
     let space = [Vector3::x(), Vector3::y(), Vector3::z()];
     for (k, mut cells) in cells.into_iter().enumerate() {
         let plate = plates.get(k);
@@ -118,11 +111,10 @@ pub fn loose(faces: &[Face], views: &[&FreeSpace]) -> Vec<Obstacle> {
             }
         }
         for (number, part) in parts.iter().enumerate() {
-            let ends = part
-                .iter()
-                .flat_map(|cell| &cells[cell])
-                .flat_map(|p| p.ends_W);
-            let points: Vec<Point3<f64>> = ends.collect();
+            points.clear();
+            for seen in part.iter().flat_map(|cell| &cells[cell]) {
+                points.extend_from_slice(&seen.ends_W);
+            }
             let axes = plate.map_or(&space[..], |plate| &plate.tangents_W);
             bodies.push(Obstacle {
                 id: match plate {
@@ -172,92 +164,6 @@ impl Loose {
     }
 }
 
-/// Where a face is, in cells of its plane, for many questions.
-struct Plate<'a> {
-    id: &'a FaceId,
-    X_FW: Isometry3<f64>,
-    /// The plane n·p = b in W, and its tangents.
-    n_W: Vector3<f64>,
-    b_m: f64,
-    tangents_W: [Vector3<f64>; 2],
-    low: [f64; 2],
-    cols: usize,
-    /// Row by row, whether the face is there.
-    on: Vec<bool>,
-}
-
-impl<'a> Plate<'a> {
-    fn of(face: &'a Face) -> Option<Self> {
-        let (low, high) = Outline::from(&face.region).bounds()?;
-        let count = |axis: usize| ((high[axis] - low[axis]) / FACE_CELL_M).ceil().max(1.0) as usize;
-        let (cols, rows) = (count(0), count(1));
-        let mut on = vec![false; cols.checked_mul(rows).filter(|n| *n <= CELLS_MAX)?];
-        let middle = |axis: usize, k: usize| low[axis] + (k as f64 + 0.5) * FACE_CELL_M;
-        let mut crossed: Vec<f64> = Vec::new();
-        for (y, row) in on.chunks_exact_mut(cols).enumerate() {
-            // Where the row's line goes in and out of the region.
-            let at = middle(1, y);
-            crossed.clear();
-            crossed.extend(face.region.segments().filter_map(|(_, [a, b])| {
-                let across = (a.y > at) != (b.y > at);
-                across.then(|| a.x + (at - a.y) / (b.y - a.y) * (b.x - a.x))
-            }));
-            crossed.sort_by(f64::total_cmp);
-            for ends in crossed.chunks_exact(2) {
-                let cell = |x: f64| ((x - low.x) / FACE_CELL_M).round().max(0.0) as usize;
-                let [first, end] = [ends[0], ends[1]].map(|x| cell(x).min(cols));
-                row[first..end].fill(true);
-            }
-        }
-        let (n_W, turn) = (face.normal_W(), face.X_WF.rotation);
-        Some(Self {
-            id: &face.id,
-            X_FW: face.X_WF.inverse(),
-            n_W,
-            b_m: n_W.dot(&face.X_WF.translation.vector),
-            tangents_W: [turn * Vector3::x(), turn * Vector3::y()],
-            low: [low.x, low.y],
-            cols,
-            on,
-        })
-    }
-
-    /// How far a point is off the plane as a part of what it may be, where it is of it; less than 0 in the face: where
-    /// one face ends and another one goes on it is in the other.
-    #[inline]
-    fn off(&self, seen: &RayEnd, way_W: &Vector3<f64>) -> Option<f64> {
-        let off_m = self.height_m(&seen.p_W).abs();
-        // As near as it is known along the ray, and so across the plane.
-        let may_be = off_m <= NEAR_MIN_M.max(SIGMAS * seen.sigma_m);
-        may_be.then(|| self.off_near(off_m, seen, way_W)).flatten()
-    }
-
-    fn off_near(&self, off_m: f64, seen: &RayEnd, way_W: &Vector3<f64>) -> Option<f64> {
-        let most_m = NEAR_MIN_M.max(SIGMAS * seen.sigma_m * self.across(way_W));
-        let p = self.X_FW * seen.p_W;
-        let [x, y] = [0, 1].map(|axis| ((p[axis] - self.low[axis]) / FACE_CELL_M).floor() as isize);
-        let (cols, rows) = (self.cols as isize, (self.on.len() / self.cols) as isize);
-        let around = |x: isize, cells: isize| (-AROUND..cells + AROUND).contains(&x);
-        if off_m > most_m || !around(x, cols) || !around(y, rows) {
-            return None;
-        }
-        let within = (0..cols).contains(&x) && (0..rows).contains(&y);
-        Some(match within && self.on[(y * cols + x) as usize] {
-            true => -1.0,
-            false => off_m / most_m,
-        })
-    }
-
-    fn height_m(&self, p_W: &Point3<f64>) -> f64 {
-        self.n_W.dot(&p_W.coords) - self.b_m
-    }
-
-    /// The sine of the angle between a ray and the plane.
-    fn across(&self, way_W: &Vector3<f64>) -> f64 {
-        self.n_W.dot(way_W).abs() / way_W.norm()
-    }
-}
-
 /// The cells that touch one another from the first on, taken out of those that are left.
 fn connected(first: Cell, left: &mut BTreeSet<Cell>) -> Vec<Cell> {
     let mut thing = vec![first];
@@ -295,17 +201,22 @@ fn cut(part: Vec<Cell>, box_filled: f64, parts: &mut Vec<Vec<Cell>>) {
         .for_each(|half| cut(half, box_filled, parts));
 }
 
+/// Directions in which a body's corners are found, and three that fill up what a processor takes at once.
+const WAYS: usize = 16;
+
 /// The corners of the hull that are farthest out in directions all around, of points that have a width along axes.
 fn outermost(points: &[Point3<f64>], axes: &[Vector3<f64>]) -> Vec<Point3<f64>> {
-    // Half of the directions to the corners, edges and sides of a cube: the other half is opposite.
-    let ways: [Vector3<f64>; 13] = std::array::from_fn(|k| {
-        Vector3::new(k % 3, k / 3 % 3, k / 9).map(|step| step as f64 - 1.0)
-    });
-    let (mut low, mut high) = ([f64::INFINITY; 13], [f64::NEG_INFINITY; 13]);
-    let (mut low_at, mut high_at) = ([0_u64; 13], [0_u64; 13]);
+    // Half of the directions to the corners, edges and sides of a cube, the other half is opposite: their components
+    // along each axis.
+    let along = |axis: u32| -> [f64; WAYS] {
+        std::array::from_fn(|k| (k / 3_usize.pow(axis) % 3) as f64 - 1.0)
+    };
+    let [x, y, z] = [0, 1, 2].map(along);
+    let (mut low, mut high) = ([f64::INFINITY; WAYS], [f64::NEG_INFINITY; WAYS]);
+    let (mut low_at, mut high_at) = ([0_u64; WAYS], [0_u64; WAYS]);
     for (at, p) in (0..).zip(points) {
-        for k in 0..13 {
-            let along = p.coords.dot(&ways[k]);
+        for k in 0..WAYS {
+            let along = p.x * x[k] + p.y * y[k] + p.z * z[k];
             let [is_low, is_high] = [along < low[k], along > high[k]];
             low[k] = if is_low { along } else { low[k] };
             low_at[k] = if is_low { at } else { low_at[k] };
@@ -314,14 +225,16 @@ fn outermost(points: &[Point3<f64>], axes: &[Vector3<f64>]) -> Vec<Point3<f64>> 
         }
     }
     let mut corners: Vec<Point3<f64>> = Vec::new();
-    for (d, at) in ways.iter().zip(low_at.into_iter().zip(high_at)) {
+    let ways = (0..13).map(|k| Vector3::new(x[k], y[k], z[k]));
+    for (d, at) in ways.zip(low_at.into_iter().zip(high_at)) {
         let point = |at: u64| points.get(at as usize).copied().unwrap_or_default();
         let (low, high) = (point(at.0), point(at.1));
-        let most = |a: &&Vector3<f64>, b: &&Vector3<f64>| a.dot(d).abs().total_cmp(&b.dot(d).abs());
+        let most =
+            |a: &&Vector3<f64>, b: &&Vector3<f64>| a.dot(&d).abs().total_cmp(&b.dot(&d).abs());
         let out = axes
             .iter()
             .max_by(most)
-            .map_or(*d, |axis| axis * axis.dot(d).signum());
+            .map_or(d, |axis| axis * axis.dot(&d).signum());
         for corner in [low - out * POINT_M, high + out * POINT_M] {
             if !corners.contains(&corner) {
                 corners.push(corner);

@@ -257,7 +257,7 @@ fn open(ring: &LineString<f64>) -> Vec<[f64; 2]> {
 /// no point of the ring farther away than `tolerance_m`; the flattest go first.
 fn without_tips(ring: &[Point2<f64>], tolerance_m: f64) -> Vec<Point2<f64>> {
     let mut kept: Vec<usize> = (0..ring.len()).collect();
-    // How far the ring is off the edge that leaves a corner out; infinite where it turns right.
+    // How far the ring is off the edge that leaves a corner out; infinite where it turns right, or that is too far.
     let off_m = |kept: &[usize], i: usize| {
         let count = kept.len();
         let (before, after) = (kept[(i + count - 1) % count], kept[(i + 1) % count]);
@@ -265,17 +265,25 @@ fn without_tips(ring: &[Point2<f64>], tolerance_m: f64) -> Vec<Point2<f64>> {
         if (b - a).perp(&(c - b)) < 0.0 {
             return f64::INFINITY;
         }
-        let between = (1..).map(|k| (before + k) % ring.len());
-        let between = between.take_while(|k| *k != after);
-        let off = between.map(|k| distance_to_segment(&ring[k], a, c));
-        off.fold(0.0, f64::max)
+        let (mut k, mut off_m) = (before, 0.0_f64);
+        loop {
+            k = if k + 1 < ring.len() { k + 1 } else { 0 };
+            if k == after {
+                return off_m;
+            }
+            off_m = off_m.max(distance_to_segment(&ring[k], a, c));
+            if off_m > tolerance_m {
+                return f64::INFINITY;
+            }
+        }
     };
     let mut offs_m: Vec<f64> = (0..ring.len()).map(|i| off_m(&kept, i)).collect();
     while kept.len() > 3 {
-        let least = (0..offs_m.len()).min_by(|i, j| offs_m[*i].total_cmp(&offs_m[*j]));
-        let Some(i) = least.filter(|i| offs_m[*i] <= tolerance_m) else {
+        let least = |best: usize, i: usize| if offs_m[i] < offs_m[best] { i } else { best };
+        let i = (1..offs_m.len()).fold(0, least);
+        if offs_m[i] > tolerance_m {
             break;
-        };
+        }
         kept.remove(i);
         offs_m.remove(i);
         // The corners beside it have other edges now.

@@ -39,6 +39,8 @@ pub(super) fn close(
 ) -> (Bits, Bits) {
     let (width, lens) = (image.width, image.lens());
     let mut none = Bits::of(labels, width, |label| label == NONE);
+    let uneven = |region: &Region| unevenness(&lens, &region.plane, noise);
+    let uneven: Vec<f64> = regions.iter().map(uneven).collect();
     // Along the rows, then down the columns. A gap ends at pixels with a label: to close it changes no
     // other one.
     for (down, step) in [(false, 1), (true, width)] {
@@ -56,15 +58,12 @@ pub(super) fn close(
             let other = labels[first + gap * step];
             // The planes before and after the gap, from its first pixel on, and how far they allow a pixel to be off.
             let from = |label: u16| {
-                let plane = &regions[usize::from(label)].plane;
+                let label = usize::from(label);
+                let plane = &regions[label].plane;
                 let (x, y) = (u as f64 - image.centre.0, v as f64 - image.centre.1);
                 let slope = if down { plane.0.y } else { plane.0.x };
                 let own = plane.at(x, y);
-                (
-                    own,
-                    slope,
-                    surely_off(own, unevenness(&lens, plane, noise), noise),
-                )
+                (own, slope, surely_off(own, uneven[label], noise))
             };
             let before = from(label);
             let after = if other == label { before } else { from(other) };

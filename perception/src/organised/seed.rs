@@ -1,5 +1,7 @@
 //! Where regions begin: blocks and strips of planar cells that fit one plane.
 
+use std::ops::Range;
+
 use super::bits::Bits;
 use super::image::Grid;
 use super::moments::squares;
@@ -19,10 +21,10 @@ pub(super) const BLOCK: Shape = Shape { cols: 3, rows: 3 };
 pub(super) const STRIPS: [Shape; 2] = [Shape { cols: 6, rows: 1 }, Shape { cols: 1, rows: 6 }];
 
 impl Shape {
-    /// Its cells, row by row, from the first one on.
-    fn cells(self, first: usize, grid: &Grid) -> impl Iterator<Item = usize> + Clone {
+    /// Its rows of cells from the first cell on.
+    fn rows(self, first: usize, grid: &Grid) -> impl Iterator<Item = Range<usize>> {
         let starts = (0..self.rows).map(move |k| first + k * grid.cols);
-        starts.flat_map(move |start| start..start + self.cols)
+        starts.map(move |start| start..start + self.cols)
     }
 
     /// Calls `found` where its cells all are open and fit one plane: with the mean square about
@@ -79,15 +81,15 @@ impl Shape {
     }
 }
 
-/// The cells of a seed that [`places`] found with the same shapes.
-pub(super) fn cells_of(
+/// The rows of cells of a seed that [`places`] found with the same shapes.
+pub(super) fn rows_of(
     seed: Seed,
     shapes: &[Shape],
     grid: &Grid,
-) -> impl Iterator<Item = usize> + Clone {
+) -> impl Iterator<Item = Range<usize>> {
     // In its lower half is the first cell times the number of shapes, plus which of them it is.
     let (place, count) = (seed as u32, shapes.len() as u32);
-    shapes[(place % count) as usize].cells((place / count) as usize, grid)
+    shapes[(place % count) as usize].rows((place / count) as usize, grid)
 }
 
 /// The cells of these shapes that are not `shut` and fit one plane, in no order. `limit` is the

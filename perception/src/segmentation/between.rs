@@ -30,14 +30,17 @@ pub(super) fn ends(view: &View, set: &[u16], count: usize) -> Vec<Ends> {
     let none = (u32::MAX, 0);
     let new = |_| Ends([vec![none; view.rows], vec![none; view.cols]]);
     let mut all: Vec<Ends> = (0..count).map(new).collect();
-    for (y, x) in (0..view.rows).flat_map(|y| (0..view.cols).map(move |x| (y, x))) {
-        let shown = view.at(y * view.cols + x);
-        let Some(set) = shown.map(|cell| set[cell]).filter(|set| *set != NONE) else {
-            continue;
-        };
-        let [rows, cols] = &mut all[usize::from(set)].0;
-        for (ends, at) in [(&mut rows[y], x), (&mut cols[x], y)] {
-            *ends = (ends.0.min(at as u32), ends.1.max(at as u32));
+    for y in 0..view.rows {
+        for x in 0..view.cols {
+            let shown = view.at(y * view.cols + x);
+            let Some(set) = shown.map(|cell| set[cell]).filter(|set| *set != NONE) else {
+                continue;
+            };
+            let [rows, cols] = &mut all[usize::from(set)].0;
+            let (row, col) = (&mut rows[y], &mut cols[x]);
+            // Places come in order.
+            *row = (row.0.min(x as u32), x as u32);
+            *col = (col.0.min(y as u32), y as u32);
         }
     }
     all
@@ -76,6 +79,9 @@ impl Lines {
                     cells += 1;
                     nearer += usize::from(side == Ordering::Less);
                     beyond += usize::from(side == Ordering::Greater);
+                    if beyond >= BEYOND_CELLS {
+                        break;
+                    }
                 }
                 let is_hidden = cells > 0 && nearer as f64 >= HIDDEN_RATIO * f64::from(cells);
                 *match (beyond >= BEYOND_CELLS, is_hidden) {

@@ -83,11 +83,16 @@ impl Mask {
     /// The cells that are inside with all eight around them: the face's edge is not in them.
     fn interior(&self) -> Self {
         let mut inside = vec![false; self.cells.len()];
+        let mut columns = vec![false; self.cols];
         for y in 1..self.rows.saturating_sub(1) {
-            let rows = [y - 1, y, y + 1].map(|y| &self.cells[y * self.cols..(y + 1) * self.cols]);
+            let [above, here, below] =
+                [y - 1, y, y + 1].map(|y| &self.cells[y * self.cols..(y + 1) * self.cols]);
+            for (((all, a), b), c) in columns.iter_mut().zip(above).zip(here).zip(below) {
+                *all = a & b & c;
+            }
             let line = &mut inside[y * self.cols..(y + 1) * self.cols];
-            for x in 1..self.cols.saturating_sub(1) {
-                line[x] = rows.iter().all(|row| row[x - 1] && row[x] && row[x + 1]);
+            for (inside, three) in line[1.min(self.cols)..].iter_mut().zip(columns.windows(3)) {
+                *inside = three[0] & three[1] & three[2];
             }
         }
         Self {

@@ -1,6 +1,7 @@
-use nalgebra::{Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::*;
+use crate::free_space::RayEnd;
 
 /// Points as an eye 1.4 m over the origin sees them, a hundredth of the distance apart: of the floor from 0.6 to 2 m
 /// ahead and of `things`, each with its height at a place of the floor.
@@ -222,4 +223,43 @@ fn a_few_points_of_a_thin_cloud_in_line_are_a_body_or_none() {
             assert!((0..3).all(|axis| wide(axis) >= 0.0099), "{body:?}");
         }
     }
+}
+
+#[test]
+fn planes_side_by_side_say_what_each_says_by_itself() {
+    let place = |k: usize| (k as f64 * 0.618_034).fract() - 0.5;
+    // More than lie side by side, turned and moved to anywhere within some metres.
+    let face = |k: usize| {
+        let [roll, pitch, yaw] = [1, 2, 3].map(|j| 6.0 * place(j * k + j));
+        let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+        let move_m = Translation3::new(4.0 * place(5 * k), 4.0 * place(7 * k), 2.0 * place(11 * k));
+        let size_m = [0.2 + 0.1 * (k % 7) as f64, 0.3 + 0.2 * (k % 3) as f64];
+        Face::rectangle(format!("f{k}"), Isometry3::from_parts(move_m, turn), size_m).unwrap()
+    };
+    let faces: Vec<Face> = (1..20).map(face).collect();
+    let plates = Plates::new(&faces);
+    let eye_W = Point3::new(0.0, 0.0, 1.4);
+    let (mut found, mut of_some, mut held) = (Vec::new(), 0, 0);
+    for k in 0..20_000 {
+        let p_W = Point3::new(5.0 * place(k), 5.0 * place(3 * k), 3.0 * place(17 * k));
+        let seen = RayEnd {
+            p_W,
+            sigma_m: 0.002 * (k % 20) as f64,
+        };
+        let way_W = p_W - eye_W;
+        let each = plates.all.iter().map(|plate| {
+            let off_m = plate.height_m(&p_W).abs();
+            plate.off(off_m, &seen, &way_W)
+        });
+        let each: Vec<Option<f64>> = each.collect();
+        let is_held = each.iter().flatten().any(|off| *off < 0.0);
+        assert_eq!(plates.beside(&seen, &way_W, &mut found), !is_held, "{p_W}");
+        if !is_held {
+            let of = (0..).zip(each).filter_map(|(k, off)| Some((off?, k)));
+            assert_eq!(found, of.collect::<Vec<_>>(), "{p_W}");
+        }
+        of_some += usize::from(!is_held && !found.is_empty());
+        held += usize::from(is_held);
+    }
+    assert!(of_some > 50 && held > 50, "{of_some} {held}");
 }
