@@ -112,7 +112,12 @@ pub fn propose(
         .iter()
         .map(|p| json!([p.link_a, p.link_b, format!("{:?}", p.reason)]))
         .collect();
+    // What is held is no joint of the robot that the files make.
+    let held: Vec<&str> = (found.iter().filter(|_| !given))
+        .flat_map(|of| of.held.iter().map(|(joint, _)| joint.as_str()))
+        .collect();
     let joints = robot.joint_names().zip(resting.joints.iter());
+    let joints = joints.filter(|(name, _)| !held.contains(name));
     let srdf = json!({
         "name": robot.name,
         "joints": joints.map(|(name, value)| json!([name, value])).collect::<Vec<_>>(),
@@ -141,8 +146,8 @@ fn other_side(name: &str) -> String {
 }
 
 /// The text of a contacts file.
-fn contacts(robot: &Robot, patches: &[Proposed]) -> Result<String> {
-    let patches = patches.iter().map(|p| {
+fn contacts(robot: &Robot, found: &[Proposed]) -> Result<String> {
+    let patches = found.iter().map(|p| {
         let [x, y, z]: [f64; 3] = p.X_LC.translation.vector.into();
         let (roll, pitch, yaw) = p.X_LC.rotation.euler_angles();
         let (position_m, rpy_rad) = ([x, y, z].map(rounded), [roll, pitch, yaw].map(rounded));
@@ -160,7 +165,13 @@ fn contacts(robot: &Robot, patches: &[Proposed]) -> Result<String> {
             "friction": patch.friction,
         })
     });
-    let said = json!({ "name": robot.name, "patches": patches.collect::<Vec<_>>() });
+    let held = found.iter().flat_map(|of| &of.held);
+    let held = held.map(|(joint, value)| json!([joint, value]));
+    let said = json!({
+        "name": robot.name,
+        "patches": patches.collect::<Vec<_>>(),
+        "held": held.collect::<Vec<_>>(),
+    });
     render(
         "contacts.toml",
         include_str!("propose/contacts.toml.jinja"),

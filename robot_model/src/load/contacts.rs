@@ -18,7 +18,12 @@
 //! radius_m = 0.02               # instead of a polygon
 //! roles = ["foot"]
 //! friction = 0.6
+//!
+//! [held]                        # joints that stay where they are, as if they were fixed, rad or m
+//! left_finger_joint = 1.2
 //! ```
+
+use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
@@ -26,13 +31,16 @@ use serde::Deserialize;
 
 use crate::{ContactPatch, Error, GREATEST_M, PatchKind, Robot};
 
-#[derive(Deserialize, JsonSchema)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "Contacts")]
 struct File {
     /// The patches.
     #[serde(default)]
     patch: Vec<Patch>,
+    /// Joints that are held where they are, as if they were fixed, rad or m, such as fingers.
+    #[serde(default)]
+    held: BTreeMap<String, f64>,
 }
 
 #[derive(Deserialize, JsonSchema)]
@@ -75,6 +83,11 @@ pub fn schema() -> schemars::Schema {
     schemars::schema_for!(File)
 }
 
+/// The joints that a contacts file holds, and where, rad or m; none of a file that [`read`] refuses.
+pub(super) fn held(text: &str) -> BTreeMap<String, f64> {
+    crate::toml_file::parse::<File>(text).map_or_else(|_| BTreeMap::new(), |file| file.held)
+}
+
 /// The patches of a contacts file on a robot.
 ///
 /// # Errors
@@ -91,7 +104,7 @@ pub(super) fn read(file: &str, text: &str, robot: &Robot) -> Result<Vec<ContactP
                 .into_iter()
                 .map(|mistake| Error::file(file, mistake)),
         );
-        File { patch: Vec::new() }
+        File::default()
     });
     let mut patches: Vec<ContactPatch> = Vec::new();
     for (number, patch) in parsed.patch.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! A tree of links → moving bodies, frames and limits: fixed links lumped, mimics locked.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
@@ -21,17 +22,27 @@ pub(super) struct Lumped {
     pub places: Vec<Option<(usize, Isometry3<f64>)>>,
 }
 
-/// Lumps links on fixed and locked joints into the bodies that move.
+/// Lumps links on fixed and locked joints into the bodies that move; joints of `held` are locked at their values, rad or m.
 ///
 /// # Errors
-/// Too many bodies. Limits or an axis that make no sense, a floating joint anywhere but under a dummy root, and what
+/// Too many bodies. A joint of `held` that is not there or does not come there, limits or an axis that make no sense, a floating joint anywhere but under a dummy root, and what
 /// [`inertia::check`] says are refused with all else.
 pub(super) fn lump(
     file: &str,
     urdf: &Urdf,
     tree: &Tree,
+    held: &BTreeMap<String, f64>,
     findings: &mut Findings,
 ) -> Result<Lumped, Error> {
+    for name in held.keys() {
+        let joints = urdf.robot.joints.iter().map(|j| j.name.as_str());
+        if joints.clone().all(|joint| joint != name) {
+            let place = Some("held joints of the contacts file");
+            findings
+                .refused
+                .push(Error::unknown(place, "joint", name, joints));
+        }
+    }
     let links = &urdf.robot.links;
     let root = base_of(urdf, tree, findings);
     let mut bodies = vec![base_body(links[root].name.clone())];
@@ -68,6 +79,7 @@ pub(super) fn lump(
             let joint = &urdf.robot.joints[j];
             let X_BJ = X_BL * pose(&joint.origin);
             let motion = motion_of(file, urdf, j, findings);
+            let motion = motion.and_then(|motion| hold(motion, held, findings));
             open.push(match findings.kept(motion) {
                 // What hangs on a joint that is refused is looked at, too.
                 None => (child, body, X_BJ, None),
@@ -196,6 +208,29 @@ fn motion_of(file: &str, urdf: &Urdf, j: usize, findings: &mut Findings) -> Resu
         velocity,
         ..base_body(String::new())
     })))
+}
+
+/// A joint's motion, locked where it is held.
+fn hold(
+    motion: Motion,
+    held: &BTreeMap<String, f64>,
+    findings: &mut Findings,
+) -> Result<Motion, Error> {
+    let Motion::Moves(body) = &motion else {
+        return Ok(motion);
+    };
+    let Some(&value) = held.get(&body.joint) else {
+        return Ok(motion);
+    };
+    if !(body.lower..=body.upper).contains(&value) {
+        let (name, lower, upper) = (&body.joint, body.lower, body.upper);
+        let cause = format!("it cannot be held at {value}: it moves from {lower} to {upper}");
+        return Err(Error::part("contacts", "joint", name, cause));
+    }
+    let at = format!("\"{}\" at {value}", body.joint);
+    findings.list("joints are held where the contacts file has them", at);
+    let axis = UnitVector3::new_normalize(body.axis);
+    Ok(Motion::Locked(moved(body.kind, &axis, value)))
 }
 
 /// The pose that a joint value gives.

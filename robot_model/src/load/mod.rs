@@ -191,7 +191,10 @@ fn put_together(
     let (file, text) = &texts.urdf;
     let urdf = urdf::parse(file, text)?;
     let tree = tree::of(file, &urdf)?;
-    let lumped = lump::lump(file, &urdf, &tree, findings)?;
+    let held = (texts.contacts.iter())
+        .flat_map(|(_, text)| contacts::held(text))
+        .collect();
+    let lumped = lump::lump(file, &urdf, &tree, &held, findings)?;
     let mut reader = shapes::ShapeReader {
         file,
         meshes,

@@ -7,12 +7,16 @@ use crate::collision::{Shape, ShapeGeometry};
 /// Points that lie this near to the foremost plane lie in it, m: hulls leave out half a millimetre, and
 /// soles are worn.
 const IN_PLANE_M: f64 = 0.002;
+/// Points of a round side lie this near, m: it is no sole that is worn, and rolls over what is not under it.
+const ROUND_M: f64 = 0.000_25;
 /// A face may look aside by this from the direction that is asked for: the cosine of 40°.
 const ASIDE: f64 = 0.766;
 /// Most vertices of a patch: forces act at each.
 const VERTICES: usize = 8;
 /// How far the middle of a face may be behind the very end, m.
 const BEHIND_M: f64 = 0.015;
+/// How far backward, against the direction of its end, the side of a hand may look: the sine of 10°.
+const BACK: f64 = 0.17;
 /// Points of a cylinder's rim.
 const RIM: usize = 16;
 
@@ -25,6 +29,8 @@ pub struct Flat {
     pub polygon: Vec<Point2<f64>>,
     /// Index of the shape that has most of it.
     pub shape: usize,
+    /// Indices of all shapes that have some of it.
+    pub of: Vec<usize>,
 }
 
 /// The largest flat face, among those foremost in some direction about `toward`, of placed shapes; its
@@ -34,19 +40,11 @@ pub fn flat(
     toward: &Vector3<f64>,
     ahead: &Vector3<f64>,
 ) -> Option<Flat> {
-    let turned = shapes.iter().flat_map(|(X_BG, shape)| {
-        normals(&shape.geometry)
-            .into_iter()
-            .map(move |n| X_BG.rotation * n)
-    });
-    let near = turned.filter(|n| n.dot(toward) > ASIDE);
     let mut candidates = vec![*toward];
-    for n in near {
-        // Triangles of one face have one normal up to rounding.
-        if candidates.iter().all(|c| c.dot(&n) < 1.0 - 1e-5) {
-            candidates.push(n);
-        }
-    }
+    candidates.extend(lying(shapes, toward));
+    candidates.extend(turned(shapes));
+    candidates.retain(|n| n.dot(toward) > ASIDE);
+    let candidates = apart(candidates);
     let faces = candidates.iter().filter_map(|n| foremost(shapes, n, ahead));
     // What is foremost seen aslant may lie far behind the end.
     let end = foremost_m(shapes, toward);
@@ -62,8 +60,49 @@ pub fn flat(
     })
 }
 
+/// The flat faces that placed shapes show to any side but backward, against `along`; x of their frames along it.
+pub fn sides(shapes: &[(Isometry3<f64>, &Shape)], along: &Vector3<f64>) -> Vec<Flat> {
+    let mut candidates = turned(shapes);
+    candidates.retain(|n| n.dot(along) > -BACK);
+    let faces = apart(candidates);
+    let faces = faces.iter().filter_map(|n| foremost(shapes, n, along));
+    faces.collect()
+}
+
+/// The normals of all flat faces of placed shapes.
+fn turned(shapes: &[(Isometry3<f64>, &Shape)]) -> Vec<Vector3<f64>> {
+    let of = |(X_BG, shape): &(Isometry3<f64>, &Shape)| {
+        let normals = normals(&shape.geometry).into_iter();
+        normals.map(|n| X_BG.rotation * n).collect::<Vec<_>>()
+    };
+    shapes.iter().flat_map(of).collect()
+}
+
+/// For each cylinder the direction nearest to `toward` in which it lies on a line of its side.
+fn lying(shapes: &[(Isometry3<f64>, &Shape)], toward: &Vector3<f64>) -> Vec<Vector3<f64>> {
+    let of = |(X_BG, shape): &(Isometry3<f64>, &Shape)| {
+        let ShapeGeometry::Cylinder { .. } = shape.geometry else {
+            return None;
+        };
+        let axis = X_BG.rotation * Vector3::z();
+        (toward - axis * axis.dot(toward)).try_normalize(1e-6)
+    };
+    shapes.iter().filter_map(of).collect()
+}
+
+/// One of each directions that are the same up to rounding: triangles of one face have one normal.
+fn apart(directions: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
+    let mut kept: Vec<Vector3<f64>> = Vec::new();
+    for n in directions {
+        if kept.iter().all(|c| c.dot(&n) < 1.0 - 1e-5) {
+            kept.push(n);
+        }
+    }
+    kept
+}
+
 /// How far placed shapes go along `d`, m.
-fn foremost_m(shapes: &[(Isometry3<f64>, &Shape)], d: &Vector3<f64>) -> f64 {
+pub fn foremost_m(shapes: &[(Isometry3<f64>, &Shape)], d: &Vector3<f64>) -> f64 {
     let along = |(X_BG, shape): &(Isometry3<f64>, &Shape)| {
         let p = X_BG * shape.geometry.support(&(X_BG.rotation.inverse() * d));
         p.coords.dot(d)
@@ -109,6 +148,7 @@ fn foremost(
         X_BC: Isometry3::from_parts(origin.into(), R),
         polygon: hull.iter().map(|p| Point2::from(p - middle)).collect(),
         shape,
+        of: (0..shapes.len()).filter(|k| count(k) > 0).collect(),
     })
 }
 
@@ -156,8 +196,12 @@ fn extreme(geometry: &ShapeGeometry, X_BG: &Isometry3<f64>, n: &Vector3<f64>) ->
             half_length_m,
             radius_m,
         } => {
+            // Around the line that it would lie on, as far as that is in the plane.
+            let lies = n_G.y.atan2(n_G.x);
+            let strip = (1.0 - ROUND_M / radius_m.max(ROUND_M)).acos();
             let around = (0..RIM).map(|k| std::f64::consts::TAU * k as f64 / RIM as f64);
-            let rim = around.flat_map(|a| {
+            let rim = around.chain([-1.0, 0.0, 1.0].map(|side| lies + 0.999 * side * strip));
+            let rim = rim.flat_map(|a| {
                 let (s, c) = a.sin_cos();
                 [1.0, -1.0]
                     .map(|side| Point3::new(radius_m * c, radius_m * s, side * half_length_m))

@@ -11,6 +11,7 @@ mod leg_reach;
 mod limb;
 mod limbs;
 mod mirror;
+mod palm;
 mod patches;
 mod rsdf;
 

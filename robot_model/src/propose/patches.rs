@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Point2, Point3, Vector3};
 
 use super::flat::{Flat, doubled_area, flat};
 use super::limb::{Limb, LimbKind};
+use super::palm;
 use super::rsdf::Surface;
 use crate::collision::Shape;
 use crate::collision::ball::{self, Ball};
@@ -38,6 +39,8 @@ pub struct Proposed {
     pub X_LC: Isometry3<f64>,
     /// How it was found, in a few words.
     pub why: String,
+    /// Joints of its fingers and where they are to be held for it, rad or m.
+    pub held: Vec<(String, f64)>,
 }
 
 /// The patches of every limb, and what is to be told of those that have none.
@@ -61,10 +64,12 @@ pub fn patches(
     let (mut found, mut notes) = (Vec::new(), Vec::new());
     for (limb, of) in limbs.iter().enumerate() {
         let finder = &finders[usize::from(of.kind == LimbKind::Arm)];
-        if of.mirror.is_none() {
+        // A neck or a tail has few joints.
+        if of.mirror.is_none() && of.bodies.len() < FLAT_JOINTS {
             let end = &robot.bodies[of.end()].name;
+            let joints = of.bodies.len();
             notes.push(format!(
-                "the limb that ends with {end} has no other side and gets no patch"
+                "the limb that ends with {end} has no other side, and too few joints ({joints}) for an arm: it gets no patch"
             ));
             continue;
         }
@@ -76,7 +81,10 @@ pub fn patches(
             found.extend(shipped.into_iter().take(1));
         } else {
             match finder.end(limb) {
-                Ok(patch) => found.push(patch),
+                Ok(proposed) => {
+                    notes.extend(finder.flush(limb, &proposed.patch));
+                    found.push(proposed);
+                }
                 Err(why) => notes.push(format!("{}: no patch: {why}", finder.name(limb))),
             }
         }
@@ -156,9 +164,10 @@ impl Finder<'_> {
             LimbKind::Arm => {
                 // Along the forearm: from the elbow to the hand.
                 let hand = origins[bodies[0]];
-                let inner = limb.bodies.iter().map(|&b| origins[b]);
+                // Where an arm is folded its shoulder is near to the hand as well.
+                let inner = limb.bodies.iter().take_while(|&&b| b != bodies[0]);
                 let apart = |p: &Vector3<f64>| (hand - p).norm() > 0.15 * limb.length_m;
-                let elbow = inner.take_while(|p| apart(p)).last();
+                let elbow = inner.map(|&b| origins[b]).filter(apart).last();
                 let along = elbow.and_then(|p| (hand - p).try_normalize(1e-6));
                 along.ok_or("its forearm has no length")?
             }
@@ -166,18 +175,105 @@ impl Finder<'_> {
         let ball = ball::fit(&|d| foremost(&shapes, d), &toward);
         let face = flat(&shapes, &toward, &Vector3::x()).filter(|f| half_width_m(f) > HALF_WIDTH_M);
         let holds_flat = limb.kind == LimbKind::Arm || limb.bodies.len() >= FLAT_JOINTS;
+        // A wrist that is bent where its joints are neutral shows its side to where the forearm leads.
+        let is_end = |face: &Flat| {
+            limb.kind == LimbKind::Leg
+                || limb.mirror.is_some()
+                || shapes[face.shape].1.body >= limb.end()
+        };
         let is_ball = |b: &Ball| b.off_m < BALL_OFF_M && b.radius_m > BALL_OFF_M;
         match (ball, face) {
             (Some(ball), _) if is_ball(&ball) => Ok(self.of_ball(number, &bodies, ball)),
-            (_, Some(face)) if holds_flat => {
+            (_, Some(face)) if holds_flat && is_end(&face) => {
                 let shape = shapes[face.shape].1;
-                Ok(self.of_flat(number, face, shape, "the flat face at its end"))
+                let found = self.of_flat(number, &face, shape, "the flat face at its end");
+                let held = match limb.kind {
+                    LimbKind::Leg => Vec::new(),
+                    LimbKind::Arm => self.between(&bodies, &face, &shapes),
+                };
+                Ok(Proposed { held, ..found })
             }
             (Some(ball), _) if limb.kind == LimbKind::Leg => {
                 Ok(self.of_ball(number, &bodies, ball))
             }
-            _ => Err("its end is neither flat nor a ball".to_owned()),
+            _ => self
+                .side(number, &bodies, limb.end(), &toward)
+                .ok_or_else(|| {
+                    "its end is neither flat nor a ball, and no flat side of it stands out of the arm".to_owned()
+                }),
         }
+    }
+
+    /// What is to be told of a hand that the rest of its arm is too near to for it to touch anything.
+    fn flush(&self, number: usize, patch: &ContactPatch) -> Option<String> {
+        let limb = &self.limbs[number];
+        if limb.kind != LimbKind::Arm || patch.kind != PatchKind::Area {
+            return None;
+        }
+        let behind_m = palm::stands_out_m(self.robot, limb, patch.body, &patch.X_BC);
+        (behind_m < palm::BEHIND_M).then(|| {
+            format!(
+                "{}: the rest of its arm comes {:.0} mm behind it at most: it touches only with a smaller \
+                 posture.clearance_m (--set posture.clearance_m={:.3})",
+                patch.name,
+                1e3 * behind_m,
+                (0.9 * behind_m).max(0.0)
+            )
+        })
+    }
+
+    /// The side of a hand, palm or back, its fingers held out of the way; `along`: where its forearm leads.
+    fn side(
+        &self,
+        number: usize,
+        hand: &[usize],
+        palm: usize,
+        along: &Vector3<f64>,
+    ) -> Option<Proposed> {
+        let fingers = self.robot.subtree(palm).skip(1);
+        let fingers: Vec<usize> = fingers.filter(|b| hand.contains(b)).collect();
+        let shapes = self.placed(&[palm]);
+        let along = palm::own(&shapes, &self.kinematics.origin_W[palm], *along)?;
+        let is_usable = |face: &Flat| {
+            let X_BC = self.kinematics.X_WB[palm].inverse() * face.X_BC;
+            let limb = &self.limbs[number];
+            half_width_m(face) > HALF_WIDTH_M
+                && palm::stands_out_m(self.robot, limb, palm, &X_BC) > palm::BEHIND_M
+        };
+        let at = &self.kinematics;
+        let (face, held) = palm::side(self.robot, at, (&shapes, &along), &fingers, &is_usable)?;
+        let why = match held.is_empty() {
+            true => "the largest flat side of its hand",
+            false => {
+                "the largest flat side of its hand that its fingers, held, do not stand out of"
+            }
+        };
+        let found = self.of_flat(number, &face, shapes[face.shape].1, why);
+        Some(Proposed { held, ..found })
+    }
+
+    /// The joints between the bodies that have a face, and where they are: to be held, for it to be one.
+    fn between(
+        &self,
+        hand: &[usize],
+        face: &Flat,
+        shapes: &[(Isometry3<f64>, &Shape)],
+    ) -> Vec<(String, f64)> {
+        let bodies = || face.of.iter().map(|&k| shapes[k].1.body);
+        let (Some(first), Some(last)) = (bodies().min(), bodies().max()) else {
+            return Vec::new();
+        };
+        if first == last {
+            return Vec::new();
+        }
+        let neutral = self.robot.neutral();
+        let beyond = self
+            .robot
+            .subtree(first)
+            .skip(1)
+            .filter(|b| hand.contains(b));
+        let held = beyond.map(|b| (self.robot.bodies[b].joint.clone(), neutral.joints[b - 1]));
+        held.collect()
     }
 
     /// The bend of a limb, a ball: where a robot kneels or leans on its elbows.
@@ -211,8 +307,8 @@ impl Finder<'_> {
         Some(found)
     }
 
-    fn of_flat(&self, limb: usize, face: Flat, shape: &Shape, why: &str) -> Proposed {
-        let (link, X_WC, polygon) = (shape.link.clone(), face.X_BC, face.polygon);
+    fn of_flat(&self, limb: usize, face: &Flat, shape: &Shape, why: &str) -> Proposed {
+        let (link, X_WC, polygon) = (shape.link.clone(), face.X_BC, face.polygon.clone());
         let kind = PatchKind::Area;
         self.on(
             limb,
@@ -288,6 +384,7 @@ impl Finder<'_> {
             patch,
             X_LC: frame.inverse() * X_BC,
             why,
+            held: Vec::new(),
         }
     }
 }

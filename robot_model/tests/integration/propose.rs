@@ -231,3 +231,121 @@ fn pairs_are_excepted_with_a_reason_that_holds() {
     let met = meeting.filter(|m| never.iter().any(|p| m.is_of(&p.link_a, &p.link_b)));
     assert_eq!((never.is_empty(), met.count()), (false, 0));
 }
+
+/// Arms whose hands end in fingers, and single arms: what a hand touches with is on its shapes, nothing that is held beyond
+/// it stands out of it, and both sides' are about as large.
+#[test]
+fn hands_with_fingers_and_single_arms_have_a_side_to_touch_with() {
+    let Some(data) = robot_data() else { return };
+    let named = [
+        "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf",
+        "romeo_description/urdf/romeo_small.urdf",
+        "b1_description/urdf/b1-z1.urdf",
+        "anymal_b_simple_description/robots/anymal-kinova.urdf",
+    ];
+    for urdf in named.map(|name| data.join(name)) {
+        let robot = load(&RobotFiles::new(&urdf)).unwrap();
+        let found = proposed(&robot);
+        let hands = found.iter().filter(|p| p.patch.has_role("hand"));
+        let mut areas = Vec::new();
+        for Proposed { patch, held, .. } in hands {
+            let mut at = robot.neutral();
+            for (joint, value) in held {
+                at.joints[robot.joint_index(joint).unwrap()] = *value;
+            }
+            let kinematics = Kinematics::new(&robot, &at);
+            let X_WC = kinematics.X_WC(patch);
+            let out = X_WC.rotation * -Vector3::z();
+            // 1. It is as far out as anything of the body that bears it, and of its fingers.
+            for shape in robot.collision.shapes() {
+                if robot.subtree(patch.body).contains(&shape.body) {
+                    let X_WG = kinematics.X_WB[shape.body] * shape.X_BG;
+                    let p = X_WG * shape.geometry.support(&(X_WG.rotation.inverse() * out));
+                    let beyond = (p.coords - X_WC.translation.vector).dot(&out);
+                    assert!(
+                        beyond < 0.0011,
+                        "{}: {} by {beyond}",
+                        patch.name,
+                        shape.link
+                    );
+                }
+            }
+            // 2. Its outline is on the robot.
+            for v in &patch.polygon {
+                let p = X_WC * Point3::new(v.x, v.y, 0.0);
+                let bodies = 0..robot.bodies.len();
+                let off = bodies.map(|b| outside_shapes_m(&robot, &kinematics, b, &p));
+                let off = off.fold(f64::INFINITY, f64::min);
+                assert!(off < ON_SHAPE_M + 5e-4, "{}: {off}", patch.name);
+            }
+            let n = patch.polygon.len();
+            let part = |i: usize| {
+                patch.polygon[i]
+                    .coords
+                    .perp(&patch.polygon[(i + 1) % n].coords)
+            };
+            areas.push(0.5 * (0..n).map(part).sum::<f64>());
+        }
+        let urdf = urdf.display();
+        assert!(!areas.is_empty(), "{urdf}: no hands");
+        let least = areas.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(least > 5e-4, "{urdf}: {areas:?}");
+        assert!(areas.iter().all(|a| *a < 2.0 * least), "{urdf}: {areas:?}");
+    }
+}
+
+/// A wheel stands on the line of its rim that is below, not on a ball that is 22 mm off it.
+#[test]
+fn wheels_stand_on_their_rims() {
+    let Some(data) = robot_data() else { return };
+    let urdf = data.join("centauro_description/urdf/centauro.urdf");
+    let robot = load(&RobotFiles::new(urdf)).unwrap();
+    let found = proposed(&robot);
+    let feet = found.iter().filter(|p| p.patch.has_role("foot"));
+    let mut count = 0;
+    for Proposed { patch, X_LC, .. } in feet {
+        assert!(
+            (X_LC.translation.vector.norm() - 0.124).abs() < 1e-6,
+            "{}",
+            patch.name
+        );
+        let wide = patch.polygon.iter().map(|v| v.y.abs()).fold(0.0, f64::max);
+        assert!((wide - 0.015).abs() < 1e-6, "{}: {wide}", patch.name);
+        count += 1;
+    }
+    assert_eq!(count, 4);
+}
+
+/// A joint that the contacts file holds moves nothing; where it does not come to it is refused, and so is one that is not there.
+#[test]
+fn joints_are_held_where_the_contacts_file_has_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let hrp2 = scenes().join("hrp2/hrp2.urdf");
+    let with = |held: &str| {
+        let path = folder.path().join("contacts.toml");
+        std::fs::write(&path, format!("[held]\n{held}\n")).unwrap();
+        let mut files = RobotFiles::new(&hrp2);
+        files.contacts = Some(path);
+        load(&files)
+    };
+    let free = load(&RobotFiles::new(&hrp2)).unwrap();
+    let held = with("LARM_JOINT5 = 0.2").unwrap();
+    assert_eq!(held.nj() + 1, free.nj());
+    let mut at = free.neutral();
+    at.joints[free.joint_index("LARM_JOINT5").unwrap()] = 0.2;
+    let (a, b) = (
+        Kinematics::new(&free, &at),
+        Kinematics::new(&held, &held.neutral()),
+    );
+    let place = |robot: &Robot, k: &Kinematics| {
+        let frame = robot.frame("LARM_LINK5").unwrap();
+        k.X_WB[frame.body] * frame.X_BL
+    };
+    let off = place(&free, &a).inverse() * place(&held, &b);
+    assert!(off.translation.vector.norm() + off.rotation.angle() < 1e-9);
+    assert!((a.com_W - b.com_W).norm() < 1e-9);
+    let refused = with("LARM_JOINT5 = 9.0").unwrap_err().to_string();
+    assert!(refused.contains("cannot be held at 9"), "{refused}");
+    let refused = with("LARM_JOINT55 = 0.0").unwrap_err().to_string();
+    assert!(refused.contains("LARM_JOINT5"), "{refused}");
+}
