@@ -4,11 +4,13 @@
 //! that is told. Where a wall that the border of a view cuts would be met if it went straight on, the plan rests on
 //! its ending there.
 
+mod footholds;
 mod walls;
 
 use std::fmt;
 
 use anyhow::Result;
+use footholds::HiddenFoothold;
 use nalgebra::{Point3, Vector3};
 use plan::{Motion, Plan};
 use robot_model::collision::{Hull, ShapeGeometry};
@@ -65,6 +67,9 @@ pub struct Unseen {
     pub deepest: Option<Place>,
     /// Walls that the border of a view cuts, and that would be met if they went straight on.
     pub walls: Vec<Wall>,
+    /// Faces that are touched where another one hides them from every view.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hidden: Vec<HiddenFoothold>,
 }
 
 /// How a way was sought around walls that would be met if they went straight on beyond the border of a view.
@@ -104,6 +109,18 @@ impl Unseen {
                 place.inside_m
             ));
         }
+        for HiddenFoothold {
+            face,
+            under,
+            patch,
+            stance,
+        } in &self.hidden
+        {
+            world.leaves_open(format!(
+                "if {face} goes on to below the edge of {under}, which hides it there from every view: {patch} rests on \
+                 that in stance {stance}"
+            ));
+        }
         if let Some(deepest) = &self.deepest {
             world.tells(format!(
                 "the robot goes through space that no view looked into: {:.0} % of the way, at most {:.2} m inside ({deepest})",
@@ -127,7 +144,11 @@ pub fn unseen(
     let moments = moments(plan, motion);
     match moments.is_empty() || views.is_empty() {
         true => Ok(None),
-        false => along(&moments, robot, &plan.faces, views).map(Some),
+        false => {
+            let mut found = along(&moments, robot, &plan.faces, views)?;
+            found.hidden = footholds::hidden(plan);
+            Ok(Some(found))
+        }
     }
 }
 

@@ -40,6 +40,9 @@ pub struct Config {
     /// How far a face may go on beyond the border of the view that cuts it, m.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub unseen_reach_m: f64,
+    /// How much of a tread the edge of the step before it may hide: it is taken to go on to below that edge, m.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub under_steps_m: f64,
     /// Parameters of the method of brossette2013.
     pub brossette2013: Brossette2013Config,
     /// Parameters of the LiDAR chain.
@@ -62,6 +65,7 @@ impl Default for Config {
             range_max_m: 5.0,
             unseen_depth_m: surfaces::UNSEEN_DEPTH_M,
             unseen_reach_m: 0.5,
+            under_steps_m: 0.3,
             brossette2013: Brossette2013Config::default(),
             lidar: LidarConfig::default(),
             registration: RegistrationConfig::default(),
@@ -83,6 +87,8 @@ impl Config {
         let unseen = "must be in [0, 1000] m";
         within("unseen_depth_m", self.unseen_depth_m, 0.0, 1e3, unseen)?;
         within("unseen_reach_m", self.unseen_reach_m, 0.0, 1e3, unseen)?;
+        let hidden = "must be in [0, 1] m";
+        within("under_steps_m", self.under_steps_m, 0.0, 1.0, hidden)?;
         self.brossette2013.check(self.range_max_m)?;
         self.lidar.check()
     }

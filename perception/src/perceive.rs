@@ -7,7 +7,7 @@ use surfaces::free_space::{FreeSpace, RayEnd};
 use surfaces::fuse::{self, View};
 use surfaces::level::apply_level_prior;
 use surfaces::loose::{is_loose, loose};
-use surfaces::{Face, LookedThrough, Terrain, fill_unseen};
+use surfaces::{Continued, Face, LookedThrough, Terrain, continue_under_steps, fill_unseen};
 
 use crate::extraction::Statistics;
 use crate::lidar::{LidarCalibration, LidarCloud, LidarCounts, segment_cloud};
@@ -155,6 +155,8 @@ pub enum Notice {
     Fused(fuse::Change),
     /// Bodies of what lies on no face.
     Loose(usize),
+    /// Treads that are taken to go on under the steps before them.
+    UnderSteps(Vec<Continued>),
 }
 
 impl fmt::Display for Notice {
@@ -222,6 +224,19 @@ impl fmt::Display for Notice {
                 f,
                 "{bodies} bodies of what was seen and lies on no face: only kept away from"
             ),
+            Self::UnderSteps(treads) => {
+                write!(
+                    f,
+                    "taken to go on to below the edges of the steps that hide them:"
+                )?;
+                treads.iter().enumerate().try_for_each(|(k, tread)| {
+                    let Continued {
+                        face, under, by_m, ..
+                    } = tread;
+                    let comma = if k > 0 { "," } else { "" };
+                    write!(f, "{comma} {face} by {by_m:.2} m under {under}")
+                })
+            }
         }
     }
 }
@@ -315,6 +330,13 @@ pub fn perceive(scans: &[PosedScan], config: &Config) -> Result<Perception, Erro
     let others = if several { &seen[..] } else { &[] };
     let unseen = fill_unseen(&mut found.terrain.faces, others, depth_m, reach_m);
     found.terrain.obstacles.extend(unseen);
+    // 7. Treads whose backs the steps before them hide.
+    let faces = &mut found.terrain.faces;
+    let (treads, columns) = continue_under_steps(faces, config.under_steps_m);
+    found.terrain.obstacles.extend(columns);
+    if !treads.is_empty() {
+        found.notices.push(Notice::UnderSteps(treads));
+    }
     Ok(found)
 }
 

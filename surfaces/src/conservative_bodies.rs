@@ -16,7 +16,7 @@ use crate::outline::Outline;
 use crate::{ConvexPolygon, Face, HalfPlane, Region, Source};
 
 /// A scanned face may go on beyond its region by this, m.
-const EDGE_M: f64 = 0.005;
+pub(crate) const EDGE_M: f64 = 0.005;
 /// What is this near to a body touches it and does not end it, m: the noise of neighbouring faces,
 /// such as the riser under the front edge of a tread.
 pub(crate) const TOUCH_M: f64 = 0.02;
@@ -86,7 +86,7 @@ pub(crate) fn behind_W(p_W: &Point3<f64>, eye_W: &Point3<f64>, depth_m: f64) -> 
 }
 
 /// Convex polygons that cover a face's region but for specks, each widened by `edge_m`.
-fn fronts(face: &Face, edge_m: f64) -> Vec<ConvexPolygon> {
+pub(crate) fn fronts(face: &Face, edge_m: f64) -> Vec<ConvexPolygon> {
     let mut fronts: Vec<ConvexPolygon> = Vec::new();
     for piece in cover(&face.region, &cover::BODIES).pieces {
         if cover::area_outside(&piece.polygon, &fronts) > REST_MAX_M2 || fronts.is_empty() {

@@ -15,6 +15,7 @@
 //! | F ⊖ insets | the part that is surely the face's, and a convex part of that | [`Face::inset_region`], [`outline::Outline::convex_around`] |
 //! | ∪ P_i ⊂ F | a region as few large convex pieces | [`cover`] |
 //! | | what was seen and lies on no face | [`mod@loose`] |
+//! | F ∪ strip | treads that go on under the steps that hide them | [`continue_under_steps`] |
 //! | F ⊕ edge | convex bodies that surely cover what is behind it | [`Face::bodies_W`], [`fill_unseen`] |
 //! | σ² = gᵀ Σ g | a plane's covariance at a point, in another frame | [`covariance`] |
 //! | Σ Hᵀ S⁻¹ h | what "it is level" adds to a plane | [`level`] |
@@ -68,6 +69,7 @@ mod pose;
 mod region;
 pub mod role;
 mod terrain;
+mod under_steps;
 mod unseen;
 
 pub use config::{
@@ -84,4 +86,5 @@ pub use polygon::{ConvexPolygon, HalfPlane};
 pub use pose::Pose;
 pub use region::{Edge, Region, Ring};
 pub use terrain::{TERRAIN_FORMAT, Terrain};
+pub use under_steps::{Continued, continue_under_steps};
 pub use unseen::fill_unseen;
