@@ -49,6 +49,7 @@ mod config;
 mod dense;
 mod equations;
 mod error;
+mod evening;
 pub mod failure;
 mod generate;
 mod inequalities;
