@@ -30,6 +30,10 @@ const OPTIMALITY: f64 = 5e-3;
 /// far along the way is out of an arm's reach as what is far beside it is.
 const BEYOND_PRICE: f64 = 5.0;
 
+/// Price of another limb's contact that is made for nothing yet, in contacts: one that helps a foot is known before it
+/// is made (`support`).
+const AIMLESS_PRICE: f64 = 2.0;
+
 /// Normals whose cosine is larger are those of one plane, up to a tenth of a degree.
 const ONE_PLANE: f64 = 1.0 - 2e-6;
 
@@ -88,7 +92,11 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
             let is_wanted = context.request.goal.contacts.contains(&(patch, face));
             if is_wanted || !offered.iter().any(same) {
                 offered.push((normal, foothold.place));
-                children.push(touch(context, index, node, foothold));
+                let mut child = touch(context, index, node, foothold);
+                if context.foot(patch).is_none() {
+                    child.priority += AIMLESS_PRICE;
+                }
+                children.push(child);
             }
         }
     }
@@ -96,7 +104,7 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
 }
 
 /// The faces that a patch may touch and that may be within its reach from the contacts of a node.
-fn within_reach(context: &SearchContext, node: &Node, patch: PatchId) -> Vec<FaceIndex> {
+pub(crate) fn within_reach(context: &SearchContext, node: &Node, patch: PatchId) -> Vec<FaceIndex> {
     let radius_m = context.request.robot.patches[patch].point_radius_m();
     let boxes = node.contacts.iter().map(|held| {
         let reach_m = context.reach.span_m(patch, held.patch) + radius_m.unwrap_or(0.0);
@@ -197,20 +205,26 @@ pub(crate) fn solve(
 ) -> Result<Option<Solved>, Error> {
     let mut contacts = node.contacts.clone();
     let mut along_m = node.along_m(context);
-    match &candidate.change {
-        Move::Remove(patch) => {
-            for contact in contacts.iter_mut().filter(|c| c.patch == *patch) {
-                contact.loaded = false;
+    for change in std::iter::once(&candidate.change).chain(&candidate.purpose) {
+        // What was made before the last of them bears.
+        let of = |c: &Contact| c.patch == change.patch();
+        contacts.iter_mut().for_each(|c| c.loaded = true);
+        match change {
+            Move::Remove(_) => {
+                for contact in contacts.iter_mut().filter(|c| of(c)) {
+                    contact.loaded = false;
+                }
             }
-        }
-        Move::Add(foothold) => {
-            let Some(contact) = foothold.contact(context) else {
-                return Ok(None);
-            };
-            contacts.push(contact);
-            if let Some(foot) = context.foot(foothold.patch) {
-                let last = node.feet(context)[foot].along_m;
-                along_m += (foothold.along_m - last) / context.feet.len() as f64;
+            Move::Add(foothold) => {
+                let Some(contact) = foothold.contact(context) else {
+                    return Ok(None);
+                };
+                contacts.retain(|c| !of(c));
+                contacts.push(contact);
+                if let Some(foot) = context.foot(foothold.patch) {
+                    let last = node.feet(context)[foot].along_m;
+                    along_m += (foothold.along_m - last) / context.feet.len() as f64;
+                }
             }
         }
     }
@@ -234,7 +248,7 @@ pub(crate) fn solve(
         _ => posture::solve(&problem, &config)?,
     };
     let lift_off_blocked = match &outcome {
-        Outcome::Feasible(posture) => {
+        Outcome::Feasible(posture) if candidate.purpose.is_empty() => {
             let stance = StanceRef {
                 contacts: &problem.contacts,
                 posture,

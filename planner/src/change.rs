@@ -30,6 +30,8 @@ pub(crate) struct Candidate {
     pub near: Option<Arc<Posture>>,
     /// The changes to follow on it, where several were planned together.
     pub then: Option<Vec<Move>>,
+    /// The changes that it is to make possible, where it is made for these alone.
+    pub purpose: Vec<Move>,
     /// The posture that the last of them was planned with: where its own is looked for.
     pub planned: Option<Arc<Posture>>,
 }
@@ -46,6 +48,7 @@ impl Candidate {
             charged: 0.0,
             near: None,
             then: None,
+            purpose: Vec::new(),
             planned: None,
         }
     }

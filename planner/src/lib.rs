@@ -21,6 +21,7 @@
 //! | the posture that a stance would like best | `nominal_posture` |
 //! | ways that nothing can hold the robot on, goals that lengths exclude | `steepness`, `out_of_reach` |
 //! | where the search comes no nearer | `staleness` |
+//! | which contacts of hands would help a foot | `support` |
 //! | nodes from solved candidates | `node_construction` |
 //! | what waits, in order | `frontier` |
 //! | the tree and its order | `search` |
@@ -86,6 +87,7 @@ mod shortest;
 mod sole_room;
 mod staleness;
 mod steepness;
+mod support;
 mod trace;
 mod tree;
 mod way;

@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use posture::{Contact, Freedom, Outcome, Problem};
+use posture::{Contact, Freedom, Outcome, Posture, Problem};
 use robot_model::Configuration;
 
 use crate::Error;
@@ -18,6 +18,38 @@ use crate::search::Search;
 /// A change that fails by more than this is not mended by other places of the contacts before it, as
 /// [`posture::Violation::amount`].
 const LITTLE: f64 = 0.05;
+
+/// The first of changes that were planned together, with the others to follow, all at the places of the posture that was found for
+/// the contacts that were asked for; as another candidate, whose price it has.
+pub(crate) fn one_by_one(
+    mut changes: Vec<Move>,
+    asked: &[Contact],
+    posture: Arc<Posture>,
+) -> Option<impl FnOnce(&Candidate) -> Candidate> {
+    for change in &mut changes {
+        let Move::Add(foothold) = change else {
+            continue;
+        };
+        let mut placed = asked.iter().zip(&posture.contacts);
+        let found = placed.find(|(c, _)| c.patch == foothold.patch);
+        foothold.exact = found.map(|(contact, state)| Contact {
+            X_WC: state.X_WC,
+            freedom: Freedom::Fixed,
+            loaded: false,
+            ..contact.clone()
+        });
+    }
+    let mut changes = changes.into_iter();
+    let change = changes.next()?;
+    let then: Vec<Move> = changes.collect();
+    Some(move |other: &Candidate| Candidate {
+        change,
+        then: Some(then),
+        purpose: Vec::new(),
+        planned: Some(posture),
+        ..other.clone()
+    })
+}
 
 impl Search<'_> {
     /// The first of the changes that put the contacts made before a failed change at places from which
@@ -103,28 +135,13 @@ impl Search<'_> {
         let Outcome::Feasible(posture) = outcome else {
             return Ok(None);
         };
-        let placed: Vec<(&Contact, _)> = problem.contacts.iter().zip(&posture.contacts).collect();
-        for change in &mut changes {
-            let Move::Add(foothold) = change else {
-                continue;
-            };
-            let found = placed.iter().find(|(c, _)| c.patch == foothold.patch);
-            foothold.exact = found.map(|(contact, state)| Contact {
-                X_WC: state.X_WC,
-                freedom: Freedom::Fixed,
-                loaded: false,
-                ..(*contact).clone()
-            });
-        }
-        drop(placed);
-        let mut changes = changes.into_iter();
-        Ok(changes.next().map(|change| Candidate {
-            node: first,
-            change,
-            then: Some(changes.collect()),
-            planned: Some(Arc::from(posture)),
-            ..failed.clone()
-        }))
+        let asked = problem.contacts;
+        Ok(
+            one_by_one(changes, &asked, Arc::from(posture)).map(|done| Candidate {
+                node: first,
+                ..done(failed)
+            }),
+        )
     }
 
     /// Puts the change that is to follow on one that has become a node on the frontier.

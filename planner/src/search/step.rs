@@ -162,6 +162,10 @@ impl<'a> Search<'a> {
         if !self.settle(candidate.node)? {
             return Ok(None);
         }
+        if !candidate.purpose.is_empty() {
+            self.lean(candidate, solved);
+            return Ok(None);
+        }
         let parent = &self.nodes[candidate.node];
         let is_first = candidate.tries == 0 && !candidate.is_variant();
         let next = candidate::next_place(&self.context, parent, &candidate).filter(|_| is_first);
@@ -219,6 +223,8 @@ impl<'a> Search<'a> {
                 let open = !blocked.proof && !candidate.is_spent();
                 let anew = self.place_anew(&candidate, blocked.amount, nearest.as_ref())?;
                 anew.into_iter().for_each(|anew| self.put(anew));
+                let supports = self.supports(&candidate);
+                supports.into_iter().for_each(|support| self.put(support));
                 let missed = blocked.amount.map_or(1.0, |m| (m / FAR).min(1.0));
                 // The reason so far, should its next turn never come.
                 self.blocked.push(*blocked);

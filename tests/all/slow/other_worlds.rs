@@ -185,7 +185,7 @@ fn a_real_staircase_is_climbed_from_a_bare_picture() {
 fn noise_does_not_make_the_search_for_a_hand_long() {
     let scene = scenes::builtin("slope-and-hand").expect("it ships");
     let file = root("scenes/scenes/slope-and-hand.toml");
-    let nodes = [9217, 9402, 9404].map(|seed| {
+    let nodes = [9217, 9402, 9404, 9728, 9742, 9744].map(|seed| {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = |name: &str| folder.path().join(name);
         let scan = scene.picture(&DepthNoise::default(), seed);
@@ -197,5 +197,7 @@ fn noise_does_not_make_the_search_for_a_hand_long() {
         number(&report["nodes_generated"])
     });
     // 345, 89 and 420 (of two searches) where what is planned together waits for its turn and a hand tries all along the wall.
-    assert!(nodes.iter().sum::<f64>() < 150.0, "{nodes:?}");
+    // The others 129, 217 and 243 where hands were put somewhere before it was known what for.
+    let [first, last] = [&nodes[..3], &nodes[3..]].map(|nodes| nodes.iter().sum::<f64>());
+    assert!(first < 150.0 && last < 200.0, "{nodes:?}");
 }
