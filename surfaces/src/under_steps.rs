@@ -8,6 +8,7 @@
 use nalgebra::{Point2, Point3, Vector2};
 
 use crate::conservative_bodies::{EDGE_M, fronts};
+use crate::unseen::JAG_M;
 use crate::{Edge, EdgeKind, Face, FaceId, Obstacle, Region, Source};
 
 /// Treads face up to this (cosine of their tilt).
@@ -18,8 +19,7 @@ const PARALLEL: f64 = 0.995;
 const RISE_M: std::ops::Range<f64> = 0.03..0.3;
 /// A face that is deeper than this with what is hidden is no tread, m: there is room on what was seen of it.
 const TREAD_MAX_M: f64 = 0.5;
-/// The edge of a step is straight to so much, m, where it hides a tread over so much of its length.
-const STRAIGHT_M: f64 = 0.02;
+/// The edge of a step hides a tread over so much of its length at least, m; it is straight but for its jags.
 const LENGTH_MIN_M: f64 = 0.15;
 /// A tread may be seen so much before it comes out of a step's shadow, m, by the errors of both, and so much behind it:
 /// rays that graze an edge are lost.
@@ -164,7 +164,7 @@ fn line_along(places: &[Point2<f64>]) -> Option<([Point2<f64>; 2], Vector2<f64>)
     let (low_m, high_m) = offs.fold((0.0_f64, 0.0_f64), |(low, high), off| {
         (low.min(off), high.max(off))
     });
-    (high_m - low_m <= STRAIGHT_M).then(|| ([a, b].map(|p| p + inward * high_m), inward))
+    (high_m - low_m <= JAG_M).then(|| ([a, b].map(|p| p + inward * high_m), inward))
 }
 
 /// Where the edge of a step is, seen from above, that hides how a tread goes on at a vertex `p` of its ring: the first

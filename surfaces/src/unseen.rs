@@ -24,7 +24,7 @@ pub(crate) const CORNER_M: f64 = 0.1;
 /// Corners this near to a line are on it, m.
 const STRAIGHT_M: f64 = 0.02;
 /// A jagged edge is seen so far inside the line on which it ends, m: rays that graze an edge are lost.
-const JAG_M: f64 = 0.04;
+pub(crate) const JAG_M: f64 = 0.04;
 /// An edge tells where a face ends for as many times as far as it was seen straight.
 pub(crate) const TELLS: f64 = 3.0;
 /// An edge that leads to the border at a flatter angle does not tell how the face goes on (its sine).
