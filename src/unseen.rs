@@ -68,7 +68,6 @@ pub struct Unseen {
     /// Walls that the border of a view cuts, and that would be met if they went straight on.
     pub walls: Vec<Wall>,
     /// Faces that are touched where another one hides them from every view.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub hidden: Vec<HiddenFoothold>,
 }
 

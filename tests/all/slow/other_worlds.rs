@@ -7,7 +7,9 @@
 
 use std::path::{Path, PathBuf};
 
-use scenes::simulator::DepthNoise;
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use scenes::simulator::{DepthNoise, XTION, scan};
+use scenes::truth::{OrientedBox, Truth};
 
 #[cfg(feature = "mujoco")]
 use crate::support::program::list;
@@ -178,6 +180,72 @@ fn a_real_staircase_is_climbed_from_a_bare_picture() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let paths: [&Path; 2] = [&scan, folder.path()];
     ends_with(&format!("{line} -o @"), &paths, 1, &["--level", "tilted"]);
+}
+
+/// Stairs down from a landing that ends at x = 0.8 m: four treads 0.3 m deep, 0.14 m below each other. From 1.2 m over the
+/// landing a third of each tread is hidden, and no sole has room on the rest.
+#[test]
+fn stairs_are_gone_down_on_the_condition_that_treads_go_on_where_steps_hide_them() {
+    let cuboid = |k: usize, from: f64, to: f64, z: f64| {
+        let middle = [0.5 * (from + to), 0.0, z - 0.5];
+        let size = [to - from, 1.2, 1.0];
+        OrientedBox::new(
+            &format!("tread {k}"),
+            middle.into(),
+            size,
+            Rotation3::identity(),
+        )
+    };
+    let tread = |k: usize| {
+        let from = 0.8 + 0.3 * (k as f64 - 1.0);
+        cuboid(k, from, from + 0.3, -0.14 * k as f64)
+    };
+    let landing = cuboid(0, -1.0, 0.8, 0.0);
+    let boxes = std::iter::once(landing).chain((1..=4).map(tread));
+    let stairs = Truth {
+        scene: "stairs down".into(),
+        boxes: boxes.collect(),
+    };
+    let level = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
+    let turn = Rotation3::from_matrix_unchecked(level)
+        * Rotation3::from_axis_angle(&Vector3::x_axis(), -0.7);
+    let X_WV = Isometry3::from_parts(
+        Translation3::new(0.0, 0.0, 1.2),
+        UnitQuaternion::from_rotation_matrix(&turn),
+    );
+    let picture = scan(&stairs.world(), &XTION, &X_WV, &DepthNoise::default(), 7);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = |name: &str| folder.path().join(name);
+    let png = picture.png().expect("encodable");
+    std::fs::write(path("down.png"), png).expect("writable");
+    let line = "plan --scan @ --sensor xtion --level --goal 1.55,0 -o @";
+    let words = [
+        "taken to go on to below the edges of the steps that hide them",
+        "verified, conditionally",
+        "which hides it there from every view",
+    ];
+    ends_with(line, &[&path("down.png"), &path("out")], 0, &words);
+    let report = json(path("out/report.json"));
+    let hidden = report["unseen"]["hidden"].as_array().map(Vec::len);
+    assert!(hidden.is_some_and(|count| count >= 2), "{hidden:?}");
+    // No sole is off a tread that is really there.
+    let plan = json(path("out/plan.json"));
+    let contacts = plan["stances"].as_array().expect("stances").iter();
+    let contacts = contacts.flat_map(|stance| stance["contacts"].as_array().expect("contacts"));
+    for corner in contacts.flat_map(|c| c["vertices_W"].as_array().expect("vertices")) {
+        let [x, z] = [0, 2].map(|axis| number(&corner[axis]));
+        let on = (z / -0.14).round();
+        let ends = if on > 0.0 { 0.8 + 0.3 * on } else { 0.8 };
+        let begins = if on > 0.0 { ends - 0.3 } else { -1.0 };
+        assert!(
+            (z + 0.14 * on).abs() < 0.01 && begins < x && x < ends,
+            "{corner}"
+        );
+    }
+    // Who does not take them to go on finds no room for a sole.
+    let line =
+        "plan --scan @ --sensor xtion --level --goal 1.55,0 --set perception.under_steps_m=0 -o @";
+    ends_with(line, &[&path("down.png"), &path("none")], 4, &[]);
 }
 
 /// Scans of one scene with noise of their own: where the hand can push and still leave is found at once.
