@@ -225,10 +225,7 @@ impl fmt::Display for Notice {
                 "{bodies} bodies of what was seen and lies on no face: only kept away from"
             ),
             Self::UnderSteps(treads) => {
-                write!(
-                    f,
-                    "taken to go on to below the edges of the steps that hide them:"
-                )?;
+                f.write_str("taken to go on to below the edges of the steps that hide them:")?;
                 treads.iter().enumerate().try_for_each(|(k, tread)| {
                     let Continued {
                         face, under, by_m, ..

@@ -75,8 +75,8 @@ impl Search<'_> {
         candidates.collect()
     }
 
-    /// Goes on from the posture that was found for a contact together with what it is for.
-    pub fn lean(&mut self, candidate: Candidate, solved: Option<Solved>) {
+    /// Puts the changes of a contact together with what it is for on the frontier, where they have a posture.
+    pub fn put_one_by_one(&mut self, candidate: Candidate, solved: Option<Solved>) {
         let outcome = solved.map(|solved| (solved.contacts, solved.outcome));
         let Some((asked, Outcome::Feasible(posture))) = outcome else {
             tracing::debug!(

@@ -47,21 +47,37 @@ pub struct Continued {
 /// Units: m.  Frames: W, z up.
 pub fn continue_under_steps(faces: &mut [Face], most_m: f64) -> (Vec<Continued>, Vec<Obstacle>) {
     let mut continued = Vec::new();
-    let seen = faces.to_vec();
-    let treads = |face: &&mut Face| face.source == Source::Scan && face.normal_W().z > LEVEL;
-    for tread in faces.iter_mut().filter(treads) {
-        for step in &seen {
-            let found = may_hide(step, tread).then(|| under(tread, step, most_m));
-            if let Some((region, by_m)) = found.flatten() {
-                tread.region = region;
+    let scanned = |face: &&Face| face.source == Source::Scan && face.normal_W().z > LEVEL;
+    let steps = faces.iter().filter(scanned);
+    let steps: Vec<(&Face, Point3<f64>)> = steps
+        .map(|step| (step, step.point_W(&step.region.centroid())))
+        .collect();
+    let mut regions = Vec::new();
+    for (number, tread) in faces.iter().enumerate() {
+        if !scanned(&tread) || !is_hidden(&tread.region) {
+            continue;
+        }
+        let mut whole = tread.clone();
+        for (step, middle_W) in &steps {
+            let rise_m = tread.height_of(middle_W);
+            let is_parallel = step.normal_W().dot(&tread.normal_W()) > PARALLEL;
+            if !is_parallel || !RISE_M.contains(&rise_m) {
+                continue;
+            }
+            if let Some((region, by_m)) = under(&whole, step, most_m) {
+                whole.region = region;
                 continued.push(Continued {
                     face: tread.id.clone(),
                     under: step.id.clone(),
                     by_m,
-                    rise_m: rise_m(step, tread),
+                    rise_m,
                 });
             }
         }
+        regions.push((number, whole.region));
+    }
+    for (number, region) in regions {
+        faces[number].region = region;
     }
     let mut bodies = Vec::new();
     for step in faces.iter_mut() {
@@ -96,16 +112,13 @@ impl Face {
     }
 }
 
-/// Whether a face may be the step before a tread.
-fn may_hide(step: &Face, tread: &Face) -> bool {
-    step.source == Source::Scan
-        && step.normal_W().dot(&tread.normal_W()) > PARALLEL
-        && RISE_M.contains(&rise_m(step, tread))
+/// Whether something nearer hides how a region goes on.
+fn is_hidden(region: &Region) -> bool {
+    region.segments().any(|(edge, _)| hides(edge))
 }
 
-/// How high the middle of a step is over a tread, m.
-fn rise_m(step: &Face, tread: &Face) -> f64 {
-    tread.height_of(&step.point_W(&step.region.centroid()))
+fn hides(edge: &Edge) -> bool {
+    edge.kind == EdgeKind::Occluded
 }
 
 /// The region of a tread with the strip that a step hides of it, and how wide that is at most, m.
@@ -113,9 +126,7 @@ fn under(tread: &Face, step: &Face, most_m: f64) -> Option<(Region, f64)> {
     let rings = tread.region.rings();
     let (ring, holes) = rings.split_first()?;
     let count = ring.edges.len();
-    let edge_of_step = |k: usize| {
-        let at = k % count;
-        let hides = |edge: &Edge| edge.kind == EdgeKind::Occluded;
+    let edge_of_step = |at: usize| {
         // A vertex between two edges that something hides, or at the end of one.
         let edge = [&ring.edges[at], &ring.edges[(at + count - 1) % count]];
         let view = edge.into_iter().find(|edge| hides(edge))?.view?;

@@ -163,7 +163,7 @@ impl<'a> Search<'a> {
             return Ok(None);
         }
         if !candidate.purpose.is_empty() {
-            self.lean(candidate, solved);
+            self.put_one_by_one(candidate, solved);
             return Ok(None);
         }
         let parent = &self.nodes[candidate.node];

@@ -23,7 +23,7 @@ const LARGER: f64 = 0.05;
 
 /// The direction from a body's origin to what is farthest of its shapes about `along`: a wrist may be bent where its joints
 /// are neutral.
-pub(super) fn own(
+pub(super) fn pointing(
     shapes: &[(Isometry3<f64>, &Shape)],
     from: &Vector3<f64>,
     mut along: Vector3<f64>,

@@ -233,7 +233,7 @@ impl Finder<'_> {
         let fingers = self.robot.subtree(palm).skip(1);
         let fingers: Vec<usize> = fingers.filter(|b| hand.contains(b)).collect();
         let shapes = self.placed(&[palm]);
-        let along = palm::own(&shapes, &self.kinematics.origin_W[palm], *along)?;
+        let along = palm::pointing(&shapes, &self.kinematics.origin_W[palm], *along)?;
         let is_usable = |face: &Flat| {
             let X_BC = self.kinematics.X_WB[palm].inverse() * face.X_BC;
             let limb = &self.limbs[number];
