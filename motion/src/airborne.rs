@@ -82,8 +82,8 @@ impl Airborne {
         ends.into_iter().filter_map(over)
     }
 
-    /// The least distance, m, of a shape of the patch's body to a body of the environment that the patch may touch
-    /// here; nothing where it may not. A shank with a ball that moves by `moves_m` from one sample to the next keeps its
+    /// The least distance, m, of a shape of the patch's body, or of one that carries it, to a body of the environment that
+    /// the patch may touch here; nothing where it may not. A shank with a ball that moves by `moves_m` from one sample to the next keeps its
     /// clearance at the first sample below where it may touch: above that it was not looked at since the last
     /// one, and it may lie almost flat. A sole has nothing below it.
     pub fn contact_distance_m(
@@ -97,7 +97,13 @@ impl Airborne {
         let near = self.near_faces(context, obstacle);
         let least_m = near.filter_map(|(face, over_m)| {
             let environment = context.environment;
-            let least_m = environment.contact_distance_m(patch, shape, face, obstacle)?;
+            let least_m = environment.contact_distance_m(
+                context.robot,
+                (patch, face),
+                shape,
+                obstacle,
+                context.posture.self_clearance_m,
+            )?;
             let is_sole = patch.point_radius_m().is_none();
             Some(match is_sole || over_m + moves_m < STRAIGHT_M {
                 true => least_m,

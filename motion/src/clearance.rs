@@ -213,6 +213,8 @@ impl<'a> ClearanceMonitor<'a> {
                 continue;
             }
             let swings = self.swing_body == Some(shape.body);
+            let carries = |swung| context.robot.are_close(swung, shape.body);
+            let may_land = self.swing_body.is_some_and(carries);
             let row = &mut self.world[i * self.near.len()..(i + 1) * self.near.len()];
             for (&o, until) in self.near.iter().zip(&mut *row) {
                 if *until > gone {
@@ -226,7 +228,7 @@ impl<'a> ClearanceMonitor<'a> {
                     continue;
                 }
                 let moves_m = (FURTHER * self.moved[i]).min(0.5 * beside);
-                let touching = (in_air)
+                let touching = air
                     .and_then(|air| air.contact_distance_m(context, shape, o, moves_m))
                     .or_else(|| task.contact_distance_m(context, shape, o));
                 // What a patch touches changes while it is in the air alone.
@@ -262,7 +264,7 @@ impl<'a> ClearanceMonitor<'a> {
                 // leans: look again in good time.
                 *until = gone
                     + match touching {
-                        Some(_) if swings => 0.0,
+                        Some(_) if may_land => 0.0,
                         Some(least_m) => found.distance - least_m,
                         None => found.distance - if swings { most } else { beside },
                     };

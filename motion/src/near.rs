@@ -53,8 +53,8 @@ pub(crate) fn pairs(
         own.map(|(_, air)| air)
     };
     let touching = |shape: BodyShape, obstacle: usize| {
-        let air = in_air(shape);
         let shape = &collision.shapes()[shape.shape];
+        let air = air.as_ref().map(|(_, air)| air);
         let in_air = air.and_then(|a| a.contact_distance_m(context, shape, obstacle, moves_m));
         in_air.or_else(|| task.contact_distance_m(context, shape, obstacle))
     };

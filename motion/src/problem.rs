@@ -117,16 +117,17 @@ impl Task {
     }
 
     /// The least distance, m, of a shape from an obstacle that lies behind the plane of a face that a
-    /// patch of its body rests on; nothing where there is no such face.
+    /// patch of its body, or of one that it carries, rests on; nothing where there is no such face.
     pub fn contact_distance_m(
         &self,
         context: &MotionContext,
         shape: &Shape,
         obstacle: usize,
     ) -> Option<f64> {
-        let least_m = self.own(context, shape.body).filter_map(|(patch, face)| {
+        let apart_m = context.posture.self_clearance_m;
+        let least_m = self.touches(context).filter_map(|touch| {
             let environment = context.environment;
-            environment.contact_distance_m(patch, shape, face, obstacle)
+            environment.contact_distance_m(context.robot, touch, shape, obstacle, apart_m)
         });
         least_m.min_by(f64::total_cmp)
     }
@@ -139,21 +140,20 @@ impl Task {
         obstacle: usize,
         normal_W: &Vector3<f64>,
     ) -> Option<f64> {
-        let least_m = self
-            .own(context, body)
+        let own = self
+            .touches(context)
+            .filter(|(patch, _)| patch.body == body);
+        let least_m = own
             .filter_map(|on| (context.environment).beside_contact_m(on, shape, obstacle, normal_W));
         least_m.min_by(f64::total_cmp)
     }
 
-    /// The patches of a body that rest on a face, with the face.
-    fn own<'a>(
+    /// The patches that rest on a face, with the face.
+    fn touches<'a>(
         &'a self,
         context: &'a MotionContext,
-        body: usize,
     ) -> impl Iterator<Item = (&'a ContactPatch, FaceIndex)> {
-        self.closed.iter().filter_map(move |contact| {
-            let patch = &context.robot.patches[contact.patch];
-            Some((patch, contact.face.filter(|_| patch.body == body)?))
-        })
+        let closed = self.closed.iter();
+        closed.filter_map(move |c| Some((&context.robot.patches[c.patch], c.face?)))
     }
 }

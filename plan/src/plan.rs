@@ -107,7 +107,8 @@ pub struct RequiredMargins {
     pub torque_use: f64,
     /// Distance of every joint from its limits, rad (m where prismatic).
     pub joint_rad: f64,
-    /// Distance between the robot and the environment, contacts excepted, m.
+    /// Distance between the robot and the environment, contacts excepted, m. Links within two joints of a sole or a palm
+    /// keep `self_clearance_m` from what it touches.
     pub clearance_m: f64,
     /// Distance between parts of the robot, m.
     pub self_clearance_m: f64,

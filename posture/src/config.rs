@@ -17,7 +17,8 @@ pub struct Config {
     /// Distance of every joint from its limits, rad (m where prismatic).
     #[schemars(range(min = 0.0, max = 0.5))]
     pub joint_margin_rad: f64,
-    /// Smallest distance between the robot and the environment, contacts excepted, m.
+    /// Smallest distance between the robot and the environment, contacts excepted, m. Links within two joints of a sole or
+    /// a palm keep `self_clearance_m` from the ground that it touches.
     #[schemars(range(min = 0.001, max = 0.5))]
     pub clearance_m: f64,
     /// Smallest distance between two parts of the robot, m.

@@ -4,8 +4,8 @@ use std::ops::Index;
 use std::sync::OnceLock;
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use robot_model::ContactPatch;
 use robot_model::collision::{BoxIndex, Shape, ShapeGeometry, World, gap_m};
+use robot_model::{ContactPatch, Robot};
 use surfaces::outline::Outline;
 use surfaces::{Face, Region, Terrain};
 
@@ -141,24 +141,34 @@ impl Environment {
     }
 
     /// The least distance, m, between a body of the world that lies behind the plane of a face and
-    /// a link that rests on the face; nothing where the body does not lie behind it.
+    /// a link that rests on the face, or is close to one that does; nothing where the body does not lie behind it, or the
+    /// link is another.
     ///
-    /// A flat patch holds its link over the plane, so that nothing is asked of the distance (−∞). A
+    /// A flat patch holds its link over the plane, so that nothing is asked of the distance (−∞). The links that carry it
+    /// ([`Robot::are_close`]) are held over it as well, wherever the plane is: they keep what parts of the robot keep from
+    /// each other, `self_clearance_m`. A
     /// ball lets its link tilt, and into the ground: what holds the ball may be as deep there as the body
     /// rises over the plane, and a little more; any other shape of the link stays off it by half of the ball's radius,
     /// as it does where the link is upright.
     pub fn contact_distance_m(
         &self,
-        patch: &ContactPatch,
+        robot: &Robot,
+        (patch, face): (&ContactPatch, FaceIndex),
         shape: &Shape,
-        face: FaceIndex,
         body: usize,
+        self_clearance_m: f64,
     ) -> Option<f64> {
+        let radius_m = patch.point_radius_m();
+        let (is_own, is_ball) = (shape.body == patch.body, radius_m.is_some());
+        if !is_own && (is_ball || !robot.are_close(patch.body, shape.body)) {
+            return None;
+        }
         let rise_m = self.rise_m(face, body)?;
-        Some(match patch.point_radius_m() {
+        Some(match radius_m {
             Some(radius_m) if !shape.is_pad => 0.5 * radius_m,
             Some(_) => -CONTACT_DEPTH_M - rise_m,
-            None => f64::NEG_INFINITY,
+            None if is_own => f64::NEG_INFINITY,
+            None => self_clearance_m,
         })
     }
 

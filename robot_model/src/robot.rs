@@ -7,6 +7,9 @@ use nalgebra::{DVector, Isometry3};
 use crate::collision::{CollidingPair, CollisionModel};
 use crate::{Body, Configuration, ContactPatch, Error, Frame, JointKind, PatchId};
 
+/// As many joints are between a sole or a palm and the links that carry it, at most: those of an ankle or a wrist.
+const CLOSE_JOINTS: usize = 2;
+
 /// A floating-base robot.
 ///
 /// Bodies come in depth-first order: 0 is the floating base, parents come before children, and
@@ -106,6 +109,21 @@ impl Robot {
     /// Whether `joint_body`'s joint moves `body`: it is the body itself or one of its ancestors.
     pub fn supports(&self, joint_body: usize, body: usize) -> bool {
         joint_body <= body && body < self.subtree_end[joint_body]
+    }
+
+    /// The bodies whose joints lie on the way from one body to another, from both ends.
+    pub fn joints_between(&self, a: usize, b: usize) -> impl Iterator<Item = usize> {
+        let up = move |from: usize, to: usize| {
+            let above = std::iter::successors(Some(from), |&body| self.bodies[body].parent);
+            above.take_while(move |&body| !self.supports(body, to))
+        };
+        up(a, b).chain(up(b, a))
+    }
+
+    /// Whether two bodies are one, or at most two joints are between them, as between a sole or a palm and what carries
+    /// it.
+    pub fn are_close(&self, a: usize, b: usize) -> bool {
+        self.joints_between(a, b).nth(CLOSE_JOINTS).is_none()
     }
 
     /// The bodies that `body`'s joint moves, itself first.

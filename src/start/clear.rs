@@ -85,8 +85,11 @@ pub fn hint(
 ) -> Option<String> {
     let stands = |shape: BodyShape, body: usize| {
         let mut contacts = contacts.iter();
+        let shape = &robot.collision.shapes()[shape.shape];
         contacts.any(|&(patch, face)| {
-            robot.patches[patch].body == shape.body && environment.is_behind(face, body)
+            let touch = (&robot.patches[patch], face);
+            let least_m = environment.contact_distance_m(robot, touch, shape, body, 0.0);
+            least_m.is_some()
         })
     };
     let met = |by: &Vector3<f64>| met(robot, &moved(q, by), environment, clearance_m, &stands);

@@ -98,7 +98,7 @@ checks! {
     ComMargin = "com_margin", "m", AtLeast;
     /// Nothing but contacts is near the environment.
     Clearance = "clearance", "m", AtLeast;
-    /// What touches does not sink in.
+    /// What touches does not sink in, and what carries a sole or a palm stays off what that touches.
     ContactDepth = "contact_depth", "m", AtLeast;
     /// Parts of the robot are apart.
     SelfClearance = "self_clearance", "m", AtLeast;

@@ -2,7 +2,7 @@
 //! are apart.
 
 use nalgebra::Vector3;
-use robot_model::ContactPatch;
+use robot_model::{ContactPatch, Robot};
 use surfaces::Face;
 
 use crate::extremes::Extremes;
@@ -17,6 +17,9 @@ use crate::{Check, TOLERANCES};
 
 /// What is farther over its bound than this is not measured in a stance, m.
 const FAR_M: f64 = 0.5;
+
+/// Links that carry a sole or a palm: as many joints are between, at most, those of an ankle or a wrist.
+pub(crate) const CARRYING_JOINTS: usize = 2;
 
 /// A value that is worse than the worst by less than this need not be told, m.
 const TOLD_M: f64 = 1e-6;
@@ -98,6 +101,8 @@ struct Near<'a> {
 
 struct Part {
     touch: usize,
+    /// Whether the shape is the touching link's, not one of those that carry it.
+    is_own: bool,
     is_ball: bool,
     normal: Vector3<f64>,
     rise: Result<f64, (Solid, Watch)>,
@@ -125,12 +130,15 @@ impl<'a> Pairs<'a> {
         for (shape, (body, _)) in scene.shapes.iter().enumerate() {
             let balls = moments.iter().map(|moment| moment.shapes[shape].ball());
             for other in scene.surroundings.near(balls, reach_m) {
-                let own = touches
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, t)| t.0.body == *body);
+                // A sole or a palm holds what carries it over the touched plane.
+                let carries = |patch: &ContactPatch| match patch.point_radius_m() {
+                    Some(_) => patch.body == *body,
+                    None => joints_between(scene.robot, patch.body, *body) <= CARRYING_JOINTS,
+                };
+                let held = (touches.iter().enumerate()).filter(|(_, t)| carries(t.0));
                 let part = |(touch, (patch, face)): (usize, &(&ContactPatch, &Face))| Part {
                     touch,
+                    is_own: patch.body == *body,
                     is_ball: patch.point_radius_m().is_some(),
                     normal: -column(&face.X_WF.to_homogeneous(), 2),
                     rise: (other.rise_over(face)).ok_or_else(|| (other.above(face), Watch::new())),
@@ -140,7 +148,7 @@ impl<'a> Pairs<'a> {
                     body: other,
                     still: other.solid.here(),
                     watch: Watch::new(),
-                    parts: own.map(part).collect(),
+                    parts: held.map(part).collect(),
                 });
             }
         }
@@ -200,9 +208,11 @@ impl<'a> Pairs<'a> {
                 }
                 continue;
             }
-            let bound = match shapes[near.shape].is_pad {
-                true => touching - rise.max(0.0),
-                false => 0.0,
+            let is_own = near.parts.iter().any(|part| is_active(part) && part.is_own);
+            let bound = match (is_own, shapes[near.shape].is_pad) {
+                (false, _) => self.bounds.own,
+                (true, true) => touching - rise.max(0.0),
+                (true, false) => 0.0,
             };
             let deep = asked(worst, Check::ContactDepth, bound);
             if let Some(found) = near.watch.look(two, step, &deep, &hints, boxes) {
@@ -250,6 +260,13 @@ impl<'a> Pairs<'a> {
             }
         }
     }
+}
+
+/// How many joints are between two bodies.
+pub(crate) fn joints_between(robot: &Robot, a: usize, b: usize) -> usize {
+    (1..robot.bodies.len())
+        .filter(|&joint| robot.supports(joint, a) != robot.supports(joint, b))
+        .count()
 }
 
 /// How far two balls are apart, m.

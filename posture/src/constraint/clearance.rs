@@ -4,7 +4,7 @@
 //!
 //! A link in contact may touch what lies wholly behind the plane it touches (the surface's own body,
 //! its neighbours in the plane, the riser under a tread), with a ball also ground that rises gently beside it, and
-//! nothing else.
+//! nothing else; links that carry a sole or a palm may come as near to it as to each other.
 
 use nalgebra::Vector3;
 use robot_model::Configuration;
@@ -14,7 +14,7 @@ use crate::PlacedShape;
 use crate::iterate::{Context, Iterate};
 use crate::rows::{Rows, Tag};
 
-/// Distance within which pairs of bodies are looked at, m.
+/// Distance within which pairs of bodies are looked at, or twice what they keep where that is more, m.
 const PREDICTION_M: f64 = 0.10;
 /// A distance to what a link in contact may touch is a row from here on to its bound, m; where it is to stay off, from
 /// twice that on.
@@ -45,18 +45,18 @@ impl Clearances {
         self.world.clear();
         self.touching.clear();
         self.is_beside = false;
-        let (collision, kin, within) = (&robot.collision, &it.kinematics, PREDICTION_M);
+        let (collision, kin) = (&robot.collision, &it.kinematics);
+        let most_m = ctx.config.clearance_m.max(ctx.config.self_clearance_m);
+        let within = PREDICTION_M.max(2.0 * most_m);
         collision.self_proximities(kin, within, &mut self.own);
         let environment = ctx.problem.environment;
-        let own = |shape: BodyShape| {
-            let contacts = ctx.problem.contacts.iter().zip(&ctx.contacts);
-            let own = contacts.filter(move |(_, model)| model.body == shape.body);
-            own.filter_map(|(contact, _)| Some((&robot.patches[contact.patch], contact.face?)))
-        };
+        let contacts = ctx.problem.contacts.iter();
+        let touches = contacts.filter_map(|c| Some((&robot.patches[c.patch], c.face?)));
+        let apart_m = ctx.config.self_clearance_m;
         let behind = |shape: BodyShape, obstacle: usize| {
-            let least_m = own(shape).filter_map(|(patch, face)| {
-                let shape = &collision.shapes()[shape.shape];
-                environment.contact_distance_m(patch, shape, face, obstacle)
+            let shape = &collision.shapes()[shape.shape];
+            let least_m = touches.clone().filter_map(|touch| {
+                environment.contact_distance_m(robot, touch, shape, obstacle, apart_m)
             });
             least_m.min_by(f64::total_cmp)
         };
@@ -70,7 +70,10 @@ impl Clearances {
                 X_WG: &X_WG,
                 is_pad: shape.is_pad,
             };
-            let least_m = own(pair.a).filter_map(|on| {
+            let own = touches
+                .clone()
+                .filter(|(patch, _)| patch.body == pair.a.body);
+            let least_m = own.filter_map(|on| {
                 environment.beside_contact_m(on, &placed, obstacle, &pair.normal_W)
             });
             least_m.min_by(f64::total_cmp)

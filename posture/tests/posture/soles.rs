@@ -5,8 +5,9 @@ use posture::{
     BaseGoal, Config, Constraint, Contact, Engine, Environment, Explanation, Group, Outcome,
     Problem,
 };
+use robot_model::collision::Shape;
 use robot_model::{Configuration, Kinematics, Robot};
-use surfaces::Face;
+use surfaces::{Face, Obstacle, Terrain};
 
 use crate::world::{on, solve, square, standing, world};
 
@@ -179,4 +180,43 @@ fn a_slippery_slope_is_explained_by_the_friction_that_it_would_take() {
     let needed = relaxations.find(|r| r.group == Group::Friction).unwrap();
     let needed = needed.amount * 0.8 / 0.4f64.tan();
     assert!(needed > 0.99 && needed < 1.01, "{words}: {needed}");
+}
+
+/// Clearance is for what scans have where it is not: a sole lies on its ground wherever that is, and its ankle with it.
+#[test]
+fn links_that_carry_a_sole_may_be_near_its_ground_and_to_nothing_else() {
+    let (robot, q, world) = humanoid(vec![floor()]);
+    let face = world.face("floor").unwrap();
+    let sole = &robot.patches[robot.patch_id(FEET[0]).unwrap()];
+    let least_m = |link: &str, self_clearance_m: f64| {
+        let shape = collision_shape(&robot, link);
+        world.contact_distance_m(&robot, (sole, face), shape, 0, self_clearance_m)
+    };
+    assert_eq!(least_m("LLEG_LINK5", 0.005), Some(f64::NEG_INFINITY));
+    assert_eq!(least_m("LLEG_LINK3", 0.005), Some(0.005));
+    for link in ["LLEG_LINK2", "RLEG_LINK3", "RLEG_LINK5"] {
+        assert_eq!(least_m(link, 0.005), None, "{link}");
+    }
+    // The shanks are nearer than this to the floor, and the thighs are not. A beam ahead is kept away from.
+    let config = Config {
+        clearance_m: 0.32,
+        ..Config::default()
+    };
+    let beam = Obstacle::cuboid("beam", [0.5, -0.5, 0.0], [0.55, 0.5, 0.1]);
+    let terrain = Terrain::new(vec![floor()], vec![beam]).unwrap();
+    let world = Environment::new(terrain, 0.05, 2.0).unwrap();
+    let contacts = feet(&world, &robot, ["floor"; 2], 0.6);
+    let outcome = solve(&robot, &world, &contacts, None, &q, &config);
+    let posture = outcome.posture().unwrap_or_else(|| panic!("{outcome:?}"));
+    let shank = collision_shape(&robot, "LLEG_LINK3");
+    let X_WG = Kinematics::new(&robot, &posture.q).X_WB[shank.body] * shank.X_BG;
+    let down_G = X_WG.inverse_transform_vector(&-Vector3::z());
+    let lowest_W = X_WG * shank.geometry.support(&down_G);
+    assert!(lowest_W.z < 0.32, "{}", lowest_W.z);
+    assert!(posture.margins.clearance_m.unwrap() >= 0.32 - 1e-4);
+}
+
+fn collision_shape<'a>(robot: &'a Robot, link: &str) -> &'a Shape {
+    let mut shapes = robot.collision.shapes().iter();
+    shapes.find(|shape| shape.link == link).unwrap()
 }

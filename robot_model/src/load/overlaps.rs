@@ -12,8 +12,6 @@ use crate::{Config, Configuration, JointKind, Kinematics, Robot};
 
 /// Shapes nearer than this meet, m: less than any posture keeps between two parts.
 pub(crate) const NEAR_M: f64 = 0.008;
-/// Most joints between links that count as neighbours.
-const NEIGHBOUR_JOINTS: usize = 2;
 /// Axes meet that pass a point within this, m.
 const IN_POINT_M: f64 = 1e-3;
 /// Postures in which links are looked at that may meet in every one.
@@ -72,13 +70,8 @@ pub(super) fn except(robot: &mut Robot, config: &Config, findings: &mut Findings
 /// Whether two bodies are neighbours: over at most two joints, or over as many as meet in one point, as those
 /// of a hip or a shoulder do.
 pub(crate) fn are_neighbours(robot: &Robot, at: &Kinematics, a: usize, b: usize) -> bool {
-    let above = |body: usize| -> Vec<usize> {
-        std::iter::successors(Some(body), |&body| robot.bodies[body].parent).collect()
-    };
-    let (a, b) = (above(a), above(b));
-    let between: Vec<usize> = a.iter().filter(|k| !b.contains(k)).copied().collect();
-    let between = [between, b.into_iter().filter(|k| !a.contains(k)).collect()].concat();
-    between.len() <= NEIGHBOUR_JOINTS || meet_in_a_point(robot, at, &between)
+    let between: Vec<usize> = robot.joints_between(a, b).collect();
+    robot.are_close(a, b) || meet_in_a_point(robot, at, &between)
 }
 
 /// Whether the axes of these bodies' joints pass through one point.

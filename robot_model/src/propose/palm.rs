@@ -14,8 +14,9 @@ type Way = (Vec<(usize, f64)>, Kinematics);
 
 /// A finger may stand out of a face by this, m: less than what counts as in its plane.
 const OUT_M: f64 = 0.001;
-/// How far the rest of the arm must come to be behind a face, m: nearer than this to what is touched no posture has it.
-pub(super) const BEHIND_M: f64 = 0.02;
+/// How far behind a face the rest of the arm must come to be, m: the links that carry the hand, and all others. Nearer than
+/// this to what is touched no posture has them.
+const BEHIND_M: [f64; 2] = [0.005, 0.02];
 /// Postures of the arm that are drawn to find that out.
 const DRAWN: u64 = 200;
 /// Of two sides about as large the one that looks ahead and down is taken: by how much larger the other must be.
@@ -39,24 +40,43 @@ pub(super) fn pointing(
     Some(along)
 }
 
-/// How far behind the plane of a face of the palm all of the arm but its hand can be held, m.
+/// By how much farther than it must be all of the arm but its hand can be held behind the plane of a face of the palm, m,
+/// and the link that is in the way.
 ///
 /// A wrist as thick as the hand is flush with its back, however it is bent.
-pub(super) fn stands_out_m(robot: &Robot, limb: &Limb, palm: usize, X_BC: &Isometry3<f64>) -> f64 {
+pub(super) fn spare_m<'a>(
+    robot: &'a Robot,
+    limb: &Limb,
+    palm: usize,
+    X_BC: &Isometry3<f64>,
+) -> (f64, &'a str) {
     let shapes = robot.collision.shapes().iter();
     let rest = shapes.filter(|s| limb.bodies.contains(&s.body) && s.body < palm);
     let rest: Vec<&Shape> = rest.collect();
-    let behind_m = |q: crate::Configuration| {
+    let spare_m = |q: crate::Configuration| {
         let kinematics = Kinematics::new(robot, &q);
         let X_WC = kinematics.X_WB[palm] * X_BC;
         let n = X_WC.rotation * -Vector3::z();
-        let placed = rest.iter().map(|s| (kinematics.X_WB[s.body] * s.X_BG, *s));
-        let placed: Placed = placed.collect();
-        X_WC.translation.vector.dot(&n) - foremost_m(&placed, &n)
+        let spare = rest.iter().map(|shape| {
+            let placed = vec![(kinematics.X_WB[shape.body] * shape.X_BG, *shape)];
+            let behind_m = X_WC.translation.vector.dot(&n) - foremost_m(&placed, &n);
+            let [near_m, far_m] = BEHIND_M;
+            let must_m = if robot.are_close(palm, shape.body) {
+                near_m
+            } else {
+                far_m
+            };
+            (behind_m - must_m, shape.link.as_str())
+        });
+        spare
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((f64::INFINITY, ""))
     };
     let neutral = robot.neutral();
-    let drawn = limb.starts(robot, &neutral, DRAWN).map(behind_m);
-    drawn.fold(f64::NEG_INFINITY, f64::max)
+    let drawn = limb.starts(robot, &neutral, DRAWN).map(spare_m);
+    drawn
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap_or((f64::NEG_INFINITY, ""))
 }
 
 /// The largest flat side of the palm that fingers do not stand out of where they are held, and where that is, rad or m.

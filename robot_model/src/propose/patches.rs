@@ -210,14 +210,13 @@ impl Finder<'_> {
         if limb.kind != LimbKind::Arm || patch.kind != PatchKind::Area {
             return None;
         }
-        let behind_m = palm::stands_out_m(self.robot, limb, patch.body, &patch.X_BC);
-        (behind_m < palm::BEHIND_M).then(|| {
+        let (spare_m, link) = palm::spare_m(self.robot, limb, patch.body, &patch.X_BC);
+        (spare_m < 0.0).then(|| {
             format!(
-                "{}: the rest of its arm comes {:.0} mm behind it at most: it touches only with a smaller \
-                 posture.clearance_m (--set posture.clearance_m={:.3})",
+                "{}: {link} is in its way, by {:.0} mm however its arm is held: it touches only with a smaller {}",
                 patch.name,
-                1e3 * behind_m,
-                (0.9 * behind_m).max(0.0)
+                -1e3 * spare_m,
+                "posture.clearance_m or posture.self_clearance_m"
             )
         })
     }
@@ -238,7 +237,7 @@ impl Finder<'_> {
             let X_BC = self.kinematics.X_WB[palm].inverse() * face.X_BC;
             let limb = &self.limbs[number];
             half_width_m(face) > HALF_WIDTH_M
-                && palm::stands_out_m(self.robot, limb, palm, &X_BC) > palm::BEHIND_M
+                && palm::spare_m(self.robot, limb, palm, &X_BC).0 > 0.0
         };
         let at = &self.kinematics;
         let (face, held) = palm::side(self.robot, at, (&shapes, &along), &fingers, &is_usable)?;

@@ -5,6 +5,7 @@ use plan::Near;
 
 use super::Claim;
 use crate::TOLERANCES;
+use crate::clearance::{CARRYING_JOINTS, joints_between};
 use crate::distance::apart_at_most_m;
 use crate::posture::inverse_point;
 use crate::solid::{Placed, Solid};
@@ -38,7 +39,8 @@ impl Claim<'_> {
             }
             Near::Body { id, points_W } => {
                 let points: Vec<_> = points_W.iter().map(|p| Vector3::from(*p)).collect();
-                let on = |body| self.places.iter().filter(move |p| p.patch.body == body);
+                let held = |from, body| joints_between(self.robot, from, body) <= CARRYING_JOINTS;
+                let on = |body| self.places.iter().filter(move |p| held(p.patch.body, body));
                 let may_touch = |shape: usize| {
                     on(shapes[shape].0).any(|place| {
                         let heights = points.iter().map(|p| inverse_point(&place.X_WC, p).z);
