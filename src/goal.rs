@@ -1,11 +1,11 @@
 //! The goal and the path toward it, as the planner takes them.
 
 use anyhow::{Context, Result, bail};
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 use plan::{GoalContact, GoalRecord};
 use planner::Guide;
 use posture::{BaseGoal, Environment, FaceIndex};
-use robot_model::{PatchId, Robot};
+use robot_model::{Configuration, Kinematics, PatchId, Robot};
 use scenes::scene_file;
 use surfaces::{Face, Region, Terrain};
 
@@ -16,6 +16,10 @@ use crate::start::{StartState, ground};
 
 /// Largest heading error at the goal, rad: less than the verifier allows (0.1) by what solvers leave.
 const YAW_TOLERANCE_RAD: f64 = 0.095;
+/// The part of its length to which a limb reaches with ease: beyond it, it is stretched.
+const EASE: f64 = 0.8;
+/// The part of that by which its base may be beside where it reaches best.
+const BESIDE: f64 = 0.5;
 /// Farthest that a face may be from the point that names it, m.
 const POINT_TOLERANCE_M: f64 = 0.05;
 
@@ -42,7 +46,11 @@ pub fn goal(
         let patch = robot.patch_id(&contact.patch).context("the goal");
         mistakes::both(patch, wanted_face(contact, environment))
     }))?;
+    // What a hand is to touch it touches from many places.
+    let first = contacts.first().filter(|_| position.is_empty());
+    let limb = first.and_then(|&(patch, _)| Limb::new(robot, patch, &stand.configuration));
     Ok(planner::Goal {
+        beside_m: limb.map_or(base.tolerance_m, |limb| BESIDE * limb.reach_m),
         base,
         contacts,
         patches: match asked.base_position_m {
@@ -145,11 +153,13 @@ fn wanted_face(contact: &scene_file::GoalContact, environment: &Environment) -> 
 pub fn guide(
     asked: Option<&scene_file::Guide>,
     goal: &planner::Goal,
-    stand: &StartState,
+    (robot, stand): (&Robot, &StartState),
     environment: &Environment,
     standing_on: Option<FaceIndex>,
 ) -> Result<Guide> {
     let start = stand.configuration.p_WB;
+    let aim = aim(goal, robot, &stand.configuration, environment);
+    let end = || end(goal, aim, &start, environment, standing_on);
     let mut points = vec![start];
     match asked {
         Some(guide) => {
@@ -159,10 +169,10 @@ pub fn guide(
             if let ([Some(x), Some(y), _], Some(last)) = (goal.base.position_m, points.last())
                 && (x - last.x).hypot(y - last.y) > goal.base.tolerance_m
             {
-                points.push(end(goal, &start, environment, standing_on));
+                points.push(end());
             }
         }
-        None => points.push(end(goal, &start, environment, standing_on)),
+        None => points.push(end()),
     }
     // A path to where the robot stands has two points too.
     if points.len() == 1 {
@@ -176,9 +186,64 @@ fn middle_W(face: &Face) -> Vector3<f64> {
     face.point_W(&face.region.centroid()).coords
 }
 
+/// An arm, or another limb that is no leg: where it begins, in W, and how far it reaches with ease, m.
+struct Limb {
+    root_W: Vector3<f64>,
+    reach_m: f64,
+}
+
+impl Limb {
+    /// The limb of a patch, from the joint on that moves no other patch; nothing of a foot.
+    fn new(robot: &Robot, patch: PatchId, at: &Configuration) -> Option<Self> {
+        let patch = &robot.patches[patch];
+        let kinematics = Kinematics::new(robot, at);
+        let is_own = |body: usize| {
+            let others = robot.patches.iter().filter(|p| p.body != patch.body);
+            others.into_iter().all(|p| !robot.supports(body, p.body))
+        };
+        let up = std::iter::successors(Some(patch.body), |&body| robot.bodies[body].parent);
+        let joints_W = up
+            .take_while(|&body| is_own(body))
+            .map(|body| kinematics.origin_W[body]);
+        let mut root_W = kinematics.X_WC(patch).translation.vector;
+        let mut length_m = 0.0;
+        for joint_W in joints_W {
+            length_m += (joint_W - root_W).norm();
+            root_W = joint_W;
+        }
+        (!patch.has_role("foot")).then_some(Self {
+            root_W,
+            reach_m: EASE * length_m,
+        })
+    }
+}
+
+/// Where the base is for the first contact that is wanted, seen from above, m: over the face where a foot is to stand on it, and
+/// where another limb is to touch it, before it, as far from its nearest point as the limb reaches with ease.
+fn aim(
+    goal: &planner::Goal,
+    robot: &Robot,
+    start: &Configuration,
+    environment: &Environment,
+) -> Option<Vector2<f64>> {
+    let &(patch, face) = goal.contacts.first()?;
+    let face = &environment[face];
+    let Some(limb) = Limb::new(robot, patch, start) else {
+        return Some(middle_W(face).xy());
+    };
+    let base_F = face.X_WF.inverse_transform_point(&start.p_WB.into());
+    let touched = face.point_W(&face.region.nearest(&base_F.xy())).coords;
+    let down_m = limb.root_W.z - touched.z;
+    let before_m = (limb.reach_m.powi(2) - down_m.powi(2)).max(0.0).sqrt();
+    let back = (start.p_WB - touched).xy().try_normalize(1e-6);
+    let back = back.unwrap_or_else(|| face.normal_W().xy());
+    Some(touched.xy() + back * before_m.max(0.5 * limb.reach_m))
+}
+
 /// Where the base is at the goal, as far as one can tell without a posture.
 fn end(
     goal: &planner::Goal,
+    aim: Option<Vector2<f64>>,
     start: &Vector3<f64>,
     environment: &Environment,
     standing_on: Option<FaceIndex>,
@@ -195,8 +260,6 @@ fn end(
     match goal.base.position_m {
         [Some(x), Some(y), Some(z)] => Vector3::new(x, y, z),
         [x, y, _] => {
-            let first = goal.contacts.first();
-            let aim = first.map(|&(_, face)| middle_W(&environment[face]));
             let x = x.or(aim.map(|p| p.x)).unwrap_or(start.x);
             let y = y.or(aim.map(|p| p.y)).unwrap_or(start.y);
             // The highest level face under the goal carries the feet there.

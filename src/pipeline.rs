@@ -110,10 +110,16 @@ pub fn plan(
     } = &posed;
     let standing_on = contacts.first().map(|c| c.1);
     let guide = scene.guide.as_ref();
-    let guide = goal::guide(guide, goal, &posed.stand, environment, standing_on)?;
+    let guide = goal::guide(guide, goal, (robot, &posed.stand), environment, standing_on)?;
     let roles = &config.surfaces.roles;
     let edge_sigmas = config.posture.edge_sigmas;
-    let usable = roles::usable(robot, environment, contacts, roles, edge_sigmas);
+    let usable = roles::usable(
+        robot,
+        environment,
+        (contacts, &goal.contacts),
+        roles,
+        edge_sigmas,
+    );
 
     let (faces, stands) = (posed.terrain.faces.len(), contacts.len());
     tracing::info!(

@@ -15,11 +15,12 @@ pub struct Usable {
 
 /// For each patch of the robot the faces it may touch, by the filters of its roles.
 ///
-/// A role without a filter asks for nothing. What a patch touches at the start it may touch again.
+/// A role without a filter asks for nothing. What a patch touches `at_start` it may touch again; of what is `wanted` at the goal
+/// the notes tell first.
 pub fn usable(
     robot: &Robot,
     environment: &Environment,
-    at_start: &[(PatchId, FaceIndex)],
+    (at_start, wanted): (&[(PatchId, FaceIndex)], &[(PatchId, FaceIndex)]),
     config: &Config,
     edge_sigmas: f64,
 ) -> Usable {
@@ -30,6 +31,7 @@ pub fn usable(
         let shape = &robot.patches[patch];
         let serves = |face: &FaceIndex| {
             let known = at_start.contains(&(patch, *face));
+            let is_wanted = wanted.contains(&(patch, *face));
             let mut reasons = Vec::new();
             let fits = shape.roles.iter().any(|role| {
                 let fault = why_not(role, &environment[*face], config, edge_sigmas, ground_m);
@@ -39,7 +41,10 @@ pub fn usable(
             if !known && !fits && !reasons.is_empty() {
                 let (id, patch) = (&environment[*face].id, &shape.name);
                 let reasons = reasons.join("; ");
-                notes.push(format!("{id} is not for {patch}: {reasons}"));
+                let why = format!("{id} is not for {patch}: {reasons}");
+                // What the goal asks for comes first.
+                let at = if is_wanted { 0 } else { notes.len() };
+                notes.insert(at, why);
             }
             known || fits
         };

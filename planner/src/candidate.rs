@@ -93,7 +93,7 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
             if is_wanted || !offered.iter().any(same) {
                 offered.push((normal, foothold.place));
                 let mut child = touch(context, index, node, foothold);
-                if context.foot(patch).is_none() {
+                if context.foot(patch).is_none() && !is_wanted {
                     child.priority += AIMLESS_PRICE;
                 }
                 children.push(child);

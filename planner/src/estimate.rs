@@ -16,7 +16,7 @@ pub(crate) fn estimate(context: &SearchContext, feet: &[Footing]) -> f64 {
     let end = context.route.length_m();
     let stride = context.stride_m;
     let advance = if feet.len() > 2 { stride } else { 2.0 * stride };
-    let tolerance = 0.5 * context.request.goal.base.tolerance_m;
+    let tolerance = 0.5 * context.request.goal.beside_m;
     feet.iter()
         .enumerate()
         .map(|(i, foot)| {

@@ -48,7 +48,7 @@ pub(crate) fn try_goal(
     let has_contacts = goal.contacts.iter().all(|&(patch, face)| has(patch, face));
     // Every foot has to come along: a body that leans over to its goal is not there.
     let end = context.route.length_m();
-    let near_m = context.stride_m.max(goal.base.tolerance_m);
+    let near_m = context.stride_m.max(goal.beside_m);
     let behind = node.feet(context).iter().any(|f| end - f.along_m > near_m);
     if !has_patches || !has_contacts || behind || !near_goal(context, node, &goal.base) {
         return Ok(Attempt::TooEarly);

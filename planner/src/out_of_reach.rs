@@ -252,6 +252,16 @@ impl<'a> Faces<'a> {
         });
         by_place.or_else(|| {
             goal.contacts.iter().find_map(|&(patch, face)| {
+                let request = context.request;
+                if !request.usable[patch.index()].contains(&face) {
+                    let (face, patch) = (
+                        &request.environment[face].id,
+                        &request.robot.patches[patch].name,
+                    );
+                    let reason =
+                        format!("{face} is not for {patch}: its roles ask for other faces");
+                    return Some(Blocked::of_goal(reason, true));
+                }
                 let wanted = |i: usize| {
                     if self.faces[i] == face {
                         0.0

@@ -61,6 +61,7 @@ impl<'a> Request<'a> {
                 contacts: feet.iter().map(|&foot| (foot, floor)).collect(),
             },
             goal: Goal {
+                beside_m: goal.tolerance_m,
                 base: goal,
                 patches: feet.to_vec(),
                 contacts: Vec::new(),
@@ -86,6 +87,8 @@ pub struct Start {
 pub struct Goal {
     /// Where the base must be.
     pub base: BaseGoal,
+    /// How far beside the end of the guide the way of the base may end, m.
+    pub beside_m: f64,
     /// Patches that must be in contact, anywhere.
     pub patches: Vec<PatchId>,
     /// Pairs of patch and face that must be in contact.

@@ -22,7 +22,7 @@ use crate::steepness::holds_alone;
 /// of a turn: on stairs, turning is for the landing.
 pub(crate) const UNEVEN: f64 = 10.0;
 
-/// The way may end beside the goal by this part of its tolerance.
+/// The way may end beside the goal by this part of what is allowed.
 const WITHIN: f64 = 0.8;
 
 /// The base goes down by this much a metre where it has to crouch.
@@ -107,7 +107,7 @@ fn find(
         straight = false;
         let to_level = level.then_some(to.z - lattice.legs_m);
         let beside_m = match last {
-            true => WITHIN * context.request.goal.base.tolerance_m,
+            true => WITHIN * context.request.goal.beside_m,
             false => 0.0,
         };
         let leg = lattice.shortest(&from, footed.ground_m, to, beside_m, to_level, heading);

@@ -109,6 +109,54 @@ fn a_robot_walks_on_a_floor_from_its_urdf_alone() {
     }
 }
 
+/// Its ankles are 18.8 mm over the ground that it stands on, nearer than anything else may come.
+#[test]
+fn a_robot_whose_ankles_are_low_climbs_stairs_from_its_urdf_alone() {
+    let urdf = robot_data().join("icub_description/robots/icub_reduced.urdf");
+    if !urdf.exists() {
+        let urdf = urdf.display();
+        eprintln!("SKIPPED: {urdf} is not there (scripts/fetch-robots)");
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let line = "bench --family stairs-up --first 4401 --count 1 --robot @ -o @";
+    succeeds(line, &[&urdf, folder.path()]);
+    let scene = folder.path().join("worlds/stairs-up-iCub-4401.toml");
+    let words = ["verified: all of"];
+    ends_with("run @ -o @", &[&scene, folder.path()], 0, &words);
+}
+
+/// A table that a hand is to touch, and that no foot comes onto: the robot stands before it.
+#[test]
+fn a_hand_touches_the_table_that_the_goal_names() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let cuboid = |low: [f64; 3], high: [f64; 3], first: usize| {
+        let corner = |k: usize| [0, 1, 2].map(|i| if k >> i & 1 == 0 { low[i] } else { high[i] });
+        let corners = (0..8).map(|k| corner(k).map(|x| x.to_string()).join(" "));
+        let corners: String = corners.map(|c| format!("v {c}\n")).collect();
+        let sides = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let side = |side: [usize; 4]| side.map(|k| (first + k).to_string()).join(" ");
+        let sides: String = sides.map(|s| format!("f {}\n", side(s))).concat();
+        corners + &sides
+    };
+    let floor = cuboid([-1.0, -1.0, -0.1], [2.0, 1.0, 0.0], 1);
+    let table = cuboid([0.7, -0.6, 0.7], [1.2, 0.6, 0.75], 9);
+    std::fs::write(folder.path().join("table.obj"), floor + &table).expect("writable");
+    let scene = folder.path().join("table.toml");
+    let text = "name = \"table\"\nmesh_file = \"table.obj\"\nrobot.urdf = \"builtin:hrp2\"\n\
+                [goal]\ncontact = [{ patch = \"left_hand\", point_m = [0.95, 0.0, 0.75] }]\n";
+    std::fs::write(&scene, text).expect("writable");
+    let words = ["verified: all of"];
+    ends_with("run @ -o @", &[&scene, folder.path()], 0, &words);
+}
+
 /// A floor that a COLLADA file says to be level in its y-up frame.
 #[test]
 fn a_mesh_whose_file_says_what_is_up_is_turned() {

@@ -60,6 +60,7 @@ impl Walk {
         let usable: Vec<FaceIndex> = self.usable.iter().map(|name| face(name)).collect();
         let request = Request {
             goal: Goal {
+                beside_m: 0.0,
                 base: BaseGoal {
                     tolerance_m: self.tolerance_m,
                     yaw_tolerance_rad: 0.1,
