@@ -116,7 +116,7 @@ pub fn plan(
     let usable = roles::usable(
         robot,
         environment,
-        (contacts, &goal.contacts),
+        [contacts, &goal.contacts],
         roles,
         edge_sigmas,
     );

@@ -20,7 +20,7 @@ pub struct Usable {
 pub fn usable(
     robot: &Robot,
     environment: &Environment,
-    (at_start, wanted): (&[(PatchId, FaceIndex)], &[(PatchId, FaceIndex)]),
+    [at_start, wanted]: [&[(PatchId, FaceIndex)]; 2],
     config: &Config,
     edge_sigmas: f64,
 ) -> Usable {
