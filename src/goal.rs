@@ -198,8 +198,8 @@ impl Limb {
         let patch = &robot.patches[patch];
         let kinematics = Kinematics::new(robot, at);
         let is_own = |body: usize| {
-            let others = robot.patches.iter().filter(|p| p.body != patch.body);
-            others.into_iter().all(|p| !robot.supports(body, p.body))
+            let mut others = robot.patches.iter().filter(|p| p.body != patch.body);
+            !others.any(|p| robot.supports(body, p.body))
         };
         let up = std::iter::successors(Some(patch.body), |&body| robot.bodies[body].parent);
         let joints_W = up

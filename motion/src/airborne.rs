@@ -5,7 +5,7 @@ use posture::{FaceIndex, PlacedShape};
 use robot_model::PatchId;
 use robot_model::collision::Shape;
 
-use crate::problem::{MotionContext, Swing};
+use crate::problem::{MotionContext, Swing, Task};
 use crate::swing_path::STRAIGHT_M;
 
 /// Cosine of 45°: a body is under the patch where the normal between them leans less from the patch's.
@@ -83,9 +83,9 @@ impl Airborne {
     }
 
     /// The least distance, m, of a shape of the patch's body, or of one that carries it, to a body of the environment that
-    /// the patch may touch here; nothing where it may not. A shank with a ball that moves by `moves_m` from one sample to the next keeps its
-    /// clearance at the first sample below where it may touch: above that it was not looked at since the last
-    /// one, and it may lie almost flat. A sole has nothing below it.
+    /// the patch may touch here; nothing where it may not. A shank with a ball that moves by `moves_m` from one sample to
+    /// the next keeps its clearance at the first sample below where it may touch: above that it was not looked at since the
+    /// last one, and it may lie almost flat. A sole has nothing below it.
     pub fn contact_distance_m(
         &self,
         context: &MotionContext,
@@ -102,7 +102,7 @@ impl Airborne {
                 (patch, face),
                 shape,
                 obstacle,
-                context.posture.self_clearance_m,
+                context.posture.carrying_clearance_m(),
             )?;
             let is_sole = patch.point_radius_m().is_none();
             Some(match is_sole || over_m + moves_m < STRAIGHT_M {
@@ -150,4 +150,20 @@ impl Airborne {
         }
         beside + zones.min(1.0) * (context.config.swing_clearance_m - beside).max(0.0) + extra_m
     }
+}
+
+/// The least distance, m, of a shape to a body of the environment that a patch of its link, or of one that it carries, touches
+/// or may touch in the air; nothing where there is none.
+pub(crate) fn touching_m(
+    context: &MotionContext,
+    task: &Task,
+    air: Option<&Airborne>,
+    shape: &Shape,
+    obstacle: usize,
+    moves_m: f64,
+) -> Option<f64> {
+    let in_air = air.and_then(|air| air.contact_distance_m(context, shape, obstacle, moves_m));
+    let closed = task.contact_distance_m(context, shape, obstacle);
+    let least_m = in_air.into_iter().chain(closed);
+    least_m.min_by(f64::total_cmp)
 }

@@ -10,7 +10,7 @@ use posture::PlacedShape;
 use robot_model::Kinematics;
 use robot_model::collision::{Shape, closest};
 
-use crate::airborne::Airborne;
+use crate::airborne::{Airborne, touching_m};
 use crate::failure::{Failure, Reason, keep_worst};
 use crate::problem::{MotionContext, Task};
 
@@ -228,9 +228,7 @@ impl<'a> ClearanceMonitor<'a> {
                     continue;
                 }
                 let moves_m = (FURTHER * self.moved[i]).min(0.5 * beside);
-                let touching = air
-                    .and_then(|air| air.contact_distance_m(context, shape, o, moves_m))
-                    .or_else(|| task.contact_distance_m(context, shape, o));
+                let touching = touching_m(context, task, air, shape, o, moves_m);
                 // What a patch touches changes while it is in the air alone.
                 if touching == Some(f64::NEG_INFINITY) {
                     *until = if swings { gone } else { f64::INFINITY };

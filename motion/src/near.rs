@@ -5,7 +5,7 @@ use posture::PlacedShape;
 use robot_model::Kinematics;
 use robot_model::collision::{BodyShape, Other, Proximity};
 
-use crate::airborne::Airborne;
+use crate::airborne::{Airborne, touching_m};
 use crate::generate::STEP_PART;
 use crate::problem::{MotionContext, Task};
 
@@ -55,8 +55,7 @@ pub(crate) fn pairs(
     let touching = |shape: BodyShape, obstacle: usize| {
         let shape = &collision.shapes()[shape.shape];
         let air = air.as_ref().map(|(_, air)| air);
-        let in_air = air.and_then(|a| a.contact_distance_m(context, shape, obstacle, moves_m));
-        in_air.or_else(|| task.contact_distance_m(context, shape, obstacle))
+        touching_m(context, task, air, shape, obstacle, moves_m)
     };
     let gently = |pair: &Proximity, obstacle: usize| {
         let (air, normal_W) = (in_air(pair.a), &pair.normal_W);

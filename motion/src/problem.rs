@@ -124,7 +124,7 @@ impl Task {
         shape: &Shape,
         obstacle: usize,
     ) -> Option<f64> {
-        let apart_m = context.posture.self_clearance_m;
+        let apart_m = context.posture.carrying_clearance_m();
         let least_m = self.touches(context).filter_map(|touch| {
             let environment = context.environment;
             environment.contact_distance_m(context.robot, touch, shape, obstacle, apart_m)

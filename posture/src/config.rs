@@ -129,6 +129,11 @@ impl Default for Solver {
 }
 
 impl Config {
+    /// The least distance of what carries a sole or a palm from what that touches, m.
+    pub fn carrying_clearance_m(&self) -> f64 {
+        self.self_clearance_m.min(self.clearance_m)
+    }
+
     /// Refuses values that make no sense, naming the field.
     ///
     /// # Errors

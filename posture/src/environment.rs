@@ -140,23 +140,21 @@ impl Environment {
         (rise_m <= BEHIND_M).then_some(rise_m)
     }
 
-    /// The least distance, m, between a body of the world that lies behind the plane of a face and
-    /// a link that rests on the face, or is close to one that does; nothing where the body does not lie behind it, or the
-    /// link is another.
+    /// The least distance, m, between a body of the world that lies behind the plane of a face and a shape of a link that
+    /// rests on the face, or carries one that does; nothing where the body does not lie behind it, or the link does neither.
     ///
     /// A flat patch holds its link over the plane, so that nothing is asked of the distance (−∞). The links that carry it
     /// ([`Robot::are_close`]) are held over it as well, wherever the plane is: they keep what parts of the robot keep from
-    /// each other, `self_clearance_m`. A
-    /// ball lets its link tilt, and into the ground: what holds the ball may be as deep there as the body
-    /// rises over the plane, and a little more; any other shape of the link stays off it by half of the ball's radius,
-    /// as it does where the link is upright.
+    /// each other, `carrying_m`. A ball lets its link tilt, and into the ground: what holds the ball may be as deep
+    /// there as the body rises over the plane, and a little more; any other shape of the link stays off it by half of the
+    /// ball's radius, as it does where the link is upright.
     pub fn contact_distance_m(
         &self,
         robot: &Robot,
         (patch, face): (&ContactPatch, FaceIndex),
         shape: &Shape,
         body: usize,
-        self_clearance_m: f64,
+        carrying_m: f64,
     ) -> Option<f64> {
         let radius_m = patch.point_radius_m();
         let (is_own, is_ball) = (shape.body == patch.body, radius_m.is_some());
@@ -168,7 +166,7 @@ impl Environment {
             Some(radius_m) if !shape.is_pad => 0.5 * radius_m,
             Some(_) => -CONTACT_DEPTH_M - rise_m,
             None if is_own => f64::NEG_INFINITY,
-            None => self_clearance_m,
+            None => carrying_m,
         })
     }
 

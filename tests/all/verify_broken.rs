@@ -35,3 +35,19 @@ fn a_failure_names_stance_contact_check_and_amount() {
         "stance 2, left_foot: closure 0.005000 m > 0.001000 m (by 0.004000 m)"
     );
 }
+
+/// The sole holds the ankle over the ground: 7 mm are enough there, less than the clearance from all else.
+#[test]
+fn an_ankle_is_as_near_to_its_ground_as_parts_of_the_robot_may_be_to_each_other() {
+    let plan = biped::plan();
+    let too_near = |above_m: f64| {
+        let certificate = verify(&plan, None, &biped::with_ankle(biped::ANKLE - above_m));
+        let mut failures = certificate.failures();
+        let is_ankle = |subject: &str| subject.starts_with("left_ankle_pitch_link");
+        failures.any(|row| row.check == Check::ContactDepth && is_ankle(&row.subject))
+    };
+    let least_m = plan.required.self_clearance_m;
+    assert!(plan.required.clearance_m > 0.007 && least_m < 0.007);
+    assert!(!too_near(0.007));
+    assert!(too_near(least_m - 0.001));
+}

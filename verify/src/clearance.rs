@@ -208,9 +208,15 @@ impl<'a> Pairs<'a> {
                 }
                 continue;
             }
-            let is_own = near.parts.iter().any(|part| is_active(part) && part.is_own);
+            // Behind a plane that the link itself touches it is as deep as its patch; behind one that it is held over, not.
+            let is_held = |own: bool| {
+                let mut parts = near.parts.iter().filter(|part| is_active(part));
+                parts.any(|part| part.is_own == own && part.rise.is_ok())
+            };
+            let touches = near.parts.iter().any(|part| is_active(part) && part.is_own);
+            let is_own = is_held(true) || (touches && !is_held(false));
             let bound = match (is_own, shapes[near.shape].is_pad) {
-                (false, _) => self.bounds.own,
+                (false, _) => self.bounds.own.min(free),
                 (true, true) => touching - rise.max(0.0),
                 (true, false) => 0.0,
             };

@@ -52,7 +52,7 @@ impl Clearances {
         let environment = ctx.problem.environment;
         let contacts = ctx.problem.contacts.iter();
         let touches = contacts.filter_map(|c| Some((&robot.patches[c.patch], c.face?)));
-        let apart_m = ctx.config.self_clearance_m;
+        let apart_m = ctx.config.carrying_clearance_m();
         let behind = |shape: BodyShape, obstacle: usize| {
             let shape = &collision.shapes()[shape.shape];
             let least_m = touches.clone().filter_map(|touch| {

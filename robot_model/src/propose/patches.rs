@@ -213,10 +213,10 @@ impl Finder<'_> {
         let (spare_m, link) = palm::spare_m(self.robot, limb, patch.body, &patch.X_BC);
         (spare_m < 0.0).then(|| {
             format!(
-                "{}: {link} is in its way, by {:.0} mm however its arm is held: it touches only with a smaller {}",
+                "{}: {link} is in its way, by {:.0} mm however its arm is held: it touches only with a smaller \
+                 posture.clearance_m or posture.self_clearance_m",
                 patch.name,
-                -1e3 * spare_m,
-                "posture.clearance_m or posture.self_clearance_m"
+                -1e3 * spare_m
             )
         })
     }

@@ -28,8 +28,23 @@ pub const COM_MARGIN: f64 = 0.025;
 
 /// The robot: 30 kg, hips 0.2 m apart, legs of 0.78 m.
 pub fn robot() -> Robot {
-    robot_model::load_from_strings(
+    of_urdf(include_str!("biped/biped.urdf"))
+}
+
+/// The same with a ball around its left ankle.
+pub fn with_ankle(radius_m: f64) -> Robot {
+    let (link, urdf) = (
+        "<link name=\"left_ankle_pitch_link\">",
         include_str!("biped/biped.urdf"),
+    );
+    let ball =
+        format!("<collision><geometry><sphere radius=\"{radius_m}\"/></geometry></collision>");
+    of_urdf(&urdf.replace(link, &(link.to_owned() + &ball)))
+}
+
+fn of_urdf(urdf: &str) -> Robot {
+    robot_model::load_from_strings(
+        urdf,
         None,
         Some(include_str!("biped/contacts.toml")),
         "biped",
