@@ -11,6 +11,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 use scenes::simulator::{DepthNoise, XTION, scan};
 use scenes::truth::{OrientedBox, Truth};
 
+use crate::support::boxes::boxes_obj;
 #[cfg(feature = "mujoco")]
 use crate::support::program::list;
 use crate::support::program::{ends_with, json, number, read, root, succeeds};
@@ -130,25 +131,9 @@ fn a_robot_whose_ankles_are_low_climbs_stairs_from_its_urdf_alone() {
 #[test]
 fn a_hand_touches_the_table_that_the_goal_names() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let cuboid = |low: [f64; 3], high: [f64; 3], first: usize| {
-        let corner = |k: usize| [0, 1, 2].map(|i| if k >> i & 1 == 0 { low[i] } else { high[i] });
-        let corners = (0..8).map(|k| corner(k).map(|x| x.to_string()).join(" "));
-        let corners: String = corners.map(|c| format!("v {c}\n")).collect();
-        let sides = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let side = |side: [usize; 4]| side.map(|k| (first + k).to_string()).join(" ");
-        let sides: String = sides.map(|s| format!("f {}\n", side(s))).concat();
-        corners + &sides
-    };
-    let floor = cuboid([-1.0, -1.0, -0.1], [2.0, 1.0, 0.0], 1);
-    let table = cuboid([0.7, -0.6, 0.7], [1.2, 0.6, 0.75], 9);
-    std::fs::write(folder.path().join("table.obj"), floor + &table).expect("writable");
+    let floor = [-1.0, 2.0, -1.0, 1.0, -0.1, 0.0];
+    let table = [0.7, 1.2, -0.6, 0.6, 0.7, 0.75];
+    std::fs::write(folder.path().join("table.obj"), boxes_obj(&[floor, table])).expect("writable");
     let scene = folder.path().join("table.toml");
     let text = "name = \"table\"\nmesh_file = \"table.obj\"\nrobot.urdf = \"builtin:hrp2\"\n\
                 [goal]\ncontact = [{ patch = \"left_hand\", point_m = [0.95, 0.0, 0.75] }]\n";

@@ -1,6 +1,7 @@
 //! What several tests need: the program, plans made once, robots and ways to break a plan.
 
 pub mod biped;
+pub mod boxes;
 pub mod chromium;
 pub mod controller;
 pub mod fixture;
