@@ -286,6 +286,29 @@ pub fn goal_contact(text: &str) -> Result<GoalContact, String> {
     })
 }
 
+/// A posture that the goal must have, or one joint of it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GoalPosture {
+    /// All that a posture of the SRDF states.
+    Named(String),
+    /// A joint and its value, rad (m where prismatic).
+    Joint(String, f64),
+}
+
+/// A [`GoalPosture`]: `NAME` or `JOINT=VALUE`.
+///
+/// # Errors
+/// As [`numbers`].
+pub fn goal_posture(text: &str) -> Result<GoalPosture, String> {
+    match text.split_once('=') {
+        None => Ok(GoalPosture::Named(text.trim().to_owned())),
+        Some((joint, value)) => {
+            let value = numbers(value, &[1])?[0];
+            Ok(GoalPosture::Joint(joint.trim().to_owned(), value))
+        }
+    }
+}
+
 /// A key posture of the guide path: `x,y,z` or `x,y,z,yaw`.
 ///
 /// # Errors
@@ -355,6 +378,11 @@ mod tests {
         let point_m = goal_contact("hand=1,2,3").unwrap().point_m;
         assert_eq!(point_m, Some([1.0, 2.0, 3.0]));
         assert!(goal_contact("hand").is_err());
+        let named = GoalPosture::Named("crouch".to_owned());
+        assert_eq!(goal_posture("crouch"), Ok(named));
+        let knee = GoalPosture::Joint("knee".to_owned(), -0.5);
+        assert_eq!(goal_posture("knee=-0.5"), Ok(knee));
+        assert!(goal_posture("knee=bent").is_err());
         assert_eq!(sensor("xtion").unwrap().name.as_deref(), Some("xtion"));
         let own = sensor("kinect_v2:5,6,7,8,0.01").unwrap();
         assert_eq!(own.name.as_deref(), Some("kinect_v2"));

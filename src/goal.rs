@@ -2,9 +2,9 @@
 
 use anyhow::{Context, Result, bail};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
-use plan::{GoalContact, GoalRecord};
+use plan::{GoalContact, GoalJoints, GoalRecord};
 use planner::Guide;
-use posture::{BaseGoal, Environment, FaceIndex};
+use posture::{BaseGoal, Environment, FaceIndex, JointGoal};
 use robot_model::{Configuration, Kinematics, PatchId, Robot};
 use scenes::scene_file;
 use surfaces::{Face, Region, Terrain};
@@ -33,7 +33,7 @@ pub fn goal(
     asked: &scene_file::Goal,
     robot: &Robot,
     environment: &Environment,
-    stand: &StartState,
+    (stand, config): (&StartState, &posture::Config),
 ) -> Result<planner::Goal> {
     let position = asked.base_position_m.as_deref().unwrap_or_default();
     let base = BaseGoal {
@@ -46,18 +46,78 @@ pub fn goal(
         let patch = robot.patch_id(&contact.patch).context("the goal");
         mistakes::both(patch, wanted_face(contact, environment))
     }))?;
+    let joints = joints(asked, robot, config)?;
     // What a hand is to touch it touches from many places.
     let first = contacts.first().filter(|_| position.is_empty());
     let limb = first.and_then(|&(patch, _)| Limb::new(robot, patch, &stand.configuration));
     Ok(planner::Goal {
         beside_m: limb.map_or(base.tolerance_m, |limb| BESIDE * limb.reach_m),
         base,
-        contacts,
-        patches: match asked.base_position_m {
-            Some(_) => stand.patches.clone(),
-            None => Vec::new(),
+        patches: match asked.base_position_m.is_some() || joints.is_some() {
+            true => stand.patches.clone(),
+            false => Vec::new(),
         },
+        joints,
+        contacts,
     })
+}
+
+/// The joints that a goal wants, each within its limits by the margin that postures keep.
+fn joints(
+    asked: &scene_file::Goal,
+    robot: &Robot,
+    config: &posture::Config,
+) -> Result<Option<JointGoal>> {
+    let wanted = wanted_joints(asked, robot)?;
+    let tolerance_rad = asked.joint_tolerance_rad;
+    let joints = robot.joint_bodies().iter().zip(&wanted);
+    let out_of_reach = joints.filter_map(|(body, wanted)| {
+        let margin = body.kept_margin(config.joint_margin_rad);
+        let (lower, upper) = (body.lower + margin, body.upper - margin);
+        let wanted = (*wanted)?;
+        let beyond = (lower - wanted).max(wanted - upper);
+        let name = &body.joint;
+        (beyond > tolerance_rad).then(|| {
+            format!("{name} at {wanted:.3}: {beyond:.3} beyond what its limits and posture.joint_margin_rad leave, {lower:.3} to {upper:.3}")
+        })
+    });
+    let out_of_reach: Vec<String> = out_of_reach.collect();
+    if !out_of_reach.is_empty() {
+        bail!(
+            "the goal: no posture has {} (joint_tolerance_rad is {tolerance_rad})",
+            out_of_reach.join(", ")
+        );
+    }
+    let any = wanted.iter().any(Option::is_some);
+    Ok(any.then_some(JointGoal {
+        wanted,
+        tolerance_rad,
+    }))
+}
+
+/// The value of every joint that a goal names or its posture states.
+fn wanted_joints(asked: &scene_file::Goal, robot: &Robot) -> Result<Vec<Option<f64>>> {
+    let mut wanted = vec![None; robot.nj()];
+    if let Some(name) = &asked.posture {
+        let configuration = robot.posture(name).context("the goal")?;
+        let is_stated = &robot.postures[name].is_stated;
+        for ((wanted, value), _) in wanted
+            .iter_mut()
+            .zip(configuration.joints.iter())
+            .zip(is_stated)
+            .filter(|(_, is_stated)| **is_stated)
+        {
+            *wanted = Some(*value);
+        }
+    }
+    let named = asked.joints_rad.iter().map(|(name, value)| {
+        let joint = robot.joint_index(name).context("the goal")?;
+        Ok((joint, *value))
+    });
+    for (joint, value) in mistakes::all(named)? {
+        wanted[joint] = Some(value);
+    }
+    Ok(wanted)
 }
 
 /// How far apart two faces may be for a step from one to the other, m.
@@ -121,7 +181,7 @@ pub fn named(asked: &scene_file::Goal, robot: &Robot, environment: &Environment)
         let faces = mistakes::all(seen.map(|id| environment.face(id).context("the goal")));
         mistakes::both(patch, faces)
     }));
-    all.map(drop)
+    mistakes::both(all, wanted_joints(asked, robot)).map(drop)
 }
 
 /// The face that a goal contact names or points at.
@@ -282,11 +342,20 @@ pub fn record(goal: &planner::Goal, robot: &Robot, environment: &Environment) ->
         patch: robot.patches[patch].name.clone(),
         face: environment[face].id.clone(),
     };
+    let joints = goal.joints.as_ref().map(|joints| {
+        let named = robot.joint_names().zip(&joints.wanted);
+        let named = named.filter_map(|(name, wanted)| Some((name.to_owned(), (*wanted)?)));
+        GoalJoints {
+            wanted: named.collect(),
+            tolerance_rad: joints.tolerance_rad,
+        }
+    });
     GoalRecord {
         base_position_m: position.iter().any(Option::is_some).then_some(position),
         tolerance_m: goal.base.tolerance_m,
         yaw_rad: goal.base.yaw_rad,
         contacts: goal.contacts.iter().map(contact).collect(),
+        joints,
     }
 }
 

@@ -156,7 +156,7 @@ pub fn pose(
     let environment = environment.map_err(|error| doubted(error.into(), &notes))?;
     let on = |(patch, face): &(PatchId, FaceId)| Ok((*patch, environment.face(face.as_str())?));
     let contacts: Vec<_> = ground.iter().map(on).collect::<Result<_>>()?;
-    let goal = goal::goal(&scene.goal, &robot, &environment, &stand)?;
+    let goal = goal::goal(&scene.goal, &robot, &environment, (&stand, &config.posture))?;
     Ok(Posed {
         robot,
         extracted,

@@ -85,6 +85,7 @@ impl Posed {
             environment: &self.environment,
             contacts: self.contacts.clone(),
             base_goal: None,
+            joint_goal: None,
             reference: &self.guess,
             guess: &self.guess,
         }

@@ -135,6 +135,7 @@ fn on_contacts(
         environment,
         contacts,
         base_goal: None,
+        joint_goal: None,
         reference: guess,
         guess,
     };

@@ -63,7 +63,10 @@ pub fn unsolved(
         "exhausted" => vec![
             format!("--set posture.restarts={restarts}: more attempts at each posture"),
             "--guide X,Y,Z: places that the base should pass".to_owned(),
-            "--goal-tolerance-m: a goal that need not be met as exactly".to_owned(),
+            match plan.goal.joints {
+                None => "--goal-tolerance-m: a goal that need not be met as exactly".to_owned(),
+                Some(_) => "joint_tolerance_rad of the scene's [goal]: joints that need not be met as exactly".to_owned(),
+            },
         ],
         "budget_spent" if gap => vec![
             "another goal, or --goal-tolerance-m: a goal that need not be met as exactly"

@@ -281,6 +281,7 @@ fn waypoint(
         environment: context.environment,
         contacts,
         base_goal: None,
+        joint_goal: None,
         reference: &reference,
         guess: &reference,
     };

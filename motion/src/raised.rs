@@ -45,6 +45,7 @@ pub fn raised(
         environment: context.environment,
         contacts,
         base_goal: None,
+        joint_goal: None,
         reference: &stance.posture.q,
         guess: &stance.posture.q,
     };

@@ -70,6 +70,7 @@ impl Pair {
                 environment,
                 contacts: contacts.to_vec(),
                 base_goal: None,
+                joint_goal: None,
                 reference: &start,
                 guess,
             };

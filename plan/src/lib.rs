@@ -31,8 +31,8 @@ pub use contact::Contact;
 pub use error::Error;
 pub use motion::{Limits, MOTION_FORMAT, Motion, Phase, PhaseKind, Sample};
 pub use plan::{
-    GoalContact, GoalRecord, Input, MotionFile, PLAN_FORMAT, Plan, Program, RequiredMargins,
-    RobotSummary, SearchSummary, Unsolved,
+    GoalContact, GoalJoints, GoalRecord, Input, MotionFile, PLAN_FORMAT, Plan, Program,
+    RequiredMargins, RobotSummary, SearchSummary, Unsolved,
 };
 pub use refutation::{ContactPlace, Multipliers, Near, PlaceFreedom, Proof, Refutation};
 pub use stance::{Change, Margins, Stance};

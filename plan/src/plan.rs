@@ -3,6 +3,8 @@
 //! Everything a reader needs to check the plan stands in the file: the surfaces it uses, the
 //! margins it promises and, for each stance, the posture and the forces at the patch vertices.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use surfaces::{Face, FaceId, Obstacle};
@@ -132,6 +134,19 @@ pub struct GoalRecord {
     pub yaw_rad: Option<f64>,
     /// Wanted contacts.
     pub contacts: Vec<GoalContact>,
+    /// Wanted joints.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joints: Option<GoalJoints>,
+}
+
+/// Where joints must be at the end.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GoalJoints {
+    /// Value of each joint that is wanted, by its name, rad (m where prismatic).
+    pub wanted: BTreeMap<String, f64>,
+    /// Largest distance from it, rad (m).
+    pub tolerance_rad: f64,
 }
 
 /// A contact that the last stance must contain.

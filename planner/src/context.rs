@@ -8,6 +8,7 @@ use posture::{Contact, FaceIndex, Problem, Upright};
 use robot_model::{Configuration, Kinematics, PatchId};
 
 use crate::footing::Footing;
+use crate::goal_stance::GoalStance;
 use crate::landing::{Footprint, Landing};
 use crate::reach::Reach;
 use crate::request::Request;
@@ -41,6 +42,8 @@ pub(crate) struct SearchContext<'a> {
     pub weight: f64,
     /// The nominal posture with its base upright in W's origin.
     pub upright: Configuration,
+    /// Where the feet stand under the posture that is wanted at the goal.
+    pub goal_stance: Option<GoalStance>,
     /// For each patch, its place relative to the base.
     offset: Vec<Vector3<f64>>,
     /// How far patches reach.
@@ -145,6 +148,7 @@ impl<'a> SearchContext<'a> {
             weight: config.heuristic_weight,
             reach,
             upright,
+            goal_stance: GoalStance::new(request, &feet),
             offset,
             route,
             is_founded: false,
@@ -210,6 +214,11 @@ impl<'a> SearchContext<'a> {
         (sole && settled && foot).then(|| heading(&(contact.X_WC.rotation * Vector3::x())))
     }
 
+    /// Where on the route a foot has come to its end, m.
+    pub fn end_m(&self) -> f64 {
+        self.route.length_m() - 0.5 * self.request.goal.beside_m
+    }
+
     /// How far along the route the search may go on in proportion: the budgets are for
     /// [`BUDGET_STRIDES`] strides, and for each that the way has more there is as much more.
     pub fn budget(&self, budget: usize) -> usize {
@@ -261,10 +270,15 @@ impl<'a> SearchContext<'a> {
             let level_m = (place_W.z - usual.z).abs() + LEVEL_LEGS * offset.z;
             lateral_m += OFF_LEVEL * level_m.max(0.0);
         }
+        let has_arrived = self.has_arrived(patch, place_W, yaw);
         Footing {
-            along_m,
+            along_m: match has_arrived {
+                Some(true) => route.length_m(),
+                _ => along_m,
+            },
             lateral_m,
             in_air: false,
+            astray: has_arrived == Some(false),
         }
     }
 
@@ -280,6 +294,7 @@ impl<'a> SearchContext<'a> {
             environment: self.request.environment,
             contacts,
             base_goal: None,
+            joint_goal: None,
             reference,
             guess,
         }
@@ -325,6 +340,6 @@ fn following_m(offset: &[Vector3<f64>], feet: &[PatchId]) -> f64 {
 }
 
 /// The heading of a direction, rad.
-fn heading(direction: &Vector3<f64>) -> f64 {
+pub(crate) fn heading(direction: &Vector3<f64>) -> f64 {
     direction.y.atan2(direction.x)
 }

@@ -13,10 +13,9 @@ use crate::footing::{Footing, hindmost};
 /// passes the other, and one on the ground must leave and land once for every two strides that
 /// it is behind; more feet catch up with each other, once for every stride.
 pub(crate) fn estimate(context: &SearchContext, feet: &[Footing]) -> f64 {
-    let end = context.route.length_m();
+    let end = context.end_m();
     let stride = context.stride_m;
     let advance = if feet.len() > 2 { stride } else { 2.0 * stride };
-    let tolerance = 0.5 * context.request.goal.beside_m;
     feet.iter()
         .enumerate()
         .map(|(i, foot)| {
@@ -25,9 +24,15 @@ pub(crate) fn estimate(context: &SearchContext, feet: &[Footing]) -> f64 {
             } else {
                 (foot.along_m, 0.0)
             };
-            let behind = (end - tolerance - along).max(0.0);
+            let behind = (end - along).max(0.0);
+            // One that stands elsewhere than it has to steps at least once.
+            let again = if foot.astray && !foot.in_air {
+                2.0
+            } else {
+                0.0
+            };
             landing
-                + 2.0 * behind / advance
+                + (2.0 * behind / advance).max(again)
                 + context.config.lateral_deviation_price_per_m * foot.lateral_m
         })
         .sum()

@@ -77,7 +77,7 @@ impl Foothold {
     }
 
     /// The part of its face about the place, long along the way where it can be.
-    fn area(&self, context: &SearchContext) -> Option<Area> {
+    pub fn area(&self, context: &SearchContext) -> Option<Area> {
         let X_WF = context.request.environment[self.face].X_WF;
         let heading = context.route.at(self.along_m).heading;
         let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);

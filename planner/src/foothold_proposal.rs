@@ -108,7 +108,8 @@ pub(crate) fn propose(
             moved_m,
             ..foothold
         };
-        foothold.with_room(context, node)
+        let foothold = foothold.with_room(context, node)?;
+        Some(foothold.at_goal(context))
     };
     let same = |a: &Foothold, b: &Foothold| {
         let turned = match (a.yaw_rad, b.yaw_rad) {
@@ -164,11 +165,14 @@ fn place(
         let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), heading);
         let shift = Vector3::new(vary.shift[0], vary.shift[1], 0.0);
         let shift = turn * shift * context.same_place_m();
-        let place = route.foot_at(along_m, context.offset(patch)) + shift;
+        let at_goal = context.stand_at_goal(patch);
+        let at_goal = at_goal.filter(|_| foot.is_some() && along_m >= context.end_m());
+        let usual = || (route.foot_at(along_m, context.offset(patch)), heading);
+        let (place, heading) = at_goal.unwrap_or_else(usual);
         Foothold {
             patch,
             face,
-            place: place.into(),
+            place: (place + shift).into(),
             yaw_rad: foot.map(|_| heading + vary.turn),
             along_m,
             moved_m: 0.0,

@@ -9,6 +9,8 @@ pub(crate) struct Footing {
     pub lateral_m: f64,
     /// Whether it is in the air, and this is where it stood last.
     pub in_air: bool,
+    /// Whether it is elsewhere than the posture that is wanted at the goal has it.
+    pub astray: bool,
 }
 
 /// Progress of the hindmost foot beside the one of that index, m: of those in the air, too, which

@@ -53,10 +53,17 @@ pub(crate) fn try_goal(
     if !has_patches || !has_contacts || behind || !near_goal(context, node, &goal.base) {
         return Ok(Attempt::TooEarly);
     }
-    let reference = nominal_posture(context, &node.contacts, node.along_m(context));
+    let wanted = context.wanted_over(&node.contacts);
+    let joint_goal = wanted.as_ref().map(|(joints, _)| *joints);
+    let usual = || nominal_posture(context, &node.contacts, node.along_m(context));
+    let (reference, guess) = match wanted {
+        Some((_, posture)) => (posture.clone(), posture),
+        None => (usual(), node.posture.q.clone()),
+    };
     let problem = Problem {
         base_goal: Some(goal.base.clone()),
-        ..context.problem(node.contacts.clone(), &reference, &node.posture.q)
+        joint_goal,
+        ..context.problem(node.contacts.clone(), &reference, &guess)
     };
     let mut upright = context.upright(&reference);
     upright.tilt_max_rad *= STANDING_TILT;

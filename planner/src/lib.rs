@@ -61,6 +61,7 @@ mod footing;
 mod frontier;
 mod gap;
 mod goal;
+mod goal_stance;
 mod ground;
 pub mod guide;
 mod landing;

@@ -103,8 +103,9 @@ impl Node {
 /// Headings of a sole nearer than this count as the same, rad.
 const SAME_HEADING_RAD: f64 = 0.2;
 
-/// What tells one contact set from another: patches, faces, places and headings, to the cell.
-pub(crate) type Key = Vec<(PatchId, Option<FaceIndex>, [i64; 4])>;
+/// What tells one contact set from another: patches, faces, places and headings, to the cell, and whether a foot is
+/// where it has to be at the goal.
+pub(crate) type Key = Vec<(PatchId, Option<FaceIndex>, [i64; 4], bool)>;
 
 /// What tells one change to a contact set from another: patch, and the contact made.
 pub(crate) type ChangeKey = (PatchId, Option<(FaceIndex, [i64; 3])>);
@@ -125,11 +126,13 @@ pub(crate) fn change_key(context: &SearchContext, change: &Move) -> ChangeKey {
 pub(crate) fn key(context: &SearchContext, contacts: &[Contact]) -> Key {
     let of_contact = |c: &Contact| {
         let p = c.X_WC.translation.vector / context.same_place_m();
-        let yaw = context.yaw(c).unwrap_or(0.0) / SAME_HEADING_RAD;
+        let yaw = context.yaw(c);
+        let turned = yaw.unwrap_or(0.0) / SAME_HEADING_RAD;
         (
             c.patch,
             c.face,
-            [p.x, p.y, p.z, yaw].map(|x| x.round() as i64),
+            [p.x, p.y, p.z, turned].map(|x| x.round() as i64),
+            context.has_arrived(c.patch, &context.place_W(c), yaw) == Some(true),
         )
     };
     contacts.iter().map(of_contact).collect()

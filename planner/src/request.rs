@@ -1,7 +1,7 @@
 //! What is asked of the planner.
 
 use nalgebra::Vector3;
-use posture::{BaseGoal, Environment, FaceIndex};
+use posture::{BaseGoal, Environment, FaceIndex, JointGoal};
 use robot_model::{Configuration, PatchId, Robot};
 
 use crate::guide::Guide;
@@ -63,6 +63,7 @@ impl<'a> Request<'a> {
             goal: Goal {
                 beside_m: goal.tolerance_m,
                 base: goal,
+                joints: None,
                 patches: feet.to_vec(),
                 contacts: Vec::new(),
             },
@@ -87,6 +88,8 @@ pub struct Start {
 pub struct Goal {
     /// Where the base must be.
     pub base: BaseGoal,
+    /// Where joints must be, if it matters.
+    pub joints: Option<JointGoal>,
     /// How far beside the end of the guide the way of the base may end, m.
     pub beside_m: f64,
     /// Patches that must be in contact, anywhere.

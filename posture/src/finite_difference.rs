@@ -107,6 +107,7 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
             yaw_rad: Some(0.4),
             yaw_tolerance_rad: 0.1,
         }),
+        joint_goal: None,
         reference: &reference,
         guess: &q,
     };

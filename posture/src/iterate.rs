@@ -163,11 +163,17 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Limits of the joint of body `i`, inside by the margin where there is room for it.
+    /// Limits of the joint of body `i`, inside by the margin where there is room for it, and where it must be about a
+    /// value, no farther from that; a margin that leaves no room there gives way.
     pub fn joint_bounds(&self, i: usize) -> (f64, f64) {
         let body = &self.robot().bodies[i];
         let margin = body.kept_margin(self.config.joint_margin_rad);
-        (body.lower + margin, body.upper - margin)
+        let (lower, upper) = (body.lower + margin, body.upper - margin);
+        let Some((wanted, tolerance)) = self.problem.wanted(i) else {
+            return (lower, upper);
+        };
+        let (least, most) = (wanted - tolerance, wanted + tolerance);
+        (lower.max(least).min(most), upper.min(most).max(least))
     }
 
     /// Writes the iterate after a step to `to`.

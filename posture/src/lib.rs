@@ -78,6 +78,6 @@ pub use error::Error;
 pub use explain::{Explanation, Group, Relaxation, explain};
 pub use layout::{ball_inset_m, force_points, patch_inset_m};
 pub use outcome::{Constraint, ContactState, Outcome, Posture, Violation};
-pub use problem::{BaseGoal, Problem};
+pub use problem::{BaseGoal, JointGoal, Problem};
 pub use proof::refutation;
 pub use solve::solve;

@@ -125,7 +125,11 @@ impl Violation {
             }
             Constraint::JointLimit(b) => {
                 let degrees = self.amount.to_degrees();
-                format!("{} beyond its limit by {degrees:.2}°", joint(*b))
+                let what = match problem.wanted(*b) {
+                    Some(_) => "off the goal's posture",
+                    None => "beyond its limit",
+                };
+                format!("{} {what} by {degrees:.2}°", joint(*b))
             }
             Constraint::SelfClearance(a, b) => {
                 let mut at_rest = problem.robot.meeting_at_rest.iter();

@@ -19,6 +19,15 @@ pub struct BaseGoal {
     pub yaw_tolerance_rad: f64,
 }
 
+/// Where joints must be, as in a posture that is wanted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointGoal {
+    /// Value of every joint in the order of q, rad (m where prismatic); one without a value is free.
+    pub wanted: Vec<Option<f64>>,
+    /// Largest distance of each from its value, rad (m).
+    pub tolerance_rad: f64,
+}
+
 /// A contact set for which a posture is wanted.
 #[derive(Clone)]
 pub struct Problem<'a> {
@@ -30,6 +39,8 @@ pub struct Problem<'a> {
     pub contacts: Vec<Contact>,
     /// Where the base must be, if it matters.
     pub base_goal: Option<BaseGoal>,
+    /// Where joints must be, if it matters.
+    pub joint_goal: Option<&'a JointGoal>,
     /// The posture to stay near to where nothing else matters, heading included.
     pub reference: &'a Configuration,
     /// Where the search for the posture starts.
@@ -49,6 +60,7 @@ impl<'a> Problem<'a> {
             environment,
             contacts,
             base_goal: None,
+            joint_goal: None,
             reference: near,
             guess: near,
         }
@@ -56,6 +68,13 @@ impl<'a> Problem<'a> {
 }
 
 impl Problem<'_> {
+    /// About which value the joint of body `i` must be, and how near to it.
+    pub(crate) fn wanted(&self, i: usize) -> Option<(f64, f64)> {
+        let goal = self.joint_goal?;
+        let wanted = goal.wanted.get(i.checked_sub(1)?)?;
+        wanted.map(|wanted| (wanted, goal.tolerance_rad))
+    }
+
     /// Refuses what cannot be posed.
     ///
     /// # Errors

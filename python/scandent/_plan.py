@@ -276,6 +276,7 @@ def plan(
     start_contacts: Sequence[str] = (),
     before_floor: bool = False,
     goal_contacts: Optional[Mapping[str, Union[str, npt.ArrayLike]]] = None,
+    goal_posture: Union[str, Mapping[str, float], None] = None,
     goal_tolerance_m: Optional[float] = None,
     friction: Optional[float] = None,
     config: Optional[Config] = None,
@@ -291,8 +292,9 @@ def plan(
     Poses are matrices (4, 4), or x, y, z, qx, qy, qz, qw. ``start_contacts`` are the patches that touch the
     ground (all feet). ``before_floor`` moves a start that has no pose on to just before the floor that is seen ahead of
     the origin. ``goal`` is x, y or x, y, z or x, y, z, yaw of the base in W, m and rad;
-    ``goal_contacts`` are contacts that it must have, on a face or at a place (3,). ``guide`` are places (n, 3)
-    that the base should pass. ``config`` are settings as ``scandent config`` lists them, such as
+    ``goal_contacts`` are contacts that it must have, on a face or at a place (3,). ``goal_posture``
+    is one of the robot's postures, or values of joints by their names, that it must have at the end. ``guide`` are
+    places (n, 3) that the base should pass. ``config`` are settings as ``scandent config`` lists them, such as
     ``{"planner": {"nodes_max": 200}}``. The plan does not depend on ``threads``.
 
     Other threads of Python run meanwhile; Ctrl-C stops it. Raises ``NoPlan``, ``Undecided`` or ``Refused`` with
@@ -311,8 +313,8 @@ def plan(
     flags += ["--start-contacts", ",".join(touching)] if touching else []
     flags += ["--before-floor"] if before_floor else []
     wanted = mapping(goal_contacts, "goal_contacts")
-    if goal is None and not wanted:
-        raise InputError("goal, or goal_contacts, is missing", "goal")
+    if goal is None and not wanted and goal_posture is None:
+        raise InputError("goal, or goal_contacts or goal_posture, is missing", "goal")
     if goal is not None:
         place = numbers(goal, "goal", None)
         if len(place) not in (2, 3, 4):
@@ -321,6 +323,7 @@ def plan(
     for patch, where in wanted.items():
         at = text(where, "goal_contacts") if isinstance(where, str) else listed(numbers(where, "goal_contacts", 3))
         flags += [f"--goal-contact={_patch(patch, robot, 'goal_contacts')}={at}"]
+    flags += [f"--goal-posture={wanted}" for wanted in _goal_posture(goal_posture, robot)]
     for name, value in [("goal_tolerance_m", goal_tolerance_m), ("friction", friction)]:
         if value is not None:
             if number(value, name) <= 0.0:
@@ -370,6 +373,20 @@ def _callable(progress: Any) -> Any:
     if progress is not None and not callable(progress):
         raise InputError(f"progress is not callable but a {type(progress).__name__}", "progress")
     return progress
+
+
+def _goal_posture(wanted: Union[str, Mapping[str, float], None], robot: Robot) -> List[str]:
+    """A posture of the robot, or joints and their values, as flags say it."""
+    postures, joints = list(robot.postures), list(robot.joint_names)
+    if isinstance(wanted, str):
+        if wanted not in postures:
+            raise InputError(f"goal_posture = {wanted!r} is no posture of {robot.name}: {postures}", "goal_posture")
+        return [wanted]
+    values = mapping(wanted, "goal_posture")
+    for name in values:
+        if name not in joints:
+            raise InputError(f"goal_posture: {name!r} is no joint of {robot.name}", "goal_posture")
+    return [f"{name}={number(value, 'goal_posture')!r}" for name, value in values.items()]
 
 
 def _patch(name: Any, robot: Robot, argument: str) -> str:

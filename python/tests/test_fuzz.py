@@ -96,6 +96,7 @@ def calls(robot: scandent.Robot, terrain: scandent.Terrain, folder: Path) -> dic
                 "guide": None,
                 "start_contacts": (),
                 "goal_contacts": None,
+                "goal_posture": None,
                 "goal_tolerance_m": None,
                 "friction": None,
                 "config": short,

@@ -228,6 +228,8 @@ def test_images_that_make_no_sense_are_named(changes: dict[str, object], argumen
         ({"start": {"tail": np.eye(4)}}, "start"),
         ({"start_contacts": ["tail"]}, "start_contacts"),
         ({"goal_contacts": {"tail": "floor"}}, "goal_contacts"),
+        ({"goal_posture": "flying"}, "goal_posture"),
+        ({"goal_posture": {"tail": 0.1}}, "goal_posture"),
         ({"guide": [[1.0, 2.0]]}, "guide"),
         ({"friction": -1.0}, "friction"),
         ({"seed": -1}, "seed"),

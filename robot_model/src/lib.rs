@@ -44,7 +44,7 @@ pub use contact::{ContactPatch, PatchId, PatchKind, pyramid_axes_W};
 pub use error::Error;
 pub use kinematics::Kinematics;
 pub use load::{RobotFiles, load, load_from_strings, load_with};
-pub use robot::Robot;
+pub use robot::{NamedPosture, Robot};
 pub use xml::is_mjcf;
 
 /// No coordinate of a robot's part or of a body that it meets is greater, m: what is, is a mistake.

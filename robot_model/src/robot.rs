@@ -10,6 +10,17 @@ use crate::{Body, Configuration, ContactPatch, Error, Frame, JointKind, PatchId}
 /// As many joints are between a sole or a palm and the links that carry it, at most: those of an ankle or a wrist.
 const CLOSE_JOINTS: usize = 2;
 
+/// A posture that has a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedPosture {
+    /// Value of every joint; neutral where none is stated.
+    pub joints: Vec<f64>,
+    /// Which of them are stated.
+    pub is_stated: Vec<bool>,
+    /// Pose of the base, where it is stated.
+    pub base: Option<Isometry3<f64>>,
+}
+
 /// A floating-base robot.
 ///
 /// Bodies come in depth-first order: 0 is the floating base, parents come before children, and
@@ -24,10 +35,8 @@ pub struct Robot {
     pub frames: Vec<Frame>,
     /// Where it may touch the world; [`Self::set_patches`] replaces them.
     pub patches: Vec<ContactPatch>,
-    /// Named joint values, `nj` each.
-    pub postures: BTreeMap<String, Vec<f64>>,
-    /// Pose of the base in those postures that state one.
-    pub posture_bases: BTreeMap<String, Isometry3<f64>>,
+    /// Named postures.
+    pub postures: BTreeMap<String, NamedPosture>,
     /// Collision shapes and the pairs of them to watch.
     pub collision: CollisionModel,
     /// The watched pairs of links that are nearer than 8 mm in [`Self::resting`].
@@ -76,7 +85,6 @@ impl Robot {
             frames,
             patches: Vec::new(),
             postures: BTreeMap::new(),
-            posture_bases: BTreeMap::new(),
             collision,
             meeting_at_rest: Vec::new(),
             mass_kg,
@@ -192,13 +200,13 @@ impl Robot {
     /// [`Error::Unknown`] listing the postures there are.
     pub fn posture(&self, name: &str) -> Result<Configuration, Error> {
         let names = || self.postures.keys().map(String::as_str);
-        let joints = self.postures.get(name);
-        let joints = joints.ok_or_else(|| Error::unknown(None, "posture", name, names()))?;
+        let posture = self.postures.get(name);
+        let posture = posture.ok_or_else(|| Error::unknown(None, "posture", name, names()))?;
         let mut configuration = Configuration::zero(self.nj());
-        if let Some(base) = self.posture_bases.get(name) {
+        if let Some(base) = &posture.base {
             configuration = configuration.with_base(base);
         }
-        configuration.joints = DVector::from_column_slice(joints);
+        configuration.joints = DVector::from_column_slice(&posture.joints);
         Ok(configuration)
     }
 

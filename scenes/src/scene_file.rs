@@ -184,7 +184,7 @@ pub struct StartContact {
 }
 
 /// What the last stance must fulfil.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Goal {
     /// Position of the base in W: x, y or x, y, z, m.
@@ -197,10 +197,37 @@ pub struct Goal {
     /// Contacts that it must have.
     #[serde(default)]
     pub contact: Vec<GoalContact>,
+    /// Name of a posture in the SRDF: every joint that it states must be as it is there.
+    pub posture: Option<String>,
+    /// Values of joints by their names, in the place of the posture's, rad (m where prismatic).
+    #[serde(default)]
+    pub joints_rad: BTreeMap<String, f64>,
+    /// Largest distance of a joint from its value, rad (m).
+    #[serde(default = "default_joint_tolerance_rad")]
+    pub joint_tolerance_rad: f64,
+}
+
+impl Default for Goal {
+    /// Nothing that is wanted.
+    fn default() -> Self {
+        Self {
+            base_position_m: None,
+            tolerance_m: default_tolerance_m(),
+            yaw_rad: None,
+            contact: Vec::new(),
+            posture: None,
+            joints_rad: BTreeMap::new(),
+            joint_tolerance_rad: default_joint_tolerance_rad(),
+        }
+    }
 }
 
 fn default_tolerance_m() -> f64 {
     0.10
+}
+
+fn default_joint_tolerance_rad() -> f64 {
+    0.05
 }
 
 /// A wanted contact: the surface by its name, or the surface at a point.

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, anyhow};
 use scenes::scene_file::{Friction, Goal, GoalContact, Guide};
 
 use super::run::plan_with_progress;
-use crate::argument::{self, GoalFlag, StartFlag};
+use crate::argument::{self, GoalFlag, GoalPosture, StartFlag};
 use crate::cli::{Cli, Command, Global};
 use crate::environment_flags::ScanFlags;
 use crate::extrinsics::placement;
@@ -17,8 +17,6 @@ use crate::scene::{Environment, Files, Scene, Start};
 use crate::status::{Status, UsageError};
 use crate::told::Told;
 
-/// Farthest that the base may be from the goal where nothing is said, m.
-const GOAL_TOLERANCE_M: f64 = 0.10;
 /// Name of a plan without a scene.
 const NAME: &str = "plan";
 
@@ -63,6 +61,9 @@ pub struct Args {
     /// A contact that the goal must have: PATCH=SURFACE or PATCH=x,y,z (repeatable)
     #[arg(long, value_name = "PATCH=PLACE", value_parser = argument::goal_contact)]
     goal_contact: Vec<GoalContact>,
+    /// A posture that the goal must have: one of the SRDF's, or JOINT=VALUE, rad (repeatable)
+    #[arg(long, value_name = "NAME|JOINT=RAD", value_parser = argument::goal_posture, allow_hyphen_values = true)]
+    goal_posture: Vec<GoalPosture>,
     /// Farthest that the base may be from the goal, m
     #[arg(long, value_name = "M", value_parser = positive)]
     goal_tolerance_m: Option<f64>,
@@ -182,8 +183,10 @@ impl Args {
             let wanted = "give a scene, or one of --surfaces, --scan and --mesh";
             return Err(usage(wanted));
         }
-        if self.goal.is_none() && self.goal_contact.is_empty() {
-            return Err(usage("give a scene, or --goal or --goal-contact"));
+        if !self.has_goal() {
+            return Err(usage(
+                "give a scene, or --goal, --goal-contact or --goal-posture",
+            ));
         }
         Ok(Scene {
             name: NAME.to_owned(),
@@ -191,10 +194,7 @@ impl Args {
             mounts: Vec::new(),
             robot: RobotFiles::named("builtin:hrp2"),
             start: Start::default(),
-            goal: Goal {
-                tolerance_m: GOAL_TOLERANCE_M,
-                ..Goal::default()
-            },
+            goal: Goal::default(),
             guide: None,
             friction: Friction::default(),
             settings: toml::Table::new(),
@@ -306,10 +306,15 @@ impl Args {
         Ok(())
     }
 
+    fn has_goal(&self) -> bool {
+        self.goal.is_some() || !self.goal_contact.is_empty() || !self.goal_posture.is_empty()
+    }
+
     fn over_goal(&self, goal: &mut Goal) {
-        if self.goal.is_some() || !self.goal_contact.is_empty() {
+        if self.has_goal() {
             *goal = Goal {
                 tolerance_m: goal.tolerance_m,
+                joint_tolerance_rad: goal.joint_tolerance_rad,
                 ..Goal::default()
             };
         }
@@ -318,6 +323,14 @@ impl Args {
             goal.yaw_rad = flag.yaw_rad;
         }
         goal.contact.extend(self.goal_contact.iter().cloned());
+        for wanted in &self.goal_posture {
+            match wanted {
+                GoalPosture::Named(name) => goal.posture = Some(name.clone()),
+                GoalPosture::Joint(joint, value) => {
+                    goal.joints_rad.insert(joint.clone(), *value);
+                }
+            }
+        }
         if let Some(tolerance_m) = self.goal_tolerance_m {
             goal.tolerance_m = tolerance_m;
         }

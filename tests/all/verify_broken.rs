@@ -36,6 +36,34 @@ fn a_failure_names_stance_contact_check_and_amount() {
     );
 }
 
+/// The biped's joints at the end are what the goal wants, or the verifier says which is not.
+#[test]
+fn joints_of_the_goal_are_checked_at_the_last_stance() {
+    let (mut plan, robot) = (biped::plan(), biped::robot());
+    let joints = plan.robot.joint_names.clone();
+    let last = plan.stances.last().unwrap().q[7..].to_vec();
+    let mut want = |joint: &str, value: f64, tolerance_rad: f64| {
+        plan.goal.joints = Some(plan::GoalJoints {
+            wanted: [(joint.to_owned(), value)].into(),
+            tolerance_rad,
+        });
+        let certificate = verify(&plan, None, &robot);
+        certificate.failures().next().map(|row| row.sentence())
+    };
+    for (joint, value) in joints.iter().zip(&last) {
+        assert_eq!(want(joint, value + 0.04, 0.05), None);
+        let said = want(joint, value - 0.06, 0.05).unwrap();
+        assert!(
+            said.contains(joint.as_str()) && said.contains("goal"),
+            "{said}"
+        );
+    }
+    let said = want("tail", 0.0, 0.05).unwrap();
+    assert!(said.contains("the robot has no such joint"), "{said}");
+    let said = want(&joints[0], last[0], 1e300).unwrap();
+    assert!(said.contains("goal.joints.tolerance_rad"), "{said}");
+}
+
 /// The sole holds the ankle over the ground: 7 mm are enough there, less than the clearance from all else.
 #[test]
 fn an_ankle_is_as_near_to_its_ground_as_parts_of_the_robot_may_be_to_each_other() {

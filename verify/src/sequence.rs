@@ -142,7 +142,7 @@ fn goal(plan: &Plan, held: &Held, findings: &mut Findings) {
         return;
     };
     let (at, goal) = (Some(index), &plan.goal);
-    let [x, y, z, qx, qy, qz, qw, ..] = *last.q.as_slice() else {
+    let &[x, y, z, qx, qy, qz, qw, ref joints @ ..] = last.q.as_slice() else {
         findings.flaw(at, Check::Goal, "base", "the posture has no base");
         return;
     };
@@ -161,6 +161,20 @@ fn goal(plan: &Plan, held: &Held, findings: &mut Findings) {
         if exceeds(off, TOLERANCES.goal_yaw_rad) {
             let note = format!("off by {off:.4} rad, {} allowed", TOLERANCES.goal_yaw_rad);
             findings.flaw(at, Check::Goal, "base heading", note);
+        }
+    }
+    if let Some(goal) = &goal.joints {
+        let bound = goal.tolerance_rad + TOLERANCES.joint_rad;
+        for (name, wanted) in &goal.wanted {
+            let place = plan
+                .robot
+                .joint_names
+                .iter()
+                .position(|joint| joint == name);
+            match place.and_then(|place| joints.get(place)) {
+                Some(is) => findings.value(at, Check::Goal, name, (is - wanted).abs(), bound),
+                None => findings.flaw(at, Check::Goal, name, "the robot has no such joint"),
+            }
         }
     }
     for contact in &goal.contacts {

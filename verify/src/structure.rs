@@ -103,13 +103,17 @@ fn required(plan: &Plan, findings: &mut Findings) {
         let allowed = format!("[0, {}]", TOLERANCES.edge_sigmas_max);
         flaw("edge_sigmas", required.edge_sigmas, allowed);
     }
-    let tolerance = plan.goal.tolerance_m;
-    if !(0.0..=TOLERANCES.extent_m).contains(&tolerance) {
-        flaw(
-            "goal.tolerance_m",
-            tolerance,
-            format!("[0, {}]", TOLERANCES.extent_m),
-        );
+    let joints = plan.goal.joints.as_ref();
+    for (name, tolerance) in [
+        ("goal.tolerance_m", plan.goal.tolerance_m),
+        (
+            "goal.joints.tolerance_rad",
+            joints.map_or(0.0, |joints| joints.tolerance_rad),
+        ),
+    ] {
+        if !(0.0..=TOLERANCES.extent_m).contains(&tolerance) {
+            flaw(name, tolerance, format!("[0, {}]", TOLERANCES.extent_m));
+        }
     }
     let [thinnest, thickest] = TOLERANCES.thin_body_m;
     if !(thinnest..=thickest).contains(&plan.thin_body_m) {

@@ -152,6 +152,10 @@ function goalFacts(goal) {
   }
   if (typeof goal.yaw_rad === 'number') rows.push(['Heading', degrees(goal.yaw_rad)]);
   for (const { patch, face } of goal.contacts) rows.push(['Contact', `${patch} on ${face}`]);
+  if (goal.joints) {
+    const { wanted, tolerance_rad: within } = goal.joints;
+    rows.push(['Joints', `${count(Object.keys(wanted).length)} within ${within.toFixed(3)} rad`]);
+  }
   return rows.length ? rows : [['Goal', 'none']];
 }
 

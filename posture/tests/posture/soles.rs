@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use posture::{
-    BaseGoal, Config, Constraint, Contact, Engine, Environment, Explanation, Group, Outcome,
-    Problem,
+    BaseGoal, Config, Constraint, Contact, Engine, Environment, Explanation, Group, JointGoal,
+    Outcome, Problem,
 };
 use robot_model::collision::Shape;
 use robot_model::{Configuration, Kinematics, Robot};
@@ -112,6 +112,32 @@ fn an_unloaded_contact_touches_and_carries_nothing() {
     assert!(inside, "CoM at {com} in the left sole");
 }
 
+/// Knees that are wanted straighter or more bent than they would be are so, to the tolerance.
+#[test]
+fn joints_that_are_wanted_are_where_they_are_wanted() {
+    let (robot, q, world) = humanoid(vec![floor()]);
+    let feet = feet(&world, &robot, ["floor"; 2], 0.6);
+    let knees = ["RLEG_JOINT3", "LLEG_JOINT3"].map(|knee| robot.joint_index(knee).unwrap());
+    for knee_rad in [0.5, 1.1] {
+        let mut goal = JointGoal {
+            wanted: vec![None; robot.nj()],
+            tolerance_rad: 0.02,
+        };
+        knees
+            .iter()
+            .for_each(|&knee| goal.wanted[knee] = Some(knee_rad));
+        let problem = Problem {
+            joint_goal: Some(&goal),
+            ..Problem::new(&robot, &world, feet.clone(), &q)
+        };
+        let outcome = posture::solve(&problem, &Config::default()).unwrap();
+        let posture = outcome.posture().expect("it can stand so");
+        for knee in knees {
+            assert!((posture.q.joints[knee] - knee_rad).abs() < 0.0201);
+        }
+    }
+}
+
 #[test]
 fn the_base_goal_is_kept_or_named() {
     let (robot, q, world) = humanoid(vec![floor()]);
@@ -152,6 +178,7 @@ fn conflict(right: Vector3<f64>, friction: f64, tilt_rad: f64) -> Explanation {
         environment: &world,
         contacts: feet(&world, &robot, ["left", "right"], friction),
         base_goal: None,
+        joint_goal: None,
         reference: &q,
         guess: &q,
     };

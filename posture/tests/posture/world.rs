@@ -49,6 +49,7 @@ pub fn solve(
         environment: world,
         contacts: contacts.to_vec(),
         base_goal,
+        joint_goal: None,
         reference: q,
         guess: q,
     };

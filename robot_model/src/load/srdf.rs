@@ -7,7 +7,7 @@ use roxmltree::Node;
 
 use super::Findings;
 use crate::xml::{Source, children};
-use crate::{Error, Robot};
+use crate::{Error, NamedPosture, Robot};
 
 /// Adds an SRDF's postures to a robot and disables its pairs of links.
 ///
@@ -91,9 +91,13 @@ fn posture(
     findings: &mut Findings,
 ) -> Result<(), Error> {
     let name = source.text(state, "name")?.to_owned();
-    let neutral = robot.neutral();
-    let known = robot.postures.remove(&name);
-    let mut joints = known.unwrap_or_else(|| neutral.joints.as_slice().to_vec());
+    let neutral = || NamedPosture {
+        joints: robot.neutral().joints.as_slice().to_vec(),
+        is_stated: vec![false; robot.nj()],
+        base: None,
+    };
+    let known = robot.postures.get(&name).cloned();
+    let mut posture = known.unwrap_or_else(neutral);
     let (mut absent, mut outside) = (Vec::new(), Vec::new());
     for node in children(state, "joint") {
         let joint = source.text(node, "name")?;
@@ -109,13 +113,14 @@ fn posture(
                 if *value < body.lower || *value > body.upper {
                     outside.push(joint.to_owned());
                 }
-                joints[at] = *value;
+                posture.joints[at] = *value;
+                posture.is_stated[at] = true;
             }
             (None, &[x, y, z, i, j, k, w]) => {
                 let rotation = Quaternion::new(w, i, j, k);
                 if let Some(rotation) = UnitQuaternion::try_new(rotation, 1e-3) {
-                    let pose = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
-                    robot.posture_bases.insert(name.clone(), pose);
+                    let place = Translation3::new(x, y, z);
+                    posture.base = Some(Isometry3::from_parts(place, rotation));
                 }
             }
             (Some(_), values) => {
@@ -133,6 +138,6 @@ fn posture(
         let what = format!("is outside the limits of {}", outside.join(", "));
         findings.note(format!("posture \"{name}\" {what}"));
     }
-    robot.postures.insert(name, joints);
+    robot.postures.insert(name, posture);
     Ok(())
 }

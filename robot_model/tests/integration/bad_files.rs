@@ -220,7 +220,9 @@ fn srdf_postures_are_read_and_its_slips_are_noted() {
     let robot = read(&tree(), Some(srdf), None).unwrap();
     let names: Vec<_> = robot.joint_names().collect();
     assert_eq!(names, ["hip", "slide", "spin", "wobble"]);
-    assert_eq!(robot.postures["crouch"], [0.5, 0.3, 0.0, -0.2]);
+    let posture = &robot.postures["crouch"];
+    assert_eq!(posture.joints, [0.5, 0.3, 0.0, -0.2]);
+    assert_eq!(posture.is_stated, [true, true, false, true]);
     let crouch = robot.posture("crouch").unwrap();
     assert_eq!((crouch.p_WB.z, crouch.joints[0]), (0.5, 0.5));
     let notes = robot.notes.join("\n");

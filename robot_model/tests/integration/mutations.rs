@@ -94,7 +94,7 @@ fn exercise(robot: &Robot) {
     let mut bodies = robot.bodies.iter();
     assert!(bodies.all(|b| b.lower < b.upper && b.mass_kg >= 0.0));
     let mut postures = robot.postures.values();
-    assert!(postures.all(|joints| joints.len() == robot.nj()));
+    assert!(postures.all(|p| [p.joints.len(), p.is_stated.len()] == [robot.nj(); 2]));
 }
 
 proptest! {

@@ -122,8 +122,9 @@ impl ScanSource {
 
 impl Goal {
     fn check(&self, wrong: &mut Vec<Error>) {
-        if self.base_position_m.is_none() && self.contact.is_empty() {
-            let reason = "has neither base_position_m nor a contact";
+        let has_posture = self.posture.is_some() || !self.joints_rad.is_empty();
+        if self.base_position_m.is_none() && self.contact.is_empty() && !has_posture {
+            let reason = "has neither base_position_m nor a contact nor a posture";
             wrong.push(Error::field("goal", reason));
         }
         if let Some(position) = &self.base_position_m {
@@ -135,6 +136,14 @@ impl Goal {
         }
         positive("goal.tolerance_m", [self.tolerance_m], wrong);
         within("goal.yaw_rad", self.yaw_rad.as_slice(), wrong);
+        for (joint, value) in &self.joints_rad {
+            within(&format!("goal.joints_rad.{joint}"), &[*value], wrong);
+        }
+        positive(
+            "goal.joint_tolerance_rad",
+            [self.joint_tolerance_rad],
+            wrong,
+        );
         for (i, contact) in self.contact.iter().enumerate() {
             if contact.surface.is_some() == contact.point_m.is_some() {
                 let reason = "needs either `surface` or `point_m`";

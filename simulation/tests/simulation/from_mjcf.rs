@@ -118,7 +118,7 @@ fn what_a_model_says_beside_its_tree_is_kept_and_what_is_not_is_told() {
     let effort = |name: &str| robot.bodies[robot.joint_index(name).unwrap() + 1].effort;
     let efforts = ["yaw", "pitch", "knee", "stretch"].map(effort);
     assert_eq!(efforts, [40.0, 18.0, f64::INFINITY, f64::INFINITY]);
-    assert_eq!(robot.postures["bent"], [0.1, 0.2, -0.3, 0.04]);
+    assert_eq!(robot.postures["bent"].joints, [0.1, 0.2, -0.3, 0.04]);
     let shapes = robot.collision.shapes();
     assert_eq!(
         shapes.len(),

@@ -142,6 +142,59 @@ fn a_hand_touches_the_table_that_the_goal_names() {
     ends_with("run @ -o @", &[&scene, folder.path()], 0, &words);
 }
 
+/// Legs spread and one ahead of the other: both feet step to where the posture has them, and stand so at the end.
+#[test]
+fn a_posture_is_a_goal() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let floor = [-1.0, 2.0, -1.0, 1.0, -0.1, 0.0];
+    std::fs::write(folder.path().join("floor.obj"), boxes_obj(&[floor])).expect("writable");
+    let scene = folder.path().join("spread.toml");
+    let wanted = [
+        ("RLEG_JOINT1", -0.2),
+        ("RLEG_JOINT2", -0.7),
+        ("RLEG_JOINT3", 0.9),
+        ("RLEG_JOINT4", -0.2),
+        ("RLEG_JOINT5", 0.2),
+        ("LLEG_JOINT1", 0.2),
+        ("LLEG_JOINT2", -0.2),
+        ("LLEG_JOINT3", 0.9),
+        ("LLEG_JOINT4", -0.7),
+        ("LLEG_JOINT5", -0.2),
+        ("RARM_JOINT0", -2.5),
+        ("LARM_JOINT1", 1.2),
+    ];
+    let joints: Vec<String> = wanted
+        .iter()
+        .map(|(joint, value)| format!("{joint} = {value:?}"))
+        .collect();
+    let text = format!(
+        "name = \"spread\"\nmesh_file = \"floor.obj\"\nrobot.urdf = \"builtin:hrp2\"\n\
+         [goal]\nbase_position_m = [0.6, 0.2]\nposture = \"half_sitting\"\njoint_tolerance_rad = 0.04\n\
+         joints_rad = {{ {} }}\n",
+        joints.join(", ")
+    );
+    std::fs::write(&scene, text).expect("writable");
+    let words = ["verified: all of"];
+    ends_with("run @ -o @", &[&scene, folder.path()], 0, &words);
+    let plan = std::fs::read(folder.path().join("spread/plan.json")).expect("a plan");
+    let plan: plan::Plan = serde_json::from_slice(&plan).expect("a plan");
+    let last = plan.stances.last().expect("stances");
+    assert!(plan.stances.len() > 4, "both feet step");
+    for (joint, value) in wanted {
+        let at = plan
+            .robot
+            .joint_names
+            .iter()
+            .position(|name| name == joint)
+            .expect(joint);
+        assert!(
+            (last.q[7 + at] - value).abs() < 0.0401,
+            "{joint} is at {}",
+            last.q[7 + at]
+        );
+    }
+}
+
 /// A floor that a COLLADA file says to be level in its y-up frame.
 #[test]
 fn a_mesh_whose_file_says_what_is_up_is_turned() {

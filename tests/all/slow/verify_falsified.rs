@@ -77,6 +77,7 @@ const FALSIFICATIONS: &[Falsification] = &[
     ("the goal farther off", |p| p["goal"]["tolerance_m"] = 5.0.into()),
     ("no goal", |p| { p["goal"]["base_position_m"] = Value::Null; p["goal"]["contacts"] = json!([]); p["goal"]["yaw_rad"] = Value::Null; }),
     ("another goal", |p| p["goal"]["base_position_m"] = p["stances"].as_array().unwrap().last().unwrap()["q"].as_array().unwrap()[..3].to_vec().into()),
+    ("joints that nobody wants", |p| p["goal"]["joints"] = json!({"wanted": {}, "tolerance_rad": 0.1})),
     ("a margin that soles do not hold", |p| p["required"]["com_m"] = 0.06.into()),
     ("no clearance", |p| p["required"]["clearance_m"] = 0.0.into()),
     ("no clearance of its own parts", |p| p["required"]["self_clearance_m"] = 0.0.into()),

@@ -172,6 +172,7 @@ pub fn plan() -> Plan {
                 patch: "right_foot".into(),
                 face: "step".into(),
             }],
+            joints: None,
         },
         ..record(&robot, terrain, 0.05, stances)
     }

@@ -104,6 +104,7 @@ impl Walk {
                 tolerance_m: self.tolerance_m,
                 yaw_rad: None,
                 contacts: feet.iter().filter_map(goal_contact).collect(),
+                joints: None,
             },
             search: answer.summary.clone(),
             ..record(robot, terrain.clone(), BODY_M, stances)
