@@ -8,11 +8,11 @@ use posture::{Contact, FaceIndex, Problem, Upright};
 use robot_model::{Configuration, Kinematics, PatchId};
 
 use crate::footing::Footing;
-use crate::goal_stance::GoalStance;
+use crate::goal_stance::{GoalStance, is_at};
 use crate::landing::{Footprint, Landing};
 use crate::reach::Reach;
 use crate::request::Request;
-use crate::route::Route;
+use crate::route::{Route, heading};
 use crate::{Config, Error};
 
 /// Fewer feet than these keep a robot upright.
@@ -219,6 +219,13 @@ impl<'a> SearchContext<'a> {
         self.route.length_m() - 0.5 * self.request.goal.beside_m
     }
 
+    /// Where a foot stands at the end of the way, and its heading, where a posture of the legs is wanted there.
+    pub fn stand_at_goal(&self, foot: PatchId) -> Option<(Vector3<f64>, f64)> {
+        self.foot(foot)?;
+        let end = self.route.at(self.route.length_m());
+        self.goal_stance.as_ref()?.foot_at(&end, foot)
+    }
+
     /// How far along the route the search may go on in proportion: the budgets are for
     /// [`BUDGET_STRIDES`] strides, and for each that the way has more there is as much more.
     pub fn budget(&self, budget: usize) -> usize {
@@ -270,7 +277,8 @@ impl<'a> SearchContext<'a> {
             let level_m = (place_W.z - usual.z).abs() + LEVEL_LEGS * offset.z;
             lateral_m += OFF_LEVEL * level_m.max(0.0);
         }
-        let has_arrived = self.has_arrived(patch, place_W, yaw);
+        let wanted = self.stand_at_goal(patch);
+        let has_arrived = wanted.map(|wanted| is_at(wanted, place_W, yaw));
         Footing {
             along_m: match has_arrived {
                 Some(true) => route.length_m(),
@@ -337,9 +345,4 @@ fn following_m(offset: &[Vector3<f64>], feet: &[PatchId]) -> f64 {
         .filter(|apart| apart.x > apart.y.abs())
         .map(|apart| apart.x)
         .fold(f64::INFINITY, f64::min)
-}
-
-/// The heading of a direction, rad.
-pub(crate) fn heading(direction: &Vector3<f64>) -> f64 {
-    direction.y.atan2(direction.x)
 }

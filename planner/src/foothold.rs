@@ -1,10 +1,11 @@
 //! A place where a patch may touch a face.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
 use posture::{Area, Contact, FaceIndex, Freedom};
 use robot_model::PatchId;
 
 use crate::context::SearchContext;
+use crate::goal_stance::is_at;
 use crate::node::Node;
 use crate::sole_room::heading_with_room;
 
@@ -76,8 +77,49 @@ impl Foothold {
         })
     }
 
+    /// Kept exactly where it is, if that is the place of a foot at the goal and its sole is inside the face there.
+    pub fn at_goal(self, context: &SearchContext) -> Self {
+        let wanted = context.stand_at_goal(self.patch);
+        let at_end = self.along_m >= context.end_m();
+        let Some(wanted) = wanted.filter(|_| at_end && self.variation == 0) else {
+            return self;
+        };
+        if !is_at(wanted, &self.place.coords, self.yaw_rad) {
+            return self;
+        }
+        let exact = self.fixed(context, wanted.1);
+        Self { exact, ..self }
+    }
+
+    /// The contact at its place, turned to a heading; nothing where its sole sticks out of the face.
+    fn fixed(&self, context: &SearchContext, heading: f64) -> Option<Contact> {
+        let request = context.request;
+        let shape = &request.robot.patches[self.patch];
+        let area = self.area(context)?;
+        let rotation = match shape.point_radius_m() {
+            // How a ball is turned does not matter.
+            Some(_) => area.X_WF.rotation,
+            None => {
+                let up = area.X_WF.rotation * Vector3::z();
+                let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
+                let ahead = (ahead - up * up.dot(&ahead)).try_normalize(1e-6)?;
+                let axes = Matrix3::from_columns(&[ahead, up.cross(&ahead), up]);
+                UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
+            }
+        };
+        let at = Isometry3::from_parts(self.place.into(), rotation);
+        let to_F = area.X_WF.inverse() * at;
+        let inside = |p: &Point2<f64>| {
+            let p = to_F * Point3::new(p.x, p.y, 0.0);
+            area.polygon.signed_distance(&p.xy()) <= -context.patch_margin_m
+        };
+        let contact = Contact::at(request.robot, self.patch, shape.touching(&at));
+        let contact = contact.on(self.face, request.environment).loaded(false);
+        (shape.point_radius_m().is_some() || shape.polygon.iter().all(inside)).then_some(contact)
+    }
+
     /// The part of its face about the place, long along the way where it can be.
-    pub fn area(&self, context: &SearchContext) -> Option<Area> {
+    fn area(&self, context: &SearchContext) -> Option<Area> {
         let X_WF = context.request.environment[self.face].X_WF;
         let heading = context.route.at(self.along_m).heading;
         let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);

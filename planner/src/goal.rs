@@ -53,16 +53,18 @@ pub(crate) fn try_goal(
     if !has_patches || !has_contacts || behind || !near_goal(context, node, &goal.base) {
         return Ok(Attempt::TooEarly);
     }
-    let wanted = context.wanted_over(&node.contacts);
-    let joint_goal = wanted.as_ref().map(|(joints, _)| *joints);
+    let feet = node
+        .contacts
+        .iter()
+        .filter(|c| context.foot(c.patch).is_some());
+    let feet = feet.map(|c| (c.patch, context.place_W(c)));
     let usual = || nominal_posture(context, &node.contacts, node.along_m(context));
-    let (reference, guess) = match wanted {
-        Some((_, posture)) => (posture.clone(), posture),
-        None => (usual(), node.posture.q.clone()),
-    };
+    let wanted = context.goal_stance.as_ref().map(|wanted| wanted.over(feet));
+    let guess = wanted.as_ref().unwrap_or(&node.posture.q).clone();
+    let reference = wanted.unwrap_or_else(usual);
     let problem = Problem {
         base_goal: Some(goal.base.clone()),
-        joint_goal,
+        joint_goal: goal.joints.as_ref(),
         ..context.problem(node.contacts.clone(), &reference, &guess)
     };
     let mut upright = context.upright(&reference);

@@ -5,18 +5,25 @@
 //! foot that stands elsewhere has to step once more: to a posture of all joints each foot's place fits one
 //! way only.
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
-use posture::{Contact, JointGoal};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use robot_model::{Configuration, ContactPatch, Kinematics, PatchId, Robot};
 
-use crate::context::{SearchContext, heading};
-use crate::foothold::Foothold;
 use crate::request::Request;
-use crate::route::wrap;
+use crate::route::{Pose, heading, wrap};
 
 /// Feet nearer to their place and heading than this stand there, m and rad.
 const AT_PLACE_M: f64 = 0.02;
 const AT_HEADING_RAD: f64 = 0.05;
+
+/// Whether a foot at a place, with a heading where it has one, stands where it is wanted.
+pub(crate) fn is_at(
+    (at, heading): (Vector3<f64>, f64),
+    place_W: &Vector3<f64>,
+    yaw: Option<f64>,
+) -> bool {
+    let turned = yaw.map_or(0.0, |yaw| wrap(yaw - heading).abs());
+    (at - place_W).xy().norm() < AT_PLACE_M && turned < AT_HEADING_RAD
+}
 
 /// The posture that is wanted, and its feet.
 #[derive(Clone)]
@@ -25,6 +32,8 @@ pub(crate) struct GoalStance {
     pub q: Configuration,
     /// For each patch, where it is (of a ball its lowest point), and how a sole is turned about the vertical.
     places: Vec<(Vector3<f64>, f64)>,
+    /// Whether joints of legs are wanted: those of arms alone let feet stand as they like.
+    wants_legs: bool,
 }
 
 impl GoalStance {
@@ -49,19 +58,28 @@ impl GoalStance {
             (lowest, heading(&(X_WC.rotation * Vector3::x())))
         };
         let places = robot.patches.iter().map(place).collect();
-        Some(Self { q, places })
+        let bears = |joint: usize| {
+            let mut feet = feet.iter().map(|&f| robot.patches[f].body);
+            feet.any(|foot| robot.supports(joint + 1, foot))
+        };
+        let mut joints = wanted.wanted.iter().enumerate();
+        Some(Self {
+            q,
+            places,
+            wants_legs: joints.any(|(joint, wanted)| wanted.is_some() && bears(joint)),
+        })
     }
 
-    /// Where a patch is about the base, and how it is turned.
-    pub fn place(&self, patch: PatchId) -> (Vector3<f64>, f64) {
-        self.places[patch.index()]
+    /// Where a foot stands with the base at a pose of the route, and its heading, where the legs' posture is wanted.
+    pub fn foot_at(&self, pose: &Pose, foot: PatchId) -> Option<(Vector3<f64>, f64)> {
+        let (offset, turned) = self.wants_legs.then_some(self.places[foot.index()])?;
+        Some((pose.foot(&offset), pose.heading + turned))
     }
 
-    /// The posture with its base where the contacts would have it, heading as they do on the mean.
-    pub fn over(&self, context: &SearchContext, contacts: &[Contact]) -> Configuration {
-        let feet = contacts.iter().filter(|c| context.foot(c.patch).is_some());
+    /// The posture with its base where feet that stand at places would have it, heading as they do on the mean.
+    pub fn over(&self, feet: impl Iterator<Item = (PatchId, Vector3<f64>)>) -> Configuration {
         let feet: Vec<(Vector3<f64>, Vector3<f64>)> = feet
-            .map(|c| (self.place(c.patch).0, context.place_W(c)))
+            .map(|(foot, stands)| (self.places[foot.index()].0, stands))
             .collect();
         let count = feet.len().max(1) as f64;
         let sum =
@@ -105,80 +123,4 @@ fn level(robot: &Robot, kinematics: &Kinematics, feet: &[PatchId]) -> Vector3<f6
         .column(eigen.eigenvalues.imin())
         .into_owned();
     if across.z < 0.0 { -across } else { across }
-}
-
-impl SearchContext<'_> {
-    /// Where a foot stands at the end of the way, and its heading, where a posture is wanted there.
-    pub fn stand_at_goal(&self, patch: PatchId) -> Option<(Vector3<f64>, f64)> {
-        let (offset, turned) = self.goal_stance.as_ref()?.place(patch);
-        let end_m = self.route.length_m();
-        let place = self.route.foot_at(end_m, &offset);
-        Some((place, self.route.at(end_m).heading + turned))
-    }
-
-    /// Whether a foot at a place stands where the posture that is wanted at the goal has it; nothing where none is wanted.
-    pub fn has_arrived(
-        &self,
-        patch: PatchId,
-        place_W: &Vector3<f64>,
-        yaw: Option<f64>,
-    ) -> Option<bool> {
-        self.foot(patch)?;
-        let (at, heading) = self.stand_at_goal(patch)?;
-        let turned = yaw.map_or(0.0, |yaw| wrap(yaw - heading).abs());
-        Some((at - place_W).xy().norm() < AT_PLACE_M && turned < AT_HEADING_RAD)
-    }
-
-    /// The posture problem's joints at the goal, and that posture over the contacts.
-    pub fn wanted_over(&self, contacts: &[Contact]) -> Option<(&JointGoal, Configuration)> {
-        let joints = self.request.goal.joints.as_ref()?;
-        Some((joints, self.goal_stance.as_ref()?.over(self, contacts)))
-    }
-}
-
-impl Foothold {
-    /// Kept exactly where it is, if that is the place of a foot at the goal and its sole is inside the face there.
-    pub fn at_goal(self, context: &SearchContext) -> Self {
-        let wanted = context.stand_at_goal(self.patch);
-        let at_end = self.along_m >= context.end_m();
-        let Some((at, heading)) = wanted.filter(|_| at_end && self.variation == 0) else {
-            return self;
-        };
-        let is_there = (at - self.place.coords).xy().norm() < AT_PLACE_M
-            && self
-                .yaw_rad
-                .is_none_or(|yaw| wrap(yaw - heading).abs() < AT_HEADING_RAD);
-        if !is_there {
-            return self;
-        }
-        let exact = self.fixed(context, heading);
-        Self { exact, ..self }
-    }
-
-    /// The contact at its place, turned to a heading; nothing where its sole sticks out of the face.
-    fn fixed(&self, context: &SearchContext, heading: f64) -> Option<Contact> {
-        let request = context.request;
-        let shape = &request.robot.patches[self.patch];
-        let area = self.area(context)?;
-        let rotation = match shape.point_radius_m() {
-            // How a ball is turned does not matter.
-            Some(_) => area.X_WF.rotation,
-            None => {
-                let up = area.X_WF.rotation * Vector3::z();
-                let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
-                let ahead = (ahead - up * up.dot(&ahead)).try_normalize(1e-6)?;
-                let axes = Matrix3::from_columns(&[ahead, up.cross(&ahead), up]);
-                UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
-            }
-        };
-        let at = Isometry3::from_parts(self.place.into(), rotation);
-        let to_F = area.X_WF.inverse() * at;
-        let inside = |p: &nalgebra::Point2<f64>| {
-            let p = to_F * nalgebra::Point3::new(p.x, p.y, 0.0);
-            area.polygon.signed_distance(&p.xy()) <= -context.patch_margin_m
-        };
-        let contact = Contact::at(request.robot, self.patch, shape.touching(&at));
-        let contact = contact.on(self.face, request.environment).loaded(false);
-        (shape.point_radius_m().is_some() || shape.polygon.iter().all(inside)).then_some(contact)
-    }
 }

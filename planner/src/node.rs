@@ -10,6 +10,7 @@ use robot_model::PatchId;
 use crate::change::{Candidate, Move};
 use crate::context::SearchContext;
 use crate::footing::Footing;
+use crate::goal_stance::is_at;
 
 /// A contact set with its posture.
 #[derive(Clone, Debug)]
@@ -132,7 +133,9 @@ pub(crate) fn key(context: &SearchContext, contacts: &[Contact]) -> Key {
             c.patch,
             c.face,
             [p.x, p.y, p.z, turned].map(|x| x.round() as i64),
-            context.has_arrived(c.patch, &context.place_W(c), yaw) == Some(true),
+            context
+                .stand_at_goal(c.patch)
+                .is_some_and(|wanted| is_at(wanted, &context.place_W(c), yaw)),
         )
     };
     contacts.iter().map(of_contact).collect()

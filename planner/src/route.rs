@@ -36,7 +36,7 @@ pub(crate) struct Pose {
 
 impl Pose {
     /// Where a foot with that offset from the base belongs.
-    fn foot(&self, offset: &Vector3<f64>) -> Vector3<f64> {
+    pub fn foot(&self, offset: &Vector3<f64>) -> Vector3<f64> {
         self.p + Rotation3::from_axis_angle(&Vector3::z_axis(), self.heading) * offset
     }
 }
@@ -218,6 +218,11 @@ impl Route {
         }
         best.1
     }
+}
+
+/// The heading of a direction, rad.
+pub(crate) fn heading(direction: &Vector3<f64>) -> f64 {
+    direction.y.atan2(direction.x)
 }
 
 /// The angle between −π and π.
