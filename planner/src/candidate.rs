@@ -63,7 +63,9 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
         if let Some(foot) = context.foot(patch) {
             after[foot].in_air = true;
         }
-        let (made, rest) = price(context, node, &after, stay());
+        let mut held = node.held();
+        held.retain(|c| c.0 != patch);
+        let (made, rest) = price(context, node, (&after, &node.footing), &held);
         children.push(Candidate::new(
             index,
             Move::Remove(patch),
@@ -89,7 +91,7 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
                 let apart_m = (place - foothold.place).norm();
                 other.dot(&normal) > ONE_PLANE && apart_m < context.same_place_m()
             };
-            let is_wanted = context.request.goal.contacts.contains(&(patch, face));
+            let is_wanted = context.is_wanted(patch, face);
             if is_wanted || !offered.iter().any(same) {
                 offered.push((normal, foothold.place));
                 let mut child = touch(context, index, node, foothold);
@@ -135,35 +137,44 @@ pub(crate) fn touch(
         beyond_m = beyond_m.max(0.0);
         feet[foot] = Footing {
             along_m: footing.along_m - beyond_m,
+            astray: footing.astray || context.is_elsewhere(patch, foothold.face),
             ..footing
         };
     }
-    let (made, rest) = price(context, node, &feet, node.contacts.iter());
-    let extra = extra(context, patch, Some(&footing));
+    let mut held = node.held();
+    held.push((patch, foothold.face));
+    let mut after = node.footing.clone();
+    after[patch.index()] = Some(footing);
+    let (made, rest) = price(context, node, (&feet, &after), &held);
     let crossed = CROSSED_PRICE * crossed_m(context, node, &foothold);
-    let made = made + extra + foothold.price() + BEYOND_PRICE * beyond_m.abs() + crossed;
+    let made = made + foothold.price() + BEYOND_PRICE * beyond_m.abs() + crossed;
     Candidate::new(index, Move::Add(foothold), made, rest, context.weight)
 }
 
-/// Contacts made with the price of extra ones, and those estimated to follow, of a child that keeps
-/// `contacts` and has its feet there.
-fn price<'c>(
+/// Contacts made with the price of extra ones, and those estimated to follow, of a child of a node that holds
+/// `held` and has its feet there; with where on the route every patch stands.
+fn price(
     context: &SearchContext,
     node: &Node,
-    feet: &[Footing],
-    contacts: impl Iterator<Item = &'c Contact>,
+    (feet, footing): (&[Footing], &[Option<Footing>]),
+    held: &[(PatchId, FaceIndex)],
 ) -> (f64, f64) {
-    let extras: f64 = contacts
-        .map(|c| extra(context, c.patch, node.footing[c.patch.index()].as_ref()))
-        .sum();
-    let made = (node.depth + 1) as f64 + extras;
-    (made, estimate(context, feet))
+    let extras = held.iter().map(|&(patch, face)| {
+        let footing = footing[patch.index()].as_ref();
+        extra(context, (patch, face), footing)
+    });
+    let made = (node.depth + 1) as f64 + extras.sum::<f64>();
+    (made, estimate(context, feet, context.missing(held)))
 }
 
-/// The price of a contact with a patch that is not among the start's: that of any, and of its
-/// distance from where the limb usually is.
-fn extra(context: &SearchContext, patch: PatchId, footing: Option<&Footing>) -> f64 {
-    if context.foot(patch).is_some() {
+/// The price of a contact with a patch that is not among the start's and that is not wanted at the goal: that of any, and
+/// of its distance from where the limb usually is.
+fn extra(
+    context: &SearchContext,
+    (patch, face): (PatchId, FaceIndex),
+    footing: Option<&Footing>,
+) -> f64 {
+    if context.foot(patch).is_some() || context.is_wanted(patch, face) {
         return 0.0;
     }
     let lateral_m = footing.map_or(0.0, |f| f.lateral_m);

@@ -226,6 +226,24 @@ impl<'a> SearchContext<'a> {
         self.goal_stance.as_ref()?.foot_at(&end, foot)
     }
 
+    /// Whether a contact is wanted at the goal.
+    pub fn is_wanted(&self, patch: PatchId, face: FaceIndex) -> bool {
+        self.request.goal.contacts.contains(&(patch, face))
+    }
+
+    /// Whether a patch is wanted on another face than that at the goal.
+    pub fn is_elsewhere(&self, patch: PatchId, face: FaceIndex) -> bool {
+        let mut wanted = self.request.goal.contacts.iter();
+        !self.is_wanted(patch, face) && wanted.any(|wanted| wanted.0 == patch)
+    }
+
+    /// How many contacts of other limbs than feet that are wanted at the goal are not among those.
+    pub fn missing(&self, held: &[(PatchId, FaceIndex)]) -> usize {
+        let wanted = self.request.goal.contacts.iter();
+        let wanted = wanted.filter(|(patch, _)| self.foot(*patch).is_none());
+        wanted.filter(|contact| !held.contains(contact)).count()
+    }
+
     /// How far along the route the search may go on in proportion: the budgets are for
     /// [`BUDGET_STRIDES`] strides, and for each that the way has more there is as much more.
     pub fn budget(&self, budget: usize) -> usize {

@@ -7,35 +7,33 @@ use crate::context::SearchContext;
 use crate::footing::{Footing, hindmost};
 
 /// Estimated number of contact changes to the goal, given each foot's last place and whether
-/// it is in the air.
+/// it is in the air, and how many contacts of other limbs that are wanted are still to be made.
 ///
 /// A foot in the air lands a stride ahead of the hindmost of the others. Of two feet each then
 /// passes the other, and one on the ground must leave and land once for every two strides that
 /// it is behind; more feet catch up with each other, once for every stride.
-pub(crate) fn estimate(context: &SearchContext, feet: &[Footing]) -> f64 {
+pub(crate) fn estimate(context: &SearchContext, feet: &[Footing], missing: usize) -> f64 {
     let end = context.end_m();
     let stride = context.stride_m;
     let advance = if feet.len() > 2 { stride } else { 2.0 * stride };
-    feet.iter()
-        .enumerate()
-        .map(|(i, foot)| {
-            let (along, landing) = if foot.in_air {
-                (foot.along_m.max(hindmost(feet, i) + stride), 1.0)
-            } else {
-                (foot.along_m, 0.0)
-            };
-            let behind = (end - along).max(0.0);
-            // One that stands elsewhere than it has to steps at least once.
-            let again = if foot.astray && !foot.in_air {
-                2.0
-            } else {
-                0.0
-            };
-            landing
-                + (2.0 * behind / advance).max(again)
-                + context.config.lateral_deviation_price_per_m * foot.lateral_m
-        })
-        .sum()
+    let changes = feet.iter().enumerate().map(|(i, foot)| {
+        let (along, landing) = if foot.in_air {
+            (foot.along_m.max(hindmost(feet, i) + stride), 1.0)
+        } else {
+            (foot.along_m, 0.0)
+        };
+        let behind = (end - along).max(0.0);
+        // One that stands elsewhere than it has to steps at least once.
+        let again = if foot.astray && !foot.in_air {
+            2.0
+        } else {
+            0.0
+        };
+        landing
+            + (2.0 * behind / advance).max(again)
+            + context.config.lateral_deviation_price_per_m * foot.lateral_m
+    });
+    changes.sum::<f64>() + missing as f64
 }
 
 /// A number of contact changes that no way from the start to the goal falls short of, by lengths

@@ -9,6 +9,7 @@ use robot_model::PatchId;
 
 use crate::change::{Candidate, Move};
 use crate::context::SearchContext;
+use crate::estimate::estimate;
 use crate::footing::Footing;
 use crate::goal_stance::is_at;
 
@@ -85,11 +86,28 @@ impl Node {
 
     /// The feet as the estimate sees them.
     pub fn feet(&self, context: &SearchContext) -> Vec<Footing> {
-        let foot = |&patch: &PatchId| Footing {
-            in_air: !self.holds(patch),
-            ..self.footing[patch.index()].unwrap_or_default()
+        let foot = |&patch: &PatchId| {
+            let held = self.contacts.iter().find(|c| c.patch == patch);
+            let last = self.footing[patch.index()].unwrap_or_default();
+            let elsewhere = held.and_then(|c| c.face);
+            Footing {
+                in_air: held.is_none(),
+                astray: last.astray || elsewhere.is_some_and(|f| context.is_elsewhere(patch, f)),
+                ..last
+            }
         };
         context.feet.iter().map(foot).collect()
+    }
+
+    /// Estimated number of contact changes from it to the goal.
+    pub fn rest(&self, context: &SearchContext) -> f64 {
+        estimate(context, &self.feet(context), context.missing(&self.held()))
+    }
+
+    /// Which patch touches which face.
+    pub fn held(&self) -> Vec<(PatchId, FaceIndex)> {
+        let held = self.contacts.iter();
+        held.filter_map(|c| Some((c.patch, c.face?))).collect()
     }
 
     /// The contacts in words.

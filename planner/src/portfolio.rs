@@ -3,7 +3,6 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::context::SearchContext;
-use crate::estimate::estimate;
 use crate::lattice::Preference;
 use crate::request::Request;
 use crate::result::{Progress, SearchResult, Status};
@@ -71,8 +70,7 @@ pub fn grow(
         stuck_W: Vec::new(),
     };
     let (mut first, mut ended) = begun(&preference)?;
-    let feet = first.nodes[0].feet(&first.context);
-    let soon = (SOON + SOON_A_CHANGE * estimate(&first.context, &feet)) as usize;
+    let soon = (SOON + SOON_A_CHANGE * first.nodes[0].rest(&first.context)) as usize;
     let soon = [soon, soon * SOON_PROBLEMS];
     if ended.is_none() {
         ended = first.run(soon, progress, cancel)?;

@@ -5,7 +5,6 @@ use std::sync::atomic::AtomicBool;
 use motion::{MotionContext, keeps_off};
 
 use crate::context::SearchContext;
-use crate::estimate::estimate;
 use crate::goal::{Attempt, try_goal};
 use crate::lattice::Preference;
 use crate::request::Request;
@@ -131,10 +130,8 @@ impl Search<'_> {
         let (kept, of) = (self.nodes.len() - self.dead.len(), self.nodes.len());
         tracing::debug!("{kept} of {of} nodes are clear of the bodies {bodies:?}");
         let alive = (0..self.nodes.len()).filter(|i| !self.dead.contains(i));
-        let rests = alive.filter(|&i| i != tree.reached).map(|i| {
-            let feet = self.nodes[i].feet(&self.context);
-            estimate(&self.context, &feet)
-        });
+        let rests = alive.filter(|&i| i != tree.reached);
+        let rests = rests.map(|i| self.nodes[i].rest(&self.context));
         self.nearest = (rests.fold(f64::INFINITY, f64::min), 0);
         if self.dead.contains(&tree.reached) {
             return Ok(());

@@ -16,7 +16,6 @@ use rayon::prelude::*;
 
 use crate::change::{Candidate, Move};
 use crate::context::SearchContext;
-use crate::estimate::estimate;
 use crate::frontier::{Frontier, Outcome, Rank};
 use crate::goal::{Attempt, try_goal};
 use crate::motions::Motions;
@@ -216,7 +215,7 @@ impl<'a> Search<'a> {
     /// How far the search is.
     pub fn progress(&self, stage: Stage) -> Progress {
         let best = &self.nodes[self.nearest()];
-        let rest = estimate(&self.context, &best.feet(&self.context));
+        let rest = best.rest(&self.context);
         let [nodes, _, solved] = self.spent();
         Progress {
             nodes,

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use crate::change::Candidate;
 use crate::context::SearchContext;
-use crate::estimate::{at_least, estimate};
+use crate::estimate::at_least;
 use crate::frontier::Frontier;
 use crate::motions::Motions;
 use crate::out_of_reach::out_of_reach;
@@ -187,7 +187,7 @@ impl<'a> Search<'a> {
         let blocked = solved.lift_off_blocked;
         let is_node = blocked.is_none() && child.is_ok();
         let reached = child.as_ref().ok().filter(|_| is_node);
-        let rest = reached.map(|node| estimate(&self.context, &node.feet(&self.context)));
+        let rest = reached.map(|node| node.rest(&self.context));
         let begins = self.staleness.count(candidate.node, rest);
         match rest {
             Some(rest) if rest < self.nearest.0 => self.nearest = (rest, 0),
