@@ -18,7 +18,7 @@ use surfaces::Face;
 use self::guide::Limb;
 use self::joints::{joint_goal, wanted_joints};
 use crate::mistakes;
-use crate::start::{StartState, ground};
+use crate::start::ground;
 
 /// Largest heading error at the goal, rad: less than the verifier allows (0.1) by what solvers leave.
 const YAW_TOLERANCE_RAD: f64 = 0.095;
@@ -29,7 +29,7 @@ const POINT_TOLERANCE_M: f64 = 0.05;
 
 /// The goal that a scene asks for, on the faces that there are.
 ///
-/// With a base position or joints all patches that stood at the start must stand again.
+/// With a base position or joints all patches that the robot stood on at the start must stand again.
 ///
 /// # Errors
 /// Unknown patches, faces, postures or joints; points with no face near them; joints out of their range.
@@ -37,7 +37,7 @@ pub fn goal(
     asked: &scene_file::Goal,
     robot: &Robot,
     environment: &Environment,
-    (stand, config): (&StartState, &posture::Config),
+    (start, config): (&planner::Start, &posture::Config),
 ) -> Result<planner::Goal> {
     let position = asked.base_position_m.as_deref().unwrap_or_default();
     let base = BaseGoal {
@@ -53,12 +53,12 @@ pub fn goal(
     let joints = joint_goal(asked, robot, config)?;
     // What a hand is to touch it touches from many places.
     let first = contacts.first().filter(|_| position.is_empty());
-    let limb = first.and_then(|&(patch, _)| Limb::new(robot, patch, &stand.configuration));
+    let limb = first.and_then(|&(patch, _)| Limb::new(robot, patch, &start.configuration));
     Ok(planner::Goal {
         beside_m: limb.map_or(base.tolerance_m, |limb| BESIDE * limb.reach_m),
         base,
         patches: match asked.base_position_m.is_some() || joints.is_some() {
-            true => stand.patches.clone(),
+            true => start.feet(robot),
             false => Vec::new(),
         },
         joints,

@@ -104,11 +104,13 @@ pub fn plan(
     let Posed {
         robot,
         environment,
-        contacts,
+        start,
         goal,
         ..
     } = &posed;
-    let standing_on = contacts.first().map(|c| c.1);
+    let contacts = &start.contacts;
+    let feet = start.feet(robot);
+    let standing_on = contacts.iter().find(|c| feet.contains(&c.0)).map(|c| c.1);
     let guide = scene.guide.as_ref();
     let guide = goal::guide(guide, goal, (robot, &posed.stand), environment, standing_on)?;
     let roles = &config.surfaces.roles;

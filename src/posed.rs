@@ -35,8 +35,8 @@ pub struct Posed {
     pub environment: Environment,
     /// How the robot stands at the start.
     pub stand: StartState,
-    /// On what.
-    pub contacts: Vec<(PatchId, FaceIndex)>,
+    /// Where that is for the planner, on what.
+    pub start: planner::Start,
     /// The goal.
     pub goal: planner::Goal,
     /// What was found and assumed on the way, for the user.
@@ -156,7 +156,11 @@ pub fn pose(
     let environment = environment.map_err(|error| doubted(error.into(), &notes))?;
     let on = |(patch, face): &(PatchId, FaceId)| Ok((*patch, environment.face(face.as_str())?));
     let contacts: Vec<_> = ground.iter().map(on).collect::<Result<_>>()?;
-    let goal = goal::goal(&scene.goal, &robot, &environment, (&stand, &config.posture))?;
+    let start = planner::Start {
+        configuration: stand.configuration.clone(),
+        contacts,
+    };
+    let goal = goal::goal(&scene.goal, &robot, &environment, (&start, &config.posture))?;
     Ok(Posed {
         robot,
         extracted,
@@ -165,7 +169,7 @@ pub fn pose(
         looked,
         environment,
         stand,
-        contacts,
+        start,
         goal,
         notes,
     })
@@ -218,7 +222,7 @@ impl Posed {
         world.says("required", RequiredMargins::from(&config.posture))?;
         world.says("goal", goal::record(&self.goal, robot, &self.environment))?;
         world.moves(motion::limits(&config.motion, &config.posture));
-        world.starts(self.contacts.iter().map(on));
+        world.starts(self.start.contacts.iter().map(on));
         Ok(world)
     }
 }

@@ -28,6 +28,9 @@ const FOOT: &str = "foot";
 pub struct StartState {
     /// Base pose and joints.
     pub configuration: Configuration,
+    /// The posture that all others are near to, its base aside: as it stands, and where contacts alone say how it
+    /// stands (hands on a table, a foot on a step), at rest.
+    pub nominal: Configuration,
     /// Patches that touch the ground.
     pub patches: Vec<PatchId>,
     /// The ground that it is put on, its plane z = 0: balls do not tell how it leans.
@@ -66,6 +69,7 @@ pub fn stand(
                 }
             };
             Ok(StartState {
+                nominal: configuration.clone(),
                 configuration,
                 patches,
                 X_WG: Isometry3::identity(),
@@ -90,7 +94,10 @@ pub fn stand(
             });
             let contacts: Vec<Contact> = mistakes::all(contacts)?;
             let guess = stand::over_contacts(robot, &robot.resting(), &contacts);
-            on_contacts(robot, contacts, &guess, &Environment::default(), config)
+            let nominal = robot.resting();
+            let nothing = Environment::default();
+            let stands = on_contacts(robot, contacts, &guess, &nothing, config)?;
+            Ok(StartState { nominal, ..stands })
         }
     }
 }
@@ -130,6 +137,9 @@ fn on_contacts(
     config: &posture::Config,
 ) -> Result<StartState> {
     let patches = contacts.iter().map(|contact| contact.patch).collect();
+    // The one posture that all else begins with is worth many tries.
+    let mut config = config.clone();
+    config.solver.thorough = true;
     let problem = Problem {
         robot,
         environment,
@@ -139,8 +149,9 @@ fn on_contacts(
         reference: guess,
         guess,
     };
-    match posture::solve(&problem, config).context("the start")? {
+    match posture::solve(&problem, &config).context("the start")? {
         Outcome::Feasible(posture) => Ok(StartState {
+            nominal: posture.q.clone(),
             configuration: posture.q,
             patches,
             X_WG: Isometry3::identity(),

@@ -48,7 +48,7 @@ pub(crate) struct SearchContext<'a> {
     offset: Vec<Vector3<f64>>,
     /// How far patches reach.
     pub reach: Reach,
-    /// Patches whose progress counts: those in contact at the start.
+    /// Patches whose progress counts: those that the robot stands on at the start.
     pub feet: Vec<PatchId>,
     /// How far a foot is put ahead of the others on level ground, m.
     pub stride_m: f64,
@@ -124,9 +124,7 @@ impl<'a> SearchContext<'a> {
             .iter()
             .map(|p| !config.exclude.iter().any(|e| &p.name == e || p.has_role(e)))
             .collect();
-        let mut feet: Vec<PatchId> = request.start.contacts.iter().map(|c| c.0).collect();
-        feet.sort_unstable();
-        feet.dedup();
+        let feet = request.start.feet(robot);
         let reach = Reach::new(robot, &kinematics);
         let legs_m = feet.iter().map(|&foot| reach.leg(foot).length_m);
         let shortest_m = legs_m.fold(f64::INFINITY, f64::min);

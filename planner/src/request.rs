@@ -83,6 +83,30 @@ pub struct Start {
     pub contacts: Vec<(PatchId, FaceIndex)>,
 }
 
+/// The role of what a robot stands on.
+const FOOT: &str = "foot";
+
+impl Start {
+    /// The patches that the robot stands on, in order: of those in contact the feet by role, and what touches a face
+    /// that a foot touches, as hands on the floor do; all where none has the role. A hand on a table holds on only: it
+    /// goes its own way and need not touch at the goal.
+    pub fn feet(&self, robot: &Robot) -> Vec<PatchId> {
+        let is_foot = |patch: PatchId| robot.patches[patch].has_role(FOOT);
+        let under: Vec<FaceIndex> = self
+            .contacts
+            .iter()
+            .filter(|c| is_foot(c.0))
+            .map(|c| c.1)
+            .collect();
+        let bears =
+            |c: &&(PatchId, FaceIndex)| under.is_empty() || is_foot(c.0) || under.contains(&c.1);
+        let mut feet: Vec<PatchId> = self.contacts.iter().filter(bears).map(|c| c.0).collect();
+        feet.sort_unstable();
+        feet.dedup();
+        feet
+    }
+}
+
 /// What the last stance must be.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Goal {

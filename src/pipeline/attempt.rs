@@ -57,14 +57,11 @@ impl<'a> Run<'a> {
         Request {
             robot: &posed.robot,
             environment,
-            start: planner::Start {
-                configuration: posed.stand.configuration.clone(),
-                contacts: posed.contacts.clone(),
-            },
+            start: posed.start.clone(),
             goal: posed.goal.clone(),
             guide: self.guide.clone(),
             usable: self.usable.clone(),
-            reference: posed.stand.configuration.clone(),
+            reference: posed.stand.nominal.clone(),
         }
     }
 
