@@ -17,7 +17,7 @@ use crate::provenance::Inputs;
 use crate::report::Stages;
 use crate::robot_files::Robots;
 use crate::scene::{self, Scene};
-use crate::start::{self, StartState, agreement, assumed, ground};
+use crate::start::{self, StartState, agreement, assumed, clear_of_world, ground};
 
 /// What a scene asks of which robot, in which environment.
 pub struct Posed {
@@ -123,7 +123,7 @@ pub fn pose(
             said.collect::<Vec<_>>(),
         ))
     });
-    let (terrain, stand, ground, refuted, said) = match begin {
+    let (terrain, mut stand, ground, refuted, said) = match begin {
         Ok(begin) if friction.is_ok() => begin,
         begin => {
             let seen = Environment::new(extracted, thickness_m, edge_sigmas);
@@ -156,10 +156,21 @@ pub fn pose(
     let environment = environment.map_err(|error| doubted(error.into(), &notes))?;
     let on = |(patch, face): &(PatchId, FaceId)| Ok((*patch, environment.face(face.as_str())?));
     let contacts: Vec<_> = ground.iter().map(on).collect::<Result<_>>()?;
-    let start = planner::Start {
+    let mut start = planner::Start {
         configuration: stand.configuration.clone(),
         contacts,
     };
+    if let scene::Start::Contacts(_) = scene.start {
+        let clear = clear_of_world(
+            &robot,
+            &start,
+            &stand.nominal,
+            &environment,
+            &config.posture,
+        )?;
+        start.configuration = clear.unwrap_or(start.configuration);
+        stand.configuration.clone_from(&start.configuration);
+    }
     let goal = goal::goal(&scene.goal, &robot, &environment, (&start, &config.posture))?;
     Ok(Posed {
         robot,

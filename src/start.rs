@@ -128,6 +128,35 @@ pub fn patches(robot: &Robot, names: &[String]) -> Result<Vec<PatchId>> {
     Ok(feet)
 }
 
+/// The posture of a start that was found for its contacts alone, clear of what is around it and near to `nominal`; nothing
+/// where none is found.
+///
+/// # Errors
+/// Contacts that cannot be posed.
+pub fn clear_of_world(
+    robot: &Robot,
+    start: &planner::Start,
+    nominal: &Configuration,
+    environment: &Environment,
+    config: &posture::Config,
+) -> Result<Option<Configuration>> {
+    let contacts = start.touching(robot, environment);
+    let nominal = stand::over_contacts(robot, nominal, &contacts);
+    let problem = Problem {
+        reference: &nominal,
+        ..Problem::new(robot, environment, contacts, &start.configuration)
+    };
+    let found = posture::solve(&problem, &thorough(config)).context("the start")?;
+    Ok(found.posture().map(|posture| posture.q.clone()))
+}
+
+/// The one posture that all else begins with is worth many tries.
+fn thorough(config: &posture::Config) -> posture::Config {
+    let mut config = config.clone();
+    config.solver.thorough = true;
+    config
+}
+
 /// A posture near `guess` that touches with every patch at its place.
 fn on_contacts(
     robot: &Robot,
@@ -137,19 +166,8 @@ fn on_contacts(
     config: &posture::Config,
 ) -> Result<StartState> {
     let patches = contacts.iter().map(|contact| contact.patch).collect();
-    // The one posture that all else begins with is worth many tries.
-    let mut config = config.clone();
-    config.solver.thorough = true;
-    let problem = Problem {
-        robot,
-        environment,
-        contacts,
-        base_goal: None,
-        joint_goal: None,
-        reference: guess,
-        guess,
-    };
-    match posture::solve(&problem, &config).context("the start")? {
+    let problem = Problem::new(robot, environment, contacts, guess);
+    match posture::solve(&problem, &thorough(config)).context("the start")? {
         Outcome::Feasible(posture) => Ok(StartState {
             nominal: posture.q.clone(),
             configuration: posture.q,

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use plan::{Barrier, Change};
 use posture::{Constraint, Contact, Freedom, Outcome, Posture, Problem};
-use robot_model::Kinematics;
 
 use crate::Error;
 use crate::change::{Candidate, Move};
@@ -21,19 +20,7 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
     let request = context.request;
     let robot = request.robot;
     let configuration = &request.start.configuration;
-    let kinematics = Kinematics::new(robot, configuration);
-    let start = request.start.contacts.iter();
-    let mut contacts: Vec<Contact> = start
-        .map(|&(patch, face)| {
-            let mut X_WC = kinematics.X_WC(&robot.patches[patch]);
-            // How a ball is turned does not matter: it takes the axes of what it touches.
-            if robot.patches[patch].point_radius_m().is_some() {
-                X_WC.rotation = request.environment[face].X_WF.rotation;
-            }
-            Contact::at(robot, patch, X_WC).on(face, request.environment)
-        })
-        .collect();
-    contacts.sort_by_key(|c| c.patch);
+    let contacts = request.start.touching(robot, request.environment);
     let problem = context.problem(contacts.clone(), configuration, configuration);
     // As it stands, with nothing in reserve; then as near to that as the margins allow.
     feasible(posture::solve(&problem, &as_it_stands(config))?, &problem)

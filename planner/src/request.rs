@@ -1,8 +1,8 @@
 //! What is asked of the planner.
 
 use nalgebra::Vector3;
-use posture::{BaseGoal, Environment, FaceIndex, JointGoal};
-use robot_model::{Configuration, PatchId, Robot};
+use posture::{BaseGoal, Contact, Environment, FaceIndex, JointGoal};
+use robot_model::{Configuration, Kinematics, PatchId, Robot};
 
 use crate::guide::Guide;
 
@@ -87,6 +87,22 @@ pub struct Start {
 const FOOT: &str = "foot";
 
 impl Start {
+    /// Its contacts where the robot's own kinematics has them, in the order of the patches.
+    pub fn touching(&self, robot: &Robot, environment: &Environment) -> Vec<Contact> {
+        let kinematics = Kinematics::new(robot, &self.configuration);
+        let touching = self.contacts.iter().map(|&(patch, face)| {
+            let mut X_WC = kinematics.X_WC(&robot.patches[patch]);
+            // How a ball is turned does not matter: it takes the axes of what it touches.
+            if robot.patches[patch].point_radius_m().is_some() {
+                X_WC.rotation = environment[face].X_WF.rotation;
+            }
+            Contact::at(robot, patch, X_WC).on(face, environment)
+        });
+        let mut touching: Vec<Contact> = touching.collect();
+        touching.sort_by_key(|c| c.patch);
+        touching
+    }
+
     /// The patches that the robot stands on, in order: of those in contact the feet by role, and what touches a face
     /// that a foot touches, as hands on the floor do; all where none has the role. A hand on a table holds on only: it
     /// goes its own way and need not touch at the goal.

@@ -127,19 +127,53 @@ fn a_robot_whose_ankles_are_low_climbs_stairs_from_its_urdf_alone() {
     ends_with("run @ -o @", &[&scene, folder.path()], 0, &words);
 }
 
-/// A table that a hand is to touch, and that no foot comes onto: the robot stands before it.
+/// A table that both hands are to touch, and that no foot comes onto: the robot stands before it; and from there, its hands
+/// on the table, it goes back.
 #[test]
-fn a_hand_touches_the_table_that_the_goal_names() {
+fn hands_touch_the_table_that_the_goal_names_and_let_go_of_it() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let floor = [-1.0, 2.0, -1.0, 1.0, -0.1, 0.0];
     let table = [0.7, 1.2, -0.6, 0.6, 0.7, 0.75];
     std::fs::write(folder.path().join("table.obj"), boxes_obj(&[floor, table])).expect("writable");
     let scene = folder.path().join("table.toml");
     let text = "name = \"table\"\nmesh_file = \"table.obj\"\nrobot.urdf = \"builtin:hrp2\"\n\
-                [goal]\ncontact = [{ patch = \"left_hand\", point_m = [0.95, 0.0, 0.75] }]\n";
+                [goal]\ncontact = [{ patch = \"left_hand\", point_m = [0.95, 0.0, 0.75] }, { patch = \"right_hand\", point_m = [0.95, 0.0, 0.75] }]\n";
     std::fs::write(&scene, text).expect("writable");
     let words = ["verified: all of"];
     ends_with("run @ -o @", &[&scene, folder.path()], 0, &words);
+    let last = plan_in(&folder.path().join("table"))
+        .stances
+        .pop()
+        .expect("stances");
+    assert_eq!(last.contacts.len(), 4);
+    let contacts = last.contacts.iter().map(|contact| {
+        let X_WC = Isometry3::try_from(contact.X_WC).expect("a pose");
+        let (p, (roll, pitch, yaw)) = (X_WC.translation.vector, X_WC.rotation.euler_angles());
+        format!(
+            "[[start.contact]]\npatch = {:?}\nposition_m = [{:?}, {:?}, {:?}]\nrpy_rad = [{roll:?}, {pitch:?}, {yaw:?}]\n",
+            contact.patch, p.x, p.y, p.z
+        )
+    });
+    let contacts: String = contacts.collect();
+    let back = folder.path().join("back.toml");
+    let text = format!(
+        "name = \"back\"\nmesh_file = \"table.obj\"\nrobot.urdf = \"builtin:hrp2\"\n\
+         [goal]\nbase_position_m = [-0.4, 0.0]\n{contacts}"
+    );
+    std::fs::write(&back, text).expect("writable");
+    ends_with("run @ -o @", &[&back, folder.path()], 0, &words);
+    let last = plan_in(&folder.path().join("back"))
+        .stances
+        .pop()
+        .expect("stances");
+    let held: Vec<&str> = last.contacts.iter().map(|c| c.patch.as_str()).collect();
+    assert_eq!(held, ["left_foot", "right_foot"]);
+}
+
+/// The plan in a folder of results.
+fn plan_in(folder: &Path) -> plan::Plan {
+    let plan = std::fs::read(folder.join("plan.json")).expect("a plan");
+    serde_json::from_slice(&plan).expect("a plan")
 }
 
 /// Legs spread and one ahead of the other: both feet step to where the posture has them, and stand so at the end.
@@ -176,8 +210,7 @@ fn a_posture_is_a_goal() {
     std::fs::write(&scene, text).expect("writable");
     let words = ["verified: all of"];
     ends_with("run @ -o @", &[&scene, folder.path()], 0, &words);
-    let plan = std::fs::read(folder.path().join("spread/plan.json")).expect("a plan");
-    let plan: plan::Plan = serde_json::from_slice(&plan).expect("a plan");
+    let plan = plan_in(&folder.path().join("spread"));
     let last = plan.stances.last().expect("stances");
     assert!(plan.stances.len() > 4, "both feet step");
     for (joint, value) in wanted {
