@@ -7,7 +7,7 @@ use robot_model::PatchId;
 use crate::context::SearchContext;
 use crate::goal_stance::is_at;
 use crate::node::Node;
-use crate::sole_room::heading_with_room;
+use crate::sole_room::{has_room, heading_with_room};
 
 /// Price of each place after the first, in contacts.
 const VARIATION_PRICE: f64 = 0.25;
@@ -58,18 +58,21 @@ impl Foothold {
     }
 
     /// Turned, where it is a sole, as little as it has to be to have room on its face, of two ways toward the soles
-    /// that stand, else outward; nothing where it has none whichever way it is turned.
+    /// that stand, else outward; nothing where it, or a hand, has none whichever way it is turned.
     pub fn with_room(self, context: &SearchContext, node: &Node) -> Option<Self> {
         let shape = &context.request.robot.patches[self.patch];
-        let Some(wanted_rad) = self.yaw_rad.filter(|_| shape.point_radius_m().is_none()) else {
+        if shape.point_radius_m().is_some() {
             return Some(self);
+        }
+        let area = self.area(context)?;
+        let margin_m = context.patch_margin_m;
+        let Some(wanted_rad) = self.yaw_rad else {
+            return has_room(&shape.polygon, &area, margin_m).then_some(self);
         };
         let stand = node.contacts.iter().filter(|c| c.patch != self.patch);
         let yaw_rad = stand.filter_map(|c| context.yaw(c)).next_back();
         let outward_rad = context.offset(self.patch).y.signum() * OUTWARD_RAD;
         let others_rad = yaw_rad.unwrap_or(wanted_rad) + outward_rad;
-        let area = self.area(context)?;
-        let margin_m = context.patch_margin_m;
         let yaw_rad = heading_with_room(&shape.polygon, &area, margin_m, wanted_rad, others_rad)?;
         Some(Self {
             yaw_rad: Some(yaw_rad),

@@ -9,7 +9,7 @@ pub(crate) struct Footing {
     pub lateral_m: f64,
     /// Whether it is in the air, and this is where it stood last.
     pub in_air: bool,
-    /// Whether it is elsewhere than the posture that is wanted at the goal has it.
+    /// Whether it is elsewhere than it is wanted at the goal: by the posture that is wanted there, or on another face.
     pub astray: bool,
 }
 

@@ -17,11 +17,13 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Point3, Vector3};
-use posture::{Contact, FaceIndex};
+use posture::{Area, Contact, FaceIndex};
 use robot_model::PatchId;
+use surfaces::ConvexPolygon;
 
 use crate::context::SearchContext;
 use crate::result::Blocked;
+use crate::sole_room::has_room;
 
 /// A box along W's axes, m.
 #[derive(Clone, Copy)]
@@ -262,6 +264,15 @@ impl<'a> Faces<'a> {
                         format!("{face} is not for {patch}: its roles ask for other faces");
                     return Some(Blocked::of_goal(reason, true));
                 }
+                if !self.has_room(patch, face) {
+                    let patch = &request.robot.patches[patch].name;
+                    let face = &request.environment[face].id;
+                    let margin_mm = 1e3 * context.patch_margin_m;
+                    let reason = format!(
+                        "{face} has no room for {patch}, whichever way it is turned, with {margin_mm:.0} mm around it"
+                    );
+                    return Some(Blocked::of_goal(reason, true));
+                }
                 let wanted = |i: usize| {
                     if self.faces[i] == face {
                         0.0
@@ -272,6 +283,25 @@ impl<'a> Faces<'a> {
                 self.unserved(come_to, limit, patch, 0.0, &wanted)
             })
         })
+    }
+
+    /// Whether a patch fits into the hull of a face; a ball always does.
+    fn has_room(&self, patch: PatchId, face: FaceIndex) -> bool {
+        let request = self.context.request;
+        let (shape, face) = (&request.robot.patches[patch], &request.environment[face]);
+        let corners_W = face.vertices_W().into_iter();
+        let corners = corners_W.map(|p| face.X_WF.inverse_transform_point(&p).xy());
+        let hull = ConvexPolygon::hull(&corners.collect::<Vec<_>>());
+        let Some(polygon) = hull.ok().filter(|_| shape.point_radius_m().is_none()) else {
+            return true;
+        };
+        let hull = Area {
+            X_WF: face.X_WF,
+            polygon,
+            toward: None,
+            yaw_rad: None,
+        };
+        has_room(&shape.polygon, &hull, self.context.patch_margin_m)
     }
 
     /// Why a patch comes to no face that is within `near_m` of what is wanted.

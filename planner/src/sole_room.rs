@@ -1,5 +1,5 @@
-//! Which way a sole has to be turned to have room where it lands: treads and ledges may be narrower than it
-//! is long.
+//! Which way a sole has to be turned to have room where it lands, and whether a hand has room at all: treads and ledges
+//! may be narrower than a sole is long, rails than a hand is wide.
 
 use nalgebra::{Point2, Rotation2, Unit, Vector2, Vector3};
 use posture::Area;
@@ -22,7 +22,6 @@ pub(crate) fn heading_with_room(
     wanted_rad: f64,
     others_rad: f64,
 ) -> Option<f64> {
-    let half_planes = area.polygon.half_planes();
     let fits = |heading_rad: &f64| {
         let ahead = Vector3::new(heading_rad.cos(), heading_rad.sin(), 0.0);
         let x_F = area.X_WF.inverse_transform_vector(&ahead).xy();
@@ -30,23 +29,37 @@ pub(crate) fn heading_with_room(
             return true;
         };
         let turn = Rotation2::rotation_between(&Vector2::x(), &x_F);
-        // Where the sole's origin may be: in the area less what the sole reaches beyond it.
-        let inside = half_planes.iter().map(|edge| {
-            let beyond_m = sole.iter().map(|p| edge.n.dot(&(turn * p).coords));
-            let beyond_m = beyond_m.fold(f64::NEG_INFINITY, f64::max);
-            HalfPlane {
-                n: edge.n,
-                b: edge.b - beyond_m - margin_m + SLACK_M,
-            }
-        });
-        let inside: Vec<HalfPlane> = inside.collect();
-        area.polygon.clip_all(&inside).is_some()
+        fits(sole, area, margin_m - SLACK_M, &turn)
     };
     let nearer = wrap(others_rad - wanted_rad);
     let side = if nearer < 0.0 { -1.0 } else { 1.0 };
     let turns = (0..=TURNS).map(|k| TURN_RAD * f64::from(k) * side);
     let headings = turns.flat_map(|turn| [wanted_rad + turn, wanted_rad - turn]);
     headings.into_iter().find(fits)
+}
+
+/// Whether a palm fits into an area with a margin, m, around it in some way; what is narrower than it by less than it sticks
+/// out between two of the turns is taken for room.
+pub(crate) fn has_room(palm: &[Point2<f64>], area: &Area, margin_m: f64) -> bool {
+    let reach_m = palm.iter().map(|p| p.coords.norm()).fold(0.0, f64::max);
+    let slack_m = SLACK_M + reach_m * (0.5 * TURN_RAD).sin();
+    let mut turns = (0..4 * TURNS).map(|k| Rotation2::new(TURN_RAD * f64::from(k)));
+    turns.any(|turn| fits(palm, area, margin_m - slack_m, &turn))
+}
+
+/// Whether a patch that is so turned in the area's frame fits into it with a margin, m, around it.
+fn fits(patch: &[Point2<f64>], area: &Area, margin_m: f64, turn: &Rotation2<f64>) -> bool {
+    // Where the patch's origin may be: in the area less what the patch reaches beyond it.
+    let inside = area.polygon.half_planes().into_iter().map(|edge| {
+        let beyond_m = patch.iter().map(|p| edge.n.dot(&(turn * p).coords));
+        let beyond_m = beyond_m.fold(f64::NEG_INFINITY, f64::max);
+        HalfPlane {
+            n: edge.n,
+            b: edge.b - beyond_m - margin_m,
+        }
+    });
+    let inside: Vec<HalfPlane> = inside.collect();
+    area.polygon.clip_all(&inside).is_some()
 }
 
 #[cfg(test)]
@@ -86,5 +99,27 @@ mod tests {
         }
         // Narrower than the sole is wide.
         assert_eq!(heading(0.14, 0.0, 0.0), None);
+    }
+
+    /// A rail, level or on a wall, lying any way: a palm of 6 by 12 cm has room on 9 cm, and on 6 it has none.
+    #[test]
+    fn a_palm_has_room_where_it_fits_in_some_way() {
+        let palm = [[-0.03, -0.06], [0.03, -0.06], [0.03, 0.06], [-0.03, 0.06]].map(Point2::from);
+        let wall = Isometry3::rotation(Vector3::y() * std::f64::consts::FRAC_PI_2);
+        for X_WF in [Isometry3::identity(), wall] {
+            for turn in [0.0, 0.31, 1.0, 2.2] {
+                let turned = |depth_m: f64| {
+                    let corners = tread(depth_m).polygon;
+                    let corners = corners.vertices().iter().map(|p| Rotation2::new(turn) * p);
+                    Area {
+                        X_WF,
+                        polygon: ConvexPolygon::new(corners.collect()).unwrap(),
+                        ..tread(depth_m)
+                    }
+                };
+                assert!(has_room(&palm, &turned(0.09), 0.01), "{turn}");
+                assert!(!has_room(&palm, &turned(0.06), 0.01), "{turn}");
+            }
+        }
     }
 }
