@@ -264,7 +264,9 @@ impl<'a> Faces<'a> {
                         format!("{face} is not for {patch}: its roles ask for other faces");
                     return Some(Blocked::of_goal(reason, true));
                 }
-                if !self.has_room(patch, face) {
+                // What is held from the start is not asked for its margins.
+                let is_held = request.start.contacts.contains(&(patch, face));
+                if !is_held && !self.has_room(patch, face) {
                     let patch = &request.robot.patches[patch].name;
                     let face = &request.environment[face].id;
                     let margin_mm = 1e3 * context.patch_margin_m;
