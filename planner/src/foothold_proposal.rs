@@ -43,6 +43,8 @@ const VARIATIONS: [Variation; 12] = [
     vary(0.5, [0.0, -2.0], 0.0),
     vary(0.5, [0.0, 2.0], 0.0),
 ];
+/// Soles at one place whose headings differ by less are the same, rad.
+const SAME_RAD: f64 = 0.1;
 /// Price of a metre by which a foot lands across from where it would stand beside another, in contacts: legs
 /// that cross are rarely brought past each other.
 pub(crate) const CROSSED_PRICE: f64 = 10.0;
@@ -94,43 +96,37 @@ pub(crate) fn propose(
     from: usize,
 ) -> Option<Foothold> {
     let landing = context.landing(patch, face)?;
-    let offered = |variation| {
+    let X_WF = context.request.environment[face].X_WF;
+    let moved_onto = |variation| {
         let foothold = place(context, node, feet, patch, face, variation)?;
-        let p_F = context.request.environment[face].X_WF;
-        let p_F = p_F.inverse_transform_point(&foothold.place).xy();
-        let place = landing.nearest(&p_F)?;
-        let place = context.request.environment[face].point_W(&place);
+        let p_F = X_WF.inverse_transform_point(&foothold.place).xy();
+        let place = context.request.environment[face].point_W(&landing.nearest(&p_F)?);
         let ahead = context.route.direction(foothold.along_m);
         let moved = place - foothold.place;
-        let moved_m = ahead.xy().perp(&moved.xy()).abs();
-        let foothold = Foothold {
+        Some(Foothold {
             place,
-            moved_m,
+            moved_m: ahead.xy().perp(&moved.xy()).abs(),
             ..foothold
-        };
-        let foothold = foothold.with_room(context, node)?;
-        Some(foothold.at_goal(context))
+        })
     };
-    let same = |a: &Foothold, b: &Foothold| {
-        let turned = match (a.yaw_rad, b.yaw_rad) {
-            (Some(a), Some(b)) => wrap(a - b).abs(),
-            _ => 0.0,
-        };
-        (a.place - b.place).norm() < 0.5 * context.same_place_m() && turned < 0.1
+    // The room on the face is asked for last: it takes longest.
+    let turned_alike = |a: &Foothold, b: &Foothold| match (a.yaw_rad, b.yaw_rad) {
+        (Some(a), Some(b)) => wrap(a - b).abs() < SAME_RAD,
+        _ => true,
     };
-    let mut before: Vec<Foothold> = Vec::new();
-    for variation in 0..VARIATIONS.len() {
-        let Some(foothold) = offered(variation) else {
-            continue;
-        };
-        let fits =
-            || within_reach(context, node, &foothold) && steps_clear(context, node, &foothold);
-        if variation >= from && !before.iter().any(|other| same(other, &foothold)) && fits() {
-            return Some(foothold);
-        }
-        before.push(foothold);
-    }
-    None
+    let is_before = |foothold: &Foothold| {
+        let mut places = (0..foothold.variation).filter_map(moved_onto);
+        places.any(|other| {
+            (other.place - foothold.place).norm() < 0.5 * context.same_place_m()
+                && (other.with_room(context, node)).is_some_and(|o| turned_alike(&o, foothold))
+        })
+    };
+    let placed = (from..VARIATIONS.len()).filter_map(moved_onto);
+    let near = placed.filter(|foothold| within_reach(context, node, foothold));
+    let mut fits = near
+        .filter_map(|foothold| foothold.with_room(context, node))
+        .filter(|foothold| steps_clear(context, node, foothold) && !is_before(foothold));
+    Some(fits.next()?.at_goal(context))
 }
 
 /// A wanted place over a face, not yet moved onto it.
