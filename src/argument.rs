@@ -214,14 +214,16 @@ pub fn sensor(text: &str) -> Result<SensorFlag, String> {
     Ok(flag)
 }
 
-/// A start: `POSTURE`, `POSTURE@x,y,z[,roll,pitch,yaw]`, `POSTURE@x,y` on whatever ground is there, `@x,y…`, or one
-/// `PATCH=x,y,z…` a contact.
+/// A start: `POSTURE`, `POSTURE@x,y,z[,roll,pitch,yaw]`, `POSTURE@x,y` on whatever ground is there, `@x,y…`, one
+/// `JOINT=VALUE` a joint, or one `PATCH=x,y,z…` a contact.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StartFlag {
     /// A posture, and where its base is.
     Posture(Option<String>, Option<Isometry3<f64>>),
     /// A posture over a place, x and y in m, its feet on what is there.
     Over(Option<String>, [f64; 2]),
+    /// A joint and its value, rad (m where prismatic).
+    Joint(String, f64),
     /// A patch at a pose.
     Contact(String, Isometry3<f64>),
 }
@@ -231,8 +233,12 @@ pub enum StartFlag {
 /// # Errors
 /// As [`pose`].
 pub fn start(text: &str) -> Result<StartFlag, String> {
-    if let Some((patch, place)) = text.split_once('=') {
-        return Ok(StartFlag::Contact(patch.trim().to_owned(), pose(place)?));
+    if let Some((name, value)) = text.split_once('=') {
+        let name = name.trim().to_owned();
+        return Ok(match value.contains(',') {
+            true => StartFlag::Contact(name, pose(value)?),
+            false => StartFlag::Joint(name, numbers(value, &[1])?[0]),
+        });
     }
     let (name, place) = match text.split_once('@') {
         Some((name, place)) => (name.trim(), Some(place)),
@@ -246,6 +252,18 @@ pub fn start(text: &str) -> Result<StartFlag, String> {
         }
         place => StartFlag::Posture(name, place.map(pose).transpose()?),
     })
+}
+
+/// A stance of a plan: `PLAN.json:NUMBER`.
+///
+/// # Errors
+/// What is none, in words.
+pub fn stance_of(text: &str) -> Result<(PathBuf, usize), String> {
+    let split = text.rsplit_once(':').filter(|(plan, _)| !plan.is_empty());
+    let (plan, number) = split.ok_or("not a plan and the number of a stance, PLAN.json:4")?;
+    let number = number.trim().parse();
+    let number = number.map_err(|_| format!("{:?} is not the number of a stance", text))?;
+    Ok((plan.into(), number))
 }
 
 /// A goal: `x,y`, `x,y,z` or `x,y,z,yaw` of the base, m and rad.
@@ -364,6 +382,13 @@ mod tests {
         assert_eq!(start("crouch"), Ok(crouch));
         assert_eq!(start("@1,2,3"), Ok(StartFlag::Posture(None, Some(place))));
         assert_eq!(start("left_foot=1,2,3"), Ok(foot));
+        let knee = StartFlag::Joint("knee".to_owned(), 0.5);
+        assert_eq!(start("knee=0.5"), Ok(knee));
+        assert_eq!(
+            stance_of("a:b/plan.json:4"),
+            Ok(("a:b/plan.json".into(), 4))
+        );
+        assert!(stance_of("plan.json").is_err() && stance_of("plan.json:x").is_err());
         let over = StartFlag::Over(Some("crouch".to_owned()), [1.0, -2.0]);
         assert_eq!(start("crouch@1,-2"), Ok(over));
         assert!(start("crouch@1").is_err() && start("crouch@1,y").is_err());

@@ -43,6 +43,7 @@ pub mod signature;
 pub mod simulate;
 pub mod slope;
 pub mod start;
+pub mod start_flags;
 pub mod status;
 pub mod summary;
 pub mod template;

@@ -14,16 +14,23 @@ use crate::robot_files::{BesideUrdf, RobotFiles, Robots};
 /// # Errors
 /// A file that cannot be read, is no JSON (with line and column) or no plan of this version.
 pub fn open(path: &Path) -> Result<Plan> {
+    parsed(path, &read("plan", path)?)
+}
+
+/// The plan that a file's bytes are.
+///
+/// # Errors
+/// As [`open`].
+pub fn parsed(path: &Path, bytes: &[u8]) -> Result<Plan> {
     let name = path.display();
-    let bytes = read("plan", path)?;
     let value: serde_json::Value =
-        serde_json::from_slice(&bytes).with_context(|| format!("{name}: not valid JSON"))?;
+        serde_json::from_slice(bytes).with_context(|| format!("{name}: not valid JSON"))?;
     match value.get("format").and_then(|format| format.as_str()) {
         Some(PLAN_FORMAT) => {}
         Some(other) => bail!("{name}: the format is {other:?}, not {PLAN_FORMAT:?}"),
         None => bail!("{name}: not a plan: there is no \"format\""),
     }
-    serde_json::from_slice(&bytes).with_context(|| format!("{name}: not a plan"))
+    serde_json::from_slice(bytes).with_context(|| format!("{name}: not a plan"))
 }
 
 /// Reads the motion that a plan names, from the plan's folder.

@@ -93,6 +93,13 @@ pub fn pose(
             let room = (clearance_m, config.ground.join_gap_m);
             back = start::clear::step_back(&mut stand, &robot, &terrain, body, room)?;
         }
+        let excluded = |patch: PatchId| config.planner.excludes(&robot.patches[patch]);
+        let touching = match &scene.start {
+            scene::Start::Posture { .. } => {
+                start::touching::add_touching(&robot, &mut stand, &terrain, excluded)
+            }
+            _ => None,
+        };
         let settled = match &scene.start {
             scene::Start::Posture { base, .. } => {
                 let level = base.is_none();
@@ -113,6 +120,7 @@ pub fn pose(
         let said = before
             .into_iter()
             .chain(back)
+            .chain(touching)
             .chain(settled)
             .chain(ground.notes);
         anyhow::Ok((
@@ -156,10 +164,8 @@ pub fn pose(
     let environment = environment.map_err(|error| doubted(error.into(), &notes))?;
     let on = |(patch, face): &(PatchId, FaceId)| Ok((*patch, environment.face(face.as_str())?));
     let contacts: Vec<_> = ground.iter().map(on).collect::<Result<_>>()?;
-    let mut start = planner::Start {
-        configuration: stand.configuration.clone(),
-        contacts,
-    };
+    let excluded = |patch: PatchId| config.planner.excludes(&robot.patches[patch]);
+    let mut start = planner::Start::new(&robot, stand.configuration.clone(), contacts, excluded);
     if let scene::Start::Contacts(_) = scene.start {
         let clear = clear_of_world(
             &robot,

@@ -56,6 +56,8 @@ pub enum Start {
     Posture {
         /// The SRDF's name of it; the resting posture where there is none.
         name: Option<String>,
+        /// Values of joints in the place of its own, by name, rad or m.
+        joints: BTreeMap<String, f64>,
         /// Pose of the base in W; without it the base is upright over the origin, the soles on
         /// z = 0.
         base: Option<Isometry3<f64>>,
@@ -68,6 +70,8 @@ pub enum Start {
     Over {
         /// As above.
         name: Option<String>,
+        /// As above.
+        joints: BTreeMap<String, f64>,
         /// Where the base is in W, x and y, m.
         at_m: [f64; 2],
         /// Its heading, rad.
@@ -84,6 +88,7 @@ impl Default for Start {
     fn default() -> Self {
         Self::Posture {
             name: None,
+            joints: BTreeMap::new(),
             base: None,
             before_floor: false,
             contacts: Vec::new(),
@@ -209,6 +214,7 @@ impl From<&scene_file::Start> for Start {
         if let Some(at_m) = start.over_m {
             return Start::Over {
                 name: start.posture.clone(),
+                joints: start.joints_rad.clone(),
                 at_m,
                 yaw_rad: start.yaw_rad,
                 contacts: start.contacts.clone(),
@@ -216,6 +222,7 @@ impl From<&scene_file::Start> for Start {
         }
         Start::Posture {
             name: start.posture.clone(),
+            joints: start.joints_rad.clone(),
             base: start.base_position_m.map(|p| pose(p, start.base_rpy_rad)),
             before_floor: start.before_floor,
             contacts: start.contacts.clone(),

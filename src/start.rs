@@ -8,7 +8,9 @@ pub mod floor;
 pub mod ground;
 pub mod settle;
 mod standing;
+pub mod touching;
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use anyhow::{Context, Result, bail};
@@ -22,6 +24,9 @@ use crate::scene::Start;
 
 /// The role of the patches that stand where no patch is named.
 const FOOT: &str = "foot";
+
+/// A joint is measured to be beyond its limits by this at most, rad (m where prismatic).
+const MEASURED_RAD: f64 = 0.01;
 
 /// Where the robot is and what it stands on.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,12 +56,13 @@ pub fn stand(
     match start {
         Start::Posture {
             name,
+            joints,
             base,
             contacts,
             ..
         } => {
-            let posture = named_posture(robot, name.as_deref());
-            let (posture, patches) = mistakes::both(posture, patches(robot, contacts))?;
+            let named = named_posture(robot, name.as_deref(), joints);
+            let ((posture, nominal), patches) = mistakes::both(named, patches(robot, contacts))?;
             let configuration = match base {
                 Some(base) => posture.with_base(base),
                 // It looks ahead, whichever way its base does.
@@ -69,7 +75,10 @@ pub fn stand(
                 }
             };
             Ok(StartState {
-                nominal: configuration.clone(),
+                nominal: match joints.is_empty() {
+                    true => configuration.clone(),
+                    false => nominal,
+                },
                 configuration,
                 patches,
                 X_WG: Isometry3::identity(),
@@ -77,12 +86,13 @@ pub fn stand(
         }
         Start::Over {
             name,
+            joints,
             at_m,
             yaw_rad,
             contacts,
         } => {
-            let posture = named_posture(robot, name.as_deref());
-            let (posture, feet) = mistakes::both(posture, patches(robot, contacts))?;
+            let named = named_posture(robot, name.as_deref(), joints);
+            let ((posture, _), feet) = mistakes::both(named, patches(robot, contacts))?;
             let place = (*at_m, *yaw_rad);
             let (contacts, guess) = standing::contacts(robot, environment, &posture, &feet, place)?;
             on_contacts(robot, contacts, &guess, environment, config)
@@ -102,11 +112,38 @@ pub fn stand(
     }
 }
 
-fn named_posture(robot: &Robot, name: Option<&str>) -> Result<Configuration> {
-    match name {
-        Some(name) => Ok(robot.posture(name)?),
-        None => Ok(robot.resting()),
+/// A posture with some joints at other values, and without.
+fn named_posture(
+    robot: &Robot,
+    name: Option<&str>,
+    joints: &BTreeMap<String, f64>,
+) -> Result<(Configuration, Configuration)> {
+    let named = match name {
+        Some(name) => robot.posture(name)?,
+        None => robot.resting(),
+    };
+    let mut posture = named.clone();
+    let unknown = joints.keys().map(|name| robot.joint_index(name));
+    let unknown: Vec<_> = unknown.filter_map(Result::err).collect();
+    if let Some(first) = unknown.first() {
+        let more = match unknown.len() - 1 {
+            0 => String::new(),
+            more => format!("; nor are there {more} other joints that are named"),
+        };
+        bail!("the start: {first}{more}");
     }
+    mistakes::all(joints.iter().map(|(name, value)| {
+        let joint = robot.joint_index(name)?;
+        let body = &robot.joint_bodies()[joint];
+        let beyond = (body.lower - value).max(value - body.upper);
+        if beyond > MEASURED_RAD {
+            let (lower, upper) = (body.lower, body.upper);
+            bail!("the start: {name} at {value:.3} is beyond its limits, {lower:.3} to {upper:.3}");
+        }
+        posture.joints[joint] = *value;
+        Ok(())
+    }))?;
+    Ok((posture, named))
 }
 
 /// The patches of these names; all with the role of a foot where there is none.

@@ -34,6 +34,9 @@ const BEYOND_PRICE: f64 = 5.0;
 /// is made (`support`).
 const AIMLESS_PRICE: f64 = 2.0;
 
+/// Price of a contact of a leg whose foot stands, in contacts: a knee mostly touches in the place of its foot.
+const BOTH_OF_LEG_PRICE: f64 = 4.0;
+
 /// Normals whose cosine is larger are those of one plane, up to a tenth of a degree.
 const ONE_PLANE: f64 = 1.0 - 2e-6;
 
@@ -41,19 +44,26 @@ const ONE_PLANE: f64 = 1.0 - 2e-6;
 pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Vec<Candidate> {
     let robot = context.request.robot;
     let feet = node.feet(context);
-    // With a foot in the air that stood before, only that foot: nothing else is done on fewer feet
-    // than must be.
+    // With a foot in the air that stood before, only that foot and what of its own leg touches in its place, such as
+    // the knee: nothing else is done on fewer feet than must be.
     let aloft = |patch: PatchId| {
         let stood = context.foot(patch).is_some() && node.footing[patch.index()].is_some();
         stood && !node.holds(patch)
     };
     let any_aloft = context.feet.iter().any(|&p| aloft(p));
+    let of_leg_aloft = |patch: PatchId| {
+        let mut feet = context.feet.iter();
+        context.foot(patch).is_none() && feet.any(|&foot| aloft(foot) && robot.carries(patch, foot))
+    };
     let mut children = Vec::new();
 
     // Release: at least one foot stays, and three points where forces may act, which a foot with an
     // area has: over two the centre of mass has no room.
-    for contact in node.contacts.iter().filter(|_| !any_aloft) {
+    for contact in &node.contacts {
         let patch = contact.patch;
+        if any_aloft && !of_leg_aloft(patch) {
+            continue;
+        }
         let stay = || node.contacts.iter().filter(|c| c.patch != patch);
         let points: usize = stay().map(|c| robot.patches[c.patch].polygon.len()).sum();
         if points < 3 || !stay().any(|c| context.foot(c.patch).is_some()) {
@@ -77,7 +87,10 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
 
     // Touch: a patch that is free, on a face it may touch, within reach.
     for patch in robot.patch_ids() {
-        if !context.is_used(patch) || node.holds(patch) || (any_aloft && !aloft(patch)) {
+        if !context.is_used(patch)
+            || node.holds(patch)
+            || (any_aloft && !aloft(patch) && !of_leg_aloft(patch))
+        {
             continue;
         }
         let mut offered: Vec<(Vector3<f64>, Point3<f64>)> = Vec::new();
@@ -97,6 +110,10 @@ pub(crate) fn children(context: &SearchContext, index: usize, node: &Node) -> Ve
                 let mut child = touch(context, index, node, foothold);
                 if context.foot(patch).is_none() && !is_wanted {
                     child.priority += AIMLESS_PRICE;
+                }
+                let mut stand = context.feet.iter().filter(|&&foot| node.holds(foot));
+                if stand.any(|&foot| robot.carries(patch, foot)) {
+                    child.priority += BOTH_OF_LEG_PRICE;
                 }
                 children.push(child);
             }

@@ -1,5 +1,6 @@
 //! Settings of the search.
 
+use robot_model::ContactPatch;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -56,6 +57,12 @@ impl Default for Config {
 }
 
 impl Config {
+    /// Whether a patch is not to be used.
+    pub fn excludes(&self, patch: &ContactPatch) -> bool {
+        let mut named = self.exclude.iter();
+        named.any(|name| &patch.name == name || patch.has_role(name))
+    }
+
     /// Refuses values that make no sense, naming the field.
     ///
     /// # Errors

@@ -122,7 +122,7 @@ impl<'a> SearchContext<'a> {
         let used = robot
             .patches
             .iter()
-            .map(|p| !config.exclude.iter().any(|e| &p.name == e || p.has_role(e)))
+            .map(|patch| !config.excludes(patch))
             .collect();
         let feet = request.start.feet(robot);
         let reach = Reach::new(robot, &kinematics);

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use plan::{Barrier, Change};
 use posture::{Constraint, Contact, Freedom, Outcome, Posture, Problem};
+use robot_model::Kinematics;
 
 use crate::Error;
 use crate::change::{Candidate, Move};
@@ -32,6 +33,11 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
         let (place, yaw) = (context.place_W(contact), context.yaw(contact));
         let standing = context.footing(contact.patch, &place, yaw, Some(0.0));
         footing[contact.patch.index()] = Some(standing);
+    }
+    let kinematics = Kinematics::new(robot, &posture.q);
+    for &foot in &request.start.in_air {
+        let place = robot.patches[foot].touched_W(&kinematics.X_WC(&robot.patches[foot]));
+        footing[foot.index()] = Some(context.footing(foot, &place, None, Some(0.0)));
     }
     Ok(Node {
         parent: None,

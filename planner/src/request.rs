@@ -59,6 +59,7 @@ impl<'a> Request<'a> {
             start: Start {
                 configuration: stands.clone(),
                 contacts: feet.iter().map(|&foot| (foot, floor)).collect(),
+                in_air: Vec::new(),
             },
             goal: Goal {
                 beside_m: goal.tolerance_m,
@@ -81,12 +82,35 @@ pub struct Start {
     pub configuration: Configuration,
     /// Pairs of patch and face that are in contact.
     pub contacts: Vec<(PatchId, FaceIndex)>,
+    /// Feet that touch nothing yet: they land first.
+    pub in_air: Vec<PatchId>,
 }
 
 /// The role of what a robot stands on.
 const FOOT: &str = "foot";
 
 impl Start {
+    /// A robot on some of its feet, as a plan has it between two steps, lands the others first, but for those that
+    /// `excluded` keeps out of use.
+    pub fn new(
+        robot: &Robot,
+        configuration: Configuration,
+        contacts: Vec<(PatchId, FaceIndex)>,
+        excluded: impl Fn(PatchId) -> bool,
+    ) -> Self {
+        let is_foot = |patch: PatchId| robot.patches[patch].has_role(FOOT);
+        let touches = |patch: PatchId| contacts.iter().any(|c| c.0 == patch);
+        let stands = contacts.iter().any(|c| is_foot(c.0));
+        let in_air = robot
+            .patch_ids()
+            .filter(|&patch| stands && is_foot(patch) && !touches(patch) && !excluded(patch));
+        Self {
+            in_air: in_air.collect(),
+            configuration,
+            contacts,
+        }
+    }
+
     /// Its contacts where the robot's own kinematics has them, in the order of the patches.
     pub fn touching(&self, robot: &Robot, environment: &Environment) -> Vec<Contact> {
         let kinematics = Kinematics::new(robot, &self.configuration);
@@ -103,9 +127,10 @@ impl Start {
         touching
     }
 
-    /// The patches that the robot stands on, in order: of those in contact the feet by role, and what touches a face
-    /// that a foot touches, as hands on the floor do; all where none has the role. A hand on a table holds on only: it
-    /// goes its own way and need not touch at the goal.
+    /// The patches that the robot walks on, in order: the feet by role that are in contact or in the air, and what
+    /// touches a face that a foot touches, as hands on the floor do; all that are in contact where none has the role. A
+    /// hand on a table, or a knee in the place of its foot, holds on only: it goes its own way and need not touch at the
+    /// goal.
     pub fn feet(&self, robot: &Robot) -> Vec<PatchId> {
         let is_foot = |patch: PatchId| robot.patches[patch].has_role(FOOT);
         let under: Vec<FaceIndex> = self
@@ -114,9 +139,12 @@ impl Start {
             .filter(|c| is_foot(c.0))
             .map(|c| c.1)
             .collect();
-        let bears =
-            |c: &&(PatchId, FaceIndex)| under.is_empty() || is_foot(c.0) || under.contains(&c.1);
+        let of_leg = |patch: PatchId| (self.in_air.iter()).any(|&foot| robot.carries(patch, foot));
+        let bears = |c: &&(PatchId, FaceIndex)| {
+            under.is_empty() || is_foot(c.0) || (under.contains(&c.1) && !of_leg(c.0))
+        };
         let mut feet: Vec<PatchId> = self.contacts.iter().filter(bears).map(|c| c.0).collect();
+        feet.extend(&self.in_air);
         feet.sort_unstable();
         feet.dedup();
         feet

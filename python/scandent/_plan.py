@@ -269,10 +269,11 @@ def _points(points: Optional[Sequence[Sequence[float]]]) -> Array:
 def plan(
     terrain: Terrain,
     robot: Robot,
-    start: Union[None, str, Tuple[str, npt.ArrayLike], Mapping[str, npt.ArrayLike]] = None,
+    start: Union[None, str, Tuple[str, npt.ArrayLike], Mapping[str, npt.ArrayLike], Stance] = None,
     goal: Optional[npt.ArrayLike] = None,
     guide: Optional[npt.ArrayLike] = None,
     *,
+    start_joints: Optional[Mapping[str, float]] = None,
     start_contacts: Sequence[str] = (),
     before_floor: bool = False,
     goal_contacts: Optional[Mapping[str, Union[str, npt.ArrayLike]]] = None,
@@ -288,9 +289,10 @@ def plan(
     """Plans over a terrain and verifies the plan, as ``scandent plan`` does: the same bytes.
 
     ``start`` is the name of a posture, upright over the origin with its soles on z = 0 (default: the resting
-    one); a posture and the pose of the base in W; or a mapping of patches to the poses of their frames C in W.
-    Poses are matrices (4, 4), or x, y, z, qx, qy, qz, qw. ``start_contacts`` are the patches that touch the
-    ground (all feet). ``before_floor`` moves a start that has no pose on to just before the floor that is seen ahead of
+    one); a posture and the pose of the base in W; a mapping of patches to the poses of their frames C in W; or a
+    stance of an earlier plan. Poses are matrices (4, 4), or x, y, z, qx, qy, qz, qw. ``start_joints`` are joints that
+    are elsewhere than the posture has them, rad or m. ``start_contacts`` are the patches that touch the ground (all
+    feet; of a stance its own). ``before_floor`` moves a start that has no pose on to just before the floor that is seen ahead of
     the origin. ``goal`` is x, y or x, y, z or x, y, z, yaw of the base in W, m and rad;
     ``goal_contacts`` are contacts that it must have, on a face or at a place (3,). ``goal_posture``
     is one of the robot's postures, or values of joints by their names, that it must have at the end. ``guide`` are
@@ -309,6 +311,9 @@ def plan(
         )
     flags = ["plan", *robot._native.flags()]
     flags += _start(start, robot)
+    flags += [f"--start={joint}" for joint in _joints(start_joints, robot, "start_joints")]
+    if isinstance(start, Stance) and not start_contacts:
+        start_contacts = [contact.patch for contact in start.contacts]
     touching = [_patch(name, robot, "start_contacts") for name in each(start_contacts, "start_contacts")]
     flags += ["--start-contacts", ",".join(touching)] if touching else []
     flags += ["--before-floor"] if before_floor else []
@@ -377,16 +382,21 @@ def _callable(progress: Any) -> Any:
 
 def _goal_posture(wanted: Union[str, Mapping[str, float], None], robot: Robot) -> List[str]:
     """A posture of the robot, or joints and their values, as flags say it."""
-    postures, joints = list(robot.postures), list(robot.joint_names)
     if isinstance(wanted, str):
+        postures = list(robot.postures)
         if wanted not in postures:
             raise InputError(f"goal_posture = {wanted!r} is no posture of {robot.name}: {postures}", "goal_posture")
         return [wanted]
-    values = mapping(wanted, "goal_posture")
+    return _joints(wanted, robot, "goal_posture")
+
+
+def _joints(values: Optional[Mapping[str, float]], robot: Robot, argument: str) -> List[str]:
+    """JOINT=VALUE of each."""
+    values = mapping(values, argument)
     for name in values:
-        if name not in joints:
-            raise InputError(f"goal_posture: {name!r} is no joint of {robot.name}", "goal_posture")
-    return [f"{name}={number(value, 'goal_posture')!r}" for name, value in values.items()]
+        if name not in robot.joint_names:
+            raise InputError(f"{argument}: {name!r} is no joint of {robot.name}", argument)
+    return [f"{name}={number(value, argument)!r}" for name, value in values.items()]
 
 
 def _patch(name: Any, robot: Robot, argument: str) -> str:
@@ -399,12 +409,17 @@ def _patch(name: Any, robot: Robot, argument: str) -> str:
 def _start(start: Any, robot: Robot) -> List[str]:
     if start is None:
         return []
+    if isinstance(start, Stance):
+        joints = dict(zip(robot.joint_names, start.q[7:]))
+        if len(robot.joint_names) != len(start.q) - 7:
+            raise InputError(f"start: {robot.name} has other joints than the stance", "start")
+        return [f"--start=@{listed(start.q[:7])}", *(f"--start={name}" for name in _joints(joints, robot, "start"))]
     if isinstance(start, Mapping):
         poses = {_patch(name, robot, "start"): pose(at, f"start[{name!r}]") for name, at in start.items()}
         return [f"--start={name}={listed(at)}" for name, at in poses.items()]
     name, base = start if isinstance(start, (tuple, list)) and len(start) == 2 else (start, None)
     if not isinstance(name, str):
-        raise InputError("start is no posture, posture with a pose, or mapping of patches to poses", "start")
+        raise InputError("start is no posture, posture with a pose, mapping of patches to poses, or stance", "start")
     if name not in robot.postures:
         known = ", ".join(robot.postures)
         raise InputError(f"start: {robot.name} has no posture {name!r}; there are {known}", "start")

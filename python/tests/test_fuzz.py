@@ -94,6 +94,7 @@ def calls(robot: scandent.Robot, terrain: scandent.Terrain, folder: Path) -> dic
                 "start": "half_sitting",
                 "goal": [0.2, 0.0],
                 "guide": None,
+                "start_joints": None,
                 "start_contacts": (),
                 "goal_contacts": None,
                 "goal_posture": None,

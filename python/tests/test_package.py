@@ -123,6 +123,17 @@ def test_no_plan_carries_its_reasons(hrp2: scandent.Robot) -> None:
     assert isinstance(caught.value.partial, scandent.Plan)
 
 
+def test_a_plan_goes_on_from_a_stance(hrp2: scandent.Robot) -> None:
+    floor = scandent.Terrain.from_polygons({"floor": rectangle(-0.5, 2.0, 0.0)})
+    found = scandent.plan(floor, hrp2, goal=[0.6, 0.0])
+    on_one_foot = next(s for s in found.stances if sum(c.loaded for c in s.contacts) == 1)
+    onward = scandent.plan(floor, hrp2, on_one_foot, goal=[1.2, 0.0])
+    assert np.allclose(onward.stances[0].q, on_one_foot.q, atol=0.02)
+    head = hrp2.joint_names.index("HEAD_JOINT0")
+    looks = scandent.plan(floor, hrp2, goal=[0.6, 0.0], start_joints={"HEAD_JOINT0": 0.3})
+    assert looks.stances[0].q[7 + head] == pytest.approx(0.3, abs=0.02)
+
+
 def test_a_start_before_the_floor_that_is_seen(hrp2: scandent.Robot) -> None:
     floor = scandent.Terrain.from_polygons({"floor": rectangle(0.9, 3.0, 0.0)})
     found = scandent.plan(floor, hrp2, goal=[1.5, 0.0], goal_tolerance_m=0.2, before_floor=True)
@@ -227,6 +238,7 @@ def test_images_that_make_no_sense_are_named(changes: dict[str, object], argumen
         ({"start": ("half_sitting", np.zeros((4, 4)))}, "start"),
         ({"start": {"tail": np.eye(4)}}, "start"),
         ({"start_contacts": ["tail"]}, "start_contacts"),
+        ({"start_joints": {"tail": 0.1}}, "start_joints"),
         ({"goal_contacts": {"tail": "floor"}}, "goal_contacts"),
         ({"goal_posture": "flying"}, "goal_posture"),
         ({"goal_posture": {"tail": 0.1}}, "goal_posture"),

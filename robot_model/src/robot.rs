@@ -119,6 +119,12 @@ impl Robot {
         joint_body <= body && body < self.subtree_end[joint_body]
     }
 
+    /// Whether the link of a patch carries that of another one, as the shank with a knee does the foot.
+    pub fn carries(&self, patch: PatchId, other: PatchId) -> bool {
+        let [above, below] = [patch, other].map(|patch| self.patches[patch].body);
+        above != below && self.supports(above, below)
+    }
+
     /// The bodies whose joints lie on the way from one body to another, from both ends.
     pub fn joints_between(&self, a: usize, b: usize) -> impl Iterator<Item = usize> {
         let up = move |from: usize, to: usize| {

@@ -148,6 +148,9 @@ pub struct RobotSource {
 pub struct Start {
     /// Name of a posture in the SRDF.
     pub posture: Option<String>,
+    /// Values of joints by their names, in the place of the posture's, rad (m where prismatic): as they are measured.
+    #[serde(default)]
+    pub joints_rad: BTreeMap<String, f64>,
     /// Position of the base in W, m.
     pub base_position_m: Option<[f64; 3]>,
     /// Orientation of the base in W: roll, pitch, yaw about fixed axes.

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, anyhow};
 use scenes::scene_file::{Friction, Goal, GoalContact, Guide};
 
 use super::run::plan_with_progress;
-use crate::argument::{self, GoalFlag, GoalPosture, StartFlag};
+use crate::argument::{self, GoalFlag, GoalPosture};
 use crate::cli::{Cli, Command, Global};
 use crate::environment_flags::ScanFlags;
 use crate::extrinsics::placement;
@@ -14,6 +14,7 @@ use crate::plan_file::located;
 use crate::provenance::{FLAGS, Inputs};
 use crate::robot_files::{BesideUrdf, RobotFiles};
 use crate::scene::{Environment, Files, Scene, Start};
+use crate::start_flags::StartFlags;
 use crate::status::{Status, UsageError};
 use crate::told::Told;
 
@@ -45,16 +46,8 @@ pub struct Args {
     robot: Option<String>,
     #[command(flatten)]
     beside: BesideUrdf,
-    /// Start: POSTURE[@x,y,z[,roll,pitch,yaw]], POSTURE@x,y (on what is there), or PATCH=x,y,z[,roll,pitch,yaw] once a contact
-    /// (default: the resting posture over the origin, soles on z = 0)
-    #[arg(long, value_name = "START", value_parser = argument::start, allow_hyphen_values = true)]
-    start: Vec<StartFlag>,
-    /// Start with the toes just before the floor that is seen ahead of the origin, and on its plane
-    #[arg(long)]
-    before_floor: bool,
-    /// Patches that touch the ground at the start (default: all feet)
-    #[arg(long, value_name = "PATCH,…", value_delimiter = ',')]
-    start_contacts: Vec<String>,
+    #[command(flatten)]
+    start: StartFlags,
     /// Goal of the base: x,y or x,y,z or x,y,z,yaw
     #[arg(long, value_name = "X,Y[,Z[,YAW]]", value_parser = argument::goal, allow_hyphen_values = true)]
     goal: Option<GoalFlag>,
@@ -170,9 +163,11 @@ impl Args {
     fn paths(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let one = [&mut self.surfaces, &mut self.mesh, &mut self.extrinsics];
         let beside = [&mut self.beside.srdf, &mut self.beside.contacts];
+        let earlier = self.start.start_stance.as_mut().map(|(plan, _)| plan);
         one.into_iter()
             .chain(beside)
             .flatten()
+            .chain(earlier)
             .chain(&mut self.scan)
             .chain(self.how.paths())
     }
@@ -233,7 +228,7 @@ impl Args {
             beside.contacts.clone_from(&given.contacts);
         }
         beside.packages.extend_from_slice(&given.packages);
-        self.over_start(&mut scene.start)?;
+        self.start.over(&mut scene.start, inputs)?;
         self.over_goal(&mut scene.goal);
         if !self.guide.is_empty() {
             scene.guide = Some(Guide {
@@ -247,63 +242,6 @@ impl Args {
             };
         }
         Ok(scene)
-    }
-
-    fn over_start(&self, start: &mut Start) -> Result<()> {
-        match self.start.as_slice() {
-            [] => {}
-            [StartFlag::Posture(name, base)] => {
-                *start = Start::Posture {
-                    name: name.clone(),
-                    base: *base,
-                    before_floor: false,
-                    contacts: Vec::new(),
-                };
-            }
-            [StartFlag::Over(name, at_m)] => {
-                *start = Start::Over {
-                    name: name.clone(),
-                    at_m: *at_m,
-                    yaw_rad: 0.0,
-                    contacts: Vec::new(),
-                };
-            }
-            flags => {
-                let contacts = flags.iter().map(|flag| match flag {
-                    StartFlag::Contact(patch, pose) => Ok((patch.clone(), *pose)),
-                    StartFlag::Posture(..) | StartFlag::Over(..) => {
-                        Err(usage("give --start either one posture, or contacts only"))
-                    }
-                });
-                *start = Start::Contacts(contacts.collect::<Result<_>>()?);
-            }
-        }
-        if self.before_floor {
-            match start {
-                Start::Posture {
-                    base: None,
-                    before_floor,
-                    ..
-                } => *before_floor = true,
-                _ => {
-                    return Err(usage(
-                        "--before-floor does not go with a place in --start: the floor that is seen says where",
-                    ));
-                }
-            }
-        }
-        if self.start_contacts.is_empty() {
-            return Ok(());
-        }
-        match start {
-            Start::Posture { contacts, .. } | Start::Over { contacts, .. } => {
-                contacts.clone_from(&self.start_contacts)
-            }
-            Start::Contacts(_) => {
-                return Err(usage("--start-contacts does not go with --start PATCH=…"));
-            }
-        }
-        Ok(())
     }
 
     fn has_goal(&self) -> bool {

@@ -80,7 +80,7 @@ pub fn settle(
 }
 
 /// Where a foot is on a face that is near it: its pose, and how far its corners are from there, m.
-fn on(
+pub(super) fn on(
     robot: &Robot,
     id: PatchId,
     X_WC: &Isometry3<f64>,

@@ -138,6 +138,7 @@ mod tests {
         let over = |at_m: [f64; 2]| {
             let start = Start::Over {
                 name: None,
+                joints: Default::default(),
                 at_m,
                 yaw_rad: 0.5,
                 contacts: Vec::new(),

@@ -23,6 +23,7 @@ mod posture_problems;
 mod schemas;
 mod serve;
 mod slope_command;
+mod starts;
 mod verify_broken;
 mod verify_malformed;
 mod viewer;

@@ -43,6 +43,13 @@ impl Start {
             within(&format!("{field}.position_m"), &contact.position_m, wrong);
             within(&format!("{field}.rpy_rad"), &contact.rpy_rad, wrong);
         }
+        for (joint, value) in &self.joints_rad {
+            within(&format!("start.joints_rad.{joint}"), &[*value], wrong);
+        }
+        if !self.joints_rad.is_empty() && !self.contact.is_empty() {
+            let reason = "does not go with contact: a posture is sought for these";
+            wrong.push(Error::field("start.joints_rad", reason));
+        }
         within("start.base_rpy_rad", &self.base_rpy_rad, wrong);
         within("start.yaw_rad", &[self.yaw_rad], wrong);
         let placed = self.base_position_m.is_some() || self.over_m.is_some();
@@ -52,22 +59,23 @@ impl Start {
         }
         if let Some(over_m) = &self.over_m {
             if self.base_position_m.is_some() || !self.contact.is_empty() {
-                let reason = "goes with posture, yaw_rad and contacts only";
+                let reason = "goes with posture, joints_rad, yaw_rad and contacts only";
                 wrong.push(Error::field("start.over_m", reason));
             }
             return within("start.over_m", over_m, wrong);
         }
-        match (&self.posture, &self.base_position_m) {
-            (Some(_), Some(position)) if self.contact.is_empty() => {
+        let has_posture = self.posture.is_some() || !self.joints_rad.is_empty();
+        match (has_posture, &self.base_position_m) {
+            (true, Some(position)) if self.contact.is_empty() => {
                 within("start.base_position_m", position, wrong);
                 if self.contacts.is_empty() {
                     wrong.push(Error::field("start.contacts", "is empty"));
                 }
             }
-            (None, None) if self.contact.is_empty() || self.contacts.is_empty() => {}
+            (false, None) if self.contact.is_empty() || self.contacts.is_empty() => {}
             _ => wrong.push(Error::field(
                 "start",
-                "needs posture, base_position_m and contacts, or `over_m` or `contact` in their place",
+                "needs posture or joints_rad, base_position_m and contacts, or `over_m` or `contact` in their place",
             )),
         }
     }

@@ -83,6 +83,27 @@ fn floor() -> (tempfile::TempDir, PathBuf) {
     (folder, floor)
 }
 
+/// A knee touches in the place of its foot, and from there the foot lands again.
+#[test]
+fn a_robot_kneels_and_rises_again() {
+    let Some([urdf, ..]) = talos() else { return };
+    let (_folder, floor) = floor();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let of = |name: &str| folder.path().join(name);
+    succeeds("robot @ --also knees --propose @", &[&urdf, &of("talos")]);
+    let (srdf, contacts) = (of("talos/talos_reduced.srdf"), of("talos/contacts.toml"));
+    let robot = [&*floor, &*urdf, &*srdf, &*contacts];
+    let plan = format!("plan --mesh @ {TALOS}");
+    let line = format!("{plan} --goal-contact left_knee=0.2,0.1,0 -o @");
+    succeeds(&line, &[&robot[..], &[&of("kneels")]].concat());
+    let kneels = format!("{}:3", of("kneels/plan.json").display());
+    let line = format!("{plan} --goal 1,0 --start-stance @ -o @");
+    succeeds(
+        &line,
+        &[&robot[..], &[Path::new(&kneels), &of("rises")]].concat(),
+    );
+}
+
 /// The balls of its feet, as they are proposed, have their middles in the shanks. They roll by 10 to 20 mm while they
 /// stand; executed, they are not to spring back where they leave (by 13 mm in 40 ms, held by a servo alone).
 #[test]
