@@ -58,7 +58,7 @@ pub fn goal(
         beside_m: limb.map_or(base.tolerance_m, |limb| BESIDE * limb.reach_m),
         base,
         patches: match asked.base_position_m.is_some() || joints.is_some() {
-            true => start.feet(robot),
+            true => start.feet.clone(),
             false => Vec::new(),
         },
         joints,

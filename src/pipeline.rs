@@ -109,8 +109,8 @@ pub fn plan(
         ..
     } = &posed;
     let contacts = &start.contacts;
-    let feet = start.feet(robot);
-    let standing_on = contacts.iter().find(|c| feet.contains(&c.0)).map(|c| c.1);
+    let standing_on = contacts.iter().find(|c| start.feet.contains(&c.0));
+    let standing_on = standing_on.map(|c| c.1);
     let guide = scene.guide.as_ref();
     let guide = goal::guide(guide, goal, (robot, &posed.stand), environment, standing_on)?;
     let roles = &config.surfaces.roles;

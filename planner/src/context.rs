@@ -124,7 +124,7 @@ impl<'a> SearchContext<'a> {
             .iter()
             .map(|patch| !config.excludes(patch))
             .collect();
-        let feet = request.start.feet(robot);
+        let feet = request.start.feet.clone();
         let reach = Reach::new(robot, &kinematics);
         let legs_m = feet.iter().map(|&foot| reach.leg(foot).length_m);
         let shortest_m = legs_m.fold(f64::INFINITY, f64::min);

@@ -35,7 +35,7 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
         footing[contact.patch.index()] = Some(standing);
     }
     let kinematics = Kinematics::new(robot, &posture.q);
-    for &foot in &request.start.in_air {
+    for foot in request.start.in_air() {
         let place = robot.patches[foot].touched_W(&kinematics.X_WC(&robot.patches[foot]));
         footing[foot.index()] = Some(context.footing(foot, &place, None, Some(0.0)));
     }

@@ -59,7 +59,7 @@ impl<'a> Request<'a> {
             start: Start {
                 configuration: stands.clone(),
                 contacts: feet.iter().map(|&foot| (foot, floor)).collect(),
-                in_air: Vec::new(),
+                feet: feet.to_vec(),
             },
             goal: Goal {
                 beside_m: goal.tolerance_m,
@@ -82,33 +82,53 @@ pub struct Start {
     pub configuration: Configuration,
     /// Pairs of patch and face that are in contact.
     pub contacts: Vec<(PatchId, FaceIndex)>,
-    /// Feet that touch nothing yet: they land first.
-    pub in_air: Vec<PatchId>,
+    /// The patches that it walks on, in order: its feet by role, those that touch nothing yet among them, and what
+    /// touches a face that a foot touches, as hands on the floor do; all that are in contact where none has the role.
+    pub feet: Vec<PatchId>,
 }
 
 /// The role of what a robot stands on.
 const FOOT: &str = "foot";
 
 impl Start {
-    /// A robot on some of its feet, as a plan has it between two steps, lands the others first, but for those that
-    /// `excluded` keeps out of use.
+    /// The start of a robot with its feet. One on some of its feet, as a plan has it between two steps, lands the others
+    /// first, but for those that `excluded` keeps out of use: these leave and stay in the air. A hand on a table, or a
+    /// knee in the place of its foot, holds on only: it goes its own way and need not touch at the goal.
     pub fn new(
         robot: &Robot,
         configuration: Configuration,
         contacts: Vec<(PatchId, FaceIndex)>,
         excluded: impl Fn(PatchId) -> bool,
     ) -> Self {
-        let is_foot = |patch: PatchId| robot.patches[patch].has_role(FOOT);
-        let touches = |patch: PatchId| contacts.iter().any(|c| c.0 == patch);
-        let stands = contacts.iter().any(|c| is_foot(c.0));
-        let in_air = robot
-            .patch_ids()
-            .filter(|&patch| stands && is_foot(patch) && !touches(patch) && !excluded(patch));
+        let is_foot = |patch: PatchId| robot.patches[patch].has_role(FOOT) && !excluded(patch);
+        let touched = |patch: PatchId| contacts.iter().find(|c| c.0 == patch).map(|c| c.1);
+        let feet = || robot.patch_ids().filter(|&patch| is_foot(patch));
+        let under: Vec<FaceIndex> = feet().filter_map(touched).collect();
+        let in_place_of_foot = |patch: PatchId| {
+            let mut in_air = feet().filter(|&foot| touched(foot).is_none());
+            in_air.any(|foot| robot.carries(patch, foot))
+        };
+        let bears = |patch: PatchId| match touched(patch) {
+            Some(_) if under.is_empty() => true,
+            None if under.is_empty() => false,
+            _ if is_foot(patch) => true,
+            Some(face) => under.contains(&face) && !in_place_of_foot(patch) && !excluded(patch),
+            None => false,
+        };
         Self {
-            in_air: in_air.collect(),
+            feet: robot.patch_ids().filter(|&patch| bears(patch)).collect(),
             configuration,
             contacts,
         }
+    }
+
+    /// The feet that touch nothing yet: they land first.
+    pub fn in_air(&self) -> impl Iterator<Item = PatchId> {
+        let touches = |patch: PatchId| self.contacts.iter().any(|c| c.0 == patch);
+        self.feet
+            .iter()
+            .copied()
+            .filter(move |&patch| !touches(patch))
     }
 
     /// Its contacts where the robot's own kinematics has them, in the order of the patches.
@@ -125,29 +145,6 @@ impl Start {
         let mut touching: Vec<Contact> = touching.collect();
         touching.sort_by_key(|c| c.patch);
         touching
-    }
-
-    /// The patches that the robot walks on, in order: the feet by role that are in contact or in the air, and what
-    /// touches a face that a foot touches, as hands on the floor do; all that are in contact where none has the role. A
-    /// hand on a table, or a knee in the place of its foot, holds on only: it goes its own way and need not touch at the
-    /// goal.
-    pub fn feet(&self, robot: &Robot) -> Vec<PatchId> {
-        let is_foot = |patch: PatchId| robot.patches[patch].has_role(FOOT);
-        let under: Vec<FaceIndex> = self
-            .contacts
-            .iter()
-            .filter(|c| is_foot(c.0))
-            .map(|c| c.1)
-            .collect();
-        let of_leg = |patch: PatchId| (self.in_air.iter()).any(|&foot| robot.carries(patch, foot));
-        let bears = |c: &&(PatchId, FaceIndex)| {
-            under.is_empty() || is_foot(c.0) || (under.contains(&c.1) && !of_leg(c.0))
-        };
-        let mut feet: Vec<PatchId> = self.contacts.iter().filter(bears).map(|c| c.0).collect();
-        feet.extend(&self.in_air);
-        feet.sort_unstable();
-        feet.dedup();
-        feet
     }
 }
 

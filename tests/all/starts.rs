@@ -2,11 +2,12 @@
 //!
 //! Pass criteria: from each stance of a plan but the last, on one foot or two, `--start-stance` leads to the goal with a
 //! certificate; it begins where the plan has the robot, to 0.01 m and 0.02 rad; the same start in a scene file, by its
-//! joints, is the same plan. A joint that is not there or beyond its limits is said.
+//! joints, is the same plan. A joint that is not there or beyond its limits is said. A robot walks on without a foot that is
+//! excluded.
 
 use std::path::Path;
 
-use plan::Plan;
+use plan::{Change, Plan};
 use robot_model::Configuration;
 
 use crate::support::program::{ends_with, read, succeeds};
@@ -73,6 +74,25 @@ fn a_start_by_joints_is_the_stance_that_they_are_of() {
     let changes =
         |plan: &Plan| -> Vec<_> { plan.stances.iter().map(|s| s.change.clone()).collect() };
     assert_eq!(changes(&a), changes(&b));
+}
+
+#[test]
+fn a_hexapod_walks_without_a_leg() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let floor = folder.path().join("floor.obj");
+    std::fs::write(
+        &floor,
+        "v -2 -2 0\nv 3 -2 0\nv 3 2 0\nv -2 2 0\nf 1 2 3 4\n",
+    )
+    .unwrap();
+    let line = r#"plan --mesh @ --goal 0.8,0 --robot builtin:hexapod --set planner.exclude=["front_left"] -o @"#;
+    succeeds(line, &[&floor, folder.path()]);
+    let plan = plan_in(folder.path());
+    let made =
+        |change: &Change| matches!(change, Change::Add { patch, .. } if patch == "front_left");
+    assert!(!plan.stances.iter().any(|s| made(&s.change)));
+    let last = plan.stances.last().unwrap();
+    assert!(!last.contacts.iter().any(|c| c.patch == "front_left"));
 }
 
 #[test]
