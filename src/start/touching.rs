@@ -23,11 +23,9 @@ pub fn add_touching(
     let is_foot = |patch: &PatchId| robot.patches[*patch].has_role(FOOT) && !excluded(*patch);
     let stands = |patch: &PatchId| stand.patches.contains(patch);
     let is_scanned = terrain.faces.iter().all(|f| f.source == Source::Scan);
-    let soles = stand
-        .patches
-        .iter()
-        .filter(|&patch| is_scanned && is_foot(patch));
-    let soles = soles.filter(|&&patch| robot.patches[patch].point_radius_m().is_none());
+    let is_sole = |patch: &PatchId| robot.patches[*patch].point_radius_m().is_none();
+    let soles = stand.patches.iter().filter(|p| is_foot(p) && is_sole(p));
+    let soles = soles.filter(|_| is_scanned);
     let planes = soles.filter_map(|&patch| {
         let X_WC = kinematics.X_WC(&robot.patches[patch]);
         Face::rectangle("sole", X_WC, [1e3, 1e3]).ok()
@@ -55,6 +53,6 @@ pub fn add_touching(
     let names: Vec<&str> = names.collect();
     (!names.is_empty()).then(|| {
         let names = names.join(", ");
-        format!("{names} on the ground at the start, too: among its contacts, though none of those that are named")
+        format!("at the start {names} touches the ground, too, and counts among the contacts, although not named")
     })
 }
