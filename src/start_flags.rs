@@ -52,15 +52,21 @@ impl StartFlags {
         }
         match places.as_slice() {
             [] if joints.is_empty() => {}
-            [] | [StartFlag::Posture(..)] => {
-                let (name, base) = match places.first() {
-                    Some(StartFlag::Posture(name, base)) => (name.clone(), *base),
-                    _ => (None, None),
-                };
+            [] => match start {
+                Start::Posture { joints: own, .. } | Start::Over { joints: own, .. } => {
+                    own.extend(joints);
+                }
+                Start::Contacts(_) => {
+                    return usage(
+                        "--start JOINT=… does not go with contacts: a posture is sought for these",
+                    );
+                }
+            },
+            [StartFlag::Posture(name, base)] => {
                 *start = Start::Posture {
-                    name,
+                    name: name.clone(),
                     joints,
-                    base,
+                    base: *base,
                     before_floor: false,
                     contacts: Vec::new(),
                 };
