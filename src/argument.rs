@@ -262,7 +262,7 @@ pub fn stance_of(text: &str) -> Result<(PathBuf, usize), String> {
     let split = text.rsplit_once(':').filter(|(plan, _)| !plan.is_empty());
     let (plan, number) = split.ok_or("not a plan and the number of a stance, PLAN.json:4")?;
     let number = number.trim().parse();
-    let number = number.map_err(|_| format!("{:?} is not the number of a stance", text))?;
+    let number = number.map_err(|_| format!("{text:?} does not end in the number of a stance"))?;
     Ok((plan.into(), number))
 }
 

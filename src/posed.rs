@@ -93,10 +93,9 @@ pub fn pose(
             let room = (clearance_m, config.ground.join_gap_m);
             back = start::clear::step_back(&mut stand, &robot, &terrain, body, room)?;
         }
-        let excluded = |patch: PatchId| config.planner.excludes(&robot.patches[patch]);
         let touching = match &scene.start {
             scene::Start::Posture { .. } => {
-                start::touching::add_touching(&robot, &mut stand, &terrain, excluded)
+                start::touching::add_touching(&robot, &mut stand, &terrain)
             }
             _ => None,
         };

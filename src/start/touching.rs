@@ -13,14 +13,9 @@ const SCANNED_M: f64 = 5e-3;
 
 /// Adds to the patches of a start the other feet that lie on a face, or, where the surroundings are scanned, in the plane
 /// of a sole that stands, and says so. A foot in the air would have to keep off what it stands on.
-pub fn add_touching(
-    robot: &Robot,
-    stand: &mut StartState,
-    terrain: &Terrain,
-    excluded: impl Fn(PatchId) -> bool,
-) -> Option<String> {
+pub fn add_touching(robot: &Robot, stand: &mut StartState, terrain: &Terrain) -> Option<String> {
     let kinematics = Kinematics::new(robot, &stand.configuration);
-    let is_foot = |patch: &PatchId| robot.patches[*patch].has_role(FOOT) && !excluded(*patch);
+    let is_foot = |patch: &PatchId| robot.patches[*patch].has_role(FOOT);
     let stands = |patch: &PatchId| stand.patches.contains(patch);
     let is_scanned = terrain.faces.iter().all(|f| f.source == Source::Scan);
     let is_sole = |patch: &PatchId| robot.patches[*patch].point_radius_m().is_none();
