@@ -252,6 +252,7 @@ fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
         notes.push(format!(
             "{name}: its up_axis is not z: turned so that it is"
         ));
+        notes.extend(plausible::of_turned(name, &terrain, read.R_up));
     }
     notes.extend(
         plausible::of_mesh(name, &mesh, report.part_dropped)

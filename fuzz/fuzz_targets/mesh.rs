@@ -9,7 +9,7 @@ use libfuzzer_sys::fuzz_target;
 use robot_model::mesh_file;
 
 fuzz_target!(|bytes: &[u8]| {
-    for name in ["fuzz.stl", "fuzz.obj", "fuzz.ply", "fuzz.dae"] {
+    for name in ["fuzz.stl", "fuzz.obj", "fuzz.ply", "fuzz.dae", "fuzz.glb"] {
         match mesh_file::parse(Path::new(name), bytes) {
             Ok(mesh) => {
                 let known = |&i: &u32| (i as usize) < mesh.vertices.len();

@@ -64,7 +64,7 @@ class Terrain:
     ) -> Terrain:
         """The plane faces and the bodies of a mesh of the surroundings in W.
 
-        ``mesh`` is a file (STL, OBJ, PLY, DAE), or the vertices (n, 3), m, with ``triangles`` (m, 3) that index
+        ``mesh`` is a file (STL, OBJ, PLY, DAE, glTF), or the vertices (n, 3), m, with ``triangles`` (m, 3) that index
         them, wound counter-clockwise seen from outside. Raises ``InputError``.
         """
         if triangles is None:

@@ -26,7 +26,7 @@ pub struct SceneFile {
     pub scan: Vec<ScanSource>,
     /// A surface set that was extracted before (`surfaces.json`).
     pub surfaces_file: Option<String>,
-    /// A mesh of the environment in W, metres (STL, OBJ, PLY, DAE).
+    /// A mesh of the environment in W, metres (STL, OBJ, PLY, DAE, glTF).
     pub mesh_file: Option<String>,
     /// The robot.
     pub robot: RobotSource,

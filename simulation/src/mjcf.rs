@@ -23,6 +23,8 @@ use crate::world::{WorldBody, WorldShape};
 
 /// Mass, kg, and moments, kg·m², of a body that has none: just more than MuJoCo takes for none.
 const MASSLESS: f64 = 1e-10;
+/// What rounding may take off a moment of inertia, relative.
+const ROUNDING: f64 = 1e-6;
 
 /// The model text of `robot` in `world` with position servos of these gains.
 ///
@@ -117,8 +119,11 @@ fn link(body: &Body, mass_scale: f64) -> Value {
         true => body.inertia_B,
         false => Matrix3::zeros(),
     };
-    // Links may state a mass and no moments; as much about every axis leaves what is a body's inertia one.
-    let lacks = (MASSLESS - inertia.symmetric_eigenvalues().min()).max(0.0);
+    // Links may state a mass and no moments, or moments of which two are less than the third; as much about every
+    // axis as lacks makes it a body's inertia.
+    let moments = inertia.symmetric_eigenvalues();
+    let short = 2.0 * moments.max() * (1.0 + ROUNDING) - moments.sum();
+    let lacks = (MASSLESS - moments.min()).max(short).max(0.0);
     let inertia = inertia + Matrix3::identity() * lacks;
     let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     json!({

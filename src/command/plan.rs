@@ -32,7 +32,7 @@ pub struct Args {
     /// Scans: depth images (16-bit PNG, TIFF, npy, npz), point clouds (npy, npz, PCD, PLY, LAS, E57, text) or ROS 2 bags (MCAP)
     #[arg(long, value_name = "SCAN", num_args = 1.., group = "environment")]
     scan: Vec<PathBuf>,
-    /// A mesh of the environment (STL, OBJ, PLY, DAE)
+    /// A mesh of the environment (STL, OBJ, PLY, DAE, glTF)
     #[arg(long, value_name = "MESH", value_parser = argument::file, group = "environment")]
     mesh: Option<PathBuf>,
     #[command(flatten)]

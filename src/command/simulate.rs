@@ -35,7 +35,7 @@ pub struct Args {
     /// The world that is simulated
     #[arg(long, value_enum, default_value_t)]
     world: World,
-    /// A mesh (STL, OBJ, PLY, DAE) of what really stands there, in W, metres
+    /// A mesh (STL, OBJ, PLY, DAE, glTF) of what really stands there, in W, metres
     #[arg(long, value_name = "MESH", value_parser = argument::file, conflicts_with = "world")]
     mesh: Option<PathBuf>,
     /// Execute the motion perturbed, too

@@ -29,7 +29,7 @@ pub struct Args {
     scans: Vec<PathBuf>,
     #[command(flatten)]
     how: ScanFlags,
-    /// A mesh of the environment (STL, OBJ, PLY, DAE) instead of scans
+    /// A mesh of the environment (STL, OBJ, PLY, DAE, glTF) instead of scans
     #[arg(long, value_name = "MESH", value_parser = argument::file, conflicts_with_all = ["scans", "sensor", "pose"])]
     mesh: Option<PathBuf>,
     /// Where the surfaces go (without it they are only listed)

@@ -1,6 +1,6 @@
 //! Files of faces that are likely in another unit or turned round.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use surfaces::{Face, Terrain, TriangleMesh};
 
 /// Faces that lean by more than this carry no one, rad.
@@ -26,11 +26,7 @@ const BY_Y: f64 = 4.0;
 impl LevelArea {
     /// That of all faces.
     pub fn of(terrain: &Terrain) -> Self {
-        let area = |up: Vector3<f64>| {
-            let carries = |face: &&Face| face.normal_W().dot(&up) > STEEPEST_RAD.cos();
-            let faces = terrain.faces.iter().filter(carries);
-            faces.map(|face| face.region.area()).sum()
-        };
+        let area = |up: Vector3<f64>| area_facing_m2(terrain, up);
         Self {
             all_m2: terrain.faces.iter().map(|face| face.region.area()).sum(),
             up_m2: area(Vector3::z()),
@@ -38,6 +34,26 @@ impl LevelArea {
             up_by_y_m2: area(Vector3::y()),
         }
     }
+}
+
+/// The area of the faces that could be walked on if `up` were up, m².
+fn area_facing_m2(terrain: &Terrain, up: Vector3<f64>) -> f64 {
+    let carries = |face: &&Face| face.normal_W().dot(&up) > STEEPEST_RAD.cos();
+    let faces = terrain.faces.iter().filter(carries);
+    faces.map(|face| face.region.area()).sum()
+}
+
+/// The warning of a mesh that was turned by `R_up`, as its file asks for, and has little to walk on then: many
+/// programs write z up into a format whose y is up.
+pub fn of_turned(name: &str, terrain: &Terrain, R_up: UnitQuaternion<f64>) -> Option<String> {
+    let turned_m2 = area_facing_m2(terrain, Vector3::z());
+    let as_it_is_m2 = area_facing_m2(terrain, R_up * Vector3::z());
+    (as_it_is_m2 > BY_Y * turned_m2).then(|| {
+        format!(
+            "warning: {name}: {turned_m2:.2} m² face up as its file says what is up, {as_it_is_m2:.2} m² if z were: was \
+             it saved with z up? Save it as STL, OBJ or PLY, which are taken as they are"
+        )
+    })
 }
 
 /// The warning of a mesh as large as a world of which most is faces too small to stand on: no stairs have such,

@@ -99,7 +99,7 @@ pub(super) fn kind(name: &str) -> Option<Kind> {
     match ending.to_ascii_lowercase().as_str() {
         "toml" => Some(Kind::Scene),
         "json" => Some(Kind::Surfaces),
-        "stl" | "obj" => Some(Kind::Mesh),
+        "stl" | "obj" | "dae" | "glb" | "gltf" => Some(Kind::Mesh),
         "png" | "tif" | "tiff" | "npy" | "npz" | "pcd" | "ply" | "las" | "e57" | "mcap" | "xyz"
         | "asc" | "pts" => Some(Kind::Scan),
         _ => None,

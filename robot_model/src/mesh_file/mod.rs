@@ -1,10 +1,11 @@
-//! Triangles out of STL, OBJ, PLY and COLLADA files.
+//! Triangles out of STL, OBJ, PLY, COLLADA and glTF files.
 //!
-//! Own readers: nothing that a file says about itself is believed before it is checked against
+//! Nothing that a file says about itself is believed before it is checked against
 //! the bytes that are there, and vertices keep their double precision.
 
 mod dae;
 mod dae_primitive;
+mod gltf;
 mod obj;
 mod ply;
 mod stl;
@@ -27,7 +28,7 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
-    /// Adds the fan of triangles over the corners of a face.
+    /// Adds the fan of triangles over the corners of a face; none where it has no area.
     fn add_face(&mut self, corners: &[u32]) -> Result<(), String> {
         let [first, rest @ ..] = corners else {
             return Err("a face has no corners".to_owned());
@@ -38,9 +39,7 @@ impl TriangleMesh {
                 "a face has {count} corners, at most {CORNERS_MAX} are read"
             ));
         }
-        if rest.len() < 2 {
-            return Err("a face has at least three corners".to_owned());
-        }
+        // Lines among the faces, as some editors leave them, make none.
         self.triangles
             .extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
         check_count("triangles", self.triangles.len())
@@ -57,7 +56,7 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 const GREATEST_COUNT: usize = 20_000_000;
 
 /// Reads a mesh out of the bytes of the file at `path`; the kind follows from its extension (`.stl`, `.obj`, `.ply`,
-/// `.dae`).
+/// `.dae`, `.glb`, `.gltf`).
 ///
 /// # Errors
 /// [`Error::File`] with the line or byte: unknown kind, truncated, a header that lies, an index
@@ -75,8 +74,9 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, Error> {
         Some("obj") => obj::parse(bytes),
         Some("ply") => ply::parse(bytes),
         Some("dae") => dae::parse(bytes),
+        Some("glb" | "gltf") => gltf::parse(bytes),
         Some(other) => Err(format!(
-            "meshes of kind \".{other}\" are not read; STL, OBJ, PLY, DAE are"
+            "meshes of kind \".{other}\" are not read; STL, OBJ, PLY, DAE, glTF are"
         )),
         None => Err("its name has no extension to tell its kind from".to_owned()),
     };

@@ -93,12 +93,18 @@ mod tests {
     }
 
     #[test]
+    fn a_line_among_the_faces_is_none() {
+        let mesh = parse(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2\nf 1 2 3\n").unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    }
+
+    #[test]
     fn bad_faces_name_their_line() {
         let vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
         for bad in [
             "f 1 2 4",
             "f 0 1 2",
-            "f 1 2",
+            "f",
             "f a b c",
             "f -4 1 2",
             "v 1 2",

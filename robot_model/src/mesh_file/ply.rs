@@ -148,7 +148,7 @@ mod tests {
         let faces = |face: &str| told(format!("{HEADER}{SQUARE}{face}\n"));
         assert!(faces("3 0 1 4").contains("face 0 has a corner that is no vertex"));
         assert!(faces("3 0 1 -1").contains("no vertex"));
-        assert!(faces("2 0 1").contains("at least three corners"));
+        assert!(faces("0").contains("no corners"));
         let points = HEADER.replace("vertex_indices", "neighbours");
         assert!(told(points).contains("points alone"));
         let many = HEADER.replace("face 1", "face 99999999999");

@@ -36,6 +36,12 @@ const DAE: &str = r##"<COLLADA><asset><unit meter="0.5"/></asset>
 <rotate>0 0 1 90</rotate><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#w"/></scene></COLLADA>"##;
 
+const GLTF: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+"meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "accessors": [{"bufferView": 0,
+"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+"bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36,
+"uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+
 /// Words that such files are sensitive to, and nothing, a blank and a byte order mark.
 const WORDS: &str = "0|-1|1e308|-1e-308|nan|inf|99999999999999999999|4294967295|\"|<|>|/|#|root|trunk|\
     shank|hip|fixed|revolute|prismatic|floating|| |\u{feff}";
@@ -137,6 +143,7 @@ proptest! {
             ("m.obj", OBJ.as_bytes()),
             ("m.ply", PLY.as_bytes()),
             ("m.dae", DAE.as_bytes()),
+            ("m.gltf", GLTF.as_bytes()),
         ] {
             if let Ok(mesh) = mesh_file::parse(Path::new(name), &edited(bytes, &edits)) {
                 let n = mesh.vertices.len();
@@ -148,7 +155,7 @@ proptest! {
 
     #[test]
     fn anything(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
-        for name in ["m.stl", "m.obj", "m.dae", "m.ply", "m.off", "m"] {
+        for name in ["m.stl", "m.obj", "m.dae", "m.ply", "m.glb", "m.off", "m"] {
             let _ = mesh_file::parse(Path::new(name), &bytes);
         }
     }
@@ -159,7 +166,12 @@ proptest! {
 fn unedited_files_are_read() {
     let config = Config::default();
     load_from_strings(URDF, Some(SRDF), Some(CONTACTS), "m", &no_meshes, &config).expect("robot");
-    for (name, text) in [("m.obj", OBJ), ("m.ply", PLY), ("m.dae", DAE)] {
+    for (name, text) in [
+        ("m.obj", OBJ),
+        ("m.ply", PLY),
+        ("m.dae", DAE),
+        ("m.gltf", GLTF),
+    ] {
         mesh_file::parse(Path::new(name), text.as_bytes()).expect(name);
     }
 }

@@ -1,6 +1,6 @@
 //! Stances and motions in MuJoCo.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, Matrix3, Vector3};
 use robot_model::{GRAVITY_M_S2, Kinematics, Robot};
 
 use simulation::Error;
@@ -57,13 +57,16 @@ fn the_model_has_the_robots_mass_and_velocities() {
 }
 
 #[test]
-fn a_link_with_a_mass_and_no_moments_of_inertia_is_a_body() {
+fn a_link_whose_moments_of_inertia_are_no_bodys_is_made_one() {
     let mut robot = hrp2();
-    for body in &mut robot.bodies {
-        body.inertia_B *= 0.0;
-    }
     let physics = Physics::from(&Config::default());
-    plant(&robot, &physics, Servo::STIFF, &Scales::default());
+    // None at all, and two that are less than the third, as Mini Cheetah's thighs in some descriptions.
+    for moments in [[0.0; 3], [4.079e-4, 1.791e-3, 2.295e-3]] {
+        for body in &mut robot.bodies {
+            body.inertia_B = Matrix3::from_diagonal(&moments.into());
+        }
+        plant(&robot, &physics, Servo::STIFF, &Scales::default());
+    }
 }
 
 /// M and h of this crate against MuJoCo's, by way of the acceleration of free fall with torques.

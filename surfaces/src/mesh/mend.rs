@@ -75,7 +75,7 @@ impl Welded {
         let mut split = Vec::with_capacity(self.triangles.len());
         for triangle in std::mem::take(&mut self.triangles) {
             let mut parts = Vec::new();
-            cut(triangle.corners, &on, &mut parts);
+            cut(triangle.corners, [true; 3], &on, &mut parts);
             let measured = parts.into_iter().map(|part| measure(&self.vertices, part));
             match measured.collect::<Option<Vec<_>>>() {
                 Some(parts) if parts.len() > 1 => split.extend(parts),
@@ -157,11 +157,19 @@ impl Welded {
     }
 }
 
-/// Appends the parts of a triangle that is cut at the vertices on its edges.
-fn cut(corners: [usize; 3], on: &BTreeMap<[usize; 2], Vec<usize>>, parts: &mut Vec<[usize; 3]>) {
+/// Appends the parts of a triangle that is cut at the vertices on its edges. `uncut` tells of each edge, from a corner
+/// to the next, whether it is one of the mesh's that was not looked at yet: an edge between parts may pass for another
+/// of the mesh where triangles are as thin as what is welded, and cutting it would not end.
+fn cut(
+    corners: [usize; 3],
+    uncut: [bool; 3],
+    on: &BTreeMap<[usize; 2], Vec<usize>>,
+    parts: &mut Vec<[usize; 3]>,
+) {
     for k in 0..3 {
         let [a, b, c] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
-        let Some(within) = on.get(&key(a, b)) else {
+        let [this, next, last] = [0, 1, 2].map(|i| uncut[(k + i) % 3]);
+        let Some(within) = on.get(&key(a, b)).filter(|_| this) else {
             continue;
         };
         let mut stops = within.clone();
@@ -171,7 +179,8 @@ fn cut(corners: [usize; 3], on: &BTreeMap<[usize; 2], Vec<usize>>, parts: &mut V
         stops.insert(0, a);
         stops.push(b);
         for pair in stops.windows(2) {
-            cut([pair[0], pair[1], c], on, parts);
+            let uncut = [false, next && pair[1] == b, last && pair[0] == a];
+            cut([pair[0], pair[1], c], uncut, on, parts);
         }
         return;
     }

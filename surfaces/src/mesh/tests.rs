@@ -303,6 +303,20 @@ fn triangles_turned_among_their_neighbours_are_turned_back() {
     assert_eq!((report.turned_triangles, report.flipped_edges), (0, 1));
 }
 
+proptest! {
+    /// Edges between what triangles of a few times what is welded are cut into pass for edges of others: cutting them again
+    /// did not end.
+    #[test]
+    fn triangles_as_small_as_what_is_welded_are_cut_once(
+        vertices in prop::collection::vec((0..12_u32, 0.0..4.0 * WELD_M), 10),
+        triangles in prop::collection::vec(prop::array::uniform3(0..10_usize), 4..16),
+    ) {
+        let vertices = vertices.iter().map(|&(x, y)| Point3::new(2.0 * WELD_M * f64::from(x), y, 0.0));
+        let mesh = TriangleMesh { vertices: vertices.collect(), triangles };
+        let _ = extract(&mesh, 0.03);
+    }
+}
+
 /// As exporters leave it: one of two triangles at an edge was cut in the middle of it, in single precision.
 #[test]
 fn edges_that_end_against_others_leave_no_slit() {

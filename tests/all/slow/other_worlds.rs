@@ -264,6 +264,19 @@ fn a_mesh_whose_file_says_what_is_up_is_turned() {
     let words = ["its up_axis is not z", "verified: all of"];
     let line = "plan --goal 0.4,0.1 --mesh @ -o @";
     ends_with(line, &[&floor, folder.path()], 0, &words);
+
+    // Saved with z up all the same, it is doubted.
+    std::fs::write(
+        &floor,
+        text.replace("-3 0 -3 -3 0 3 5 0 3 5 0 -3", "-3 3 0 -3 -3 0 5 -3 0 5 3 0"),
+    )
+    .expect("writable");
+    let line = "surfaces --mesh @ -o @";
+    let words = [
+        "0.00 m² face up as its file says what is up",
+        "48.00 m² if z were",
+    ];
+    ends_with(line, &[&floor, &folder.path().join("f.json")], 0, &words);
 }
 
 /// The third number of a goal is the base's height, not the floor's.
