@@ -12,8 +12,8 @@
 //!
 //! `mjcf.xml` is the template of the text.
 
-use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
-use robot_model::collision::ShapeGeometry;
+use nalgebra::{Isometry3, Matrix3, Point3, Vector2, Vector3};
+use robot_model::collision::{Shape, ShapeGeometry};
 use robot_model::{Body, GRAVITY_M_S2, JointKind, Robot};
 use serde_json::{Value, json};
 
@@ -25,6 +25,11 @@ use crate::world::{WorldBody, WorldShape};
 const MASSLESS: f64 = 1e-10;
 /// What rounding may take off a moment of inertia, relative.
 const ROUNDING: f64 = 1e-6;
+
+/// The most points of contact that MuJoCo gives two hulls.
+const POINTS_OF_CONTACT: usize = 4;
+/// Radius of the ball that is a corner of a patch, m.
+const CORNER_M: f64 = 0.001;
 
 /// The model text of `robot` in `world` with position servos of these gains.
 ///
@@ -87,20 +92,24 @@ fn meshes(robot: &Robot, world: &[WorldBody]) -> Vec<(String, Vec<f64>)> {
     shapes.chain(world).collect()
 }
 
-/// Shape, body of the world and friction of the pairs that have less of it than the robot's patches.
+/// Geom, body of the world and friction of the pairs that have less of it than the robot's patches.
 fn slippery(
     robot: &Robot,
     world: &[WorldBody],
     physics: &Physics,
     scales: &Scales,
-) -> Vec<(usize, usize, f64)> {
+) -> Vec<(String, usize, f64)> {
     let own = world.iter().enumerate();
     let own = own.filter_map(|(w, body)| Some((w, body.friction?)));
-    let shapes = || robot.collision.shapes().iter().enumerate();
+    let all = robot.collision.shapes();
+    let geoms = || {
+        let shapes = (0..all.len()).map(|k| (format!("s{k}"), k));
+        shapes.chain(corners(robot).map(|corner| (corner.name, corner.shape)))
+    };
     own.flat_map(|(w, most)| {
-        shapes().filter_map(move |(s, shape)| {
-            let robots = friction_of(robot, shape.body).unwrap_or(physics.friction_elsewhere);
-            (most < robots).then_some((s, w, most * scales.friction))
+        geoms().filter_map(move |(name, shape)| {
+            let robots = friction_of(robot, all[shape].body).unwrap_or(physics.friction_elsewhere);
+            (most < robots).then_some((name, w, most * scales.friction))
         })
     })
     .collect()
@@ -138,15 +147,58 @@ fn link(body: &Body, mass_scale: f64) -> Value {
     })
 }
 
-/// Index and form of the collision shapes of a body.
+/// Name and form of the collision shapes of a body, and of the corners of its patches.
 fn shapes(robot: &Robot, body: usize) -> Value {
+    let of_body = |shape: usize| robot.collision.shapes()[shape].body == body;
     let shapes = robot.collision.shapes().iter().enumerate();
-    let own = shapes.filter(|(_, shape)| shape.body == body);
-    own.map(|(k, shape)| {
+    let shapes = shapes.map(|(k, shape)| {
         let form = geometry(k, &shape.geometry);
-        json!([k, format!("{form} {}", pose(&shape.X_BG))])
+        (format!("s{k}"), k, format!("{form} {}", pose(&shape.X_BG)))
+    });
+    let corners = corners(robot).map(|corner| {
+        let at = numbers(corner.p_B.coords.as_slice());
+        let form = format!(r#"type="sphere" size="{CORNER_M}" pos="{at}""#);
+        (corner.name, corner.shape, form)
+    });
+    let own = shapes
+        .chain(corners)
+        .filter(|(_, shape, _)| of_body(*shape));
+    own.map(|(name, _, form)| json!([name, form])).collect()
+}
+
+/// A corner of a patch, as a small ball of its own.
+pub struct Corner {
+    /// Name of its geom.
+    pub name: String,
+    /// The collision shape that it is part of.
+    pub shape: usize,
+    /// Its middle in the body, m.
+    p_B: Point3<f64>,
+}
+
+/// The corners of patches that have more than two hulls have points of contact in MuJoCo: of a sole of eight corners four
+/// would carry, and it would tip over the line between two of them that are far inside its edge.
+pub fn corners(robot: &Robot) -> impl Iterator<Item = Corner> {
+    let patches = robot.patches.iter().enumerate();
+    let many = patches.filter(|(_, patch)| patch.polygon.len() > POINTS_OF_CONTACT);
+    many.flat_map(move |(number, patch)| {
+        let shapes = robot.collision.shapes().iter();
+        let on = |link: bool| {
+            let is_on = move |s: &Shape| s.body == patch.body && (!link || s.link == patch.link);
+            shapes.clone().position(is_on)
+        };
+        let shape = on(true).or_else(|| on(false));
+        let middle = patch.polygon.iter().map(|p| p.coords).sum::<Vector2<f64>>()
+            / patch.polygon.len() as f64;
+        shape.into_iter().flat_map(move |shape| {
+            (patch.polygon.iter().enumerate()).map(move |(k, corner)| {
+                let inward = (middle - corner.coords).normalize() * CORNER_M;
+                let p_C = Point3::new(corner.x + inward.x, corner.y + inward.y, CORNER_M);
+                let (name, p_B) = (format!("c{number}_{k}"), patch.X_BC * p_C);
+                Corner { name, shape, p_B }
+            })
+        })
     })
-    .collect()
 }
 
 /// The least friction of the patches on a body.

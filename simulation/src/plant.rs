@@ -5,7 +5,7 @@ use nalgebra::{DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};
 use robot_model::{Configuration, Robot};
 
 use crate::Error;
-use crate::mjcf;
+use crate::mjcf::{self, Corner};
 use crate::physics::{Physics, Scales, Servo};
 use crate::world::WorldBody;
 
@@ -74,9 +74,13 @@ impl Plant {
             id.ok_or_else(|| Error::MuJoCo(format!("the model has no {name}")))
         };
         let shapes = robot.collision.shapes().len();
-        let mut sides = vec![Side::World(0); shapes + world.len()];
+        let corners: Vec<Corner> = mjcf::corners(robot).collect();
+        let mut sides = vec![Side::World(0); shapes + world.len() + corners.len()];
         for k in 0..shapes {
             sides[id(MjtObjBase::mjOBJ_GEOM, format!("s{k}"))?] = Side::Shape(k);
+        }
+        for Corner { name, shape, .. } in corners {
+            sides[id(MjtObjBase::mjOBJ_GEOM, name)?] = Side::Shape(shape);
         }
         for k in 0..world.len() {
             sides[id(MjtObjBase::mjOBJ_GEOM, format!("w{k}"))?] = Side::World(k);
