@@ -252,10 +252,10 @@ fn take_apart(name: &str, bytes: &[u8], thickness_m: f64) -> Result<Perceived> {
         notes.push(format!(
             "{name}: its up_axis is not z: turned so that it is"
         ));
-        notes.extend(plausible::of_turned(name, &terrain, read.R_up));
     }
     notes.extend(
         plausible::of_mesh(name, &mesh, report.part_dropped)
+            .or_else(|| plausible::of_turned(name, &terrain, read.R_up))
             .map_or_else(|| plausible::doubts(name, &terrain), |doubt| vec![doubt]),
     );
     Ok(Perceived {

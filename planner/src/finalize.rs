@@ -141,6 +141,9 @@ impl Search<'_> {
         let trace = self.trace(&way, false);
         let mut blocked = std::mem::take(&mut self.blocked);
         blocked.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+        if status != Status::Interrupted {
+            self.add_remedies(&mut blocked);
+        }
         SearchResult {
             status,
             summary: self.summary(path.len()),

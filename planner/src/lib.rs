@@ -28,6 +28,7 @@
 //! | other ways of the base where the first leads to no plan soon | [`portfolio`] |
 //! | which contacts and steps the way can do without | `shorten` |
 //! | what is done with a way that reaches the goal, and when the search ends | `finalize` |
+//! | what would let through what blocks the way | `remedy` |
 //! | the motions between stances, and what becomes of edges without one | `motions`, `settle` |
 //! | a search that goes on among more bodies than it began with | [`regrow`], `tree` |
 //! | why: the tree, what was refused, what else there was | `trace` |
@@ -76,6 +77,7 @@ pub mod portfolio;
 mod reach;
 pub mod record;
 pub mod regrow;
+mod remedy;
 pub mod request;
 mod reserve;
 pub mod result;

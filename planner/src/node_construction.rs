@@ -103,6 +103,7 @@ pub(crate) fn child(
         node: candidate.node,
         at_W: parent.place_of_W(&candidate.change),
         price: candidate.price(context.weight),
+        asked: problem.contacts.clone(),
         by: barrier(&v.constraint),
     });
     let posture = match feasible(outcome, &problem) {

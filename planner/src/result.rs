@@ -88,6 +88,8 @@ pub(crate) struct Tried {
     pub at_W: Vector3<f64>,
     /// The price of the change, in contacts.
     pub price: f64,
+    /// The contacts that no posture was found for; empty where something else fails.
+    pub asked: Vec<Contact>,
     /// What refuses it.
     pub by: Barrier,
 }

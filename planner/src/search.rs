@@ -195,6 +195,7 @@ impl<'a> Search<'a> {
                     node: index,
                     at_W: node.posture.q.p_WB,
                     price: node.price,
+                    asked: Vec::new(),
                     by: Barrier::Goal,
                 });
                 self.blocked.push(Blocked { tried, ..blocked });

@@ -31,6 +31,7 @@ impl Search<'_> {
                 .unwrap_or(&self.nodes[node])
                 .changed_W(&self.context),
             price: child.as_ref().unwrap_or(&self.nodes[node]).price,
+            asked: Vec::new(),
             by: Barrier::Motion,
         };
         self.blocked.push(Blocked {

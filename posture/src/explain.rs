@@ -62,6 +62,9 @@ pub struct Explanation {
 /// A coefficient of friction higher than any sole has on any floor.
 pub(super) const ANY_FRICTION: f64 = 3.0;
 
+/// Joints that would have to turn farther than this beyond their limits are no way out, rad.
+const TURN_MAX_RAD: f64 = 0.5;
+
 /// The reason why a problem has no posture; nothing where it has one.
 ///
 /// # Errors
@@ -101,6 +104,31 @@ pub fn explain(problem: &Problem, config: &Config) -> Result<Option<Explanation>
         relaxations,
         words,
     }))
+}
+
+/// Of a problem that has no posture the first kind of limit that alone is too tight, and what it would have to be: torques,
+/// clearances, joint limits, friction; nothing where it takes more than one. Places, the goal and equilibrium stay as they are.
+///
+/// # Errors
+/// As [`crate::solve`].
+pub fn remedy(problem: &Problem, config: &Config) -> Result<Option<Relaxation>, Error> {
+    config.validate()?;
+    problem.validate()?;
+    let limits = [
+        Group::Torques,
+        Group::Clearance,
+        Group::SelfClearance,
+        Group::JointLimits,
+        Group::Friction,
+    ];
+    for group in limits {
+        let relaxation = relax(problem, config, group)?;
+        let is_of_use = |r: &Relaxation| group != Group::JointLimits || r.amount < TURN_MAX_RAD;
+        if let Some(relaxation) = relaxation.filter(is_of_use) {
+            return Ok(Some(relaxation));
+        }
+    }
+    Ok(None)
 }
 
 /// Whether no posture at all can balance the contacts.

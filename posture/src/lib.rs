@@ -75,7 +75,7 @@ pub use config::{Config, Engine, Solver, Upright};
 pub use contact::{Area, Contact, Freedom};
 pub use environment::{Environment, FaceIndex, PlacedShape};
 pub use error::Error;
-pub use explain::{Explanation, Group, Relaxation, explain};
+pub use explain::{Explanation, Group, Relaxation, explain, remedy};
 pub use layout::{ball_inset_m, force_points, patch_inset_m};
 pub use outcome::{Constraint, ContactState, Outcome, Posture, Violation};
 pub use problem::{BaseGoal, JointGoal, Problem};

@@ -128,7 +128,7 @@ pub(super) fn relax(
             Some(posture) => wider_limits(problem, config, &posture),
             None => return Ok(None),
         },
-        _ => words(group, high),
+        _ => words(config, group, high),
     };
     Ok(Some(Relaxation {
         group,
@@ -163,10 +163,13 @@ fn displacement(problem: &Problem, i: usize, free: &Posture) -> Option<Relaxatio
 }
 
 /// What easing a group by an amount means.
-fn words(group: Group, amount: f64) -> String {
+fn words(config: &Config, group: Group, amount: f64) -> String {
     match group {
         Group::Friction => format!("friction of {amount:.2}"),
-        Group::Torques => format!("torques of {:.0} % of the limits", 100.0 * amount),
+        Group::Torques => {
+            let [needed, may] = [amount, config.torque_use].map(|use_| 100.0 * use_);
+            format!("torques of {needed:.0} % of the limits ({may:.0} % may be used)")
+        }
         Group::SelfClearance => format!("{:.0} mm less between parts of the robot", 1e3 * amount),
         Group::Clearance => format!("{:.0} mm less from the environment", 1e3 * amount),
         Group::Goal => format!("{:.0} mm more tolerance at the goal", 1e3 * amount),

@@ -209,6 +209,41 @@ fn a_slippery_slope_is_explained_by_the_friction_that_it_would_take() {
     assert!(needed > 0.99 && needed < 1.01, "{words}: {needed}");
 }
 
+#[test]
+fn a_robot_too_weak_for_a_step_is_told_the_torques_that_it_would_take() {
+    let step = square("step", [0.4, 0.2, 0.15], 0.0, 0.17);
+    let (robot, q, world) = humanoid(vec![floor(), step]);
+    let mut contacts = feet(&world, &robot, ["step", "floor"], 0.6);
+    contacts[1].loaded = false;
+    let weak = Config {
+        torque_use: 0.1,
+        ..Config::default()
+    };
+    let problem = Problem {
+        robot: &robot,
+        environment: &world,
+        contacts: contacts.clone(),
+        base_goal: None,
+        joint_goal: None,
+        reference: &q,
+        guess: &q,
+    };
+    let found = posture::remedy(&problem, &weak).unwrap();
+    let found = found.expect("stronger joints are enough");
+    let words = &found.words;
+    assert_eq!(found.group, Group::Torques, "{words}");
+    assert!(
+        words.ends_with("of the limits (10 % may be used)"),
+        "{words}"
+    );
+    let strong = Config {
+        torque_use: 1.01 * found.amount,
+        ..weak
+    };
+    let outcome = solve(&robot, &world, &contacts, None, &q, &strong);
+    assert!(outcome.posture().is_some(), "{words}: {outcome:?}");
+}
+
 /// Clearance is for what scans have where it is not: a sole lies on its ground wherever that is, and its ankle with it.
 #[test]
 fn links_that_carry_a_sole_may_be_near_its_ground_and_to_nothing_else() {

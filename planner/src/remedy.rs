@@ -1,0 +1,46 @@
+//! What would let the contact changes through that are told of when there is no plan.
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+
+use crate::nominal_posture::nominal_posture;
+use crate::result::Blocked;
+use crate::search::Search;
+
+/// So many changes are told of.
+const TOLD: usize = 6;
+
+impl Search<'_> {
+    /// Adds to the reasons of the first changes that have no posture what one kind of limit would have to be for one: where
+    /// an attempt ends says what gave way, not what is too tight. A robot too weak for a step misses its place.
+    pub(crate) fn add_remedies(&self, blocked: &mut [Blocked]) {
+        let mut seen = BTreeSet::new();
+        let once = blocked
+            .iter_mut()
+            .filter(|one| seen.insert(one.change.to_string()));
+        let told: Vec<&mut Blocked> = once.take(TOLD).collect();
+        told.into_par_iter().for_each(|one| {
+            if let Some(words) = self.remedy(one) {
+                one.reason = format!("{}; it would take {words}", one.reason);
+            }
+        });
+    }
+
+    /// What alone would be enough.
+    fn remedy(&self, blocked: &Blocked) -> Option<String> {
+        let tried = blocked.tried.as_ref().filter(|t| !t.asked.is_empty())?;
+        let (context, node) = (&self.context, &self.nodes[tried.node]);
+        let nominal = nominal_posture(context, &tried.asked, node.along_m(context));
+        let problem = context.problem(tried.asked.clone(), &nominal, &node.posture.q);
+        let config = posture::Config {
+            solver: posture::Solver {
+                upright: Some(context.upright(&nominal)),
+                ..self.posture_config.solver
+            },
+            ..self.posture_config.clone()
+        };
+        let found = posture::remedy(&problem, &config).ok()?;
+        found.map(|relaxation| relaxation.words)
+    }
+}
