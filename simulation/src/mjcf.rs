@@ -13,7 +13,7 @@
 //! `mjcf.xml` is the template of the text.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector2, Vector3};
-use robot_model::collision::{Shape, ShapeGeometry};
+use robot_model::collision::{ShapeGeometry, closest};
 use robot_model::{Body, GRAVITY_M_S2, JointKind, Robot};
 use serde_json::{Value, json};
 
@@ -182,23 +182,30 @@ pub fn corners(robot: &Robot) -> impl Iterator<Item = Corner> {
     let patches = robot.patches.iter().enumerate();
     let many = patches.filter(|(_, patch)| patch.polygon.len() > POINTS_OF_CONTACT);
     many.flat_map(move |(number, patch)| {
-        let shapes = robot.collision.shapes().iter();
-        let on = |link: bool| {
-            let is_on = move |s: &Shape| s.body == patch.body && (!link || s.link == patch.link);
-            shapes.clone().position(is_on)
-        };
-        let shape = on(true).or_else(|| on(false));
         let middle = patch.polygon.iter().map(|p| p.coords).sum::<Vector2<f64>>()
             / patch.polygon.len() as f64;
-        shape.into_iter().flat_map(move |shape| {
-            (patch.polygon.iter().enumerate()).map(move |(k, corner)| {
-                let inward = (middle - corner.coords).normalize() * CORNER_M;
-                let p_C = Point3::new(corner.x + inward.x, corner.y + inward.y, CORNER_M);
-                let (name, p_B) = (format!("c{number}_{k}"), patch.X_BC * p_C);
-                Corner { name, shape, p_B }
-            })
+        (patch.polygon.iter().enumerate()).filter_map(move |(k, corner)| {
+            let inward = (middle - corner.coords).normalize() * CORNER_M;
+            let p_C = Point3::new(corner.x + inward.x, corner.y + inward.y, CORNER_M);
+            let p_B = patch.X_BC * p_C;
+            let (name, shape) = (format!("c{number}_{k}"), shape_at(robot, patch.body, &p_B)?);
+            Some(Corner { name, shape, p_B })
         })
     })
+}
+
+/// The shape of a body that a corner's ball is deepest in; nothing where a patch is larger than its body.
+fn shape_at(robot: &Robot, body: usize, p_B: &Point3<f64>) -> Option<usize> {
+    let ball = ShapeGeometry::Sphere { radius_m: CORNER_M };
+    let at = Isometry3::from(p_B.coords);
+    let shapes = robot.collision.shapes().iter().enumerate();
+    let own = shapes.filter(|(_, shape)| shape.body == body);
+    let depths = own.filter_map(|(k, shape)| {
+        let found = closest(&ball, &at, &shape.geometry, &shape.X_BG, 0.0)?;
+        (found.distance < 0.0).then_some((found.distance, k))
+    });
+    let deepest = depths.min_by(|a, b| a.0.total_cmp(&b.0));
+    deepest.map(|(_, shape)| shape)
 }
 
 /// The least friction of the patches on a body.

@@ -122,6 +122,12 @@ fn soles_touch_at_every_corner() {
         let corners: Vec<_> = patch.polygon.iter().flat_map(clipped).collect();
         patch.polygon = corners;
     }
+    let mut wide = eight.clone();
+    for patch in &mut wide.patches {
+        patch.polygon.iter_mut().for_each(|p| *p *= 2.5);
+    }
+    let corners = |robot: &Robot| simulation::mjcf::corners(robot).count();
+    assert_eq!([&four, &eight, &wide].map(corners), [0, 4 * 8, 0]);
     for robot in [four, eight] {
         let configuration = half_sitting(&robot);
         let physics = Physics::from(&Config::default());
