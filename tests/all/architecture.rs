@@ -45,6 +45,7 @@ const GUARDED: &[(&str, &[&str])] = &[
     ("mujoco-rs", &["simulation"]),
     ("kiddo", &["perception"]),
     ("urdf-rs", &["robot_model"]),
+    ("gltf", &["robot_model"]),
     ("anyhow", &["scandent", "python", "record"]),
     ("clap", &["scandent", "record"]),
     ("pyo3", &["python"]),
