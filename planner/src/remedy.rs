@@ -22,12 +22,12 @@ impl Search<'_> {
         let told: Vec<&mut Blocked> = once.take(TOLD).collect();
         told.into_par_iter().for_each(|one| {
             if let Some(words) = self.remedy(one) {
-                one.reason = format!("{}; it would take {words}", one.reason);
+                one.reason = format!("{}; {words}", one.reason);
             }
         });
     }
 
-    /// What alone would be enough.
+    /// What alone would be enough: more attempts than the search makes at each, or a limit.
     fn remedy(&self, blocked: &Blocked) -> Option<String> {
         let tried = blocked.tried.as_ref().filter(|t| !t.asked.is_empty())?;
         let (context, node) = (&self.context, &self.nodes[tried.node]);
@@ -40,7 +40,10 @@ impl Search<'_> {
             },
             ..self.posture_config.clone()
         };
+        if posture::solve(&problem, &config).ok()?.posture().is_some() {
+            return Some("tried longer, it has a posture".to_owned());
+        }
         let found = posture::remedy(&problem, &config).ok()?;
-        found.map(|relaxation| relaxation.words)
+        found.map(|relaxation| format!("it would take {}", relaxation.words))
     }
 }

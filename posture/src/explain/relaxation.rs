@@ -168,7 +168,7 @@ fn words(config: &Config, group: Group, amount: f64) -> String {
         Group::Friction => format!("friction of {amount:.2}"),
         Group::Torques => {
             let [needed, may] = [amount, config.torque_use].map(|use_| 100.0 * use_);
-            format!("torques of {needed:.0} % of the limits ({may:.0} % may be used)")
+            format!("torques of {needed:.1} % of the limits ({may:.0} % may be used)")
         }
         Group::SelfClearance => format!("{:.0} mm less between parts of the robot", 1e3 * amount),
         Group::Clearance => format!("{:.0} mm less from the environment", 1e3 * amount),
