@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use plan::{Change, Plan, Unsolved};
 use planner::{Blocked, Status};
+use posture::Group;
 use surfaces::FaceId;
 use verify::Certificate;
 
@@ -13,6 +14,11 @@ use crate::config::Config;
 const REASONS: usize = 6;
 /// How much more of a budget is worth trying.
 const MORE: usize = 10;
+
+/// What is tried of the torque limits beyond what one posture takes.
+const TORQUE_MORE: f64 = 0.05;
+/// The least clearance that is proposed, m.
+const CLEARANCE_MIN_M: f64 = 0.001;
 
 /// How it ended, what blocks the way and what to try; nothing where there is a verified plan.
 pub fn unsolved(
@@ -79,6 +85,9 @@ pub fn unsolved(
         ],
     };
     let is_open = matches!(status, "exhausted" | "budget_spent");
+    if is_open {
+        to_try.splice(0..0, eased(blocked, &config.posture));
+    }
     if is_open && plan.obstacles.iter().any(|obstacle| obstacle.assumed) {
         to_try.push(
             "another view, or --set perception.unseen_reach_m=0: nothing stands beyond the view's border"
@@ -92,6 +101,37 @@ pub fn unsolved(
         reasons,
         to_try,
     })
+}
+
+/// Limits that let through what blocks the way, as settings.
+fn eased(blocked: &[Blocked], config: &posture::Config) -> Vec<String> {
+    let amounts = |group: Group| {
+        let remedies = blocked.iter().filter_map(|one| one.remedy.as_ref());
+        let of_group = remedies.filter(move |remedy| remedy.group == group);
+        of_group.map(|remedy| remedy.amount)
+    };
+    let torques = || amounts(Group::Torques);
+    let mut eased = Vec::new();
+    if let Some(needed) = torques().filter(|part| *part <= 1.0).reduce(f64::max) {
+        let part = (needed + TORQUE_MORE).min(1.0);
+        eased.push(format!(
+            "--set posture.torque_use={part:.2} --set motion.torque_use=1: more of what the joints can do"
+        ));
+    } else if let Some(needed) = torques().reduce(f64::min) {
+        let percent = 100.0 * needed;
+        eased.push(format!(
+            "a robot with stronger joints: {percent:.0} % of their torques are needed"
+        ));
+    }
+    let less =
+        amounts(Group::Clearance).filter(|less| *less < config.clearance_m - CLEARANCE_MIN_M);
+    if let Some(less) = less.reduce(f64::max) {
+        let kept = (1e3 * (config.clearance_m - less)).floor() / 1e3;
+        eased.push(format!(
+            "--set posture.clearance_m={kept:.3}: less room to what is around"
+        ));
+    }
+    eased
 }
 
 /// The faces where contacts could not be made, nearest to the goal first.

@@ -89,6 +89,7 @@ pub(crate) fn try_goal(
             distance_m: node.distance_m(context),
             amount: None,
             proof: false,
+            remedy: None,
             tried: None,
         }),
     })

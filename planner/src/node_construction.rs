@@ -116,6 +116,7 @@ pub(crate) fn child(
                 distance_m: parent.distance_m(context),
                 amount,
                 proof,
+                remedy: None,
                 tried,
             }));
         }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use posture::Relaxation;
 use rayon::prelude::*;
 
 use crate::nominal_posture::nominal_posture;
@@ -21,14 +22,21 @@ impl Search<'_> {
             .filter(|one| seen.insert(one.change.to_string()));
         let told: Vec<&mut Blocked> = once.take(TOLD).collect();
         told.into_par_iter().for_each(|one| {
-            if let Some(words) = self.remedy(one) {
-                one.reason = format!("{}; {words}", one.reason);
-            }
+            let words = match self.remedy(one) {
+                None => return,
+                Some(None) => "tried longer, it has a posture".to_owned(),
+                Some(Some(remedy)) => {
+                    let words = format!("it would take {}", remedy.words);
+                    one.remedy = Some(remedy);
+                    words
+                }
+            };
+            one.reason = format!("{}; {words}", one.reason);
         });
     }
 
-    /// What alone would be enough: more attempts than the search makes at each, or a limit.
-    fn remedy(&self, blocked: &Blocked) -> Option<String> {
+    /// The limit that alone would be enough, or none where more attempts than the search makes at each are.
+    fn remedy(&self, blocked: &Blocked) -> Option<Option<Relaxation>> {
         let tried = blocked.tried.as_ref().filter(|t| !t.asked.is_empty())?;
         let (context, node) = (&self.context, &self.nodes[tried.node]);
         let nominal = nominal_posture(context, &tried.asked, node.along_m(context));
@@ -41,9 +49,8 @@ impl Search<'_> {
             ..self.posture_config.clone()
         };
         if posture::solve(&problem, &config).ok()?.posture().is_some() {
-            return Some("tried longer, it has a posture".to_owned());
+            return Some(None);
         }
-        let found = posture::remedy(&problem, &config).ok()?;
-        found.map(|relaxation| format!("it would take {}", relaxation.words))
+        posture::remedy(&problem, &config).ok()?.map(Some)
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use motion::{MotionContext, Segment};
 use nalgebra::Vector3;
-use posture::{Contact, Posture};
+use posture::{Contact, Posture, Relaxation};
 
 use crate::node::Node;
 use crate::request::Request;
@@ -75,6 +75,8 @@ pub struct Blocked {
     pub distance_m: f64,
     /// Whether it is proved that it cannot be made from there, at the place that was tried.
     pub proof: bool,
+    /// The one limit that is too tight, and what it would have to be, where that was looked for and is so.
+    pub remedy: Option<Relaxation>,
     /// What refuses it, and where in the tree; nothing where no contact set was tried.
     pub(crate) tried: Option<Tried>,
 }
@@ -104,6 +106,7 @@ impl Blocked {
             amount: None,
             distance_m: 0.0,
             proof,
+            remedy: None,
             tried: None,
         }
     }

@@ -41,6 +41,7 @@ impl Search<'_> {
             distance_m: self.nodes[node].distance_m(&self.context),
             amount: None,
             proof: false,
+            remedy: None,
             tried: Some(tried),
         });
     }

@@ -249,6 +249,29 @@ fn a_posture_is_a_goal() {
     }
 }
 
+/// Torques that are too small for a step are named, whatever gave way in the attempts, with a setting by which there is a
+/// plan.
+#[test]
+fn a_robot_too_weak_for_a_step_is_told_so() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let step = folder.path().join("step.obj");
+    let floor = [-1.0, 3.0, -1.5, 1.5, -0.2, 0.0];
+    let boxes = boxes_obj(&[floor, [3.0, 5.0, -1.5, 1.5, -0.2, 0.24]]);
+    std::fs::write(&step, boxes).expect("writable");
+    let line = "plan --mesh @ --goal 3.6,0 --set planner.candidates_max=150 -o @";
+    let weak = format!("{line} --set posture.torque_use=0.3 --set motion.torque_use=0.3");
+    let words = ["it would take torques of", "(30 % may be used)"];
+    let told = ends_with(&weak, &[&step, folder.path()], 4, &words);
+    let advice = told.split_once("--set posture.torque_use=");
+    let (advice, _) = advice
+        .and_then(|(_, rest)| rest.split_once(':'))
+        .expect("advice");
+    succeeds(
+        &format!("{line} --set posture.torque_use={advice}"),
+        &[&step, folder.path()],
+    );
+}
+
 /// A floor that a COLLADA file says to be level in its y-up frame.
 #[test]
 fn a_mesh_whose_file_says_what_is_up_is_turned() {
