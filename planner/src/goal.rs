@@ -27,7 +27,7 @@ pub(crate) enum Attempt {
     /// The goal's posture.
     Reached(Arc<Posture>),
     /// The contacts are there, the posture is not.
-    Missed(Blocked),
+    Missed(Box<Blocked>),
 }
 
 /// The node's posture problem with the goal's constraints, all contacts loaded.
@@ -82,7 +82,7 @@ pub(crate) fn try_goal(
     let outcome = solve_with_reserve(&problem, &config)?;
     Ok(match feasible(outcome, &problem) {
         Ok(posture) => Attempt::Reached(posture),
-        Err(reason) => Attempt::Missed(Blocked {
+        Err(reason) => Attempt::Missed(Box::new(Blocked {
             change: Change::Goal,
             held: node.describe(context),
             reason,
@@ -91,7 +91,7 @@ pub(crate) fn try_goal(
             proof: false,
             remedy: None,
             tried: None,
-        }),
+        })),
     })
 }
 

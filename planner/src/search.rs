@@ -198,7 +198,7 @@ impl<'a> Search<'a> {
                     asked: Vec::new(),
                     by: Barrier::Goal,
                 });
-                self.blocked.push(Blocked { tried, ..blocked });
+                self.blocked.push(Blocked { tried, ..*blocked });
             }
         }
         self.nodes.push(node);
