@@ -10,8 +10,8 @@ use verify::Certificate;
 
 use crate::config::Config;
 
-/// How many reasons are given.
-const REASONS: usize = 6;
+/// How many reasons are given: those of which the search says what would help.
+const REASONS: usize = planner::TOLD;
 /// How much more of a budget is worth trying.
 const MORE: usize = 10;
 

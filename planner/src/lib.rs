@@ -100,6 +100,7 @@ pub use error::Error;
 pub use guide::Guide;
 pub use portfolio::{grow, search};
 pub use regrow::search_on;
+pub use remedy::TOLD;
 pub use request::{Goal, Request, Start};
 pub use result::{Blocked, PathStance, Progress, SearchResult, Stage, Status};
 pub use tree::Tree;

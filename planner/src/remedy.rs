@@ -9,8 +9,16 @@ use crate::nominal_posture::nominal_posture;
 use crate::result::Blocked;
 use crate::search::Search;
 
-/// So many changes are told of.
-const TOLD: usize = 6;
+/// So many of the changes that block the way are told of, those nearest to the goal.
+pub const TOLD: usize = 6;
+
+/// What would let a change through.
+enum Remedy {
+    /// More attempts at its posture than the search makes.
+    Attempts,
+    /// One limit that gives way.
+    Limit(Relaxation),
+}
 
 impl Search<'_> {
     /// Adds to the reasons of the first changes that have no posture what one kind of limit would have to be for one: where
@@ -24,10 +32,10 @@ impl Search<'_> {
         told.into_par_iter().for_each(|one| {
             let words = match self.remedy(one) {
                 None => return,
-                Some(None) => "tried longer, it has a posture".to_owned(),
-                Some(Some(remedy)) => {
-                    let words = format!("it would take {}", remedy.words);
-                    one.remedy = Some(remedy);
+                Some(Remedy::Attempts) => "with more attempts it has a posture".to_owned(),
+                Some(Remedy::Limit(limit)) => {
+                    let words = format!("it would take {}", limit.words);
+                    one.remedy = Some(limit);
                     words
                 }
             };
@@ -35,8 +43,8 @@ impl Search<'_> {
         });
     }
 
-    /// The limit that alone would be enough, or none where more attempts than the search makes at each are.
-    fn remedy(&self, blocked: &Blocked) -> Option<Option<Relaxation>> {
+    /// What alone would be enough; nothing where it takes more than one limit, or no posture is what fails.
+    fn remedy(&self, blocked: &Blocked) -> Option<Remedy> {
         let tried = blocked.tried.as_ref().filter(|t| !t.asked.is_empty())?;
         let (context, node) = (&self.context, &self.nodes[tried.node]);
         let nominal = nominal_posture(context, &tried.asked, node.along_m(context));
@@ -49,8 +57,8 @@ impl Search<'_> {
             ..self.posture_config.clone()
         };
         if posture::solve(&problem, &config).ok()?.posture().is_some() {
-            return Some(None);
+            return Some(Remedy::Attempts);
         }
-        posture::remedy(&problem, &config).ok()?.map(Some)
+        posture::remedy(&problem, &config).ok()?.map(Remedy::Limit)
     }
 }

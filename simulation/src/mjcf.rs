@@ -42,6 +42,7 @@ pub fn model(
     servo: Servo,
     scales: &Scales,
 ) -> Result<String, Error> {
+    let corners: Vec<Corner> = corners(robot).collect();
     let mut open: Vec<usize> = Vec::new();
     let mut bodies = Vec::new();
     // The tree of bodies, depth first as the robot's bodies are.
@@ -54,7 +55,7 @@ pub fn model(
         said["damping"] = json!(physics.damping_of(body));
         said["closes"] = json!(open.len() - stays);
         said["friction"] = json!(friction * scales.friction);
-        said["shapes"] = shapes(robot, i);
+        said["shapes"] = shapes(robot, &corners, i);
         bodies.push(said);
         open.truncate(stays);
         open.push(i);
@@ -69,7 +70,7 @@ pub fn model(
         "bodies": bodies,
         "open": open.len(),
         "pairs": robot.collision.pairs(),
-        "slippery": slippery(robot, world, physics, scales),
+        "slippery": slippery(robot, &corners, world, physics, scales),
     });
     let said = minijinja::value::Serde(said);
     let text = minijinja::Environment::new().render_str(include_str!("mjcf.xml"), said);
@@ -95,6 +96,7 @@ fn meshes(robot: &Robot, world: &[WorldBody]) -> Vec<(String, Vec<f64>)> {
 /// Geom, body of the world and friction of the pairs that have less of it than the robot's patches.
 fn slippery(
     robot: &Robot,
+    corners: &[Corner],
     world: &[WorldBody],
     physics: &Physics,
     scales: &Scales,
@@ -104,7 +106,7 @@ fn slippery(
     let all = robot.collision.shapes();
     let geoms = || {
         let shapes = (0..all.len()).map(|k| (format!("s{k}"), k));
-        shapes.chain(corners(robot).map(|corner| (corner.name, corner.shape)))
+        shapes.chain(corners.iter().map(|c| (c.name.clone(), c.shape)))
     };
     own.flat_map(|(w, most)| {
         geoms().filter_map(move |(name, shape)| {
@@ -148,17 +150,17 @@ fn link(body: &Body, mass_scale: f64) -> Value {
 }
 
 /// Name and form of the collision shapes of a body, and of the corners of its patches.
-fn shapes(robot: &Robot, body: usize) -> Value {
+fn shapes(robot: &Robot, corners: &[Corner], body: usize) -> Value {
     let of_body = |shape: usize| robot.collision.shapes()[shape].body == body;
     let shapes = robot.collision.shapes().iter().enumerate();
     let shapes = shapes.map(|(k, shape)| {
         let form = geometry(k, &shape.geometry);
         (format!("s{k}"), k, format!("{form} {}", pose(&shape.X_BG)))
     });
-    let corners = corners(robot).map(|corner| {
+    let corners = corners.iter().map(|corner| {
         let at = numbers(corner.p_B.coords.as_slice());
         let form = format!(r#"type="sphere" size="{CORNER_M}" pos="{at}""#);
-        (corner.name, corner.shape, form)
+        (corner.name.clone(), corner.shape, form)
     });
     let own = shapes
         .chain(corners)

@@ -10,13 +10,8 @@ use std::str::FromStr;
 use nalgebra::{Matrix4, Rotation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
-use super::{TriangleMesh, check_count};
+use super::{GREATEST_DEPTH, GREATEST_NODES, TriangleMesh, check_count};
 use crate::xml::{self, child, children};
-
-/// Nodes nested deeper than this refer to themselves.
-const GREATEST_DEPTH: usize = 64;
-/// Nodes that instantiate others twice over, time and again, make more than this.
-const GREATEST_NODES: usize = 100_000;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<TriangleMesh, String> {
     let text = std::str::from_utf8(bytes)

@@ -12,12 +12,8 @@ use gltf::json::validation::Checked;
 use gltf::json::{Accessor, Index, Root};
 use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
 
-use super::{TriangleMesh, check_count};
+use super::{GREATEST_DEPTH, GREATEST_NODES, TriangleMesh, check_count};
 
-/// Nodes nested deeper than this refer to themselves.
-const GREATEST_DEPTH: usize = 64;
-/// Nodes that share others twice over, time and again, make more than this.
-const GREATEST_NODES: usize = 100_000;
 /// The header of a packed file and of its first part, bytes.
 const LEAST_PACKED: u32 = 20;
 
@@ -228,10 +224,15 @@ impl Reader<'_> {
         let size = width * parts;
         let stride = view.byte_stride.map_or(size, |stride| stride.0);
         let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
-        let fitting = (bytes.len() + stride)
-            .checked_sub(size)
-            .map_or(0, |room| room / stride.max(1));
-        if stride < size || count > fitting {
+        if stride < size {
+            return Err(fail(&format!(
+                "has elements of {size} bytes, one in {stride}"
+            )));
+        }
+        // Behind the last element there need be no gap.
+        let more = bytes.len().checked_sub(size);
+        let fitting = more.map_or(0, |more| more / stride + 1);
+        if count > fitting {
             return Err(fail(&format!("has {count} elements, its buffer {fitting}")));
         }
         let element = |k: usize| {
@@ -338,6 +339,8 @@ mod tests {
             told("\"byteOffset\": 64", "\"byteOffset\": 70").contains("behind its buffer's end")
         );
         assert!(told("\"byteStride\": 16", "\"byteStride\": 8").contains("elements"));
+        let endless = format!("\"byteStride\": {}", usize::MAX);
+        assert!(told("\"byteStride\": 16", &endless).contains("has 4 elements, its buffer 1"));
         assert!(told("5123", "5126").contains("another kind"));
         assert!(told("data:application", "https://application").contains("another file"));
         assert!(told("\"children\": [0]", "\"children\": [1]").contains("refer to themselves"));

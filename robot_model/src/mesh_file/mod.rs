@@ -52,6 +52,11 @@ const CORNERS_MAX: usize = 1000;
 /// What some editors begin a text with.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
+/// Nodes of a scene that are nested deeper than this refer to themselves.
+const GREATEST_DEPTH: usize = 64;
+/// Nodes that share others twice over, time and again, make more than this.
+const GREATEST_NODES: usize = 100_000;
+
 /// More than this many vertices or triangles is no mesh of a robot or room.
 const GREATEST_COUNT: usize = 20_000_000;
 
