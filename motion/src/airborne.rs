@@ -113,13 +113,12 @@ impl Airborne {
         least_m.min_by(f64::total_cmp)
     }
 
-    /// The same of a body that rises gently beside where the patch leaves or lands, in the direction `normal_W`.
+    /// The same of a body that rises gently beside where the patch leaves or lands.
     pub fn beside_contact_m(
         &self,
         context: &MotionContext,
         shape: &PlacedShape,
         obstacle: usize,
-        normal_W: &Vector3<f64>,
         moves_m: f64,
     ) -> Option<f64> {
         let patch = &context.robot.patches[self.patch];
@@ -129,7 +128,7 @@ impl Airborne {
             .filter(|(_, height)| height + moves_m < STRAIGHT_M);
         let least_m = near.filter_map(|(face, _)| {
             let on = (patch, face?);
-            (context.environment).beside_contact_m(on, shape, obstacle, normal_W)
+            (context.environment).beside_contact_m(on, shape, obstacle)
         });
         least_m.min_by(f64::total_cmp)
     }

@@ -240,21 +240,23 @@ impl<'a> ClearanceMonitor<'a> {
                     *until = gone + LOOK_M - most;
                     continue;
                 };
-                let normal_W = &found.normal_W;
                 let shape_here = PlacedShape {
                     geometry: &shape.geometry,
+                    X_BG: &shape.X_BG,
                     X_WG: &placed.X_WG,
                     is_pad: shape.is_pad,
+                    nearest_W: found.p_a_W,
+                    normal_W: found.normal_W,
                 };
                 let beside_contact = || {
                     let on = (shape.body, &shape_here);
                     (in_air)
-                        .and_then(|a| a.beside_contact_m(context, on.1, o, normal_W, moves_m))
-                        .or_else(|| task.beside_contact_m(context, on, o, normal_W))
+                        .and_then(|a| a.beside_contact_m(context, on.1, o, moves_m))
+                        .or_else(|| task.beside_contact_m(context, on, o))
                 };
                 let required = match (touching.or_else(beside_contact), in_air) {
                     (Some(least_m), _) => least_m,
-                    (None, Some(air)) => air.required_m(context, normal_W, 0.0),
+                    (None, Some(air)) => air.required_m(context, &found.normal_W, 0.0),
                     (None, None) => beside,
                 };
                 let short = required - found.distance;

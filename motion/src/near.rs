@@ -58,15 +58,18 @@ pub(crate) fn pairs(
         touching_m(context, task, air, shape, obstacle, moves_m)
     };
     let gently = |pair: &Proximity, obstacle: usize| {
-        let (air, normal_W) = (in_air(pair.a), &pair.normal_W);
+        let air = in_air(pair.a);
         let shape = &collision.shapes()[pair.a.shape];
         let placed = PlacedShape {
             geometry: &shape.geometry,
+            X_BG: &shape.X_BG,
             X_WG: &collision.X_WG(kinematics, pair.a.shape),
             is_pad: shape.is_pad,
+            nearest_W: Point3::from(pair.p_a_W),
+            normal_W: pair.normal_W,
         };
-        air.and_then(|air| air.beside_contact_m(context, &placed, obstacle, normal_W, moves_m))
-            .or_else(|| task.beside_contact_m(context, (shape.body, &placed), obstacle, normal_W))
+        air.and_then(|air| air.beside_contact_m(context, &placed, obstacle, moves_m))
+            .or_else(|| task.beside_contact_m(context, (shape.body, &placed), obstacle))
     };
     let skip = |shape, obstacle| touching(shape, obstacle) == Some(f64::NEG_INFINITY);
     let beside = context.posture.clearance_m;

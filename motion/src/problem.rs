@@ -132,19 +132,18 @@ impl Task {
         least_m.min_by(f64::total_cmp)
     }
 
-    /// The same of a shape of a body to what rises gently beside such a contact, in the direction `normal_W`.
+    /// The same of a shape of a body to what rises gently beside such a contact.
     pub fn beside_contact_m(
         &self,
         context: &MotionContext,
         (body, shape): (usize, &PlacedShape),
         obstacle: usize,
-        normal_W: &Vector3<f64>,
     ) -> Option<f64> {
         let own = self
             .touches(context)
             .filter(|(patch, _)| patch.body == body);
-        let least_m = own
-            .filter_map(|on| (context.environment).beside_contact_m(on, shape, obstacle, normal_W));
+        let least_m =
+            own.filter_map(|on| (context.environment).beside_contact_m(on, shape, obstacle));
         least_m.min_by(f64::total_cmp)
     }
 

@@ -108,10 +108,13 @@ pub(crate) fn shortfall(
                     let normal_W = &found.normal_W;
                     let placed = PlacedShape {
                         geometry,
+                        X_BG,
                         X_WG: &X_WG,
                         is_pad: true,
+                        nearest_W: found.p_a_W,
+                        normal_W: *normal_W,
                     };
-                    let gently = air.beside_contact_m(context, &placed, o, normal_W, 0.0);
+                    let gently = air.beside_contact_m(context, &placed, o, 0.0);
                     let required = || air.required_m(context, normal_W, extra_m(path, u));
                     let short = gently.unwrap_or_else(required) - found.distance;
                     keep(short, u, *normal_W, &|| Hit::Environment(o));

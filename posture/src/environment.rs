@@ -177,21 +177,29 @@ impl Environment {
 
     /// The least distance, m, between a body of the world that rises over the plane of a face and a link that rests on the
     /// face with a ball, where the body is ground that rises gently beside it, as in a hollow between the triangles of a
-    /// mesh; nothing where it stands there as a thing to keep clear of. `normal_W` is the direction in which they are
-    /// apart, toward the link.
+    /// mesh; nothing where it stands there as a thing to keep clear of.
     ///
-    /// Ground it is where a plane that leans little from the face's parts it from the shape. What holds the ball may come
-    /// to where it touches both; any other shape of the link stays off by half of the ball's radius. Where that plane is
-    /// not across `normal_W`, nothing more is asked (−∞).
+    /// Ground it is where a plane that leans little from the face's parts it from the shape. The ball itself may come to
+    /// where it touches both. What holds it may where it is near the ball, and stays off the more the farther from it; all
+    /// else of the link stays off by half of the ball's radius.
     pub fn beside_contact_m(
         &self,
         (patch, face): (&ContactPatch, FaceIndex),
         shape: &PlacedShape,
         body: usize,
-        normal_W: &Vector3<f64>,
     ) -> Option<f64> {
         let radius_m = patch.point_radius_m()?;
-        let least_m = if shape.is_pad { 0.0 } else { 0.5 * radius_m };
+        let most_m = 0.5 * radius_m;
+        let normal_W = &shape.normal_W;
+        let (parts_m, least_m) = match shape.is_pad {
+            true => {
+                let centre_B = Point3::from(patch.X_BC.translation.vector);
+                let centre_W = shape.X_WG * shape.X_BG.inverse_transform_point(&centre_B);
+                let off_m = (shape.nearest_W - centre_W).norm() - radius_m;
+                (0.0, (0.5 * off_m).clamp(0.0, most_m))
+            }
+            false => (most_m, most_m),
+        };
         if self.is_gentle(face, normal_W) {
             return Some(least_m);
         }
@@ -202,19 +210,25 @@ impl Environment {
         let body = &self.world.obstacles()[body];
         let (geometry, X_WG) = (shape.geometry, shape.X_WG);
         let gap_m = gap_m(geometry, X_WG, body.geometry(), body.pose(), &across_W);
-        (gap_m >= least_m).then_some(f64::NEG_INFINITY)
+        (gap_m >= parts_m).then_some(least_m)
     }
 }
 
-/// A shape of a robot where it is.
+/// A shape of a robot where it is, near a body of the world.
 #[derive(Clone, Copy)]
 pub struct PlacedShape<'a> {
     /// The shape.
     pub geometry: &'a ShapeGeometry,
+    /// Its pose in its link's frame.
+    pub X_BG: &'a Isometry3<f64>,
     /// Its pose in W.
     pub X_WG: &'a Isometry3<f64>,
     /// Whether it may be a part of what touches.
     pub is_pad: bool,
+    /// Its point that is nearest to the body.
+    pub nearest_W: Point3<f64>,
+    /// The direction in which they are apart, toward the shape.
+    pub normal_W: Vector3<f64>,
 }
 
 /// The lowest and the highest corner of the box along W's axes around a face.

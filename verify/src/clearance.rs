@@ -9,6 +9,7 @@ use crate::extremes::Extremes;
 use crate::findings::Findings;
 use crate::posture::column;
 use crate::scene::{Placed, Scene};
+use crate::shapes::Shank;
 use crate::solid::{Ball, Placed as Still, Solid};
 use crate::step::{Moment, Step};
 use crate::surroundings::Body;
@@ -65,6 +66,7 @@ pub(crate) fn check(placed: &Placed, findings: &mut Findings) -> Nearest {
 
 /// The least distances that are allowed, and how far over them is too far to be measured, m.
 pub(crate) struct Bounds {
+    slack: f64,
     free: f64,
     touching: f64,
     own: f64,
@@ -75,6 +77,7 @@ impl Bounds {
     fn new(scene: &Scene, slack_m: f64, beyond: f64) -> Self {
         let required = &scene.plan.required;
         Self {
+            slack: slack_m,
             free: required.clearance_m - slack_m,
             touching: -TOLERANCES.contact_depth_m,
             own: required.self_clearance_m - slack_m,
@@ -106,6 +109,8 @@ struct Part {
     is_ball: bool,
     normal: Vector3<f64>,
     rise: Result<f64, (Solid, Watch)>,
+    /// What of the shape is not near its ball, and what it keeps from ground that the ball may touch, m.
+    beyond: Option<(usize, f64, Watch)>,
 }
 
 /// All that may come near each other, watched over some time.
@@ -127,21 +132,30 @@ impl<'a> Pairs<'a> {
     ) -> Self {
         let reach_m = bounds.beyond + bounds.free.max(0.0);
         let mut environment = Vec::new();
-        for (shape, (body, _)) in scene.shapes.iter().enumerate() {
+        for (shape, drawn) in scene.robot.collision.shapes().iter().enumerate() {
+            let body = drawn.body;
             let balls = moments.iter().map(|moment| moment.shapes[shape].ball());
             for other in scene.surroundings.near(balls, reach_m) {
                 // A sole or a palm holds what carries it over the touched plane.
                 let carries = |patch: &ContactPatch| match patch.point_radius_m() {
-                    Some(_) => patch.body == *body,
-                    None => joints_between(scene.robot, patch.body, *body) <= CARRYING_JOINTS,
+                    Some(_) => patch.body == body,
+                    None => joints_between(scene.robot, patch.body, body) <= CARRYING_JOINTS,
                 };
                 let held = (touches.iter().enumerate()).filter(|(_, t)| carries(t.0));
                 let part = |(touch, (patch, face)): (usize, &(&ContactPatch, &Face))| Part {
                     touch,
-                    is_own: patch.body == *body,
+                    is_own: patch.body == body,
                     is_ball: patch.point_radius_m().is_some(),
                     normal: -column(&face.X_WF.to_homogeneous(), 2),
                     rise: (other.rise_over(face)).ok_or_else(|| (other.above(face), Watch::new())),
+                    beyond: patch.point_radius_m().and_then(|radius_m| {
+                        let of = |s: &&Shank| {
+                            s.shape == shape && scene.robot.patches[s.patch].name == patch.name
+                        };
+                        let least = (0.5 * radius_m - bounds.slack).min(bounds.free);
+                        let shank = scene.shanks.iter().find(of)?;
+                        Some((shank.beyond, least, Watch::new()))
+                    }),
                 };
                 environment.push(Near {
                     shape,
@@ -228,13 +242,13 @@ impl<'a> Pairs<'a> {
                 continue;
             }
             // What rises over the plane of a contact: the part that does is to be kept away from.
-            let asked = asked(worst, Check::Clearance, free);
+            let clear = asked(worst, Check::Clearance, free);
             let mut most = Some(f64::NEG_INFINITY);
             for part in near.parts.iter_mut().filter(|part| is_active(part)) {
                 if let Err((above, watch)) = &mut part.rise {
                     let still = above.here();
                     let two = Two(near.shape, Other::Still(&still));
-                    let found = watch.look(two, step, &asked, &[], boxes);
+                    let found = watch.look(two, step, &clear, &[], boxes);
                     most = most.and_then(|most| found.map(|found| most.max(found)));
                 }
             }
@@ -243,13 +257,20 @@ impl<'a> Pairs<'a> {
                 let most_rad = TOLERANCES.beside_ball_rad;
                 part.is_ball && two.parted(step, &part.normal, most_rad, bound)
             };
-            if let Some(found) = most
-                && !near
-                    .parts
-                    .iter()
-                    .any(|part| is_active(part) && is_ground(part))
-            {
+            let Some(found) = most else {
+                continue;
+            };
+            let mut parts = near.parts.iter_mut().filter(|part| is_active(part));
+            let Some(ground) = parts.find(|part| is_ground(part)) else {
                 worst.add(Check::Clearance, found, free, subject);
+                continue;
+            };
+            if let Some((beyond, least, watch)) = &mut ground.beyond {
+                let asked = asked(worst, Check::ContactDepth, *least);
+                let two = Two(*beyond, Other::Still(&near.still));
+                if let Some(found) = watch.look(two, step, &asked, &[], boxes) {
+                    worst.add(Check::ContactDepth, found, *least, subject);
+                }
             }
         }
         let asked = |worst: &Extremes| asked(worst, Check::SelfClearance, self.bounds.own);

@@ -137,11 +137,13 @@ pub fn verify_stances(plan: &Plan, robot: &Robot) -> Certificate {
 }
 
 fn scene<'a>(plan: &'a Plan, robot: &'a Robot) -> Scene<'a> {
+    let (shapes, shanks) = shapes::with_shanks(robot);
     Scene {
         plan,
         robot,
         surroundings: Surroundings::new(plan),
-        shapes: shapes::shapes(robot),
+        shapes,
+        shanks,
     }
 }
 

@@ -6,6 +6,7 @@ use robot_model::{ContactPatch, Robot};
 use surfaces::Face;
 
 use crate::posture::Posture;
+use crate::shapes::Shank;
 use crate::solid::Solid;
 use crate::surroundings::Surroundings;
 
@@ -39,8 +40,10 @@ pub(crate) struct Scene<'a> {
     pub plan: &'a Plan,
     pub robot: &'a Robot,
     pub surroundings: Surroundings,
-    /// The robot's shapes, each with its body, in the body's frame.
+    /// The robot's shapes, each with its body, in the body's frame, and after them what `shanks` have of them.
     pub shapes: Vec<(usize, Solid)>,
+    /// The shapes that hold a ball and reach beyond it.
+    pub shanks: Vec<Shank>,
 }
 
 /// A stance where its posture puts it.

@@ -14,6 +14,45 @@ pub(crate) fn shapes(robot: &Robot) -> Vec<(usize, Solid)> {
     shapes.map(solid).collect()
 }
 
+/// A shape that holds a ball, and what of it is not near the ball.
+pub(crate) struct Shank {
+    /// The ball's patch.
+    pub patch: usize,
+    /// The shape.
+    pub shape: usize,
+    /// What of it is farther from the ball's centre than [`NEAR_RADII`] of its radius, as a shape.
+    pub beyond: usize,
+}
+
+/// What of a link is within so many radii of a ball's centre may come to where the ball does.
+const NEAR_RADII: f64 = 2.0;
+
+/// The robot's shapes, and after them the parts of shanks that are not near their balls.
+pub(crate) fn with_shanks(robot: &Robot) -> (Vec<(usize, Solid)>, Vec<Shank>) {
+    let mut shapes = shapes(robot);
+    let mut shanks = Vec::new();
+    for (patch, touching) in robot.patches.iter().enumerate() {
+        let Some(radius_m) = touching.point_radius_m() else {
+            continue;
+        };
+        let centre = column(&touching.X_BC.to_homogeneous(), 3);
+        for (shape, drawn) in robot.collision.shapes().iter().enumerate() {
+            if !drawn.is_pad || drawn.body != touching.body {
+                continue;
+            }
+            if let Some(beyond) = shapes[shape].1.beyond(&centre, NEAR_RADII * radius_m) {
+                shanks.push(Shank {
+                    patch,
+                    shape,
+                    beyond: shapes.len(),
+                });
+                shapes.push((drawn.body, beyond));
+            }
+        }
+    }
+    (shapes, shanks)
+}
+
 /// A shape of the robot at a pose; round ones, cylinders and boxes are centred in their frame, with
 /// their axis along its z.
 fn solid(geometry: &ShapeGeometry, pose: &Matrix4<f64>) -> Solid {
@@ -118,6 +157,39 @@ mod tests {
                 if polytope(&a) && polytope(&b) {
                     prop_assert!(mine > theirs - 1e-3, "{mine} and {theirs}");
                 }
+            }
+        }
+    }
+
+    proptest! {
+        /// All that is left is far from the point, and nothing that is far enough on the side of the body's middle is lost.
+        #[test]
+        fn what_is_beyond_a_point_is_what_is_far_from_it(
+            geometry in geometries(),
+            from in prop::array::uniform3(-0.5..0.5),
+            farther_m in 0.0..0.4,
+            toward in prop::array::uniform3(-1.0..1.0),
+        ) {
+            let body = solid(&geometry, &Matrix4::identity());
+            let (from, toward) = (Vector3::from(from), Vector3::from(toward));
+            prop_assume!(toward.norm() > 0.1);
+            let middle = body.ball().0;
+            let (farthest, radius) = (body.here().farthest(&toward), body.here().radius());
+            let beyond = body.beyond(&from, farther_m);
+            let reached = farthest + toward.normalize() * radius;
+            if let Some(rest) = &beyond {
+                let kept = rest.here().farthest(&toward) + toward.normalize() * radius;
+                prop_assert!((kept - from).norm() > farther_m - 1e-9);
+            }
+            let thick_m = radius + match geometry {
+                ShapeGeometry::Cylinder { radius_m, .. } => radius_m,
+                _ => 0.0,
+            };
+            let along = (middle - from).normalize();
+            if (reached - from).dot(&along) > farther_m + 2.0 * thick_m + 1e-9 {
+                let point = Solid::hull([reached], 0.0);
+                let found = beyond.map(|rest| signed_distance(&rest.here(), &point.here(), &[], f64::INFINITY).0);
+                prop_assert!(found.is_some_and(|m| m < 1e-6), "{found:?}");
             }
         }
     }

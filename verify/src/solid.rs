@@ -64,6 +64,16 @@ impl Solid {
         }
     }
 
+    /// What of the body is farther than a length, m, from a point along the direction from there to the body's middle;
+    /// nothing where it has none.
+    pub fn beyond(&self, from: &Vector3<f64>, farther_m: f64) -> Option<Self> {
+        let along = (self.centre - from).try_normalize(0.0)?;
+        let least_m = farther_m + self.disc + self.radius;
+        let points = over(&self.points, |p| (p - from).dot(&along) - least_m);
+        let rest = Self::new(points, &self.axis, self.disc, self.radius);
+        (!rest.points.is_empty()).then_some(rest)
+    }
+
     /// The body where the pose of its frame puts it.
     pub fn at(&self, X: &Matrix4<f64>) -> Placed<'_> {
         Placed {
@@ -103,6 +113,20 @@ impl Solid {
         }
         best
     }
+}
+
+/// Points whose hull is what of the hull of points has a height, which is affine, that is not negative.
+pub(crate) fn over(
+    points: &[Vector3<f64>],
+    height: impl Fn(&Vector3<f64>) -> f64,
+) -> Vec<Vector3<f64>> {
+    let heights = points.iter().map(|p| (*p, height(p)));
+    let (high, low): (Vec<_>, Vec<_>) = heights.partition(|(_, height)| *height >= 0.0);
+    let cut = high.iter().flat_map(|(p, above)| {
+        let down = low.iter();
+        down.map(move |(q, below)| p + (q - p) * (above / (above - below)))
+    });
+    cut.chain(high.iter().map(|(p, _)| *p)).collect()
 }
 
 /// A convex body in W.

@@ -9,7 +9,7 @@ use surfaces::{Face, Source};
 use crate::TOLERANCES;
 use crate::convex_parts::convex_parts;
 use crate::posture::{column, inverse_point, point};
-use crate::solid::{Ball, Solid, extremes, vector};
+use crate::solid::{Ball, Solid, extremes, over, vector};
 
 /// Everything that is not the robot, in W.
 pub(crate) struct Surroundings {
@@ -115,14 +115,8 @@ impl Body {
     /// the face keeps away from. Into which convex bodies the rest was cut does not matter.
     pub fn above(&self, touched: &Face) -> Solid {
         let plane = touched.X_WF.to_homogeneous();
-        let over = |p: &Vector3<f64>| inverse_point(&plane, p).z - TOLERANCES.same_plane_m;
-        let over: Vec<(Vector3<f64>, f64)> = self.points.iter().map(|p| (*p, over(p))).collect();
-        let (high, low): (Vec<_>, Vec<_>) = over.into_iter().partition(|(_, z)| *z >= 0.0);
-        let cut = high.iter().flat_map(|(p, above)| {
-            let down = low.iter();
-            down.map(move |(q, below)| p + (q - p) * (above / (above - below)))
-        });
-        Solid::hull(cut.chain(high.iter().map(|(p, _)| *p)), 0.0)
+        let height = |p: &Vector3<f64>| inverse_point(&plane, p).z - TOLERANCES.same_plane_m;
+        Solid::hull(over(&self.points, height), 0.0)
     }
 }
 

@@ -6,7 +6,7 @@
 //! its neighbours in the plane, the riser under a tread), with a ball also ground that rises gently beside it, and
 //! nothing else; links that carry a sole or a palm may come as near to it as to each other.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use robot_model::Configuration;
 use robot_model::collision::{BodyShape, Other, Proximity};
 
@@ -67,15 +67,16 @@ impl Clearances {
             );
             let placed = PlacedShape {
                 geometry: &shape.geometry,
+                X_BG: &shape.X_BG,
                 X_WG: &X_WG,
                 is_pad: shape.is_pad,
+                nearest_W: Point3::from(pair.p_a_W),
+                normal_W: pair.normal_W,
             };
             let own = touches
                 .clone()
                 .filter(|(patch, _)| patch.body == pair.a.body);
-            let least_m = own.filter_map(|on| {
-                environment.beside_contact_m(on, &placed, obstacle, &pair.normal_W)
-            });
+            let least_m = own.filter_map(|on| environment.beside_contact_m(on, &placed, obstacle));
             least_m.min_by(f64::total_cmp)
         };
         let never = |shape, obstacle| behind(shape, obstacle) == Some(f64::NEG_INFINITY);

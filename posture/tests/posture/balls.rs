@@ -261,53 +261,6 @@ fn a_small_robot_steps_as_far_for_its_size_as_a_large_one() {
     assert!((small / large - 1.0).abs() < 0.05, "{small} for {large}");
 }
 
-/// A shank is thicker than its ball: where it lies flat it stands on its rim, and the ball on nothing.
-#[test]
-fn a_shank_stays_off_the_ground_that_its_ball_is_on() {
-    let (robot, q) = standing("quadruped", "standing", "front_left");
-    let world = world(vec![floor()]);
-    let floor = world.face("floor").unwrap();
-    let kinematics = Kinematics::new(&robot, &q);
-    let feet = ["front_left", "front_right", "rear_left", "rear_right"];
-    let far_ahead = feet.map(|foot| {
-        let patch = robot.patch_id(foot).unwrap();
-        let mut at = kinematics.X_WC(&robot.patches[patch]).translation.vector;
-        at.x += if at.x > 0.0 { 0.4 } else { 0.0 };
-        let at = Isometry3::from_parts(at.into(), UnitQuaternion::identity());
-        Contact::at(&robot, patch, at).on(floor, &world)
-    });
-    let low = BaseGoal {
-        position_m: [None, None, Some(0.25)],
-        tolerance_m: 0.03,
-        ..BaseGoal::default()
-    };
-    let outcome = solve(
-        &robot,
-        &world,
-        &far_ahead,
-        Some(low),
-        &q,
-        &Config::default(),
-    );
-    assert!(outcome.posture().is_some(), "{outcome:?}");
-}
-
-#[test]
-fn what_holds_the_ball_may_touch_and_all_of_the_link_where_nothing_does() {
-    let (mut robot, _) = standing("quadruped", "standing", "front_left");
-    let mut patches = robot.patches.clone();
-    let body = patches[0].body;
-    let pads = |robot: &Robot| {
-        let own = robot.collision.shapes().iter().filter(|s| s.body == body);
-        own.map(|shape| shape.is_pad).collect::<Vec<bool>>()
-    };
-    let held = pads(&robot);
-    assert!(held.contains(&true) && held.contains(&false), "{held:?}");
-    patches[0].X_BC.translation.vector.z -= 1.0;
-    robot.set_patches(patches);
-    assert!(pads(&robot).iter().all(|is_pad| *is_pad));
-}
-
 /// Between two triangles of a rough mesh: a face narrower than its ball, beside one that rises.
 #[test]
 fn a_ball_stands_on_a_narrow_face_beside_ground_that_rises_gently() {

@@ -2,5 +2,6 @@
 #![allow(clippy::unwrap_used)]
 
 mod balls;
+mod shanks;
 mod soles;
 mod world;
