@@ -154,6 +154,7 @@ fn contacts(
             link: patch.link.clone(),
             face: face.unwrap_or_default(),
             X_WC: (&contact.X_WC).into(),
+            rolls_from: contact.rolls_from_W().as_ref().map(Into::into),
             friction: contact.friction,
             loaded: true,
             vertices_W: Vec::new(),

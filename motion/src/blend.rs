@@ -1,6 +1,6 @@
 //! Convex combinations of keyframes along a path.
 //!
-//! On fixed contacts the force points do not move, so equilibrium is linear in forces and in the
+//! On fixed contacts the force points do not move (but those of balls a little, which roll), so equilibrium is linear in forces and in the
 //! horizontal place of the centre of mass, and friction cones are convex: a convex combination of
 //! postures in equilibrium, forces and horizontal centre of mass with the same weights, is in
 //! equilibrium with forces in their cones.

@@ -13,7 +13,8 @@
 use std::ops::AddAssign;
 
 use nalgebra::{Cholesky, Matrix3, Matrix6, Point2, Vector3, Vector6};
-use posture::{Contact, patch_inset_m};
+use posture::{Contact, Rolling, patch_inset_m};
+use robot_model::Kinematics;
 
 use crate::problem::MotionContext;
 
@@ -21,7 +22,7 @@ use crate::problem::MotionContext;
 pub(crate) struct ForcePoint {
     /// Index of the contact.
     pub contact: usize,
-    /// Where, in W, m.
+    /// Where, in W, m; of a ball where it touches at the place that it rolls from.
     pub p_W: Vector3<f64>,
 }
 
@@ -30,6 +31,8 @@ pub(crate) struct LoadShares {
     pub points: Vec<ForcePoint>,
     /// For each contact, for each of the postures' points: the parts of each own point.
     parts: Vec<Vec<Vec<f64>>>,
+    /// The body of each contact, and how its ball rolls where it does.
+    rolling: Vec<(usize, Option<Rolling>)>,
     /// Normal of each contact, and how much sooner it bears along that than across it.
     normals: Vec<Vector3<f64>>,
     bearing: Vec<Matrix3<f64>>,
@@ -40,6 +43,15 @@ impl LoadShares {
         let mut shares = Self {
             points: Vec::new(),
             parts: Vec::new(),
+            rolling: closed
+                .iter()
+                .map(|c| {
+                    (
+                        context.robot.patches[c.patch].body,
+                        c.rolling(context.robot),
+                    )
+                })
+                .collect(),
             normals: closed.iter().map(Contact::normal_W).collect(),
             bearing: closed
                 .iter()
@@ -60,6 +72,17 @@ impl LoadShares {
             shares.points.extend(own.iter().map(place));
         }
         shares
+    }
+
+    /// Where the points are in a configuration, in W.
+    pub fn points_W(&self, kinematics: &Kinematics) -> Vec<Vector3<f64>> {
+        let shift_W = self.rolling.iter().map(|(body, rolling)| {
+            let R_WB = &kinematics.X_WB[*body].rotation;
+            rolling.map_or_else(Vector3::zeros, |rolling| rolling.shift_W(R_WB))
+        });
+        let shift_W: Vec<Vector3<f64>> = shift_W.collect();
+        let points = self.points.iter();
+        points.map(|p| p.p_W + shift_W[p.contact]).collect()
     }
 
     /// The forces of a posture's points as forces at the own ones, N: each contact's points share what it bears
@@ -83,15 +106,15 @@ impl LoadShares {
         own
     }
 
-    /// Force and moment about `com_W` of each of several forces at every point.
+    /// Force and moment about `com_W` of each of several forces at every point, which are where they are.
     pub fn resultants<const N: usize>(
         &self,
-        com_W: &Vector3<f64>,
+        (points_W, com_W): (&[Vector3<f64>], &Vector3<f64>),
         forces_W: &[[Vector3<f64>; N]],
     ) -> [Vector6<f64>; N] {
         let mut sums = [Vector6::zeros(); N];
-        for (p, forces) in self.points.iter().zip(forces_W) {
-            let r = p.p_W - com_W;
+        for (p_W, forces) in points_W.iter().zip(forces_W) {
+            let r = p_W - com_W;
             for (sum, f) in sums.iter_mut().zip(forces) {
                 let moment = r.cross(f);
                 *sum += Vector6::new(f.x, f.y, f.z, moment.x, moment.y, moment.z);
@@ -117,12 +140,12 @@ impl LoadShares {
     pub fn shared<const N: usize>(
         &self,
         weights: &[f64],
-        com_W: &Vector3<f64>,
+        (points_W, com_W): (&[Vector3<f64>], &Vector3<f64>),
         resultants: [Vector6<f64>; N],
     ) -> impl Iterator<Item = [Vector3<f64>; N]> + use<N> {
         let most = weights.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
-        let each = self.points.iter().zip(weights);
-        let each = each.map(|(p, w)| (p.p_W - com_W, self.bearing[p.contact] * (w / most)));
+        let each = self.points.iter().zip(points_W).zip(weights);
+        let each = each.map(|((p, p_W), w)| (p_W - com_W, self.bearing[p.contact] * (w / most)));
         let each: Vec<(Vector3<f64>, Matrix3<f64>)> = each.collect();
         let mut square = Matrix6::zeros();
         for (r, W) in &each {
@@ -160,17 +183,17 @@ impl LoadShares {
     pub fn leaning(
         &self,
         mut loads: Vec<f64>,
-        com_W: &Vector3<f64>,
+        at: (&[Vector3<f64>], &Vector3<f64>),
         resultant: Vector6<f64>,
     ) -> impl Iterator<Item = Vector3<f64>> + use<> {
         for _ in 0..LEANINGS {
-            let forces = self.shared(&loads, com_W, [resultant]);
+            let forces = self.shared(&loads, at, [resultant]);
             let next = forces.zip(&self.points).map(|([f], p)| self.load(&f, p));
             for (load, next) in loads.iter_mut().zip(next) {
                 *load = next.max(FALL_MAX * *load);
             }
         }
-        self.shared(&loads, com_W, [resultant]).map(|[f]| f)
+        self.shared(&loads, at, [resultant]).map(|[f]| f)
     }
 
     /// How hard each point presses, N; nothing where it pulls.
@@ -278,14 +301,17 @@ mod tests {
                 })
                 .into(),
             parts: Vec::new(),
+            rolling: Vec::new(),
             bearing: normals.iter().map(|n| bearing(n, 0.3)).collect(),
             normals,
         };
         let w = Vector6::new(40.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        let forces: Vec<_> = shares.shared(&[250.0; 4], &Vector3::zeros(), [w]).collect();
+        let points_W: Vec<_> = shares.points.iter().map(|p| p.p_W).collect();
+        let at = (&points_W[..], &Vector3::zeros());
+        let forces: Vec<_> = shares.shared(&[250.0; 4], at, [w]).collect();
         let wall = forces[2][0].x + forces[3][0].x;
         assert!(wall > 25.0, "the wall bears {wall} N of 40");
-        let [sum] = shares.resultants(&Vector3::zeros(), &forces);
+        let [sum] = shares.resultants(at, &forces);
         assert!((sum - w).norm() < 1e-9);
     }
 

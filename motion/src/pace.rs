@@ -71,6 +71,8 @@ type Parts<T> = [T; 3];
 struct Place {
     path: Instant,
     com_W: Vector3<f64>,
+    /// Where the contacts' points are, in W.
+    points_W: Vec<Vector3<f64>>,
     /// Force and moment about the centre of mass that are needed, N and N·m.
     needs: Parts<Vector6<f64>>,
     /// Force at each point at rest as the postures have it, N, and how hard it presses there.
@@ -167,11 +169,12 @@ impl<'a> Pace<'a> {
         let w = a * bend + b * rate * rate;
         let still = || place.forces_W.iter().map(|parts| parts[0]);
         let loads = self.shares.loads(still());
-        let leaning = self.shares.leaning(loads, &place.com_W, rest + w * FARTHER);
+        let at = (&place.points_W[..], &place.com_W);
+        let leaning = self.shares.leaning(loads, at, rest + w * FARTHER);
         let leaning = leaning.zip(still()).map(|(f, rest)| (f - rest) / FARTHER);
         let leaning: Vec<Vector3<f64>> = leaning.collect();
         let weights = self.shares.weights(&place.loads);
-        let plain = self.shares.shared(&weights, &place.com_W, [w]);
+        let plain = self.shares.shared(&weights, at, [w]);
         let plain: Vec<Vector3<f64>> = plain.map(|[f]| f).collect();
         // By what part of their limits they grow.
         let used = |forces: &[Vector3<f64>]| {

@@ -8,11 +8,12 @@
 //! this one hardly changes. Both phases close the same contacts and so have the same second derivatives.
 
 use nalgebra::{DVector, Point3, Vector3};
+use posture::Rolling;
 use rayon::prelude::*;
-use robot_model::{Configuration, Kinematics, PatchId};
+use robot_model::{Configuration, Kinematics, PatchId, Robot};
 
 use crate::clearance::ClearanceMonitor;
-use crate::equations::{Target, apart, is_point};
+use crate::equations::{Target, apart, is_point, place};
 use crate::generate::STEP_PART;
 use crate::interpolation::Curve;
 use crate::load_shares::LoadShares;
@@ -81,7 +82,11 @@ fn passage(
     [before, after]: [&PhaseTrajectory; 2],
     [back, on]: [&Curve; 2],
 ) -> Option<[Vec<Instance>; 2]> {
-    let [one, other] = [touching(before, End::Last), touching(after, End::First)];
+    let robot = context.robot;
+    let [one, other] = [
+        touching(robot, before, End::Last),
+        touching(robot, after, End::First),
+    ];
     let closes_all = |phase: &PhaseTrajectory| phase.task.closed.len() == one.len();
     let T = if one != other {
         None
@@ -107,15 +112,23 @@ fn passage(
     })
 }
 
+/// A patch that touches, and how its ball rolls.
+type Touching = (PatchId, Option<Rolling>);
+
 /// The patches that touch at an end of a phase.
-fn touching(phase: &PhaseTrajectory, end: End) -> Vec<PatchId> {
-    let swing = phase.task.swing.as_ref().filter(|swing| match end {
-        End::First => swing.leaves.is_some(),
-        End::Last => swing.lands.is_some(),
+fn touching(robot: &Robot, phase: &PhaseTrajectory, end: End) -> Vec<Touching> {
+    let swing = phase.task.swing.as_ref().and_then(|swing| {
+        let (touches, [leaving, landing]) = match end {
+            End::First => (swing.leaves.is_some(), swing.rolling),
+            End::Last => (swing.lands.is_some(), swing.rolling),
+        };
+        let rolling = if end == End::First { leaving } else { landing };
+        touches.then_some((swing.patch, rolling))
     });
-    let closed = phase.task.closed.iter().map(|c| c.patch);
-    let mut all: Vec<PatchId> = closed.chain(swing.map(|s| s.patch)).collect();
-    all.sort_unstable();
+    let closed = phase.task.closed.iter();
+    let closed = closed.map(|c| (c.patch, c.rolling(robot)));
+    let mut all: Vec<Touching> = closed.chain(swing).collect();
+    all.sort_unstable_by_key(|(patch, _)| *patch);
     all
 }
 
@@ -125,7 +138,7 @@ struct Way<'a> {
     phase: &'a PhaseTrajectory,
     path: &'a Curve,
     end: End,
-    touching: &'a [PatchId],
+    touching: &'a [Touching],
     /// Number of its samples, without the first.
     count: usize,
     /// How readily each coordinate moves where contacts are closed.
@@ -141,10 +154,10 @@ impl<'a> Way<'a> {
         context: &'a MotionContext<'a>,
         phase: &'a PhaseTrajectory,
         path: &'a Curve,
-        (end, touching): (End, &'a [PatchId]),
+        (end, touching): (End, &'a [Touching]),
     ) -> Self {
         let robot = context.robot;
-        let carries = |k: usize, p: &PatchId| robot.supports(k - 5, robot.patches[*p].body);
+        let carries = |k: usize, (p, _): &Touching| robot.supports(k - 5, robot.patches[*p].body);
         let moves = |k: usize| k < 6 || touching.iter().any(|p| carries(k, p));
         Self {
             count: (BENT * (phase.samples.len() - 1) as f64) as usize,
@@ -178,7 +191,10 @@ impl<'a> Way<'a> {
         let mut q = self.path.configuration(along);
         let kinematics = &mut self.kinematics;
         kinematics.update(robot, &q);
-        let places = (self.touching.iter()).map(|p| (*p, kinematics.X_WC(&robot.patches[*p])));
+        let places = self.touching.iter().map(|(p, rolling)| {
+            let X_WC = place(robot, kinematics, *p, rolling.as_ref());
+            (*p, X_WC, *rolling)
+        });
         let patches = places.collect();
         q.integrate_in_place((T * h).as_slice());
         kinematics.update(robot, &q);
@@ -194,8 +210,8 @@ impl<'a> Way<'a> {
             weight: &self.weight,
         };
         self.projection.close(&ask, &mut q, kinematics);
-        let off = target.patches.iter().map(|(p, wanted)| {
-            let X_WC = kinematics.X_WC(&robot.patches[*p]);
+        let off = target.patches.iter().map(|(p, wanted, rolling)| {
+            let X_WC = place(robot, kinematics, *p, rolling.as_ref());
             apart(&X_WC, wanted, is_point(robot, *p))
         });
         if off.fold(0.0, f64::max) > CLOSED {

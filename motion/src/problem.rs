@@ -1,7 +1,7 @@
 //! The problem: two stances that follow on each other, in an environment, and its phases.
 
 use nalgebra::{Isometry3, Vector3};
-use posture::{Contact, Environment, FaceIndex, PlacedShape, Posture, Upright};
+use posture::{Contact, Environment, FaceIndex, PlacedShape, Posture, Rolling, Upright};
 use robot_model::collision::Shape;
 use robot_model::{Configuration, ContactPatch, PatchId, Robot};
 
@@ -75,6 +75,8 @@ pub(crate) struct Swing {
     pub leaves: Option<FaceIndex>,
     /// The face it lands on; none where it stays in the air.
     pub lands: Option<FaceIndex>,
+    /// How its ball rolls where it leaves and where it lands, while it touches.
+    pub rolling: [Option<Rolling>; 2],
 }
 
 /// A phase whose motion is wanted: from one posture to another on the same closed contacts.

@@ -297,7 +297,7 @@ mod tests {
         reference.R_WB = UnitQuaternion::from_euler_angles(0.1, 0.3, 0.0);
         let mut kinematics = Kinematics::new(&robot, &reference);
         let target = Target {
-            patches: vec![(foot, kinematics.X_WC(&robot.patches[foot]))],
+            patches: vec![(foot, kinematics.X_WC(&robot.patches[foot]), None)],
             turn_freedom: 0.0,
             com_W: kinematics.com_W,
         };
@@ -341,7 +341,7 @@ mod tests {
         away.translation.vector += Vector3::new(0.1, 0.0, 0.15);
         away.rotation = UnitQuaternion::from_euler_angles(0.0, 0.5, 0.3) * away.rotation;
         let target = Target {
-            patches: vec![(left, pose(&kinematics, left)), (right, away)],
+            patches: vec![(left, pose(&kinematics, left), None), (right, away, None)],
             turn_freedom: 0.5,
             com_W: kinematics.com_W,
         };

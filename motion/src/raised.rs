@@ -23,20 +23,17 @@ pub fn raised(
     let states = stance.contacts.iter().zip(&stance.posture.contacts);
     let contacts: Vec<Contact> = states
         .map(|(contact, state)| {
-            let still = Contact {
-                X_WC: state.X_WC,
-                freedom: Freedom::Fixed,
-                ..contact.clone()
-            };
             if contact.patch != patch {
-                return still;
+                return contact.placed(state.X_WC);
             }
             let lift = Translation3::from(contact.normal_W() * context.config.swing_height_m);
             Contact {
                 X_WC: lift * state.X_WC,
+                freedom: Freedom::Fixed,
+                stood_WB: None,
                 face: None,
                 loaded: false,
-                ..still
+                ..contact.clone()
             }
         })
         .collect();

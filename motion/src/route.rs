@@ -6,11 +6,11 @@
 //! Between the knots a Newton step closes the contacts once more.
 
 use nalgebra::Isometry3;
-use posture::Upright;
+use posture::{Rolling, Upright};
 use robot_model::{Configuration, Kinematics, PatchId, Robot};
 
 use crate::blend::{self, Blend};
-use crate::equations::{Target, apart};
+use crate::equations::{Target, apart, place};
 use crate::evening::even_out;
 use crate::failure::{Failure, Reason};
 use crate::near::{self, Near};
@@ -49,7 +49,7 @@ pub(crate) struct Route<'a> {
     delta: Spline,
     buffer: Vec<f64>,
     keyframes: &'a [Keyframe],
-    closed: Vec<PatchId>,
+    closed: Vec<(PatchId, Option<Rolling>)>,
     ends: Vec<(Isometry3<f64>, Isometry3<f64>)>,
     target: Target,
     weight: Vec<f64>,
@@ -183,7 +183,7 @@ impl<'a> Router<'a> {
             delta: Spline::new(n, 1.0 / PIECES as f64, deltas, Ends::Free),
             buffer: vec![0.0; n],
             keyframes: &self.task.keyframes,
-            closed: self.task.closed.iter().map(|c| c.patch).collect(),
+            closed: self.closed().collect(),
             ends,
             target,
             weight,
@@ -226,8 +226,10 @@ impl<'a> Router<'a> {
         let robot = self.context.robot;
         let mut poses = |q: &Configuration| -> Vec<Isometry3<f64>> {
             kinematics.update(robot, q);
-            let patches = self.task.closed.iter().map(|c| &robot.patches[c.patch]);
-            patches.map(|patch| kinematics.X_WC(patch)).collect()
+            let pose = |(patch, rolling): (PatchId, Option<Rolling>)| {
+                place(robot, kinematics, patch, rolling.as_ref())
+            };
+            self.closed().map(pose).collect()
         };
         let keyframes = &self.task.keyframes;
         let from = poses(&keyframes[0].q);
@@ -235,11 +237,16 @@ impl<'a> Router<'a> {
         from.into_iter().zip(to).collect()
     }
 
+    /// The closed patches, and how their balls roll.
+    fn closed(&self) -> impl Iterator<Item = (PatchId, Option<Rolling>)> {
+        let closed = self.task.closed.iter();
+        closed.map(|c| (c.patch, c.rolling(self.context.robot)))
+    }
+
     fn target(&self, u: f64, ends: &[(Isometry3<f64>, Isometry3<f64>)], target: &mut Target) {
-        let closed = self.task.closed.iter().map(|c| c.patch);
-        closed_target(&self.task.keyframes, closed, ends, u, target);
+        closed_target(&self.task.keyframes, self.closed(), ends, u, target);
         if let (Some(swing), Some(path)) = (&self.task.swing, self.path) {
-            target.patches.push((swing.patch, path.pose(u)));
+            target.patches.push((swing.patch, path.pose(u), None));
             target.turn_freedom = path.turn_freedom(u);
         }
     }
@@ -266,8 +273,8 @@ impl<'a> Router<'a> {
         let robot = self.context.robot;
         let swing = self.task.swing.as_ref().map(|s| s.patch);
         let mut worst = (None, (kinematics.com_W - target.com_W).xy().norm());
-        for (patch, wanted) in &target.patches {
-            let X_WC = kinematics.X_WC(&robot.patches[*patch]);
+        for (patch, wanted, rolling) in &target.patches {
+            let X_WC = place(robot, kinematics, *patch, rolling.as_ref());
             // A patch in the air may turn.
             let free = target.turn_freedom > 0.0 && swing == Some(*patch);
             let apart = apart(&X_WC, wanted, free);
@@ -325,7 +332,7 @@ pub(crate) fn extra_m(path: &SwingPath, u: f64) -> f64 {
 /// Where the closed contacts and the centre of mass are at `u`.
 fn closed_target(
     keyframes: &[Keyframe],
-    closed: impl Iterator<Item = PatchId>,
+    closed: impl Iterator<Item = (PatchId, Option<Rolling>)>,
     ends: &[(Isometry3<f64>, Isometry3<f64>)],
     u: f64,
     target: &mut Target,
@@ -334,7 +341,9 @@ fn closed_target(
     target.turn_freedom = 0.0;
     // Each posture closes its contacts to a tolerance: go from the one's poses to the other's.
     let poses = ends.iter().map(|(from, to)| from.lerp_slerp(to, u));
-    target.patches.extend(closed.zip(poses));
+    let patches = closed.zip(poses);
+    let patches = patches.map(|((patch, rolling), pose)| (patch, pose, rolling));
+    target.patches.extend(patches);
     target.com_W = blend::com_W(keyframes, u);
 }
 
@@ -365,6 +374,7 @@ mod tests {
                 to: Isometry3::translation(0.0, 0.0, length_m),
                 leaves: None,
                 lands: None,
+                rolling: [None; 2],
             })
         };
         for path in [0.048, 0.1, 0.4].map(path) {

@@ -5,7 +5,7 @@ use robot_model::Kinematics;
 
 use crate::blend;
 use crate::clearance::ClearanceMonitor;
-use crate::equations::{apart, is_point};
+use crate::equations::{apart, is_point, place};
 use crate::failure::{Failure, Reason, keep_worst};
 use crate::interpolation::Curve;
 use crate::problem::{MotionContext, Task};
@@ -156,12 +156,13 @@ fn closure(
     let swing = task.swing.as_ref().zip(path);
     let swing = swing.map(|(s, path)| {
         let free = path.turn_freedom(u) > 0.0;
-        (s.patch, path.pose(u), SWING_TOLERANCE_M, free)
+        (s.patch, path.pose(u), None, SWING_TOLERANCE_M, free)
     });
     let closed = task.closed.iter();
-    let closed = closed.map(|c| (c.patch, c.X_WC, CLOSURE_M, false));
-    for (patch, wanted, tolerance, free) in closed.chain(swing) {
-        let X_WC = kinematics.X_WC(&context.robot.patches[patch]);
+    let robot = context.robot;
+    let closed = closed.map(|c| (c.patch, c.X_WC, c.rolling(robot), CLOSURE_M, false));
+    for (patch, wanted, rolling, tolerance, free) in closed.chain(swing) {
+        let X_WC = place(robot, kinematics, patch, rolling.as_ref());
         let apart = apart(&X_WC, &wanted, free || is_point(context.robot, patch));
         if apart.is_nan() || apart > tolerance {
             let patch = Some(context.patch_name(patch));

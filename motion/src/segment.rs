@@ -1,11 +1,11 @@
 //! The motion from one stance to the next: which contacts stay closed, what leaves, what lands.
 
 use nalgebra::Translation3;
-use posture::{Contact, Freedom, Posture, Upright};
+use posture::{Contact, Posture, Upright};
 use robot_model::{Configuration, Kinematics, PatchId};
 
 use crate::Error;
-use crate::equations::{Target, apart, is_point};
+use crate::equations::{Target, apart, is_point, place};
 use crate::failure::Failure;
 use crate::generate;
 use crate::interpolation::Curve;
@@ -111,6 +111,7 @@ pub fn segment(
             to: pose(&to.posture.q),
             leaves: leaves.and_then(|l| l.face),
             lands: landing.face,
+            rolling: [leaves, Some(landing)].map(|c| c.and_then(|c| c.rolling(robot))),
         }
     });
     let task = Task {
@@ -147,11 +148,9 @@ impl Parts {
                 return refuse("a contact has no state".to_owned());
             }
         }
-        let at = |end: StanceRef, i: usize| Contact {
-            X_WC: end.posture.contacts[i].X_WC,
-            freedom: Freedom::Fixed,
-            loaded: true,
-            ..end.contacts[i].clone()
+        let at = |end: StanceRef, i: usize| {
+            let placed = end.contacts[i].placed(end.posture.contacts[i].X_WC);
+            placed.loaded(true)
         };
         let mut parts = Self {
             closed: Vec::new(),
@@ -241,10 +240,13 @@ fn lift(
     let from = kinematics.X_WC(&robot.patches[leaving.patch]);
     let n = leaving.normal_W();
     let to = Translation3::from(n * (LIFT * STRAIGHT_M)) * from;
-    let closed = parts.closed.iter().map(|c| c.patch);
-    let closed = closed.map(|p| (p, kinematics.X_WC(&robot.patches[p])));
+    let closed = parts.closed.iter().map(|c| {
+        let rolling = c.rolling(robot);
+        let X_WC = place(robot, kinematics, c.patch, rolling.as_ref());
+        (c.patch, X_WC, rolling)
+    });
     let target = Target {
-        patches: closed.chain([(leaving.patch, to)]).collect(),
+        patches: closed.chain([(leaving.patch, to, None)]).collect(),
         turn_freedom: LIFT_FREEDOM,
         com_W: first.com_W,
     };
@@ -272,6 +274,7 @@ fn lift(
             to: kinematics.X_WC(&robot.patches[leaving.patch]),
             leaves: leaving.face,
             lands: None,
+            rolling: [leaving.rolling(robot), None],
         }),
         upright: parts.upright.map(|ends| [ends[0]; 2]),
         keyframes: vec![first.clone(), first.clone()],

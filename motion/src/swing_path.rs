@@ -282,6 +282,7 @@ mod tests {
             to: Isometry3::translation(0.4, 0.0, 0.2),
             leaves: None,
             lands: None,
+            rolling: [None; 2],
         };
         let environment = Environment::default();
         let shape = Shape {

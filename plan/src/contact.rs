@@ -19,6 +19,10 @@ pub struct Contact {
     /// Pose of the patch frame C in W; of a point patch the ball's centre, with the axes of the
     /// face that it touches.
     pub X_WC: Pose,
+    /// Of a ball that rolls while it touches: where its centre was, and how its link was turned, in W, when it came to
+    /// stand. From there its centre goes by its radius times the link's rotation since × the face's normal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rolls_from: Option<Pose>,
     /// Coefficient of friction of the pair (the real one, before `friction_use`).
     pub friction: f64,
     /// Whether it may carry load.
@@ -28,7 +32,8 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vertices_W: Vec<[f64; 3]>,
     /// Points in W where the forces act (the patch shrunk by the CoM margin; of a point patch the
-    /// touched point), m; none in a motion.
+    /// touched point), m. Of a motion's ball that rolls it is the point that it touched when it came to stand, and the
+    /// force acts where it touches.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub force_points_W: Vec<[f64; 3]>,
     /// Force on the robot at each force point, in W, N; none in a motion, whose samples have them.

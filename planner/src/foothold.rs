@@ -34,13 +34,14 @@ pub(crate) struct Foothold {
     /// Its number in the order in which places on a face are tried.
     pub variation: usize,
     /// The contact itself, where its place was found together with what follows on it.
-    pub exact: Option<Contact>,
+    pub exact: Option<Box<Contact>>,
 }
 
 impl Foothold {
     /// The contact that is asked for, not loaded yet; nothing where the face has no room for it.
     pub fn contact(&self, context: &SearchContext) -> Option<Contact> {
-        self.exact.clone().or_else(|| self.free(context))
+        let exact = self.exact.as_deref().cloned();
+        exact.or_else(|| self.free(context))
     }
 
     /// As [`Self::contact`], free to move about on the face.
@@ -90,7 +91,7 @@ impl Foothold {
         if !is_at(wanted, &self.place.coords, self.yaw_rad) {
             return self;
         }
-        let exact = self.fixed(context, wanted.1);
+        let exact = self.fixed(context, wanted.1).map(Box::new);
         Self { exact, ..self }
     }
 

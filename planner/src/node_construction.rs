@@ -28,6 +28,7 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
         .map_err(|reason| Error::Start { reason })?;
     let posture = feasible(posture::solve(&problem, config)?, &problem)
         .map_err(|reason| Error::Start { reason })?;
+    let contacts = rolling(context, contacts, &posture);
     let mut footing = vec![None; robot.patches.len()];
     for contact in &contacts {
         let (place, yaw) = (context.place_W(contact), context.yaw(contact));
@@ -53,6 +54,20 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
         failures: 0,
         settled: true,
     })
+}
+
+/// Contacts of which the balls that have not stood before roll from where a posture has them.
+fn rolling(context: &SearchContext, mut contacts: Vec<Contact>, posture: &Posture) -> Vec<Contact> {
+    let robot = context.request.robot;
+    let kinematics = Kinematics::new(robot, &posture.q);
+    for contact in &mut contacts {
+        let patch = &robot.patches[contact.patch];
+        if patch.point_radius_m().is_some() {
+            let stands_WB = kinematics.X_WB[patch.body].rotation;
+            contact.stood_WB = contact.stood_WB.or(Some(stands_WB));
+        }
+    }
+    contacts
 }
 
 /// The posture of an outcome, or the constraint that fails, in words.
@@ -121,20 +136,13 @@ pub(crate) fn child(
             }));
         }
     };
-    let touching: Vec<Contact> = problem
-        .contacts
-        .into_iter()
-        .zip(&posture.contacts)
-        .map(|(contact, state)| match contact.freedom {
-            // A fixed contact stays to the bit where it was put.
-            Freedom::Fixed => contact,
-            _ => Contact {
-                X_WC: state.X_WC,
-                freedom: Freedom::Fixed,
-                ..contact
-            },
-        })
-        .collect();
+    let places = problem.contacts.iter().zip(&posture.contacts);
+    let touching = places.map(|(contact, state)| match contact.freedom {
+        // A fixed contact stays to the bit where it was put.
+        Freedom::Fixed => contact.clone(),
+        _ => contact.placed(state.X_WC),
+    });
+    let touching = rolling(context, touching.collect(), &posture);
     let removed = |c: &Contact| matches!(candidate.change, Move::Remove(patch) if patch == c.patch);
     let stay = touching.iter().filter(|c| !removed(c)).cloned();
     let mut contacts: Vec<Contact> = stay.map(|c| c.loaded(true)).collect();

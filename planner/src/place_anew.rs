@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use posture::{Contact, Freedom, Outcome, Posture, Problem};
+use posture::{Contact, Outcome, Posture, Problem};
 use robot_model::Configuration;
 
 use crate::Error;
@@ -32,12 +32,8 @@ pub(crate) fn one_by_one(
         };
         let mut placed = asked.iter().zip(&posture.contacts);
         let found = placed.find(|(c, _)| c.patch == foothold.patch);
-        foothold.exact = found.map(|(contact, state)| Contact {
-            X_WC: state.X_WC,
-            freedom: Freedom::Fixed,
-            loaded: false,
-            ..contact.clone()
-        });
+        foothold.exact =
+            found.map(|(contact, state)| Box::new(contact.placed(state.X_WC).loaded(false)));
     }
     let mut changes = changes.into_iter();
     let change = changes.next()?;

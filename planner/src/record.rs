@@ -38,6 +38,7 @@ fn record(
         link: patch.link.clone(),
         face: face.unwrap_or_default(),
         X_WC: (&state.X_WC).into(),
+        rolls_from: contact.rolls_from_W().as_ref().map(Into::into),
         friction: contact.friction,
         loaded: contact.loaded,
         vertices_W: triples(&state.vertices_W),

@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use posture::{Contact, FaceIndex, Outcome};
+use posture::{Contact, FaceIndex, Outcome, Posture};
 use robot_model::PatchId;
 
 use crate::Error;
@@ -123,6 +123,9 @@ impl Dropped {
             let Outcome::Feasible(posture) = posture::solve(&problem, &config)? else {
                 return Ok((None, tried + 1));
             };
+            if is_off(context, &next, &posture) {
+                return Ok((None, tried + 1));
+            }
             shorter.push(Node {
                 posture: Arc::new(*posture),
                 ..next
@@ -154,4 +157,22 @@ impl Dropped {
         }
         node
     }
+}
+
+/// Whether the ball that a stance puts on a face is beside it in a posture: it may have rolled from where it was put at first.
+fn is_off(context: &SearchContext, node: &Node, posture: &Posture) -> bool {
+    let Change::Add { patch, .. } = &node.change else {
+        return false;
+    };
+    let request = context.request;
+    let mut states = node.touching.iter().zip(&posture.contacts);
+    states.any(|(contact, state)| {
+        let model = &request.robot.patches[contact.patch];
+        let touched_W = model.touched_W(&state.X_WC).into();
+        let off = |face| request.environment.distances_m(face, &touched_W);
+        let off = contact.face.and_then(off);
+        model.name == *patch
+            && contact.stood_WB.is_some()
+            && off.is_none_or(|(beside, _)| beside > 0.0)
+    })
 }

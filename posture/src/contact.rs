@@ -1,11 +1,12 @@
 //! A contact: which patch of the robot touches which face, where, and what it may bear.
 
-use nalgebra::{Isometry3, Point3, Vector2, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector2, Vector3};
 use robot_model::{PatchId, Robot};
 use surfaces::ConvexPolygon;
 
 use crate::Error;
 use crate::environment::{Environment, FaceIndex};
+use crate::rolling::Rolling;
 
 /// A contact, at its place or free to find one.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +22,9 @@ pub struct Contact {
     pub X_WC: Isometry3<f64>,
     /// How the contact may differ from that pose.
     pub freedom: Freedom,
+    /// Of a ball at a fixed place: the orientation in W in which its link stood there. From then on it rolls. Without one
+    /// its centre stays.
+    pub stood_WB: Option<UnitQuaternion<f64>>,
     /// Whether it may carry load; an unloaded contact touches and nothing more.
     pub loaded: bool,
     /// Coefficient of friction of the pair.
@@ -68,6 +72,7 @@ impl Contact {
             face: None,
             X_WC,
             freedom: Freedom::Fixed,
+            stood_WB: None,
             loaded: true,
             friction: robot.patches[patch].friction,
         }
@@ -116,6 +121,34 @@ impl Contact {
     /// The same contact, allowed to carry load or not.
     pub fn loaded(self, loaded: bool) -> Self {
         Self { loaded, ..self }
+    }
+
+    /// How its ball rolls, where it does.
+    pub fn rolling(&self, robot: &Robot) -> Option<Rolling> {
+        Some(Rolling {
+            from_WB: self.stood_WB?,
+            normal_W: self.normal_W(),
+            radius_m: robot.patches[self.patch].point_radius_m()?,
+        })
+    }
+
+    /// Where its ball stood, the centre and how the link was turned, where it rolls.
+    pub fn rolls_from_W(&self) -> Option<Isometry3<f64>> {
+        let stood_WB = self.stood_WB?;
+        Some(Isometry3::from_parts(self.X_WC.translation, stood_WB))
+    }
+
+    /// The same contact at the place where a posture has it: a ball that rolls keeps the place that it rolls from.
+    pub fn placed(&self, X_WC: Isometry3<f64>) -> Self {
+        let X_WC = match self.stood_WB {
+            Some(_) => self.X_WC,
+            None => X_WC,
+        };
+        Self {
+            X_WC,
+            freedom: Freedom::Fixed,
+            ..self.clone()
+        }
     }
 
     /// The normal of what is touched, in W.

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use robot_model::collision::{BoxIndex, Shape, ShapeGeometry, World, gap_m};
 use robot_model::{ContactPatch, Robot};
 use surfaces::outline::Outline;
-use surfaces::{Face, Region, Terrain};
+use surfaces::{Face, Region, Source, Terrain};
 
 use crate::Error;
 
@@ -33,8 +33,9 @@ pub struct Environment {
 }
 
 /// How far a body may rise over a plane and still count as behind it, m: two scanned planes of one
-/// floor differ by as much.
+/// floor differ by as much. Faces of a mesh are where it has them, to what their triangles are off a plane.
 const BEHIND_M: f64 = 0.015;
+const BEHIND_MESH_M: f64 = 0.003;
 /// How deep a link that stands on a face with a ball may be in what lies behind it, m: four fifths of
 /// what `verify` allows.
 const CONTACT_DEPTH_M: f64 = 4e-3;
@@ -137,7 +138,11 @@ impl Environment {
         let up_O = body.pose().inverse_transform_vector(&face.normal_W());
         let highest_W = body.pose() * body.geometry().support(&up_O);
         let rise_m = face.height_of(&highest_W).max(0.0);
-        (rise_m <= BEHIND_M).then_some(rise_m)
+        let most_m = match face.source {
+            Source::Mesh => BEHIND_MESH_M,
+            Source::Scan | Source::File | Source::Robot => BEHIND_M,
+        };
+        (rise_m <= most_m).then_some(rise_m)
     }
 
     /// The least distance, m, between a body of the world that lies behind the plane of a face and a shape of a link that

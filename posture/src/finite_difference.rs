@@ -52,7 +52,7 @@ fn random_configuration(robot: &Robot, random: &mut Random) -> Configuration {
     q
 }
 
-/// Two patches at fixed places, turned by up to `turn_rad` about every axis, the second free to turn, and
+/// Two patches at fixed places, turned by up to `turn_rad` about every axis, the second free to turn (balls roll), and
 /// two on surfaces, between them.
 fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
     let mut random = Random(seed);
@@ -75,6 +75,8 @@ fn check(seed: u64, robot: &Robot, names: [&str; 4], turn_rad: f64) {
         );
         Contact {
             freedom,
+            // A ball rolls.
+            stood_WB: Some(tilt(random)),
             ..Contact::at(robot, patch(name), pose)
         }
     };

@@ -9,7 +9,7 @@
 //! Where the search has found nothing there are two more: links that collide where contacts put them
 //! (`colliding`), and contacts that cannot be reached and balanced on at once (`convex`).
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use nalgebra::{DMatrix, Vector2, Vector3};
 use robot_model::{Configuration, Kinematics};
@@ -45,11 +45,15 @@ pub(crate) fn infeasible(ctx: &Context) -> Option<Violation> {
         constraint: Constraint::Closure(i),
         amount,
     });
-    apart.or_else(|| unbalanced(ctx))
+    apart.or_else(|| if rolls(ctx) { None } else { unbalanced(ctx) })
 }
 
 /// The same by proofs that cost as much as attempts of the search; or where one more may begin.
 pub(crate) fn after_all(ctx: &Context) -> Option<Answer> {
+    if rolls(ctx) {
+        let answer = convex::answer(ctx, &ranges(ctx), None);
+        return answer.filter(|answer| matches!(answer, Answer::Seed(_)));
+    }
     let colliding = colliding::worst(ctx).map(|(tag, amount)| {
         let constraint = ctx.constraint(tag);
         Answer::Refuted(Violation { constraint, amount })
@@ -72,6 +76,12 @@ pub(crate) fn seed_near(ctx: &Context, q: &Configuration, part: f64) -> Option<C
     }
 }
 
+/// Whether a contact's place depends on the posture, which most of the proofs do not know of.
+fn rolls(ctx: &Context) -> bool {
+    let mut contacts = ctx.problem.contacts.iter();
+    contacts.any(|contact| contact.rolling(ctx.robot()).is_some())
+}
+
 /// The bounds of the joint of every body.
 fn ranges(ctx: &Context) -> Vec<(f64, f64)> {
     let bodies = 0..ctx.robot().bodies.len();
@@ -88,7 +98,10 @@ fn apart(ctx: &Context) -> Option<(f64, [usize; 2])> {
         for (i, b) in &fixed[k + 1..] {
             let patches = [a, b].map(|contact| &robot.patches[contact.patch]);
             let [to_a, to_b] = patches.map(|patch| patch.X_BC.translation.vector.norm());
+            // A ball rolls by half its rim at most.
+            let rolls_m = [a, b].map(|c| c.rolling(robot).map_or(0.0, |r| PI * r.radius_m));
             let reach = span_m(ctx, patches[0].body, patches[1].body) + to_a + to_b;
+            let reach = reach + rolls_m[0] + rolls_m[1];
             let way = a.X_WC.translation.vector - b.X_WC.translation.vector;
             let amount = way.norm() - reach;
             if amount > CERTAIN && worst.is_none_or(|w| amount > w.0) {

@@ -190,6 +190,7 @@ mod tests {
                 p: [0.0, 0.0, 0.2],
                 quat_xyzw: [0.0, 0.0, 0.0, 1.0],
             },
+            rolls_from: None,
             friction: 0.5,
             loaded,
             vertices_W: corners.map(|[x, y]| [x, y, 0.2]).to_vec(),

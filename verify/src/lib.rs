@@ -57,6 +57,7 @@ mod posture;
 mod refutation;
 mod region;
 mod roles;
+mod rolling;
 mod scene;
 mod sequence;
 mod shapes;

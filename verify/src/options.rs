@@ -50,6 +50,8 @@ pub struct Options {
     /// link that carries it (pieces of one face, the riser under a tread), m: the errors of two
     /// planes fitted to one scan.
     pub same_plane_m: f64,
+    /// The same on a face of a mesh, which is where the mesh has it, to the offset up to which its triangles are joined.
+    pub same_plane_mesh_m: f64,
     /// How far from the plane of a ball's contact ground beside it may lean that its link may touch as well, rad. At
     /// 30° friction of 0.58 holds a ball that touches it instead.
     pub beside_ball_rad: f64,
@@ -121,6 +123,7 @@ pub const TOLERANCES: Options = Options {
     distance_m: 1e-4,
     contact_depth_m: 5e-3,
     same_plane_m: 0.015,
+    same_plane_mesh_m: 0.003,
     beside_ball_rad: 30.0_f64.to_radians(),
     goal_yaw_rad: 0.1,
     left_of_patch: [0.4, 0.01],

@@ -132,8 +132,10 @@ fn kept(index: usize, stance: &Stance, held: &Held, findings: &mut Findings) {
     }
 }
 
+/// Where a contact was made, as every stance that has it says.
 fn stated_pose(contact: &Contact) -> Matrix4<f64> {
-    pose(&contact.X_WC.p, &contact.X_WC.quat_xyzw)
+    let made = contact.rolls_from.unwrap_or(contact.X_WC);
+    pose(&made.p, &made.quat_xyzw)
 }
 
 /// The last stance has the base and the contacts where the goal wants them.

@@ -9,6 +9,7 @@ use crate::findings::Findings;
 use crate::forces::{self, Used};
 use crate::posture::{Posture, angle_between, column, inverse_point, point, pose};
 use crate::region;
+use crate::rolling;
 use crate::scene::{Placed, Scene, Touch};
 use crate::{Check, TOLERANCES, well_formed};
 
@@ -79,6 +80,9 @@ impl Placed<'_> {
         }
         for contact in &self.stance.contacts {
             add(&contact.patch, &contact.X_WC.quat_xyzw);
+            if let Some(from) = &contact.rolls_from {
+                add(&contact.patch, &from.quat_xyzw);
+            }
         }
     }
 
@@ -138,7 +142,13 @@ impl Placed<'_> {
             let angle = z_C.cross(&z_F).norm().atan2(z_C.dot(&z_F));
             findings.value(at, Check::Normal, name, angle, TOLERANCES.normal_rad);
         }
+        // A ball that rolls is where its link's turning has brought it.
+        let X_WB = &self.posture.X_WB[touch.patch.body];
         let patch: Vec<_> = in_face.iter().map(|p| p.xy()).collect();
+        if let Some(centre_W) = rolling::centre_W(touch.stated, touch.patch, touch.face, X_WB) {
+            let off = (centre_W - column(&touch.X_WC, 3)).norm();
+            findings.value(at, Check::Kept, name, off, TOLERANCES.closure_m);
+        }
         let inside = region::inside_m(touch.face, self.scene.plan.required.edge_sigmas, &patch);
         findings.value(at, Check::Inclusion, name, inside, -TOLERANCES.inclusion_m);
         inside

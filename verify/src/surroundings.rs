@@ -108,15 +108,23 @@ impl Body {
         let plane = touched.X_WF.to_homogeneous();
         let heights = self.points.iter().map(|p| inverse_point(&plane, p).z);
         let rise = heights.fold(f64::NEG_INFINITY, f64::max);
-        (rise <= TOLERANCES.same_plane_m).then_some(rise.max(0.0))
+        (rise <= same_plane_m(touched)).then_some(rise.max(0.0))
     }
 
     /// The part that rises over the plane of a face, of a body that does: what a link in contact with
     /// the face keeps away from. Into which convex bodies the rest was cut does not matter.
     pub fn above(&self, touched: &Face) -> Solid {
         let plane = touched.X_WF.to_homogeneous();
-        let height = |p: &Vector3<f64>| inverse_point(&plane, p).z - TOLERANCES.same_plane_m;
+        let height = |p: &Vector3<f64>| inverse_point(&plane, p).z - same_plane_m(touched);
         Solid::hull(over(&self.points, height), 0.0)
+    }
+}
+
+/// How far what lies behind a face's plane may rise over it, m.
+fn same_plane_m(face: &Face) -> f64 {
+    match face.source {
+        Source::Mesh => TOLERANCES.same_plane_mesh_m,
+        Source::Scan | Source::File | Source::Robot => TOLERANCES.same_plane_m,
     }
 }
 

@@ -1,6 +1,6 @@
 //! What must be there before anything can be computed: lengths, finite numbers, known names.
 
-use plan::Stance;
+use plan::{Pose, Stance};
 
 use crate::findings::Findings;
 use crate::scene::Scene;
@@ -29,15 +29,15 @@ pub(crate) fn check(scene: &Scene, index: usize, stance: &Stance, findings: &mut
         let points = contact.vertices_W.iter().chain(&contact.force_points_W);
         // Forces have no extent, but no robot here weighs 1e7 N either.
         let forces = contact.forces_W.iter().flatten().all(|x| x.abs() <= 1e7);
-        let quaternion = &contact.X_WC.quat_xyzw;
-        if !(sane(&contact.X_WC.p)
-            && sane(quaternion)
+        let mut poses = [contact.X_WC].into_iter().chain(contact.rolls_from);
+        let is_sane = |pose: &Pose| sane(&pose.p) && sane(&pose.quat_xyzw);
+        if !(poses.clone().all(|pose| is_sane(&pose))
             && points.into_iter().all(|p| sane(p))
             && forces
             && contact.friction.is_finite())
         {
             findings.flaw(at, Check::Numbers, &contact.patch, INSANE);
-        } else if quaternion.iter().all(|x| x.abs() < 1e-3) {
+        } else if poses.any(|pose| pose.quat_xyzw.iter().all(|x| x.abs() < 1e-3)) {
             findings.flaw(at, Check::Numbers, &contact.patch, "the quaternion is zero");
         }
         names(scene, index, stance, k, findings);

@@ -54,6 +54,7 @@ impl Pace<'_> {
         Place {
             path,
             com_W: kinematics.com_W,
+            points_W: self.shares.points_W(kinematics),
             needs: [
                 Vector6::z() * gravity[2],
                 Vector6::zeros(),
@@ -72,7 +73,7 @@ impl Pace<'_> {
 
     /// Lets the forces at a place lean like this.
     pub(super) fn bear(&self, place: &mut Place, lean: &Lean) {
-        let (shares, com_W) = (&self.shares, &place.com_W);
+        let shares = &self.shares;
         let [_, a, b] = place.needs;
         // What leans has no resultant, and the shares make up for what it has.
         let parts = place.at_rest.iter().zip(&place.loads).enumerate();
@@ -83,12 +84,14 @@ impl Pace<'_> {
         place.forces_W.clear();
         place.forces_W.extend(parts);
         let forces_W = &mut place.forces_W;
-        share(shares, &place.loads, com_W, place.needs, forces_W);
+        let at = (&place.points_W[..], &place.com_W);
+        share(shares, &place.loads, at, place.needs, forces_W);
         // What the joints exert for it.
         place.tau.clone_from(&place.bare);
         let (robot, closed) = (self.context.robot, &self.phase.task.closed);
         let joint_W = |body: usize| place.joints_W[body - 1];
-        relieve(robot, closed, shares, joint_W, forces_W, &mut place.tau);
+        let shares_at = (shares, &place.points_W[..]);
+        relieve(robot, closed, shares_at, joint_W, forces_W, &mut place.tau);
     }
 
     /// Writes the forces of the path at `s`, between those of its samples.

@@ -23,13 +23,13 @@ pub(super) fn uses(context: &MotionContext) -> (f64, f64) {
 pub(super) fn share<const N: usize>(
     shares: &LoadShares,
     loads: &[f64],
-    com_W: &Vector3<f64>,
+    at: (&[Vector3<f64>], &Vector3<f64>),
     needs: [Vector6<f64>; N],
     forces_W: &mut [[Vector3<f64>; N]],
 ) {
-    let has = shares.resultants(com_W, forces_W);
+    let has = shares.resultants(at, forces_W);
     let needed: [_; N] = from_fn(|k| needs[k] - has[k]);
-    let shared = shares.shared(&shares.weights(loads), com_W, needed);
+    let shared = shares.shared(&shares.weights(loads), at, needed);
     for (forces, shared) in forces_W.iter_mut().zip(shared) {
         let each = forces.iter_mut().zip(shared);
         each.for_each(|(f, share)| *f += share);
@@ -41,18 +41,18 @@ pub(super) fn share<const N: usize>(
 pub(super) fn relieve<const N: usize>(
     robot: &Robot,
     closed: &[Contact],
-    shares: &LoadShares,
+    (shares, points_W): (&LoadShares, &[Vector3<f64>]),
     joint_W: impl Fn(usize) -> [Vector3<f64>; 2],
     forces_W: &[[Vector3<f64>; N]],
     tau: &mut [[f64; N]],
 ) {
     for (number, closed) in closed.iter().enumerate() {
         let mut wrenches = [(Vector3::zeros(), Vector3::zeros()); N];
-        let own = forces_W.iter().zip(&shares.points);
-        for (forces, p) in own.filter(|(_, p)| p.contact == number) {
+        let own = forces_W.iter().zip(points_W).zip(&shares.points);
+        for ((forces, p_W), _) in own.filter(|(_, p)| p.contact == number) {
             for ((force, moment), f) in wrenches.iter_mut().zip(forces) {
                 *force += f;
-                *moment += p.p_W.cross(f);
+                *moment += p_W.cross(f);
             }
         }
         let mut body = robot.patches[closed.patch].body;
@@ -82,10 +82,13 @@ pub(crate) fn stands(
     let mut forces_W: Vec<_> = (shares.at_rest(forces_W).into_iter().map(|f| [f])).collect();
     let loads = shares.loads(forces_W.iter().map(|[f]| *f));
     let weight = Vector6::z() * gravity[2];
-    share(shares, &loads, &kinematics.com_W, [weight], &mut forces_W);
+    let points_W = shares.points_W(kinematics);
+    let at = (&points_W[..], &kinematics.com_W);
+    share(shares, &loads, at, [weight], &mut forces_W);
     let mut tau: Vec<[f64; 1]> = gravity[6..].iter().map(|tau| [*tau]).collect();
     let joint_W = |body: usize| [kinematics.axis_W[body], kinematics.origin_W[body]];
-    relieve(robot, closed, shares, joint_W, &forces_W, &mut tau);
+    let shares_at = (shares, &points_W[..]);
+    relieve(robot, closed, shares_at, joint_W, &forces_W, &mut tau);
     let (friction_use, torque_use) = uses(context);
     let mut torques = tau.iter().zip(robot.joint_bodies());
     let holds = torques.all(|([tau], body)| {

@@ -10,13 +10,16 @@
 //!
 //! A ball may turn as it likes; of the centre of one with radius r
 //!
-//!   p_WC − p_W* = 0   (fixed),   z·(p_WC − p_WF) − r = 0   (within an area)
+//!   p_WC − p_W* − s = 0   (fixed),   z·(p_WC − p_WF) − r = 0   (within an area)
+//!
+//! with s how far it has rolled ([`crate::Rolling`]).
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::ANGLE_ARM_M;
 use crate::contact::Freedom;
 use crate::iterate::{Context, Iterate};
+use crate::rolling::left_jacobian_inverse;
 use crate::rows::{Rows, Tag};
 
 pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows) {
@@ -38,12 +41,21 @@ pub(super) fn rows(ctx: &Context, it: &Iterate, contact: usize, rows: &mut Rows)
             }
         }
         _ => {
-            let error = p_WC - wanted.translation.vector;
+            let rolled = asked.rolling(ctx.robot()).map(|rolling| {
+                let R_WB = it.kinematics.X_WB[body].rotation;
+                (rolling.shift_W(&R_WB), rolling.gradient(&R_WB))
+            });
+            let shift_W = rolled.map_or_else(Vector3::zeros, |(shift_W, _)| shift_W);
+            let error = p_WC - wanted.translation.vector - shift_W;
             for k in 0..3 {
                 let row = rows.push(Tag::Closure(contact), error[k], 0.0, 0.0);
-                if !row.is_empty() {
-                    let direction = Vector3::ith(k, 1.0);
-                    ctx.add_point_gradient(it, body, &p_WC, &direction, row);
+                if row.is_empty() {
+                    continue;
+                }
+                let direction = Vector3::ith(k, 1.0);
+                ctx.add_point_gradient(it, body, &p_WC, &direction, row);
+                if let Some((_, gradient)) = &rolled {
+                    ctx.add_rotation_gradient(it, body, &-gradient.row(k).transpose(), row);
                 }
             }
         }
@@ -91,17 +103,4 @@ fn aligned(
             ctx.add_rotation_gradient(it, body, &(ANGLE_ARM_M * z_C.cross(z)), row);
         }
     }
-}
-
-/// Inverse of the left Jacobian of SO(3): d log(exp(δ)·exp(w)) = J⁻¹(w) δ.
-fn left_jacobian_inverse(w: &Vector3<f64>) -> Matrix3<f64> {
-    let angle = w.norm();
-    let hat = w.cross_matrix();
-    let factor = if angle < 1e-4 {
-        1.0 / 12.0
-    } else {
-        let half = 0.5 * angle;
-        (1.0 - half * half.cos() / half.sin()) / (angle * angle)
-    };
-    Matrix3::identity() - 0.5 * hat + factor * hat * hat
 }

@@ -52,12 +52,13 @@ impl Load {
         let loaded = (0..contacts.len()).filter(|i| contacts[*i].loaded);
         let loaded: Vec<usize> = loaded.collect();
         let origin = Point2::origin();
-        let place = |&i: &usize| match contacts[i].area() {
-            None => {
+        let moves = |i: usize| contacts[i].area().is_some() || contacts[i].stood_WB.is_some();
+        let place = |&i: &usize| match moves(i) {
+            false => {
                 let patch = &ctx.robot().patches[contacts[i].patch];
                 patch.touched_W(&contacts[i].X_WC).xy()
             }
-            Some(_) => ctx.patch_point_W(it, i, &origin).xy(),
+            true => ctx.patch_point_W(it, i, &origin).xy(),
         };
         let places: Vec<_> = loaded.iter().map(place).collect();
         let (value, by_place) = least_load(&places, ctx.config.com_margin_m);
@@ -65,7 +66,7 @@ impl Load {
         if rows.with_jacobian {
             gradient.resize(rows.n, 0.0);
             for (&i, slope) in loaded.iter().zip(&by_place) {
-                if contacts[i].area().is_some() {
+                if moves(i) {
                     let p = ctx.carried_point_W(it, i, &origin);
                     let body = ctx.contacts[i].body;
                     ctx.add_point_gradient(it, body, &p, &slope.push(0.0), &mut gradient);

@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use posture::{BaseGoal, Config, Contact, PlacedShape};
 use robot_model::collision::{ShapeGeometry, closest};
 use robot_model::{Kinematics, Robot};
+use surfaces::Source;
 
 use crate::world::{solve, square, standing, world};
 
@@ -103,4 +104,26 @@ fn a_shank_that_is_round_below_is_a_ball_near_the_ball_alone() {
         "{further:?}"
     );
     assert!((further[3] - 0.5 * radius_m).abs() < 1e-9, "{further:?}");
+}
+
+/// Two scanned planes of one floor differ by as much as the rib is high; a mesh has a floor and a rib.
+#[test]
+fn a_ball_stands_on_no_rib_of_a_mesh() {
+    let (robot, _) = standing("quadruped", "standing", "front_left");
+    let patch = robot.patch("front_left").unwrap();
+    let least_m = |source: Source| {
+        let mut floor = square("floor", [0.0; 3], 0.0, 2.0);
+        floor.source = source;
+        let rib = square("rib", [0.5, 0.0, 0.01], 0.0, 0.05);
+        let world = world(vec![rib, floor]);
+        let floor = world.face("floor").unwrap();
+        let shape = robot
+            .collision
+            .shapes()
+            .iter()
+            .find(|s| s.body == patch.body && s.is_pad);
+        world.contact_distance_m(&robot, (patch, floor), shape.unwrap(), 0, 0.0)
+    };
+    assert!(least_m(Source::Scan).is_some_and(|m| m < -0.01));
+    assert_eq!(least_m(Source::Mesh), None);
 }

@@ -26,6 +26,7 @@ pub fn step_in_place(robot: &Robot, higher_m: f64) -> Motion {
         link: robot.patch(FEET[k]).expect("a patch").link.clone(),
         face: "floor".into(),
         X_WC: (&feet[k]).into(),
+        rolls_from: None,
         friction: robot.patch(FEET[k]).expect("a patch").friction,
         loaded: true,
         vertices_W: Vec::new(),

@@ -111,7 +111,57 @@ fn the_verifier_finds_a_ball_that_is_moved_or_pushed_elsewhere() {
         contact.X_WC.p = contact.vertices_W[0];
     };
     assert!(faults(&sunk).contains(&Check::Pose));
+    // A ball that rolls from elsewhere, all along or from one stance to the next.
+    let far = |p: &mut plan::Contact| p.rolls_from.as_mut().unwrap().p[0] += 3e-3;
+    let each = |p: &mut Plan| {
+        let contacts = p.stances.iter_mut().flat_map(|s| &mut s.contacts);
+        contacts.for_each(far);
+    };
+    assert!(faults(&each).contains(&Check::Kept));
+    assert!(faults(&|p| far(&mut p.stances[1].contacts[0])).contains(&Check::Kept));
+    // One that does not roll although its link turns.
+    let dragged = |p: &mut Plan| {
+        let contacts = p.stances.iter_mut().flat_map(|s| &mut s.contacts);
+        contacts.for_each(|contact| contact.rolls_from = None);
+    };
+    assert!(faults(&dragged).contains(&Check::Kept));
     // A surface that is lower than the plan says.
     let lowered = |p: &mut Plan| p.faces[0].X_WF.translation.vector.z -= 0.01;
     assert!(faults(&lowered).contains(&Check::Closure));
+}
+
+/// The plan says how a ball rolls by a formula that knows nothing of the way to a posture; the sum over the way does.
+#[test]
+fn its_balls_roll_all_the_way_and_hardly_slide() {
+    let Walked { robot, .. } = &*WALKED;
+    let motion = WALKED.motion();
+    let (mut farthest_m, mut worst_m) = (0.0_f64, 0.0_f64);
+    for (foot, patch) in robot.patches.iter().enumerate() {
+        let radius_m = patch.point_radius_m().unwrap();
+        let (mut rolled, mut slid) = (Vector3::zeros(), Vector3::zeros());
+        let mut before: Option<robot_model::Kinematics> = None;
+        for sample in &motion.samples {
+            let phase = motion.phases.iter().find(|p| sample.t_s < p.t_end_s);
+            let is_closed = |c: &plan::Contact| c.patch == robot.patches[foot].name;
+            let stands = phase.is_some_and(|p| p.contacts.iter().any(is_closed));
+            let q = robot_model::Configuration::from_q(&sample.q).unwrap();
+            let now = robot_model::Kinematics::new(robot, &q);
+            match &before {
+                Some(before) if stands => {
+                    let [a, b] = [before, &now].map(|k| k.X_WC(patch));
+                    let turn = (b.rotation * a.rotation.inverse()).scaled_axis();
+                    let rolls = radius_m * turn.cross(&Vector3::z());
+                    rolled += rolls;
+                    slid += b.translation.vector - a.translation.vector - rolls;
+                    farthest_m = farthest_m.max(rolled.norm());
+                    worst_m = worst_m.max(slid.norm());
+                }
+                _ => (rolled, slid) = (Vector3::zeros(), Vector3::zeros()),
+            }
+            before = stands.then_some(now);
+        }
+    }
+    println!("rolls by {farthest_m} m, slides by {worst_m} m");
+    assert!(farthest_m > 8e-3, "{farthest_m} m");
+    assert!(worst_m < 0.25 * farthest_m, "{worst_m} of {farthest_m} m");
 }

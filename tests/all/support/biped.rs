@@ -204,6 +204,7 @@ fn stance(robot: &Robot, index: usize, step: Step) -> Stance {
                     p: [foot.x, foot.y, foot.z],
                     quat_xyzw: [0.0, 0.0, 0.0, 1.0],
                 },
+                rolls_from: None,
                 friction: patch.friction,
                 loaded,
                 vertices_W: corners(FOOT[0], FOOT[1]).map(at).to_vec(),

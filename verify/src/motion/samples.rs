@@ -13,6 +13,7 @@ use crate::forces::{least_inside, shrunk_by};
 use crate::motion::dynamics::exerted;
 use crate::motion::joints;
 use crate::posture::{Load, Posture, column, inverse_point, point, pose};
+use crate::rolling;
 use crate::scene::{Scene, Touch};
 use crate::step::{Moment, Step, bends_m, between};
 use crate::{Check, TOLERANCES};
@@ -115,6 +116,13 @@ fn points(
     worst: &mut Extremes,
 ) {
     for contact in closed {
+        let name = || format!("{} in motion", contact.patch.name);
+        if let Some(stood_W) = rolling::stood_W(contact.stated, contact.patch, contact.face) {
+            let off = |p: &[f64; 3]| (Vector3::from(*p) - stood_W).norm();
+            let off = contact.points_W.iter().map(off).fold(0.0, f64::max);
+            worst.add(Check::ForcePoint, -off, -TOLERANCES.closure_m, name);
+            continue;
+        }
         let touch = touch(contact, posture);
         let least = least_inside(&touch, contact.points_W);
         let kept = 1.0 - motion.limits.margin_use;
@@ -123,7 +131,7 @@ fn points(
             Check::ForcePoint,
             least,
             shrunk - TOLERANCES.closure_m,
-            || format!("{} in motion", contact.patch.name),
+            name,
         );
     }
 }
@@ -131,7 +139,19 @@ fn points(
 /// Closed contacts stay where they were made.
 fn contacts(phase: &Phase, closed: &[Closed], posture: &Posture, t_s: f64, worst: &mut Extremes) {
     for (contact, recorded) in closed.iter().zip(&phase.contacts) {
-        let X_WC = posture.X_WB[contact.patch.body] * contact.patch.X_BC.to_homogeneous();
+        let X_WB = &posture.X_WB[contact.patch.body];
+        let X_WC = X_WB * contact.patch.X_BC.to_homogeneous();
+        if contact.stated.rolls_from.is_some() {
+            let off = [recorded, contact.stated].map(|c| {
+                let centre_W = rolling::centre_W(c, contact.patch, contact.face, X_WB);
+                centre_W.map_or(f64::NAN, |p| (p - column(&X_WC, 3)).norm())
+            });
+            let name = || format!("{} at {t_s:.2} s", contact.patch.name);
+            let worse = |a: f64, b: f64| if b.is_nan() || b > a { b } else { a };
+            let off = off.into_iter().fold(0.0, worse);
+            worst.add(Check::Kept, off, TOLERANCES.closure_m, name);
+            continue;
+        }
         for X in [&recorded.X_WC, &contact.stated.X_WC] {
             let stated = pose(&X.p, &X.quat_xyzw);
             let vertices = contact.patch.polygon.iter();
@@ -166,7 +186,16 @@ fn forces(
             return;
         }
         let normal = column(&contact.face.X_WF.to_homogeneous(), 2);
-        for (p, f) in points.iter().zip(forces) {
+        // A ball that rolls bears where it touches.
+        let touched: Vec<[f64; 3]> = match contact.stated.rolls_from {
+            Some(_) => touch(contact, posture)
+                .vertices_W
+                .iter()
+                .map(|p| (*p).into())
+                .collect(),
+            None => points.to_vec(),
+        };
+        for (p, f) in touched.iter().zip(forces) {
             let f = Vector3::from(*f);
             let along = f.dot(&normal);
             let across = ((f - normal * along).norm() - rounding).max(0.0);
