@@ -56,6 +56,26 @@ pub(crate) fn root(context: &SearchContext, config: &posture::Config) -> Result<
     })
 }
 
+/// Why a posture cannot be where a ball has rolled beside the face that it was put on; nothing where none has.
+pub(crate) fn rolled_off(
+    context: &SearchContext,
+    contacts: &[Contact],
+    posture: &Posture,
+) -> Option<String> {
+    let request = context.request;
+    let rolls = contacts.iter().zip(&posture.contacts);
+    let mut rolls = rolls.filter(|(contact, _)| contact.stood_WB.is_some());
+    rolls.find_map(|(contact, state)| {
+        let patch = &request.robot.patches[contact.patch];
+        let touched_W = patch.touched_W(&state.X_WC).into();
+        let (beside_m, _) = request.environment.distances_m(contact.face?, &touched_W)?;
+        (beside_m > 0.0).then(|| {
+            let on = contact.describe(request.robot, request.environment);
+            format!("{on} rolls off it by {:.1} mm", 1e3 * beside_m)
+        })
+    })
+}
+
 /// Contacts of which the balls that have not stood before roll from where a posture has them.
 fn rolling(context: &SearchContext, mut contacts: Vec<Contact>, posture: &Posture) -> Vec<Contact> {
     let robot = context.request.robot;
@@ -121,7 +141,11 @@ pub(crate) fn child(
         asked: problem.contacts.clone(),
         by: barrier(&v.constraint),
     });
-    let posture = match feasible(outcome, &problem) {
+    let posture = feasible(outcome, &problem).and_then(|posture| {
+        let off = rolled_off(context, &problem.contacts, &posture);
+        off.map_or(Ok(posture), Err)
+    });
+    let posture = match posture {
         Ok(posture) => posture,
         Err(reason) => {
             return Err(Box::new(Blocked {

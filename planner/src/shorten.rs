@@ -7,13 +7,14 @@
 
 use std::sync::Arc;
 
-use posture::{Contact, FaceIndex, Outcome, Posture};
+use posture::{Contact, FaceIndex, Outcome};
 use robot_model::PatchId;
 
 use crate::Error;
 use crate::context::SearchContext;
 use crate::footing::Footing;
 use crate::node::Node;
+use crate::node_construction::rolled_off;
 use crate::nominal_posture::nominal_posture;
 use plan::Change;
 
@@ -123,7 +124,7 @@ impl Dropped {
             let Outcome::Feasible(posture) = posture::solve(&problem, &config)? else {
                 return Ok((None, tried + 1));
             };
-            if is_off(context, &next, &posture) {
+            if rolled_off(context, &next.touching, &posture).is_some() {
                 return Ok((None, tried + 1));
             }
             shorter.push(Node {
@@ -157,22 +158,4 @@ impl Dropped {
         }
         node
     }
-}
-
-/// Whether the ball that a stance puts on a face is beside it in a posture: it may have rolled from where it was put at first.
-fn is_off(context: &SearchContext, node: &Node, posture: &Posture) -> bool {
-    let Change::Add { patch, .. } = &node.change else {
-        return false;
-    };
-    let request = context.request;
-    let mut states = node.touching.iter().zip(&posture.contacts);
-    states.any(|(contact, state)| {
-        let model = &request.robot.patches[contact.patch];
-        let touched_W = model.touched_W(&state.X_WC).into();
-        let off = |face| request.environment.distances_m(face, &touched_W);
-        let off = contact.face.and_then(off);
-        model.name == *patch
-            && contact.stood_WB.is_some()
-            && off.is_none_or(|(beside, _)| beside > 0.0)
-    })
 }
