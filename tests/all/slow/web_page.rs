@@ -33,9 +33,15 @@ fn plans_the_same(page: &mut Page, folder: &Path, scene: &str) -> Result<()> {
 
 /// Waits until the page that is shown, as `page` there, is as asked.
 fn shown(page: &mut Page, asked: &str) -> Result<()> {
-    page.until(&format!(
-        "(() => {{ const page = document.querySelector('#shown').contentDocument; return Boolean({asked}); }})()"
-    ))
+    let there = "const page = document.querySelector('#shown').contentDocument;";
+    let found = page.until(&format!("(() => {{ {there} return Boolean({asked}); }})()"));
+    found.or_else(|error| {
+        let state = format!(
+            "(() => {{ {there} return page?.querySelector('#state')?.textContent ?? ''; }})()"
+        );
+        let state = page.evaluate(&state)?;
+        Err(error.context(format!("the page says {state}")))
+    })
 }
 
 /// Clicks what a selector finds in the page that is shown.
