@@ -1,9 +1,10 @@
 //! Convex combinations of keyframes along a path.
 //!
-//! On fixed contacts the force points do not move (but those of balls a little, which roll), so equilibrium is linear in forces and in the
-//! horizontal place of the centre of mass, and friction cones are convex: a convex combination of
-//! postures in equilibrium, forces and horizontal centre of mass with the same weights, is in
-//! equilibrium with forces in their cones.
+//! On fixed contacts the force points do not move, but for those of balls, which roll a little
+//! (`statics`), so equilibrium is linear in forces and in the horizontal place of the centre of
+//! mass, and friction cones are convex: a convex combination of postures in equilibrium, forces
+//! and horizontal centre of mass with the same weights, is in equilibrium with forces in their
+//! cones.
 //!
 //!   w_0 + w_1 + … = 1,  w ≥ 0;   two keyframes: w_1 = u;   more: quintic steps from keyframe to keyframe
 

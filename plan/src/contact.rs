@@ -27,8 +27,8 @@ pub struct Contact {
     pub friction: f64,
     /// Whether it may carry load.
     pub loaded: bool,
-    /// Vertices of the patch in W, m; of a point patch the touched point. In a motion, which moves
-    /// no patch that touches, there are none.
+    /// Vertices of the patch in W, m; of a point patch the touched point. In a motion
+    /// there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vertices_W: Vec<[f64; 3]>,
     /// Points in W where the forces act (the patch shrunk by the CoM margin; of a point patch the

@@ -79,3 +79,14 @@ fn an_ankle_is_as_near_to_its_ground_as_parts_of_the_robot_may_be_to_each_other(
     assert!(!too_near(0.007));
     assert!(too_near(least_m - 0.001));
 }
+
+/// Kept contacts are compared where they roll from: a sole that claims to roll could slide unseen.
+#[test]
+fn a_sole_does_not_roll() {
+    let (mut plan, robot) = (biped::plan(), biped::robot());
+    for contact in plan.stances.iter_mut().flat_map(|s| &mut s.contacts) {
+        contact.rolls_from = Some(contact.X_WC);
+    }
+    let certificate = verify(&plan, None, &robot);
+    assert_eq!(certificate.failed_checks(), [Check::Kept]);
+}

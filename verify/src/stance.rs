@@ -142,13 +142,14 @@ impl Placed<'_> {
             let angle = z_C.cross(&z_F).norm().atan2(z_C.dot(&z_F));
             findings.value(at, Check::Normal, name, angle, TOLERANCES.normal_rad);
         }
-        // A ball that rolls is where its link's turning has brought it.
-        let X_WB = &self.posture.X_WB[touch.patch.body];
-        let patch: Vec<_> = in_face.iter().map(|p| p.xy()).collect();
-        if let Some(centre_W) = rolling::centre_W(touch.stated, touch.patch, touch.face, X_WB) {
-            let off = (centre_W - column(&touch.X_WC, 3)).norm();
+        // A ball that rolls is where its link's turning has brought it; a sole that is said to roll is nowhere.
+        if touch.stated.rolls_from.is_some() {
+            let X_WB = &self.posture.X_WB[touch.patch.body];
+            let centre_W = rolling::centre_W(touch.stated, touch.patch, touch.face, X_WB);
+            let off = centre_W.map_or(f64::NAN, |p| (p - column(&touch.X_WC, 3)).norm());
             findings.value(at, Check::Kept, name, off, TOLERANCES.closure_m);
         }
+        let patch: Vec<_> = in_face.iter().map(|p| p.xy()).collect();
         let inside = region::inside_m(touch.face, self.scene.plan.required.edge_sigmas, &patch);
         findings.value(at, Check::Inclusion, name, inside, -TOLERANCES.inclusion_m);
         inside
