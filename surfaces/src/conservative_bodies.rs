@@ -12,8 +12,7 @@
 use nalgebra::{Point2, Point3};
 
 use crate::cover::{self, cover};
-use crate::outline::Outline;
-use crate::{ConvexPolygon, Face, HalfPlane, Region, Source};
+use crate::{ConvexPolygon, Face, HalfPlane, Source};
 
 /// A scanned face may go on beyond its region by this, m.
 pub(crate) const EDGE_M: f64 = 0.005;
@@ -23,7 +22,7 @@ pub(crate) const TOUCH_M: f64 = 0.02;
 /// The least depth of a body whose far side is known, m: it must stay a body.
 pub(crate) const DEPTH_MIN_M: f64 = 1e-3;
 /// A piece that adds no more than this to those before it is left out, m²; of a body, what that leaves
-/// bare is covered by triangles.
+/// bare is covered by convex parts.
 const REST_MAX_M2: f64 = 0.002;
 /// What is left bare is widened by this at least, m: it must be a body.
 const SLIVER_M: f64 = 5e-5;
@@ -45,7 +44,8 @@ impl Face {
             Source::File | Source::Robot => 0.0,
         };
         let mut fronts = fronts(self, edge_m);
-        let bare = bare(&self.region, &fronts);
+        let widened: Vec<_> = fronts.iter().map(|front| front.grown(SLIVER_M)).collect();
+        let bare = cover::outside(&self.region, &widened, SPECK_M2);
         fronts.extend(bare.iter().map(|part| part.grown(edge_m.max(SLIVER_M))));
         fronts
             .iter()
@@ -94,21 +94,6 @@ pub(crate) fn fronts(face: &Face, edge_m: f64) -> Vec<ConvexPolygon> {
         }
     }
     fronts
-}
-
-/// Triangles of what convex pieces, widened by what the triangles are to be widened by at least, leave bare
-/// of a region. (Along edges that coincide but for rounding the overlay can lose a part.)
-fn bare(region: &Region, fronts: &[ConvexPolygon]) -> Vec<ConvexPolygon> {
-    let rings = fronts
-        .iter()
-        .map(|front| front.grown(SLIVER_M).vertices().to_vec());
-    let left = Outline::from(region)
-        .minus_all(rings)
-        .without_specks(SPECK_M2);
-    let triangles = left.regions().into_iter().flat_map(|part| part.triangles());
-    triangles
-        .filter_map(|t| ConvexPolygon::hull(&t).ok())
-        .collect()
 }
 
 /// The column behind a convex part of a face, without the rim where neighbours touch it.
@@ -185,6 +170,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::outline::Outline;
     use crate::face::faces;
 
     proptest! {

@@ -41,6 +41,9 @@ pub const BODIES: Config = Config {
     seeds_max: 12,
 };
 
+/// What two parts side by side may lack of a convex whole, m²: rounding.
+const JOINT_M2: f64 = 1e-9;
+
 /// One piece of a cover.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
@@ -116,6 +119,39 @@ pub fn area_outside(polygon: &ConvexPolygon, others: &[ConvexPolygon]) -> f64 {
         rest.subtract(other);
     }
     rest.area()
+}
+
+/// Convex parts of what none of the pieces covers of a region, without specks.
+pub(crate) fn outside(
+    region: &Region,
+    pieces: &[ConvexPolygon],
+    speck_m2: f64,
+) -> Vec<ConvexPolygon> {
+    let triangles = region.triangles();
+    let mut rest = Fragments::new(triangles.iter().map(|t| t.to_vec()));
+    for piece in pieces {
+        rest.subtract(piece);
+    }
+    let mut parts: Vec<ConvexPolygon> = Vec::new();
+    let fragments = rest.into_rings().filter(|ring| ring_area(ring) > speck_m2);
+    for mut part in fragments.filter_map(|ring| ConvexPolygon::hull(&ring).ok()) {
+        // What the sides of triangles and pieces only cut is one part.
+        while let Some((i, whole)) = neighbour(&parts, &part) {
+            parts.swap_remove(i);
+            part = whole;
+        }
+        parts.push(part);
+    }
+    parts
+}
+
+/// The number of a polygon beside another with which it makes a convex one, and that.
+fn neighbour(parts: &[ConvexPolygon], part: &ConvexPolygon) -> Option<(usize, ConvexPolygon)> {
+    parts.iter().enumerate().find_map(|(i, other)| {
+        let corners: Vec<_> = [part, other].map(ConvexPolygon::vertices).concat();
+        let whole = ConvexPolygon::hull(&corners).ok()?;
+        (whole.area() <= part.area() + other.area() + JOINT_M2).then_some((i, whole))
+    })
 }
 
 /// The largest triangles, each also shrunk to its centre, which leaves the piece free to turn.

@@ -36,6 +36,11 @@ impl Fragments {
         self.list.iter().map(Fragment::area).sum()
     }
 
+    /// The fragments, as rings.
+    pub fn into_rings(self) -> impl Iterator<Item = Vec<Point2<f64>>> {
+        self.list.into_iter().map(|fragment| fragment.ring)
+    }
+
     /// The largest fragment of at least `area_min_m2` that was not taken here before.
     pub fn take_largest(&mut self, area_min_m2: f64) -> Option<Vec<Point2<f64>>> {
         let untried = self.list.iter_mut().filter(|f| !f.tried);
