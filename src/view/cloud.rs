@@ -5,11 +5,12 @@ use std::collections::HashSet;
 use base64ct::{Base64, Encoding};
 use serde_json::{Value, json};
 
-/// Edge of the first grid, m; each following one is wider by [`WIDENING`].
+/// Edge of the first grid, m; each following one is wider by [`WIDENING_MIN`] at least, and more while far too many
+/// points are left: their number falls as the square of the edge.
 const FIRST_CELL_M: f32 = 0.005;
-const WIDENING: f32 = 1.2;
+const WIDENING_MIN: f32 = 1.2;
 
-/// At most `most` of the finite points, in their order: the first of each cell of the finest grid
+/// At most `most` of the finite points, in their order: the first of each cell of the first grid
 /// that has few enough cells.
 pub(super) fn thinned(points: &[[f32; 3]], most: usize) -> Vec<[f32; 3]> {
     let mut kept = points.to_vec();
@@ -19,7 +20,9 @@ pub(super) fn thinned(points: &[[f32; 3]], most: usize) -> Vec<[f32; 3]> {
         // Asked only whether a cell is taken: the order of the set reaches nothing.
         let mut taken = HashSet::new();
         kept.retain(|p| taken.insert(p.map(|c| (c / cell).floor() as i64)));
-        cell *= WIDENING;
+        cell *= (kept.len() as f32 / most as f32)
+            .powf(0.4)
+            .max(WIDENING_MIN);
     }
     kept
 }

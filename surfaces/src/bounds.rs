@@ -4,9 +4,6 @@ use nalgebra::Point3;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-/// Boxes with this between them meet, m.
-const GAP_M: f64 = 1e-3;
-
 /// The box around some points.
 pub(crate) type Bounds = AABB<[f64; 3]>;
 
@@ -26,10 +23,10 @@ impl BoundsTree {
         Self(RTree::bulk_load(numbered.collect()))
     }
 
-    /// The numbers of the boxes that meet one.
-    pub fn meeting(&self, asked: &Bounds) -> impl Iterator<Item = usize> {
-        let low = asked.lower().map(|x| x - GAP_M);
-        let high = asked.upper().map(|x| x + GAP_M);
+    /// The numbers of the boxes that have no more than `gap_m` between them and one, along each axis.
+    pub fn meeting(&self, asked: &Bounds, gap_m: f64) -> impl Iterator<Item = usize> {
+        let low = asked.lower().map(|x| x - gap_m);
+        let high = asked.upper().map(|x| x + gap_m);
         let found = self
             .0
             .locate_in_envelope_intersecting(&AABB::from_corners(low, high));

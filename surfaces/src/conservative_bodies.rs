@@ -170,8 +170,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::outline::Outline;
     use crate::face::faces;
+    use crate::outline::Outline;
 
     proptest! {
         /// Prisms whose fronts lie in the plane and cover the region widened by what a scanned edge

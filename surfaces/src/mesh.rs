@@ -4,7 +4,7 @@
 //! 2. Mend: edges that end against the middle of others are split there; triangles that are wound otherwise
 //!    than most of what they are connected with are turned.
 //! 3. Topology: what is connected, closed, convex, wound one way.
-//! 4. Faces: triangles in one plane are merged; a face may have holes and need not be convex.
+//! 4. Faces: triangles in one plane are merged, over joints too; a face may have holes and need not be convex.
 //! 5. Bodies: a convex solid is one body; of all else every face is covered by thin bodies.
 //!
 //! Normals point where the winding says: counter-clockwise seen from the free side. A closed mesh
@@ -39,6 +39,10 @@ const WELD_M: f64 = 1e-5;
 const MERGE_ANGLE_RAD: f64 = 0.01;
 /// Largest distance of a face's vertices from its plane, m.
 const MERGE_OFFSET_M: f64 = 0.001;
+/// A gap in a face that is no wider is none, m: soles and balls bridge the joints of tiles (2 to 5 mm) and of boards
+/// (5 to 6 mm). A sole's edge over one has its hold this much farther in, less than any margin of balance; a ball of 10
+/// mm sinks in by half a millimetre.
+const GAP_M: f64 = 0.006;
 
 /// What a mesh was like and what became of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use super::MERGE_OFFSET_M;
 use super::face;
 use super::topology::Topology;
 use super::weld::Welded;
@@ -58,7 +59,7 @@ pub(super) fn bodies(
             let (other, its) = &far[near];
             far_side_m(face, &behind, &all.0[*other], &[its.vertices()])
         };
-        let near = tree.meeting(&reach);
+        let near = tree.meeting(&reach, MERGE_OFFSET_M);
         let depth_m = near.filter_map(entry).fold(thickness_m, f64::min);
         bodies.push(frustum(
             face,

@@ -1,14 +1,18 @@
 //! Plane faces: triangles in one plane, merged into regions with holes.
 
-use geo::{Coord, LineString, Polygon};
+use geo::buffer::{BufferStyle, LineJoin};
+use geo::{Area, Buffer, Coord, LineString, MultiPolygon, Polygon};
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
 
 use super::topology::Topology;
 use super::weld::Welded;
-use super::{MERGE_ANGLE_RAD, MERGE_OFFSET_M, WELD_M};
+use super::{GAP_M, MERGE_ANGLE_RAD, MERGE_OFFSET_M, WELD_M};
 use crate::bounds::{Bounds, BoundsTree, around};
 use crate::polygon::clean_ring;
 use crate::{Face, Fit, Region, Source};
+
+/// Corners that are sharper than this are cut off where gaps are closed, rad.
+const TIP_MIN_RAD: f64 = 0.3;
 
 /// The faces that the given triangles make, the largest first, and the triangles of those whose
 /// outline is beyond use.
@@ -108,7 +112,7 @@ fn fitted(mesh: &Welded, mut triangles: Vec<usize>) -> Plane {
     }
 }
 
-/// Joins planes that are the same and meet although no edge connects them (tiles, T-junctions).
+/// Joins planes that are the same and meet although no edge connects them (tiles with and without joints, T-junctions).
 fn merge(mesh: &Welded, mut planes: Vec<Plane>) -> Vec<Plane> {
     planes.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2));
     let bounds = |plane: &Plane| {
@@ -117,30 +121,29 @@ fn merge(mesh: &Welded, mut planes: Vec<Plane>) -> Vec<Plane> {
     };
     let boxes: Vec<Bounds> = planes.iter().map(bounds).collect();
     let tree = BoundsTree::new(boxes.clone());
-    let mut merged: Vec<Plane> = Vec::new();
-    // For each plane so far where it went.
-    let mut places: Vec<usize> = Vec::new();
-    for (plane, bounds) in planes.into_iter().zip(&boxes) {
-        let fits_into = |place: &usize| {
-            let into = &merged[*place];
-            let inside = |t: &usize| fits(mesh, *t, &into.normal, &into.origin);
-            plane.triangles.iter().all(inside)
-        };
-        let met = tree.meeting(bounds);
-        let met = met.filter_map(|i| places.get(i).copied());
-        match met.filter(fits_into).min() {
-            Some(place) => {
-                places.push(place);
-                merged[place].triangles.extend(plane.triangles);
-            }
-            None => {
-                places.push(merged.len());
-                merged.push(plane);
+    let mut free = vec![true; planes.len()];
+    let mut merged = Vec::new();
+    for seed in 0..planes.len() {
+        if !std::mem::take(&mut free[seed]) {
+            continue;
+        }
+        let Plane { normal, origin, .. } = &planes[seed];
+        let mut list = vec![seed];
+        let mut next = 0;
+        while let Some(i) = list.get(next).copied() {
+            next += 1;
+            for j in tree.meeting(&boxes[i], GAP_M) {
+                let mut triangles = planes[j].triangles.iter();
+                if free[j] && triangles.all(|t| fits(mesh, *t, normal, origin)) {
+                    free[j] = false;
+                    list.push(j);
+                }
             }
         }
+        let triangles = list.iter().flat_map(|i| planes[*i].triangles.clone());
+        merged.push(fitted(mesh, triangles.collect()));
     }
-    let parts = merged.into_iter().map(|plane| plane.triangles);
-    parts.map(|triangles| fitted(mesh, triangles)).collect()
+    merged
 }
 
 /// The connected regions of a plane; None when an outline is beyond use.
@@ -161,7 +164,7 @@ fn plane_faces(mesh: &Welded, plane: &Plane) -> Option<Vec<Face>> {
         })
         .collect();
     let mut faces = Vec::new();
-    for polygon in geo::unary_union(&flat) {
+    for polygon in bridged(geo::unary_union(&flat)) {
         let lines = std::iter::once(polygon.exterior()).chain(polygon.interiors());
         let mut rings = lines.map(open_ring);
         // Without its outer ring a face is a sliver; holes of that kind are gaps.
@@ -180,6 +183,22 @@ fn plane_faces(mesh: &Welded, plane: &Plane) -> Option<Vec<Face>> {
         });
     }
     Some(faces)
+}
+
+/// Regions of a plane without the gaps of at most [`GAP_M`] in and between them; as they are where there is none.
+fn bridged(regions: MultiPolygon<f64>) -> MultiPolygon<f64> {
+    let rings = regions.iter().map(|part| 1 + part.interiors().len());
+    if rings.sum::<usize>() < 2 {
+        return regions;
+    }
+    let by = |m: f64| BufferStyle::new(m).line_join(LineJoin::Miter(TIP_MIN_RAD));
+    let wide = regions.buffer_with_style(by(0.5 * GAP_M));
+    let closed = wide.buffer_with_style(by(-0.5 * GAP_M));
+    if closed.unsigned_area() > regions.unsigned_area() + GAP_M * GAP_M {
+        closed
+    } else {
+        regions
+    }
 }
 
 /// The points of a closed line, each once, without those on a straight edge.

@@ -230,6 +230,22 @@ fn tiles_that_share_no_edge_are_one_face() {
 }
 
 #[test]
+fn boards_are_one_face_over_joints_and_apart_over_gaps() {
+    let deck = |gap: f64| {
+        let board = |i: usize| cuboid([2.0, 0.1, 0.03], [0.0, i as f64 * (0.1 + gap), 0.0]);
+        run(&joined(&(0..6).map(board).collect::<Vec<_>>())).0
+    };
+    let tops = |terrain: &Terrain| -> Vec<f64> {
+        let up = terrain.faces.iter().filter(|face| face.normal_W().z > 0.9);
+        up.map(|face| face.region.area()).collect()
+    };
+    let (joints, gaps) = (tops(&deck(0.005)), tops(&deck(0.010)));
+    assert_eq!((joints.len(), gaps.len()), (1, 6));
+    approx::assert_relative_eq!(joints[0], 2.0 * (0.6 + 5.0 * 0.005), max_relative = 1e-6);
+    approx::assert_relative_eq!(gaps[5], 0.2, max_relative = 1e-6);
+}
+
+#[test]
 fn small_faces_are_dropped_as_surfaces_and_kept_as_bodies() {
     let floor = cuboid([2.0, 2.0, 0.1], [0.0, 0.0, -0.1]);
     let pebble = cuboid([0.03, 0.03, 0.03], [1.0, 1.0, 0.0]);
