@@ -55,7 +55,7 @@ pub struct Report {
     pub welded_vertices: usize,
     /// Edges of one triangle only: the mesh is open there.
     pub open_edges: usize,
-    /// Edges of more than two triangles.
+    /// Edges of more than two triangles that are not the sides of solids, one beside the other.
     pub crowded_edges: usize,
     /// Edges that were split where others end on them.
     pub stitched_edges: usize,

@@ -18,7 +18,7 @@ fn key(a: usize, b: usize) -> [usize; 2] {
 }
 
 /// A triangle at an edge, and whether it runs from the smaller to the larger vertex.
-type Side = (usize, bool);
+pub(super) type Side = (usize, bool);
 
 /// Edges by their ends, the smaller first, each with its sides.
 pub(super) type Edges = BTreeMap<[usize; 2], Vec<Side>>;

@@ -246,6 +246,19 @@ fn boards_are_one_face_over_joints_and_apart_over_gaps() {
 }
 
 #[test]
+fn blocks_wall_to_wall_are_solids_each() {
+    // Four in a square, one of them lower, and a fifth on them that shares an edge with the side of another.
+    let mut blocks = vec![cuboid([1.0, 1.0, 0.2], [0.0, 0.0, -0.1])];
+    blocks.push(cuboid([1.0, 1.0, 0.2], [1.0, 0.0, -0.1]));
+    blocks.push(cuboid([1.0, 1.0, 0.1], [0.0, 1.0, -0.15]));
+    blocks.push(cuboid([1.0, 1.0, 0.2], [1.0, 1.0, -0.1]));
+    blocks.push(cuboid([1.0, 1.0, 0.2], [0.0, 0.0, 0.1]));
+    let (terrain, report) = run(&joined(&blocks));
+    assert_eq!((report.solids, report.crowded_edges), (5, 0));
+    assert_eq!(terrain.obstacles.len(), 5);
+}
+
+#[test]
 fn small_faces_are_dropped_as_surfaces_and_kept_as_bodies() {
     let floor = cuboid([2.0, 2.0, 0.1], [0.0, 0.0, -0.1]);
     let pebble = cuboid([0.03, 0.03, 0.03], [1.0, 1.0, 0.0]);

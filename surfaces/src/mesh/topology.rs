@@ -1,10 +1,11 @@
 //! What the triangles of a mesh make together: neighbours, parts, solids.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Unit};
 
-use super::mend::Edges;
+use super::mend::{Edges, Side};
 use super::weld::Welded;
 use super::{MERGE_OFFSET_M, Report, WELD_M};
 
@@ -22,6 +23,8 @@ pub(super) struct Topology {
 
 /// Most triangles at one edge that are neighbours of each.
 const LEAVES: usize = 16;
+/// What is narrower is no wedge, rad.
+const FLAT_RAD: f64 = 1e-3;
 
 impl Topology {
     pub fn new(mesh: &Welded, edges: &Edges) -> Self {
@@ -34,18 +37,23 @@ impl Topology {
         };
         let mut parts = Parts::new(count);
         let mut closed = vec![true; count];
-        for sides in edges.values() {
-            let proper = matches!(sides[..], [(_, one), (_, other)] if one != other);
+        for (edge, sides) in edges {
+            let wedges = wedges(mesh, edge, sides);
             match sides[..] {
                 [_] => topology.report.open_edges += 1,
-                [_, _] => topology.report.flipped_edges += usize::from(!proper),
-                _ => topology.report.crowded_edges += 1,
+                [_, _] => topology.report.flipped_edges += usize::from(wedges.is_none()),
+                _ => topology.report.crowded_edges += usize::from(wedges.is_none()),
+            }
+            for (t, u) in wedges.iter().flatten() {
+                parts.join(*t, *u);
             }
             for (i, (t, direction)) in sides.iter().enumerate() {
-                closed[*t] &= proper;
+                closed[*t] &= wedges.is_some();
                 // A fold of many leaves at one edge is no surface: few of them need to know each other.
                 for (u, other) in sides[..i].iter().rev().take(LEAVES) {
-                    parts.join(*t, *u);
+                    if wedges.is_none() {
+                        parts.join(*t, *u);
+                    }
                     if direction != other {
                         topology.neighbours[*t].push(*u);
                         topology.neighbours[*u].push(*t);
@@ -87,8 +95,8 @@ impl Topology {
         };
         // The neighbours first: nearly every part that is not convex is found out there.
         let locally = part.iter().all(|t| {
-            let across = self.neighbours[*t].iter();
-            across.into_iter().all(|u| behind(*t, &mesh.corners(*u)))
+            let mut across = self.neighbours[*t].iter();
+            across.all(|u| part.binary_search(u).is_err() || behind(*t, &mesh.corners(*u)))
         });
         locally && {
             let mut vertices: Vec<usize> = part
@@ -101,6 +109,54 @@ impl Topology {
             part.iter().all(|t| behind(*t, &points))
         }
     }
+}
+
+/// The two sides of each wedge that is solid at an edge; None where the sides are not those of wedges, one beside the
+/// other.
+///
+/// What stands wall to wall has four sides at an edge, or more. Seen along the edge, what is solid begins at a side
+/// that runs along it and goes on clockwise to the next that runs the other way.
+fn wedges(mesh: &Welded, edge: &[usize; 2], sides: &[Side]) -> Option<Vec<(usize, usize)>> {
+    if let [(t, one), (u, other)] = sides {
+        return (one != other).then(|| vec![(*t, *u)]);
+    }
+    if sides.len() % 2 != 0 || sides.len() > LEAVES {
+        return None;
+    }
+    let [start, end] = edge.map(|i| mesh.vertices[i]);
+    let axis = Unit::try_new(end - start, 0.0)?;
+    let aside = |t: usize| {
+        let corners = mesh.triangles[t].corners;
+        let tip = corners.iter().find(|i| !edge.contains(i))?;
+        let to_tip = mesh.vertices[*tip] - start;
+        Some(to_tip - *axis * axis.dot(&to_tip))
+    };
+    let zero = aside(sides[0].0)?;
+    let angle = |(t, along): &Side| {
+        let aside = aside(*t)?;
+        let angle = axis.dot(&zero.cross(&aside)).atan2(zero.dot(&aside));
+        Some((*t, *along, angle))
+    };
+    let angles: Vec<_> = sides.iter().map(angle).collect::<Option<_>>()?;
+    let (along, against): (Vec<_>, Vec<_>) = angles.into_iter().partition(|(_, along, _)| *along);
+    let clockwise = |from: f64, to: f64| {
+        let turn = (from - to).rem_euclid(TAU);
+        // Walls that touch have nothing between them.
+        if turn < FLAT_RAD { turn + TAU } else { turn }
+    };
+    let next = |(t, _, from): &(usize, bool, f64)| {
+        let nearest = |(u, _, to): &(usize, bool, f64)| (clockwise(*from, *to), *u);
+        let nearest = against
+            .iter()
+            .map(nearest)
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(_, u)| (*t, u))
+    };
+    let pairs: Vec<_> = along.iter().map(next).collect::<Option<_>>()?;
+    let mut ends: Vec<usize> = pairs.iter().map(|(_, u)| *u).collect();
+    ends.sort_unstable();
+    ends.dedup();
+    (ends.len() == against.len()).then_some(pairs)
 }
 
 /// Signed volume of a closed part, positive when its normals point outward, m³.
