@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use plan::Plan;
 use simulation::world::{WorldBody, WorldShape};
+use surfaces::outline::Outline;
 use surfaces::{Face, Obstacle, Source};
 
 use crate::command::simulate::World;
@@ -17,6 +18,8 @@ use crate::scene::{Environment, Files};
 
 /// A face is farther off its body than this by no scan, m.
 const SEEN_OFF_M: f64 = 0.05;
+/// A mesh's body is no farther off the plane of the face that it is under, m.
+const OF_PLANE_M: f64 = 0.002;
 
 /// The bodies of a plan's world, and whether they are the true ones.
 ///
@@ -86,11 +89,29 @@ fn make_slippery(bodies: &mut [WorldBody], faces: &[Face]) {
     }
 }
 
-/// The bodies behind the faces, where no obstacle already is one, and the obstacles that were seen.
+/// The least friction of the faces of a mesh that are sides of one of its bodies, or parts of sides.
+fn friction_of_mesh(points_W: &[Point3<f64>], faces: &[Face]) -> Option<f64> {
+    let of_mesh = faces.iter().filter(|face| face.source == Source::Mesh);
+    let own = of_mesh.filter_map(|face| {
+        let friction = face.friction?;
+        let on_plane = |p: &&Point3<f64>| face.height_of(p).abs() <= OF_PLANE_M;
+        let side: Vec<Vector3<f64>> = points_W.iter().filter(on_plane).map(|p| p.coords).collect();
+        let middle_W = Point3::from(side.iter().sum::<Vector3<f64>>() / side.len() as f64);
+        let middle = face.X_WF.inverse_transform_point(&middle_W).xy();
+        let is_its = side.len() >= 3 && Outline::from(&face.region).contains(&middle);
+        is_its.then_some(friction)
+    });
+    own.reduce(f64::min)
+}
+
+/// The bodies behind the faces, where no obstacle already is one, and the obstacles that were seen. Behind the faces of a
+/// mesh are the mesh's bodies: others, of the thickness of those behind scanned faces, would stand out of the far side of
+/// a thin board.
 fn standing(faces: &[Face], obstacles: &[Obstacle], thin_m: f64) -> Vec<WorldBody> {
     let seen = || obstacles.iter().filter(|o| !o.assumed);
     let has_body = |id: &str| seen().any(|o| o.surface.as_deref() == Some(id));
-    let bare = faces.iter().filter(|face| !has_body(face.id.as_str()));
+    let bare = |face: &&Face| face.source != Source::Mesh && !has_body(face.id.as_str());
+    let bare = faces.iter().filter(bare);
     let thin = bare.flat_map(|face| {
         // What was seen of it, and not what is kept away from.
         let face = Face {
@@ -114,7 +135,10 @@ fn standing(faces: &[Face], obstacles: &[Obstacle], thin_m: f64) -> Vec<WorldBod
             name: obstacle.id.clone(),
             part_of: obstacle.surface.as_ref().unwrap_or(&obstacle.id).clone(),
             shape: WorldShape::Hull(obstacle.points_W.clone()),
-            friction: face.and_then(|face| face.friction),
+            friction: match face {
+                Some(face) => face.friction,
+                None => friction_of_mesh(&obstacle.points_W, faces),
+            },
         }
     });
     thin.chain(obstacles).collect()
@@ -161,6 +185,38 @@ mod tests {
         let own: Vec<Option<f64>> = bodies.iter().map(|b| b.friction).collect();
         assert!(own[..last].iter().all(Option::is_none), "{own:?}");
         assert_eq!(own[last], Some(0.2));
+    }
+
+    /// Of a board of 20 mm nothing stands out, however thick the bodies behind scanned faces are.
+    #[test]
+    fn a_mesh_stands_as_it_is_and_is_as_slippery_as_its_faces() {
+        let corner =
+            |k: usize| Point3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64 * 0.02);
+        let sides = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let mesh = surfaces::TriangleMesh {
+            vertices: (0..8).map(corner).collect(),
+            triangles: sides
+                .iter()
+                .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
+                .collect(),
+        };
+        let (mut terrain, _) = surfaces::mesh::extract(&mesh, 0.03).unwrap();
+        terrain
+            .faces
+            .iter_mut()
+            .for_each(|face| face.friction = Some(0.4));
+        terrain.faces[0].friction = Some(0.3);
+        let bodies = standing(&terrain.faces, &terrain.obstacles, 0.03);
+        let heights = bodies.iter().flat_map(WorldBody::corners_W).map(|p| p.z);
+        assert_eq!(heights.fold(f64::NEG_INFINITY, f64::max), 0.02);
+        assert_eq!((bodies.len(), bodies[0].friction), (1, Some(0.3)));
     }
 
     #[test]
