@@ -120,7 +120,7 @@ fn wedges(mesh: &Welded, edge: &[usize; 2], sides: &[Side]) -> Option<Vec<(usize
     if let [(t, one), (u, other)] = sides {
         return (one != other).then(|| vec![(*t, *u)]);
     }
-    if sides.len() % 2 != 0 || sides.len() > LEAVES {
+    if !sides.len().is_multiple_of(2) || sides.len() > LEAVES {
         return None;
     }
     let [start, end] = edge.map(|i| mesh.vertices[i]);
