@@ -110,7 +110,9 @@ fn friction_of_mesh(points_W: &[Point3<f64>], faces: &[Face]) -> Option<f64> {
 fn standing(faces: &[Face], obstacles: &[Obstacle], thin_m: f64) -> Vec<WorldBody> {
     let seen = || obstacles.iter().filter(|o| !o.assumed);
     let has_body = |id: &str| seen().any(|o| o.surface.as_deref() == Some(id));
-    let bare = |face: &&Face| face.source != Source::Mesh && !has_body(face.id.as_str());
+    let mesh = seen().any(|o| o.surface.is_none());
+    let of_mesh = |face: &Face| mesh && face.source == Source::Mesh;
+    let bare = |face: &&Face| !of_mesh(face) && !has_body(face.id.as_str());
     let bare = faces.iter().filter(bare);
     let thin = bare.flat_map(|face| {
         // What was seen of it, and not what is kept away from.
