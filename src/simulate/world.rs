@@ -192,30 +192,20 @@ mod tests {
     /// Of a board of 20 mm nothing stands out, however thick the bodies behind scanned faces are.
     #[test]
     fn a_mesh_stands_as_it_is_and_is_as_slippery_as_its_faces() {
-        let corner =
-            |k: usize| Point3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64 * 0.02);
-        let sides = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let mesh = surfaces::TriangleMesh {
-            vertices: (0..8).map(corner).collect(),
-            triangles: sides
-                .iter()
-                .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
-                .collect(),
+        let side = |id: &str, X_WF: Isometry3<f64>, friction: f64| Face {
+            source: Source::Mesh,
+            friction: Some(friction),
+            ..Face::rectangle(id, X_WF, [1.0, 1.0]).unwrap()
         };
-        let (mut terrain, _) = surfaces::mesh::extract(&mesh, 0.03).unwrap();
-        terrain
-            .faces
-            .iter_mut()
-            .for_each(|face| face.friction = Some(0.4));
-        terrain.faces[0].friction = Some(0.3);
-        let bodies = standing(&terrain.faces, &terrain.obstacles, 0.03);
+        let turned = Isometry3::rotation(Vector3::x() * std::f64::consts::PI);
+        let top = Isometry3::translation(0.5, 0.5, 0.02);
+        let faces = [
+            side("m0", top, 0.3),
+            side("m1", Isometry3::translation(0.5, 0.5, 0.0) * turned, 0.4),
+            side("m2", Isometry3::translation(5.0, 5.0, 0.0), 0.1),
+        ];
+        let board = Obstacle::cuboid("mesh/solid0", [0.0, 0.0, 0.0], [1.0, 1.0, 0.02]);
+        let bodies = standing(&faces, &[board], 0.03);
         let heights = bodies.iter().flat_map(WorldBody::corners_W).map(|p| p.z);
         assert_eq!(heights.fold(f64::NEG_INFINITY, f64::max), 0.02);
         assert_eq!((bodies.len(), bodies[0].friction), (1, Some(0.3)));

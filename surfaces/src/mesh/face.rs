@@ -56,25 +56,38 @@ fn grow(mesh: &Welded, topology: &Topology, triangles: &[usize]) -> Vec<Plane> {
     }
     let mut planes = Vec::new();
     for seed in order {
-        if !free[seed] {
-            continue;
-        }
-        free[seed] = false;
         let (normal, origin) = (mesh.triangles[seed].normal, mesh.corners(seed)[0]);
-        let mut list = vec![seed];
-        let mut next = 0;
-        while let Some(t) = list.get(next).copied() {
-            next += 1;
-            for u in &topology.neighbours[t] {
-                if free[*u] && fits(mesh, *u, &normal, &origin) {
-                    free[*u] = false;
-                    list.push(*u);
-                }
-            }
+        let near = |t: usize| topology.neighbours[t].iter().copied();
+        let list = flood(&mut free, seed, near, |t| fits(mesh, t, &normal, &origin));
+        if !list.is_empty() {
+            planes.push(fitted(mesh, list));
         }
-        planes.push(fitted(mesh, list));
     }
     planes
+}
+
+/// What is reached from a seed over what fits, each of it free before and not afterwards; nothing if the seed is not free.
+fn flood<N: Iterator<Item = usize>>(
+    free: &mut [bool],
+    seed: usize,
+    near: impl Fn(usize) -> N,
+    fits: impl Fn(usize) -> bool,
+) -> Vec<usize> {
+    let mut list = Vec::new();
+    if std::mem::take(&mut free[seed]) {
+        list.push(seed);
+    }
+    let mut next = 0;
+    while let Some(i) = list.get(next).copied() {
+        next += 1;
+        for j in near(i) {
+            if free[j] && fits(j) {
+                free[j] = false;
+                list.push(j);
+            }
+        }
+    }
+    list
 }
 
 /// Whether a triangle lies in a plane and looks the same way.
@@ -124,21 +137,14 @@ fn merge(mesh: &Welded, mut planes: Vec<Plane>) -> Vec<Plane> {
     let mut free = vec![true; planes.len()];
     let mut merged = Vec::new();
     for seed in 0..planes.len() {
-        if !std::mem::take(&mut free[seed]) {
-            continue;
-        }
         let Plane { normal, origin, .. } = &planes[seed];
-        let mut list = vec![seed];
-        let mut next = 0;
-        while let Some(i) = list.get(next).copied() {
-            next += 1;
-            for j in tree.meeting(&boxes[i], GAP_M) {
-                let mut triangles = planes[j].triangles.iter();
-                if free[j] && triangles.all(|t| fits(mesh, *t, normal, origin)) {
-                    free[j] = false;
-                    list.push(j);
-                }
-            }
+        let near = |i: usize| tree.meeting(&boxes[i], GAP_M);
+        let list = flood(&mut free, seed, near, |i| {
+            let mut triangles = planes[i].triangles.iter();
+            triangles.all(|t| fits(mesh, *t, normal, origin))
+        });
+        if list.is_empty() {
+            continue;
         }
         let triangles = list.iter().flat_map(|i| planes[*i].triangles.clone());
         merged.push(fitted(mesh, triangles.collect()));
